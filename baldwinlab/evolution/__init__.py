@@ -1,6 +1,7 @@
 """Operators on genomes: founders, selection, variation, inheritance and fitness.
 
-Kernels allocate and validate nothing. The functions that other packages call do both.
+Compiled functions allocate no memory and check no arguments. The functions that other packages call
+do both.
 """
 
 from baldwinlab.evolution.breeding import breed, make_generation

@@ -1,13 +1,13 @@
-"""Social heredity: parents teach their children.
+"""The inheritance `social-heredity`, in which parents teach their children.
 
-Generations do not overlap, so a child carries its teacher: its reinforcement module at birth is the
-action module of its parents at death. A rule that learns toward the reinforcement module, for
-example `self-taught`, then imitates the parents on the inputs of the child. The action module is
-inherited as in `darwinian`.
+Generations do not overlap, so the genome of a child contains its teacher: the reinforcement module
+at birth is the action module of the parents at death. A rule that learns toward the reinforcement
+module, for example `self-taught`, then imitates the parents' outputs for the inputs of the child.
+The action module is inherited as in `darwinian`.
 
 Our interpretation: variation applies to teachers as it applies to action modules. A teacher is
-therefore recombined from both parents and mutated (with `evolution.variation = "copy"`, it comes
-from one parent). The teachers of the first generation are drawn from N(0, 1). With
+therefore recombined from both parents and mutated. With `evolution.variation = "copy"`, it comes
+from one parent. The teachers of the first generation are drawn from N(0, 1). With
 `learning.teacher = "shuffled"`, the parents of another agent teach. Without a reinforcement module
 the scheme equals `darwinian`.
 

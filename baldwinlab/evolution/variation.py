@@ -1,4 +1,4 @@
-"""Variation: recombination of the genomes of two parents, and mutation.
+"""The variation operator `crossover`: recombination of two parents, then mutation.
 
 References
 ----------
@@ -21,7 +21,7 @@ Draws = npt.NDArray[np.float64]  # [module and weight, 4]
 
 
 class Crossover(Variation, name="crossover"):
-    """Each weight from the fitter parent with probability 0.5, else from the other; then mutation.
+    """Each weight from the fitter or the second parent with equal probability; then mutation.
 
     References
     ----------
@@ -29,15 +29,13 @@ class Crossover(Variation, name="crossover"):
     """
 
     derived: ClassVar[Mapping[str, Any]] = {
-        "one_gate": lambda part, experiment: (
-            experiment.evolution.mutation_gate == "child"
-        ),  # else one for every weight
-        "rate": lambda part, experiment: float(
-            experiment.evolution.mutation_rate
-        ),  # probability that a gate opens
-        "size": lambda part, experiment: float(
-            experiment.evolution.mutation_size
-        ),  # a mutation adds U(-size, size)
+        # Whether one random number decides if all weights of a child mutate, or none. Otherwise
+        # each weight has its random number.
+        "one_gate": lambda part, experiment: experiment.evolution.mutation_gate == "child",
+        # Probability of a mutation.
+        "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
+        # A mutation adds U(-size, size).
+        "size": lambda part, experiment: float(experiment.evolution.mutation_size),
     }
 
     @staticmethod
@@ -58,12 +56,11 @@ class Crossover(Variation, name="crossover"):
     def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
         draw = iter(draws)
         child: list[list[float]] = []
-        for of_fitter, of_other in zip(fitter, second, strict=True):
+        for fitter_module, second_module in zip(fitter, second, strict=True):
             child.append([])
-            for ours, theirs in zip(of_fitter, of_other, strict=True):
-                coin, own_gate, size, _ = next(draw)
-                opens = (gate if part.one_gate else own_gate) < part.rate
-                child[-1].append(
-                    (ours if coin < 0.5 else theirs) + opens * part.size * (2 * size - 1)
-                )
+            for fitter_weight, second_weight in zip(fitter_module, second_module, strict=True):
+                coin, weight_gate, size, _ = next(draw)
+                inherited = fitter_weight if coin < 0.5 else second_weight
+                mutates = (gate if part.one_gate else weight_gate) < part.rate
+                child[-1].append(inherited + mutates * part.size * (2 * size - 1))
         return child

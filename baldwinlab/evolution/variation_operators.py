@@ -1,7 +1,7 @@
 """Variation operators in addition to `crossover`, the operator of the first paper.
 
-No operator prefers the fitter of two parents. Chance decides from which parent a child inherits, so
-neutral selection with these operators is a valid neutral control.
+No operator prefers the fitter of two parents. A random number decides from which parent a child
+inherits. Therefore, neutral selection with these operators is a valid neutral control.
 
 References
 ----------
@@ -50,12 +50,12 @@ def is_from_fitter(gene: int, cut: int, coin: float) -> bool:
 
 
 def flatten(genome: Sequence[Sequence[Any]]) -> list[Any]:
-    """Return the genes of all modules of a genome in a row, for oracles."""
+    """Return the genes of all modules of a genome as one list, for oracles."""
     return [gene for module in genome for gene in module]
 
 
 def split_modules(genes: Sequence[Any], length: int) -> list[Sequence[Any]]:
-    """Split a row of genes into modules of `length`, for oracles."""
+    """Split a list of genes into modules of `length` genes, for oracles."""
     return [genes[first : first + length] for first in range(0, len(genes), length)]
 
 
@@ -95,16 +95,21 @@ class Gaussian(Variation, name="gaussian"):
     @staticmethod
     def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
         def mutation(draw: Any) -> float:
-            opens = (gate if part.one_gate else draw[1]) < part.rate
-            return NormalDist(0, part.size).inv_cdf(draw[2]) if opens and part.size else 0.0
+            mutates = (gate if part.one_gate else draw[1]) < part.rate
+            # A normal distribution with the standard deviation 0 has no quantiles.
+            has_effect = mutates and part.size
+            return NormalDist(0, part.size).inv_cdf(draw[2]) if has_effect else 0.0
 
         # The iterator of draws continues from module to module, so `zip` must not be strict.
-        rest = iter(draws)
-        genes = [zip(*modules, rest) for modules in zip(fitter, second, strict=True)]  # noqa: B905
+        remaining_draws = iter(draws)
+        genes = [
+            zip(*modules, remaining_draws)  # noqa: B905
+            for modules in zip(fitter, second, strict=True)
+        ]
         return [
             [
-                (of_fitter if draw[0] < 0.5 else of_second) + mutation(draw)
-                for of_fitter, of_second, draw in module
+                (fitter_weight if draw[0] < 0.5 else second_weight) + mutation(draw)
+                for fitter_weight, second_weight, draw in module
             ]
             for module in genes
         ]
@@ -124,14 +129,14 @@ class OnePointCrossover(Variation, name="one-point-crossover"):
     def vary(
         part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        # The cut is in the row of the weights of all modules. The gate cannot be used for the cut,
-        # because it can be the mutation gate of the child.
+        # The cut is a position in the list of the weights of all modules. The gate cannot determine
+        # the cut, because the gate can decide whether the child mutates.
         cut = draw_cut(draws[0, 3], child.size)
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                of_fitter = is_from_fitter(draw, cut, draws[0, 0])
-                inherited = fitter[module, weight] if of_fitter else second[module, weight]
+                uses_fitter = is_from_fitter(draw, cut, draws[0, 0])
+                inherited = fitter[module, weight] if uses_fitter else second[module, weight]
                 child[module, weight] = _mutate(part, inherited, draws, draw, gate)
 
     @staticmethod
@@ -157,9 +162,8 @@ class Copy(Variation, name="copy"):
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 inherited = fitter[module, weight] if draws[0, 0] < 0.5 else second[module, weight]
-                child[module, weight] = _mutate(
-                    part, inherited, draws, module * child.shape[1] + weight, gate
-                )
+                draw = module * child.shape[1] + weight
+                child[module, weight] = _mutate(part, inherited, draws, draw, gate)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
@@ -168,8 +172,9 @@ class Copy(Variation, name="copy"):
 
 
 class GenePool(Variation, name="gene-pool"):
-    """Each weight from a randomly drawn parent of all selected parents; then uniform mutation.
+    """Each weight from a random parent, drawn from the pool of all selected parents; then mutation.
 
+    Mutation is uniform.
     A surviving agent is in the pool twice.
     Linkage between weights is lost in one generation.
 
@@ -218,19 +223,19 @@ class GenePool(Variation, name="gene-pool"):
             for agent in (first, first if second == ITSELF else second)
         ]
 
-        def child_of(of_child: Any) -> Any:
-            rest = iter(of_child)
+        def make_child(child_draws: Any) -> Any:
+            remaining_draws = iter(child_draws)
             return [
                 [
-                    _draw_from_pool(part, genome, pool, module, weight, next(rest))
+                    _draw_from_pool(part, genome, pool, module, weight, next(remaining_draws))
                     for weight in range(len(genes))
                 ]
                 for module, genes in enumerate(genome[0])
             ]
 
         return [
-            genome[first] if second == ITSELF else child_of(of_child)
-            for (first, second), of_child in zip(parents, draws, strict=True)
+            genome[first] if second == ITSELF else make_child(child_draws)
+            for (first, second), child_draws in zip(parents, draws, strict=True)
         ]
 
 
@@ -243,11 +248,11 @@ def _mutate(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) -> 
 
 
 def _mutate_in_modules(part: Any, weights: Any, draws: Any, gate: float, length: int) -> Any:
-    """Mutate a row of weights uniformly and split it into modules, for oracles."""
-    opens = [(gate if part.one_gate else draw[1]) < part.rate for draw in draws]
+    """Mutate a list of weights uniformly and split it into modules, for oracles."""
+    mutations = [(gate if part.one_gate else draw[1]) < part.rate for draw in draws]
     child = [
-        old + is_open * part.size * (2 * draw[2] - 1)
-        for old, is_open, draw in zip(weights, opens, draws, strict=True)
+        weight + mutates * part.size * (2 * draw[2] - 1)
+        for weight, mutates, draw in zip(weights, mutations, draws, strict=True)
     ]
     return split_modules(child, length)
 
@@ -255,6 +260,7 @@ def _mutate_in_modules(part: Any, weights: Any, draws: Any, gate: float, length:
 def _draw_from_pool(
     part: Any, genome: Any, pool: Any, module: int, weight: int, draw: Any
 ) -> float:
-    """Return one weight of a child, for the oracle of `gene-pool`."""
-    inherited = genome[pool[int(draw[0] * len(pool))]][module][weight]
+    """Return a weight of a child: inherited from a random parent and mutated, for the oracle."""
+    parent = pool[int(draw[0] * len(pool))]
+    inherited = genome[parent][module][weight]
     return float(inherited + (draw[1] < part.rate) * part.size * (2 * draw[2] - 1))

@@ -1,4 +1,4 @@
-"""Models, and the simulators that run them."""
+"""Models, and simulators that compute their lifetimes for several runs."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from baldwinlab.parts.model_part import LifeResults
 
 
 class Simulator(Protocol):
-    """Simulate several runs of one experiment, one generation per call.
+    """Object that simulates several runs of one experiment, one generation per call.
 
-    The bits of a run do not depend on the other runs.
+    A run is bit-identical for all combinations of runs.
     """
 
     def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
@@ -42,7 +42,7 @@ class _ScheduledSimulator:
     def __init__(
         self, experiment: BaseExperiment, seed: int, runs: Sequence[int], backend: Any
     ) -> None:
-        # The last segment comes first. Assays simulate generations after the last one, too.
+        # The last segment comes first, and has no end: assays also simulate later generations.
         self._segments = [
             (generations.start, segment, make_simulator(segment, seed, runs, backend))
             for generations, segment in reversed(experiment.segments())
@@ -55,14 +55,14 @@ class _ScheduledSimulator:
             if generation >= first
         )
         # Without learning, an agent does not use all modules of its genome.
-        used = np.ascontiguousarray(genomes[:, :, : len(segment.modules)])
-        return simulator.simulate(generation, used)
+        used_modules = np.ascontiguousarray(genomes[:, :, : len(segment.modules)])
+        return simulator.simulate(generation, used_modules)
 
 
 def make_simulator(
     experiment: BaseExperiment, seed: int, runs: Sequence[int], backend: Any = None
 ) -> Simulator:
-    """Return a simulator of some runs of an experiment.
+    """Return a simulator of runs of an experiment.
 
     Parameters
     ----------

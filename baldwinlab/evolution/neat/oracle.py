@@ -1,8 +1,8 @@
 """Independent implementation of NEAT in plain Python, for tests.
 
-A genome is read into a dictionary of genes by innovation number, and written back. The results must
-equal those of `operators`. Populations are lists [agent][module][entry]. The index of `draws` is
-[child][row][4].
+The functions read a genome as a dictionary of genes by innovation number, and write it back. The
+results must equal those of `operators`. Populations are lists [agent][module][entry]. The index of
+`draws` is [child][row][4].
 """
 
 from __future__ import annotations
@@ -44,13 +44,14 @@ def read_genes(graph: Any) -> Genes:
 
 def distance(part: Any, first: Genes, second: Genes) -> float:
     """Compute the compatibility distance of two networks."""
+    # Genes after the last gene of the shorter genome are excess genes.
     last = min(max(first), max(second))
     unmatched = set(first) ^ set(second)
     excess = sum(number > last for number in unmatched)
-    shared = [abs(first[number][2] - second[number][2]) for number in set(first) & set(second)]
+    differences = [abs(first[number][2] - second[number][2]) for number in set(first) & set(second)]
     size = max(len(first), len(second))
     size = 1 if size < MIN_LINKS_FOR_DIVISION else size
-    mean = sum(shared) / len(shared) if shared else 0.0
+    mean = sum(differences) / len(differences) if differences else 0.0
     return float(
         part.excess_coefficient * excess / size
         + part.disjoint_coefficient * (len(unmatched) - excess) / size
@@ -60,35 +61,35 @@ def distance(part: Any, first: Genes, second: Genes) -> float:
 
 def activate(graph: Any, steepness: float, inputs: Any) -> list[float]:
     """Return the outputs of a network without loops, by recursion from the outputs."""
-    first = int(graph[INPUTS])
+    first_output = int(graph[INPUTS])
     outputs = int(graph[OUTPUTS])
     enabled = [gene for gene in read_genes(graph).values() if gene[3]]
 
     def value(node: float) -> float:
-        if node < first:
+        if node < first_output:
             return float(inputs[int(node)])
         total = sum(
             weight * value(source) for source, target, weight, _ in enabled if target == node
         )
         return float(1 / (1 + np.exp(-steepness * total)))
 
-    return [value(first + output) for output in range(outputs)]
+    return [value(first_output + output) for output in range(outputs)]
 
 
 def step(
-    graph: Any, steepness: float, inputs: Any, before: dict[float, float]
+    graph: Any, steepness: float, inputs: Any, previous_values: dict[float, float]
 ) -> dict[float, float]:
-    """Return the values of all nodes with links after one simultaneous update.
+    """Return the values of all nodes with incoming links after one simultaneous update.
 
-    Links from nodes read their values in `before`. Links from inputs read the current inputs.
+    Links from nodes read `previous_values`. Links from inputs read the current `inputs`.
     """
-    first = int(graph[INPUTS])
-    sources = before | {float(node): float(value) for node, value in enumerate(inputs)}
+    first_output = int(graph[INPUTS])
+    sources = previous_values | {float(node): float(value) for node, value in enumerate(inputs)}
     totals: dict[float, float] = {}
     for source, target, weight, enabled in read_genes(graph).values():
         if enabled:
             totals[target] = totals.get(target, 0.0) + weight * sources.get(source, 0.0)
-    assert not any(target < first for target in totals)
+    assert not any(target < first_output for target in totals)
     return {target: float(1 / (1 + np.exp(-steepness * total))) for target, total in totals.items()}
 
 
@@ -99,13 +100,13 @@ def _species_status(genome: Any, fitness: Any) -> dict[float, dict[str, Any]]:
         members = [number for number, agent in enumerate(genome) if agent[0][SPECIES] == species]
         head = genome[members[0]][0]
         best = max(float(np.float32(fitness[number])) for number in members)
-        gains = best > head[BEST]
-        stale = 0 if gains else int(head[STALE]) + 1
+        is_improved = best > head[BEST]
+        stale = 0 if is_improved else int(head[STALE]) + 1
         mean = sum(fitness[number] for number in members) / len(members)
         result[species] = {
             "members": members,
             "mean": mean,
-            "now": best,
+            "current_best": best,
             "best": max(best, head[BEST]),
             "stale": stale,
         }
@@ -115,38 +116,43 @@ def _species_status(genome: Any, fitness: Any) -> dict[float, dict[str, Any]]:
 def _population_status(genome: Any, fitness: Any) -> tuple[float, int]:
     """Return the best fitness of all generations, and the generations without its increase."""
     best = float(np.float32(max(fitness)))
-    before = genome[0][0][POPULATION_BEST]
-    return max(best, before), 0 if best > before else int(genome[0][0][POPULATION_STALE]) + 1
+    previous_best = genome[0][0][POPULATION_BEST]
+    is_improved = best > previous_best
+    stale = 0 if is_improved else int(genome[0][0][POPULATION_STALE]) + 1
+    return max(best, previous_best), stale
 
 
-def _breeding(part: Any, genome: Any, fitness: Any) -> dict[float, dict[str, Any]]:
+def _select_species(part: Any, genome: Any, fitness: Any) -> dict[float, dict[str, Any]]:
     """Return the status of the species that have children."""
     all_species = _species_status(genome, fitness)
     _, stale = _population_status(genome, fitness)
-    periods, since = divmod(stale, part.population_stagnation_generations + 1)
-    if periods and since == 0:
-        best = sorted(all_species, key=lambda species: (-all_species[species]["now"], species))[:2]
+    n_periods, age_of_period = divmod(stale, part.population_stagnation_generations + 1)
+    # At the end of a period without improvement, only the two best species have children.
+    if n_periods and age_of_period == 0:
+        best = sorted(
+            all_species, key=lambda species: (-all_species[species]["current_best"], species)
+        )[:2]
         return {species: all_species[species] for species in all_species if species in best}
-    breeding = {
-        species: status
-        for species, status in all_species.items()
-        if (min(status["stale"], since) if periods else status["stale"])
-        < part.stagnation_generations
-    }
-    return breeding or all_species
+    selected = {}
+    for species, status in all_species.items():
+        # A new period resets the counts of all species.
+        species_stale = min(status["stale"], age_of_period) if n_periods else status["stale"]
+        if species_stale < part.stagnation_generations:
+            selected[species] = status
+    return selected or all_species
 
 
 def parents(part: Any, genome: Any, fitness: Any, uniforms: Any) -> list[list[int]]:
     """Return the parents of each child under the selection `species`."""
-    breeding = _breeding(part, genome, fitness)
-    means = [status["mean"] for status in breeding.values()]
+    selected_species = _select_species(part, genome, fitness)
+    means = [status["mean"] for status in selected_species.values()]
     if not any(means):
         means = [1.0] * len(means)
     all_agents = sorted(
         range(len(genome)), key=lambda agent: (-genome[agent][0][SPECIES], fitness[agent], agent)
     )
     pairs: list[list[int]] = []
-    for number, status in enumerate(breeding.values()):
+    for number, status in enumerate(selected_species.values()):
         best_first = sorted(status["members"], key=lambda agent: (-fitness[agent], -agent))
         best = best_first[: int(float(part.survival_threshold) * len(best_first)) + 1]
         end = int(sum(means[: number + 1]) * len(uniforms) / sum(means) + 0.5)
@@ -156,32 +162,29 @@ def parents(part: Any, genome: Any, fitness: Any, uniforms: Any) -> list[list[in
             second_parent = best[int(draws[0][3] * len(best))]
             if draws[0][2] < part.interspecies_mating_rate:
                 second_parent = all_agents[int(draws[0][3] * len(all_agents))]
-            pairs.append(
-                [
-                    first_parent,
-                    first_parent if draws[0][1] < part.single_parent_share else second_parent,
-                ]
-            )
+            if draws[0][1] < part.single_parent_share:
+                second_parent = first_parent
+            pairs.append([first_parent, second_parent])
         if len(best_first) > part.champion_species_size and end > first:
             pairs[first] = [best_first[0], ITSELF]
     return pairs
 
 
 class _Innovations:
-    """Innovation numbers of a generation. The same innovation has one number in all children."""
+    """Innovation numbers of a generation. Equal innovations have equal numbers."""
 
     def __init__(self, last: int) -> None:
         self.last = last
         self._numbers = dict[tuple[str, float, float], int]()
 
     def number_link(self, source: float, target: float) -> int:
-        """Return the number of a link, which is new unless a child has it already."""
+        """Return the number of a link, a new number if no child has the link."""
         number = self._numbers.setdefault(("link", source, target), self.last + 1)
         self.last = max(self.last, number)
         return number
 
     def number_node(self, source: float, target: float) -> int:
-        """Return the number of the node that splits a link; the next number is its output link."""
+        """Return the number of the node that splits a link. Its output link has the next number."""
         node = self._numbers.setdefault(("node", source, target), self.last + 1)
         self.last = max(self.last, node + 1)
         self._numbers["link", source, node] = node
@@ -196,37 +199,35 @@ def children(
     max_links = (len(genome[0][0]) - HEAD_SIZE) // GENE_SIZE
     innovations = _Innovations(int(genome[0][0][LAST_INNOVATION]))
     offspring: list[Genes] = []
-    for (first_parent, second_parent), (of_child, of_new, *of_links) in zip(
+    for (first_parent, second_parent), (child_draws, new_link_draws, *link_draws) in zip(
         pairs, draws, strict=True
     ):
-        if (
-            second_parent != ITSELF
-            and first_parent != second_parent
-            and (part.blind or fitness[first_parent] == fitness[second_parent])
-            and of_new[2] < 0.5
-        ):
-            first_parent, second_parent = second_parent, first_parent
+        has_two_parents = second_parent not in (ITSELF, first_parent)
+        if has_two_parents and new_link_draws[2] < 0.5:
+            is_fitter_unknown = part.blind or fitness[first_parent] == fitness[second_parent]
+            if is_fitter_unknown:
+                first_parent, second_parent = second_parent, first_parent
         genes = read_genes(genome[first_parent][0])
         offspring.append(genes)
         if second_parent == ITSELF:
             continue
         if first_parent != second_parent:
-            _cross(part, genes, read_genes(genome[second_parent][0]), of_links)
-        if of_child[0] < part.weight_mutation_rate:
-            _mutate_weights(part, genes, of_links)
+            _cross(part, genes, read_genes(genome[second_parent][0]), link_draws)
+        if child_draws[0] < part.weight_mutation_rate:
+            _mutate_weights(part, genes, link_draws)
         bias = genome[0][0][INPUTS] - 1
         splittable = [
             number for number in sorted(genes) if genes[number][3] and genes[number][0] != bias
         ]
-        if of_child[1] < part.add_node_rate and splittable and len(genes) + 2 <= max_links:
-            chosen = splittable[int(of_child[3] * len(splittable))]
-            _split_link(genes, chosen, innovations)
+        if child_draws[1] < part.add_node_rate and splittable and len(genes) + 2 <= max_links:
+            split_link = splittable[int(child_draws[3] * len(splittable))]
+            _split_link(genes, split_link, innovations)
         open_pairs = _open_pairs(part, genome[0][0], genes)
-        if of_child[2] < part.add_link_rate and open_pairs and len(genes) + 1 <= max_links:
-            source, target = open_pairs[int(of_new[0] * len(open_pairs))]
+        if child_draws[2] < part.add_link_rate and open_pairs and len(genes) + 1 <= max_links:
+            source, target = open_pairs[int(new_link_draws[0] * len(open_pairs))]
             number = innovations.number_link(source, target)
-            genes[number] = [source, target, (2 * of_new[1] - 1) * part.weight_range, 1.0]
-    heads = _heads(part, genome, fitness, offspring, draws, innovations.last)
+            genes[number] = [source, target, (2 * new_link_draws[1] - 1) * part.weight_range, 1.0]
+    heads = _make_heads(part, genome, fitness, offspring, draws, innovations.last)
     return [
         [_write_genome(head, genes, max_links)]
         for head, genes in zip(heads, offspring, strict=True)
@@ -266,31 +267,31 @@ def _open_pairs(part: Any, head: Any, genes: Genes) -> list[tuple[float, float]]
     inputs = int(head[INPUTS])
     fixed = int(head[INPUTS] + head[OUTPUTS])
     nodes = [*range(fixed), *(number for number in sorted(genes) if genes[number][1] == number)]
-    behind: dict[float, set[float]] = {node: {node} for node in nodes}
+    reachable_nodes: dict[float, set[float]] = {node: {node} for node in nodes}
     for _ in nodes:
         for source, target, _, _ in genes.values():
-            behind[source] |= behind[target]
+            reachable_nodes[source] |= reachable_nodes[target]
     joined = {(gene[0], gene[1]) for gene in genes.values()}
     pairs = [(source, target) for source in nodes for target in nodes[inputs:]]
     return [
         pair
         for pair in pairs
-        if pair not in joined and (part.loops or pair[0] not in behind[pair[1]])
+        if pair not in joined and (part.loops or pair[0] not in reachable_nodes[pair[1]])
     ]
 
 
-def _heads(
-    part: Any, genome: Any, fitness: Any, offspring: list[Genes], draws: Any, ledger: int
+def _make_heads(
+    part: Any, genome: Any, fitness: Any, offspring: list[Genes], draws: Any, last_innovation: int
 ) -> list[list[float]]:
-    """Return the heads of the children's genomes, with their species and its status."""
+    """Return the heads of the children's genomes, with the status of their species."""
     all_species = _species_status(genome, fitness)
-    best_of_all, stale_of_all = _population_status(genome, fitness)
+    population_best, population_stale = _population_status(genome, fitness)
     # Number, representative, best fitness, and generations without improvement.
     species: list[tuple[float, Genes, float, int]] = []
     for count, (number, status) in enumerate(all_species.items()):
         member = status["members"][int(draws[count][1][3] * len(status["members"]))]
         species.append((number, read_genes(genome[member][0]), status["best"], status["stale"]))
-    newest = genome[0][0][LAST_SPECIES]
+    last_species = genome[0][0][LAST_SPECIES]
     heads = []
     for genes in offspring:
         species_of_child = next(
@@ -302,18 +303,18 @@ def _heads(
             None,
         )
         if species_of_child is None:
-            newest += 1
-            species.append(species_of_child := (newest, genes, -inf, 0))
+            last_species += 1
+            species.append(species_of_child := (last_species, genes, -inf, 0))
         head = list(genome[0][0][:HEAD_SIZE])
         head[SPECIES] = species_of_child[0]
         head[BEST] = species_of_child[2]
         head[STALE] = species_of_child[3]
-        head[LAST_INNOVATION] = ledger
-        head[POPULATION_BEST] = best_of_all
-        head[POPULATION_STALE] = stale_of_all
+        head[LAST_INNOVATION] = last_innovation
+        head[POPULATION_BEST] = population_best
+        head[POPULATION_STALE] = population_stale
         heads.append(head)
     for head in heads:
-        head[LAST_SPECIES] = newest
+        head[LAST_SPECIES] = last_species
     return heads
 
 

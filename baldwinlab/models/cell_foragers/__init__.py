@@ -1,16 +1,20 @@
-"""Foragers on a grid, one agent per world, that learn from additional outputs or from a teacher.
+"""The model of foragers on a grid, which learn from a teacher or from additional outputs.
 
     baldwinlab reproduce nolfi-parisi-1993
 
-A grid of 10 by 10 cells has ten items of food. An agent eats an item by entering its cell. The
-agent senses the angle of the nearest item, relative to its heading, the distance of this item, and
-the two bits of its next action. Its network computes the action after that: stay (00), turn right
-(01), turn left (10) or go ahead (11). A lifetime has several environments with a number of steps
-each. Fitness is the mean food per environment.
+A grid of 10 by 10 cells has ten items of food and a single agent. An agent eats an item by entering
+its cell. The four inputs are the angle of the nearest item relative to the heading, the distance of
+this item, and the two bits of the next action. From these inputs, the network computes the action
+that follows the next action: stay (00), turn right (01), turn left (10) or go ahead (11). A
+lifetime has several environments with a number of steps each. Fitness is the mean food per
+environment.
 
-`learning` is one of: nothing; the action, with the outputs of an inherited teaching module as
-targets (auto-teaching); the next sensation, on two additional outputs; or random numbers on these
-outputs, as a control.
+The setting `learning` selects the targets of learning:
+
+- none;
+- `auto-teaching`: the outputs of an inherited teaching module, for the outputs of the action;
+- `prediction`: the next angle and distance, for two additional outputs;
+- `random-targets`: random numbers, for the two additional outputs, as a control.
 
 The world, the lifetimes, the evolution and the prediction follow Nolfi et al. 1994. The numbers of
 both papers are from memory. Our choices are as follows: a move off the grid has no effect; an agent

@@ -11,19 +11,20 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import square_root
 from baldwinlab.parts import LIFE, philox, unit
 
-# Cells per edge.
+# Number of cells per edge.
 GRID_SIZE: Final = 10
 # Number of items.
 N_FOOD_ITEMS: Final = 10
 # Number of random draws that are reserved for an environment.
 DRAWS_PER_ENVIRONMENT: Final = 4096
+# Distance between opposite corners, in cells.
 MAX_DISTANCE: Final = np.float32(GRID_SIZE - 1) * np.float32(1.4142135)
 ZERO = np.float32(0)
 ONE = np.float32(1)
 
 
 class Visit(NamedTuple):
-    """An agent in one environment: the key of its random numbers."""
+    """Key of the random numbers of an agent in one environment."""
 
     seed: int
     run: int
@@ -35,7 +36,7 @@ class Visit(NamedTuple):
 
 @compiled
 def draw_words(visit: Visit, draw: Any) -> Any:
-    """Return the random words of a draw, which is counted from the first draw of the visit."""
+    """Return the random words of draw `draw` of a visit, counted from 0."""
     return philox(
         visit.first_draw + draw, visit.agent, visit.generation, LIFE, visit.seed, visit.run
     )
@@ -64,29 +65,32 @@ def place_food(food: Any, visit: Visit) -> None:
 
 @compiled
 def sense_food(food: Any, cell: Any, heading: Any) -> Any:
-    """Return the angle and the distance of the nearest food.
+    """Return the angle and the distance of the nearest food, or (0, 1) if there is no food.
 
     The angle is clockwise from the heading, as a share of a turn. The distance is a share of the
     largest distance.
     """
-    nearest = 2 * GRID_SIZE * GRID_SIZE
-    u = 0
-    v = 0
+    # A squared distance above all squared distances on the grid.
+    no_distance = 2 * GRID_SIZE * GRID_SIZE
+    nearest_squared = no_distance
+    nearest_dx = 0
+    nearest_dy = 0
     for item in range(food.size):
         if food[item] >= 0:
             dx = food[item] % GRID_SIZE - cell % GRID_SIZE
             dy = food[item] // GRID_SIZE - cell // GRID_SIZE
-            if dx * dx + dy * dy < nearest:
-                nearest = dx * dx + dy * dy
-                u = dx
-                v = dy
-    if nearest == 2 * GRID_SIZE * GRID_SIZE:
+            if dx * dx + dy * dy < nearest_squared:
+                nearest_squared = dx * dx + dy * dy
+                nearest_dx = dx
+                nearest_dy = dy
+    if nearest_squared == no_distance:
         return ZERO, ONE
+    # Rotate the offset by quarter turns, so that the heading is to the right.
     for _ in range(heading):
-        u, v = v, -u
-    return share_of_turn(np.float32(u), np.float32(v)), square_root(
-        np.float32(nearest)
-    ) / MAX_DISTANCE
+        nearest_dx, nearest_dy = nearest_dy, -nearest_dx
+    angle = share_of_turn(np.float32(nearest_dx), np.float32(nearest_dy))
+    distance = square_root(np.float32(nearest_squared)) / MAX_DISTANCE
+    return angle, distance
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Lifetimes of foragers: environments with food, one after the other, and learning in each step."""
+"""Lifetimes of foragers: visits to successive environments, with learning in each step."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from baldwinlab.models.cell_foragers.network import (
 from baldwinlab.parts import unit
 
 HALF = np.float32(0.5)
-# Learning targets.
+# Learning targets, see `CellForagers.learning`.
 NO_TARGET: Final = 0
 INHERITED_TEACHER: Final = 1
 NEXT_SENSATION: Final = 2
@@ -49,14 +49,14 @@ class ForagingSettings(NamedTuple):
 
 
 class Modules(NamedTuple):
-    """Weights of the two modules of an agent."""
+    """Weights of the two modules of an agent, float32 [weight] each."""
 
     action: npt.NDArray[np.float32]
     teaching: npt.NDArray[np.float32]
 
 
-class Course(NamedTuple):
-    """Course of an agent in one environment."""
+class EnvironmentPath(NamedTuple):
+    """Food and moves of an agent in one environment."""
 
     # int64 [item]: the cells of the food at the beginning.
     food: npt.NDArray[np.int64]
@@ -73,7 +73,7 @@ class Scratch(NamedTuple):
 
 
 class ForagingResults(NamedTuple):
-    """Results of lifetimes, and the course of the last simulated environments."""
+    """Results of lifetimes, and the paths in the last simulated environments."""
 
     # float32 [run, agent, weight]: the action module. It changes in place as agents learn.
     learned: npt.NDArray[np.float32]
@@ -104,7 +104,7 @@ def simulate_lifetimes(
     results : ForagingResults
         Output. `learned` must have the weights of the action modules at birth.
     """
-    recorded = results.food.shape[0]
+    n_recorded = results.food.shape[0]
     for run in range(runs.size):
         for agent in range(results.eaten.shape[1]):
             modules = Modules(results.learned[run, agent], teaching[run, agent])
@@ -116,16 +116,21 @@ def simulate_lifetimes(
                     settings.first_agent + agent,
                     environment * DRAWS_PER_ENVIRONMENT,
                 )
-                slot = environment % recorded
-                course = Course(results.food[slot], results.track[slot])
+                # Later environments overwrite the paths of earlier ones.
+                slot = environment % n_recorded
+                path = EnvironmentPath(results.food[slot], results.track[slot])
                 results.eaten[run, agent, environment] = _visit_environment(
-                    settings, visit, modules, scratch, course
+                    settings, visit, modules, scratch, path
                 )
 
 
 @compiled
 def _visit_environment(
-    settings: ForagingSettings, visit: Visit, modules: Modules, scratch: Scratch, course: Course
+    settings: ForagingSettings,
+    visit: Visit,
+    modules: Modules,
+    scratch: Scratch,
+    path: EnvironmentPath,
 ) -> int:
     """Simulate an agent in one environment, and return the number of items that it eats."""
     food = scratch.food
@@ -135,7 +140,7 @@ def _visit_environment(
     heading = int(unit(words[1]) * np.float32(4))
     place_food(food, visit)
     for item in range(food.size):
-        course.food[item] = food[item]
+        path.food[item] = food[item]
     action = 0
     eaten = 0
     # An earlier move, with the state of the agent and the eaten items after it.
@@ -143,7 +148,7 @@ def _visit_environment(
     reference_state = -1
     reference_eaten = 0
     angle, distance = sense_food(food, cell, heading)
-    for move in range(course.track.shape[0]):
+    for move in range(path.track.shape[0]):
         values[0] = angle
         values[1] = distance
         values[2] = np.float32(action >> 1)
@@ -151,15 +156,18 @@ def _visit_environment(
         compute_outputs(settings.layers, modules.action, values)
         cell, heading = execute_action(action, cell, heading)
         eaten += eat_item(food, cell)
-        course.track[move, 0] = cell
-        course.track[move, 1] = heading
+        path.track[move, 0] = cell
+        path.track[move, 1] = heading
         action = _read_action(settings.layers, values)
         if settings.target == NO_TARGET:
-            # Without learning, an agent in an earlier state with the same food repeats its moves.
+            # Without learning, an agent that returns to an earlier state and has eaten nothing
+            # since then repeats its moves until the end. The state is one number: action and
+            # heading have four values each.
             state = 16 * cell + 4 * heading + action
             if state == reference_state and eaten == reference_eaten:
-                _repeat_moves(course.track, move, move - reference_move)
+                _repeat_moves(path.track, move, move - reference_move)
                 return eaten
+            # The reference must be renewed, because the first states may never return.
             if eaten > reference_eaten or move > 2 * reference_move:
                 reference_move = move
                 reference_state = state
@@ -173,7 +181,7 @@ def _visit_environment(
 
 @compiled
 def _read_action(layers: Layers, values: Any) -> int:
-    """Return the action that the outputs plan."""
+    """Return the action from its two bits, the outputs above 1/2."""
     first = N_INPUTS + layers.hidden
     return 2 * int(values[first] > HALF) + int(values[first + 1] > HALF)
 
@@ -182,18 +190,22 @@ def _read_action(layers: Layers, values: Any) -> int:
 def _learn(
     settings: ForagingSettings, visit: Visit, modules: Modules, units: Activations, move: Any
 ) -> None:
-    """Change the weights of the action module. The targets are the next sensation."""
+    """Change the weights of the action module in one step of learning.
+
+    `units.targets` has the next sensation: the angle and the distance of the nearest food.
+    """
     layers = settings.layers
     if settings.target == INHERITED_TEACHER:
-        for k in range(N_INPUTS):
-            units.teacher[k] = units.values[k]
+        for index in range(N_INPUTS):
+            units.teacher[index] = units.values[index]
         compute_outputs(layers, modules.teaching, units.teacher)
-        for k in range(N_ACTION_OUTPUTS):
-            units.targets[k] = units.teacher[N_INPUTS + layers.hidden + k]
+        for index in range(N_ACTION_OUTPUTS):
+            units.targets[index] = units.teacher[N_INPUTS + layers.hidden + index]
         backpropagate(layers, modules.action, units, 0)
     elif settings.target == NEXT_SENSATION:
         backpropagate(layers, modules.action, units, N_ACTION_OUTPUTS)
     elif settings.target == NOISE:
+        # The last draws of the environment are not used for food.
         words = draw_words(visit, DRAWS_PER_ENVIRONMENT - 1 - move)
         units.targets[0] = unit(words[0])
         units.targets[1] = unit(words[1])
@@ -202,7 +214,7 @@ def _learn(
 
 @compiled
 def _repeat_moves(track: Any, move: Any, period: Any) -> None:
-    """Fill the track after a move with the moves of one period before."""
+    """Fill the track after `move` by repeating the last `period` moves."""
     for later in range(move + 1, track.shape[0]):
         track[later, 0] = track[later - period, 0]
         track[later, 1] = track[later - period, 1]

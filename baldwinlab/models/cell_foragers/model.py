@@ -41,14 +41,17 @@ TARGETS: Final = {
     "prediction": NEXT_SENSATION,
     "random-targets": NOISE,
 }
-# A lifetime is divided into this number of equal periods. The first and the last are compared.
-PERIODS: Final = 6
+# Number of equal periods of a lifetime. The gain compares the last period with the first period.
+N_PERIODS: Final = 6
 # Approximate maximum number of moves in a view.
 MAX_SHOWN_MOVES: Final = 20_000
 
 
-def _gain(generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return the mean gain of a generation, or of the last generation if there are fewer."""
+def _mean_gain(generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Return a function of runs: the mean gain in a generation.
+
+    In shorter runs, it is the gain in the last generation.
+    """
     return lambda runs: (
         runs["gain"].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
     )
@@ -57,7 +60,9 @@ def _gain(generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
 def _view_lifetime(
     model: CellForagers, key: Any, genomes: npt.NDArray[np.float32], agent: int
 ) -> GridView:
-    environments = min(model.environments, max(1, MAX_SHOWN_MOVES // model.steps_per_environment))
+    """Return the moves of an agent in its first environments."""
+    max_environments = max(1, MAX_SHOWN_MOVES // model.steps_per_environment)
+    environments = min(model.environments, max_environments)
     results = model.forage(
         key.seed,
         [key.run],
@@ -65,7 +70,7 @@ def _view_lifetime(
         genomes[None, [agent]],
         first_agent=agent,
         environments=environments,
-        recorded=environments,
+        n_recorded=environments,
     )
     return make_foraging_frames(GRID_SIZE, results.food, results.track, "environment")
 
@@ -124,13 +129,19 @@ class CellForagers(Model, name="cell-foragers"):
         )
     }
     measures: ClassVar[Mapping[str, Measure]] = {
-        "gain-0": Measure("gain within life in generation 0, items an environment", _gain(0)),
-        "gain-10": Measure("gain within life in generation 10, items an environment", _gain(10)),
-        "gain-20": Measure("gain within life in generation 20, items an environment", _gain(20)),
-        "gain-50": Measure("gain within life in generation 50, items an environment", _gain(50)),
+        "gain-0": Measure("gain within life in generation 0, items an environment", _mean_gain(0)),
+        "gain-10": Measure(
+            "gain within life in generation 10, items an environment", _mean_gain(10)
+        ),
+        "gain-20": Measure(
+            "gain within life in generation 20, items an environment", _mean_gain(20)
+        ),
+        "gain-50": Measure(
+            "gain within life in generation 50, items an environment", _mean_gain(50)
+        ),
         "gain-falls": Measure(
             "gain within life in generation 10 minus that in generation 50",
-            lambda runs: _gain(10)(runs) - _gain(50)(runs),
+            lambda runs: _mean_gain(10)(runs) - _mean_gain(50)(runs),
         ),
     }
 
@@ -148,7 +159,7 @@ class CellForagers(Model, name="cell-foragers"):
 
     @property
     def outputs(self) -> int:
-        """Return the number of outputs: two for the action, and two if targets are additional."""
+        """Return the number of outputs: two for the action, and two for additional targets."""
         return N_ACTION_OUTPUTS + (2 if self.learning in ("prediction", "random-targets") else 0)
 
     def without_learning(self) -> CellForagers:
@@ -160,8 +171,8 @@ class CellForagers(Model, name="cell-foragers"):
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         modules = len(self.modules)
         draws = key.uniforms(FOUNDER, (agents, modules * self.weights()))[:, :, 0]
-        drawn: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
-        return drawn.reshape(agents, modules, -1)
+        weights: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
+        return weights.reshape(agents, modules, -1)
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -173,11 +184,13 @@ class CellForagers(Model, name="cell-foragers"):
             genomes,
             first_agent=0,
             environments=self.environments,
-            recorded=1,
+            n_recorded=1,
         )
         eaten = results.eaten
-        period = self.environments // PERIODS
-        gain = eaten[..., -period:].mean(axis=-1) - eaten[..., :period].mean(axis=-1)
+        n_compared = self.environments // N_PERIODS
+        last_eaten = eaten[..., -n_compared:].mean(axis=-1)
+        first_eaten = eaten[..., :n_compared].mean(axis=-1)
+        gain = last_eaten - first_eaten
         energy = eaten.sum(axis=-1) / self.environments
         records = {"gain": gain.astype(np.float32)}
         return LifeResults(energy, np.zeros_like(energy), results.learned, records)
@@ -191,7 +204,7 @@ class CellForagers(Model, name="cell-foragers"):
         *,
         first_agent: int,
         environments: int,
-        recorded: int,
+        n_recorded: int,
     ) -> ForagingResults:
         """Simulate environments of the agents from number `first_agent` on.
 
@@ -209,20 +222,21 @@ class CellForagers(Model, name="cell-foragers"):
             Number of the first agent.
         environments : int
             Number of environments per agent.
-        recorded : int
-            Number of environments whose course is returned, for the last agent.
+        n_recorded : int
+            Number of final environments whose paths are returned, for the last agent.
 
         Returns
         -------
         ForagingResults
-            Learned weights, eaten items and the recorded courses.
+            Learned weights, eaten items and the recorded paths.
         """
         units = N_INPUTS + self.hidden_units + self.outputs
+        target = TARGETS[self.learning] if self.learns else NO_TARGET
         settings = ForagingSettings(
             seed,
             generation,
             first_agent,
-            TARGETS[self.learning] if self.learns else NO_TARGET,
+            target,
             Layers(self.hidden_units, self.outputs, np.float32(self.learning_rate)),
         )
         scratch = Scratch(
@@ -236,8 +250,8 @@ class CellForagers(Model, name="cell-foragers"):
         results = ForagingResults(
             genomes[:, :, 0].copy(),
             poison.empty((*genomes.shape[:2], environments), np.int32),
-            poison.empty((recorded, N_FOOD_ITEMS), np.int64),
-            poison.empty((recorded, self.steps_per_environment, 2), np.int64),
+            poison.empty((n_recorded, N_FOOD_ITEMS), np.int64),
+            poison.empty((n_recorded, self.steps_per_environment, 2), np.int64),
         )
         teaching = np.ascontiguousarray(genomes[:, :, -1])
         simulate_lifetimes(settings, np.array(runs, np.int64), teaching, scratch, results)

@@ -1,4 +1,4 @@
-"""Networks of foragers: logistic units with biases, and one hidden layer."""
+"""Networks of foragers, with one hidden layer of logistic units."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy.typing as npt
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 
-# The angle and the distance of the nearest food, and the two bits of the next action.
+# Number of inputs: the angle and the distance of the nearest food, and two bits of the next action.
 N_INPUTS: Final = 4
-# Number of outputs for the planned action.
+# Number of outputs for the action: its two bits.
 N_ACTION_OUTPUTS: Final = 2
 ZERO = np.float32(0)
 ONE = np.float32(1)
@@ -27,7 +27,7 @@ class Layers(NamedTuple):
 
 
 class Activations(NamedTuple):
-    """Scratch for the activations of two networks and for one step of learning."""
+    """Scratch arrays for the activations of both modules and for one step of learning."""
 
     # float32 [unit]: inputs, hidden units and outputs of the action module.
     values: npt.NDArray[np.float32]
@@ -39,25 +39,29 @@ class Activations(NamedTuple):
 
 @compiled
 def compute_outputs(layers: Layers, weights: Any, values: Any) -> None:
-    """Compute the hidden units and the outputs of `values` [unit] from its inputs."""
+    """Compute the hidden units and the outputs in `values` [unit] from the inputs in `values`."""
     hidden = layers.hidden
     outputs = layers.outputs
     for hidden_unit in range(hidden):
         total = weights[N_INPUTS * hidden + hidden_unit]
-        for i in range(N_INPUTS):
-            total += weights[i * hidden + hidden_unit] * values[i]
+        for source in range(N_INPUTS):
+            total += weights[source * hidden + hidden_unit] * values[source]
         values[N_INPUTS + hidden_unit] = sigmoid(total)
-    after = (N_INPUTS + 1) * hidden
-    for k in range(outputs):
-        total = weights[after + hidden * outputs + k]
+    # The weights of the hidden units, biases included, come first.
+    first_output_weight = (N_INPUTS + 1) * hidden
+    for output in range(outputs):
+        total = weights[first_output_weight + hidden * outputs + output]
         for hidden_unit in range(hidden):
-            total += weights[after + hidden_unit * outputs + k] * values[N_INPUTS + hidden_unit]
-        values[N_INPUTS + hidden + k] = sigmoid(total)
+            total += (
+                weights[first_output_weight + hidden_unit * outputs + output]
+                * values[N_INPUTS + hidden_unit]
+            )
+        values[N_INPUTS + hidden + output] = sigmoid(total)
 
 
 @compiled
 def backpropagate(layers: Layers, weights: Any, units: Activations, first: Any) -> None:
-    """Do one step of backpropagation from the outputs `first` and `first + 1` to their targets."""
+    """Do one step of backpropagation, with targets for the outputs `first` and `first + 1`."""
     hidden = layers.hidden
     outputs = layers.outputs
     rate = layers.rate
@@ -67,16 +71,16 @@ def backpropagate(layers: Layers, weights: Any, units: Activations, first: Any) 
     second_error = _output_error(values[first_output + 1], units.targets[1])
     output_weights = (N_INPUTS + 1) * hidden + first
     for hidden_unit in range(hidden):
-        h = values[N_INPUTS + hidden_unit]
+        activation = values[N_INPUTS + hidden_unit]
         weight = output_weights + hidden_unit * outputs
         error = ZERO
         error += first_error * weights[weight]
         error += second_error * weights[weight + 1]
-        weights[weight] -= rate * first_error * h
-        weights[weight + 1] -= rate * second_error * h
-        error = error * h * (ONE - h)
-        for i in range(N_INPUTS):
-            weights[i * hidden + hidden_unit] -= rate * error * values[i]
+        weights[weight] -= rate * first_error * activation
+        weights[weight + 1] -= rate * second_error * activation
+        error = error * activation * (ONE - activation)
+        for source in range(N_INPUTS):
+            weights[source * hidden + hidden_unit] -= rate * error * values[source]
         weights[N_INPUTS * hidden + hidden_unit] -= rate * error
     biases = output_weights + hidden * outputs
     weights[biases] -= rate * first_error
@@ -84,5 +88,5 @@ def backpropagate(layers: Layers, weights: Any, units: Activations, first: Any) 
 
 
 @compiled
-def _output_error(y: Any, target: Any) -> Any:
-    return (y - target) * y * (ONE - y)
+def _output_error(activation: Any, target: Any) -> Any:
+    return (activation - target) * activation * (ONE - activation)

@@ -1,4 +1,4 @@
-"""Mutation of a fixed number of weights."""
+"""The variation `few-mutations`, which mutates a fixed number of weights."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from baldwinlab.parts import Field, Variation
 
 
 class FewMutations(Variation, name="few-mutations"):
-    """Copy of one parent, chosen at random; a fixed number of weights mutates.
+    """Copy of one parent, chosen at random; a fixed number of weights mutate.
 
     References
     ----------
