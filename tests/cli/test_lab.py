@@ -94,8 +94,8 @@ def test_the_browser_is_opened_unless_the_option_disables_it(
     assert address.startswith("http://127.0.0.1:")
     assert token != served[1].token
     # The token is valid once, because other users can read the command line of the browser.
-    assert served[1].admits(token)
-    assert not served[1].admits(token)
+    assert served[1].accept(token)
+    assert not served[1].accept(token)
 
 
 def test_a_narrow_terminal_does_not_break_the_printed_address(

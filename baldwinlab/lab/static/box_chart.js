@@ -1,4 +1,4 @@
-// Box plots in SVG, with all values as points. A point can be a link that the keyboard reaches.
+/** Box plots in SVG, with all values as points. A point can be a link that the keyboard reaches. */
 
 import { el } from "./common.js";
 import { drawGridLine, chooseTicks, drawTextLabel, formatSvgFile, createSvg } from "./drawing.js";
@@ -9,7 +9,8 @@ const BOTTOM = 8;
 const LEFT = 46;
 // Half of the width of a box, relative to its slot.
 const BOX_SHARE = 0.34;
-const FILE = { width: 760, height: 400 };
+// SVG units.
+const FILE_SIZE = { width: 760, height: 400 };
 
 /**
  * @typedef {object} Group
@@ -29,7 +30,7 @@ const FILE = { width: 760, height: 400 };
  * times the height of the box.
  * @param {HTMLElement} root is emptied and filled; the chart follows its width
  * @param {{title: string, groups: Group[], height?: number}} options
- * @returns {{svg: () => string, destroy: () => void}} `svg` returns the text of a file
+ * @returns {{drawFile: () => string, destroy: () => void}} `drawFile` returns the text of a file
  */
 export function drawBoxChart(root, options) {
   const { title, groups } = options;
@@ -40,19 +41,19 @@ export function drawBoxChart(root, options) {
       drawPlot(title, groups, Math.max(root.clientWidth, 160), options.height ?? 260),
     );
   draw();
-  const resized = new ResizeObserver(draw);
-  resized.observe(root);
+  const sizeObserver = new ResizeObserver(draw);
+  sizeObserver.observe(root);
   // A file contains no links.
   const unlinkedGroups = groups.map((group) => ({ ...group, href: undefined }));
   return {
-    svg: () =>
+    drawFile: () =>
       formatSvgFile(
         title,
-        FILE.width,
-        FILE.height,
-        drawPlot(title, unlinkedGroups, FILE.width, FILE.height),
+        FILE_SIZE.width,
+        FILE_SIZE.height,
+        drawPlot(title, unlinkedGroups, FILE_SIZE.width, FILE_SIZE.height),
       ),
-    destroy: () => resized.disconnect(),
+    destroy: () => sizeObserver.disconnect(),
   };
 }
 

@@ -16,7 +16,7 @@ const GRID = "rgba(128, 128, 128, 0.22)";
  * @param {HTMLElement} plot determines the color of the axes
  * @param {import("./charts.js").Series[]} series
  * @param {Set<string>} hidden labels of hidden series
- * @param {object} options as for `createLineChart`
+ * @param {object} options as for `LineChart`
  * @param {(index: number|null, focused: number|null) => void} showValues called when the cursor
  *   moves
  */

@@ -30,123 +30,148 @@ import { el } from "./common.js";
  * @property {number[]} [dash] lengths of dashes and gaps, in pixels
  * @property {{run: number, values: ArrayLike<number|null>}[]} [runs] the runs of a mean, drawn as
  *   thin lines
- *
- * @typedef {object} LineChart
- * @property {(x: ArrayLike<number>, series: Series[]) => void} update shows other data; hidden
- *   labels stay hidden
- * @property {(index: number|null) => void} mark moves the cursor to a position of the x axis, or
- *   removes it
- * @property {() => string} svg returns the visible chart as the text of a file
- * @property {() => void} destroy
  */
 
-/**
- * Draw curves over a shared x axis, with a legend that hides and shows them.
- * @param {HTMLElement} root is emptied and filled; the chart follows its width
- * @param {object} options
- * @param {string} options.title above the chart, and for screen readers
- * @param {ArrayLike<number>} options.x in ascending order
- * @param {string[]} [options.names] of the positions on the x axis, which are then 0, 1, 2, ...
- * @param {Series[]} options.series
- * @param {string} [options.xLabel]
- * @param {string} [options.yLabel]
- * @param {number} [options.height] of the plot, in CSS pixels
- * @param {string[]} [options.hidden] labels of series that are hidden at first
- * @param {(hidden: string[]) => void} [options.onHidden] called when the user hides or shows a
- *   series
- * @param {(pick: {index: number, x: number, label: string, run?: number}) => void} [options.onPick]
- *   called for a click, a tap or Enter on a curve
- * @returns {LineChart}
- */
-export function createLineChart(root, options) {
-  const legend = el("div", { class: "chart-legend" });
-  const plot = el("div", {
-    class: "chart-plot",
-    tabindex: "0",
-    role: "group",
-    "aria-label": options.title,
-  });
-  // The run under the pointer.
-  const pointedRun = el("span", { class: "chart-run soft" });
-  // Announces the keyboard target to screen readers.
-  const announcement = el("span", { class: "visually-hidden", role: "status" });
-  root.replaceChildren(
-    el("div", { class: "chart-title" }, options.title),
-    plot,
-    legend,
-    announcement,
-  );
-  const hidden = new Set(options.hidden ?? []);
-  let { x, series } = options;
-  let chart = null;
+// CSS pixels.
+const DEFAULT_HEIGHT = 260;
+const MIN_WIDTH = 160;
 
-  const build = () => {
-    chart?.destroy();
-    const size = { width: Math.max(root.clientWidth, 160), height: options.height ?? 260 };
-    chart = new uPlot(
-      { ...size, ...createSettings(plot, series, hidden, options, showValues) },
-      collectColumns(x, series),
-      plot,
+/** Curves over a shared x axis, with a legend that hides and shows them. */
+export class LineChart {
+  /**
+   * @param {HTMLElement} root is emptied and filled; the chart follows its width
+   * @param {object} options
+   * @param {string} options.title above the chart, and for screen readers
+   * @param {ArrayLike<number>} options.x in ascending order
+   * @param {string[]} [options.names] of the positions on the x axis, which are then 0, 1, 2, ...
+   * @param {Series[]} options.series
+   * @param {string} [options.xLabel]
+   * @param {string} [options.yLabel]
+   * @param {number} [options.height] of the plot, in CSS pixels
+   * @param {string[]} [options.hidden] labels of series that are hidden at first
+   * @param {(hidden: string[]) => void} [options.onHidden] called when the user hides or shows a
+   *   series
+   * @param {(pick: {index: number, x: number, label: string, run?: number}) => void}
+   *   [options.onPick] called for a click, a tap or Enter on a curve
+   */
+  constructor(root, options) {
+    Object.assign(this, { root, options, x: options.x, series: options.series });
+    this.hidden = new Set(options.hidden ?? []);
+    this.chart = null;
+    // The column of the curve that the keyboard has selected.
+    this.selectedColumn = null;
+    this.createElements();
+    this.build();
+    this.sizeObserver = new ResizeObserver(() =>
+      this.chart.setSize({ width: this.width, height: this.chart.height }),
     );
-    bindPick(chart, () => series, options.onPick);
-    showLegend();
-  };
-  const showLegend = () => {
-    const all = el(
+    this.sizeObserver.observe(root);
+    this.colorScheme = matchMedia("(prefers-color-scheme: dark)");
+    this.redraw = () => this.chart.redraw();
+    this.colorScheme.addEventListener("change", this.redraw);
+    this.plot.addEventListener("keydown", (event) => this.handleKey(event));
+  }
+
+  createElements() {
+    const { title } = this.options;
+    this.legend = el("div", { class: "chart-legend" });
+    this.plot = el("div", {
+      class: "chart-plot",
+      tabindex: "0",
+      role: "group",
+      "aria-label": title,
+    });
+    // The run under the pointer.
+    this.pointedRun = el("span", { class: "chart-run soft" });
+    // Announces the keyboard target to screen readers.
+    this.announcement = el("span", { class: "visually-hidden", role: "status" });
+    this.root.replaceChildren(
+      el("div", { class: "chart-title" }, title),
+      this.plot,
+      this.legend,
+      this.announcement,
+    );
+  }
+
+  get width() {
+    return Math.max(this.root.clientWidth, MIN_WIDTH);
+  }
+
+  /** Create the uPlot chart of the current series. */
+  build() {
+    this.chart?.destroy();
+    const showValues = (index, column) => this.showValues(index, column);
+    this.chart = new uPlot(
+      {
+        width: this.width,
+        height: this.options.height ?? DEFAULT_HEIGHT,
+        ...createSettings(this.plot, this.series, this.hidden, this.options, showValues),
+      },
+      collectColumns(this.x, this.series),
+      this.plot,
+    );
+    bindPick(this.chart, () => this.series, this.options.onPick);
+    this.showLegend();
+  }
+
+  showLegend() {
+    const toggleButton = el(
       "button",
-      { type: "button", class: "chart-all", onclick: toggleAll },
-      hidden.size ? "Show all" : "Hide all",
+      { type: "button", class: "chart-all", onclick: () => this.toggleAll() },
+      this.hidden.size ? "Show all" : "Hide all",
     );
-    legend.replaceChildren(
-      ...series.map((line, number) => createLegendEntry(line, number, hidden, toggle)),
-      ...(series.length > MAX_PLAIN_CURVES ? [all] : []),
-      pointedRun,
+    this.legend.replaceChildren(
+      ...this.series.map((line, number) =>
+        createLegendEntry(line, number, this.hidden, (label) => this.toggle(label)),
+      ),
+      ...(this.series.length > MAX_PLAIN_CURVES ? [toggleButton] : []),
+      this.pointedRun,
     );
-  };
-  const toggle = (label) => {
-    if (!hidden.delete(label)) hidden.add(label);
-    changeShown(series.findIndex((line) => line.label === label));
-  };
-  const toggleAll = () => {
-    if (hidden.size) hidden.clear();
-    else series.forEach((line) => hidden.add(line.label));
-    changeShown(series.length);
-  };
-  const changeShown = (pressed) => {
-    chart.batch(() =>
-      collectCurves(series).forEach(({ columns, label }) => {
-        for (const column of columns) chart.setSeries(column, { show: !hidden.has(label) });
+  }
+
+  /** Hide or show a series. */
+  toggle(label) {
+    if (!this.hidden.delete(label)) this.hidden.add(label);
+    this.applyHidden(this.series.findIndex((line) => line.label === label));
+  }
+
+  toggleAll() {
+    if (this.hidden.size) this.hidden.clear();
+    else this.series.forEach((line) => this.hidden.add(line.label));
+    // The button that toggles all series is the last one.
+    this.applyHidden(this.series.length);
+  }
+
+  /** Apply the hidden labels. The pressed button gets the focus, because the legend is replaced. */
+  applyHidden(pressedButton) {
+    this.chart.batch(() =>
+      collectCurves(this.series).forEach(({ columns, label }) => {
+        for (const column of columns)
+          this.chart.setSeries(column, { show: !this.hidden.has(label) });
       }),
     );
-    showLegend();
-    legend.querySelectorAll("button")[pressed].focus();
-    options.onHidden?.([...hidden]);
-  };
-  const showValues = (index, focused) => {
-    legend.querySelectorAll(".chart-value").forEach((element, number) => {
-      const value = index == null ? null : series[number]?.values[index];
+    this.showLegend();
+    this.legend.querySelectorAll("button")[pressedButton].focus();
+    this.options.onHidden?.([...this.hidden]);
+  }
+
+  /** Show the values at an index of the x axis, and the run of the focused column. */
+  showValues(index, focusedColumn) {
+    this.legend.querySelectorAll(".chart-value").forEach((element, number) => {
+      const value = index == null ? null : this.series[number]?.values[index];
       element.textContent = value == null ? "" : formatShort(value);
     });
     const { run, label, values } =
-      collectCurves(series).find(({ columns: [column] }) => column === focused) ?? {};
-    pointedRun.textContent =
-      run === undefined || values[index] == null
-        ? ""
-        : `${label}, run ${run}: ${formatShort(values[index])}`;
-  };
+      collectCurves(this.series).find(({ columns: [column] }) => column === focusedColumn) ?? {};
+    const hasRunValue = run !== undefined && values[index] != null;
+    this.pointedRun.textContent = hasRunValue
+      ? `${label}, run ${run}: ${formatShort(values[index])}`
+      : "";
+  }
 
-  build();
-  const resized = new ResizeObserver(() =>
-    chart.setSize({ width: Math.max(root.clientWidth, 160), height: chart.height }),
-  );
-  resized.observe(root);
-  const scheme = matchMedia("(prefers-color-scheme: dark)");
-  const recolor = () => chart.redraw();
-  scheme.addEventListener("change", recolor);
-  // The column of the keyboard target.
-  let chosen = null;
-  plot.addEventListener("keydown", (event) => {
-    const target = readKey(event, chart, series, chosen);
+  handleKey(event) {
+    const { chart, options } = this;
+    const target = readKey(event, chart, this.series, this.selectedColumn);
     if (!target) return;
     event.preventDefault();
     event.stopPropagation();
@@ -155,39 +180,37 @@ export function createLineChart(root, options) {
       return;
     }
     setCursor(chart, target.index, target.curve?.top);
-    chosen = target.curve?.columns[0] ?? null;
+    this.selectedColumn = target.curve?.columns[0] ?? null;
     // Selects one of several curves at the same position.
-    chart.setSeries(chosen, { focus: true });
-    announcement.textContent = describeTarget(target, chart, options);
-  });
+    chart.setSeries(this.selectedColumn, { focus: true });
+    this.announcement.textContent = describeTarget(target, chart, options);
+  }
 
-  return {
-    update(newX, newSeries) {
-      const same =
-        newSeries.length === series.length &&
-        newSeries.every(
-          (line, number) =>
-            line.label === series[number].label &&
-            line.runs?.length === series[number].runs?.length,
-        );
-      x = newX;
-      series = newSeries;
-      if (same) chart.setData(collectColumns(x, series));
-      else build();
-    },
-    mark(index) {
-      setCursor(chart, index);
-    },
-    svg() {
-      const shown = series
-        .map((line, number) => ({ ...selectSeriesStyle(number), ...line }))
-        .filter(({ label }) => !hidden.has(label));
-      return drawCurvesFile({ ...options, x, series: shown });
-    },
-    destroy() {
-      resized.disconnect();
-      scheme.removeEventListener("change", recolor);
-      chart.destroy();
-    },
-  };
+  /** Show other data. Hidden labels stay hidden. */
+  update(x, series) {
+    const hasSameCurves =
+      series.length === this.series.length &&
+      series.every(
+        (line, number) =>
+          line.label === this.series[number].label &&
+          line.runs?.length === this.series[number].runs?.length,
+      );
+    Object.assign(this, { x, series });
+    if (hasSameCurves) this.chart.setData(collectColumns(x, series));
+    else this.build();
+  }
+
+  /** Return the visible chart as the text of an SVG file. */
+  drawFile() {
+    const visibleSeries = this.series
+      .map((line, number) => ({ ...selectSeriesStyle(number), ...line }))
+      .filter(({ label }) => !this.hidden.has(label));
+    return drawCurvesFile({ ...this.options, x: this.x, series: visibleSeries });
+  }
+
+  destroy() {
+    this.sizeObserver.disconnect();
+    this.colorScheme.removeEventListener("change", this.redraw);
+    this.chart.destroy();
+  }
 }

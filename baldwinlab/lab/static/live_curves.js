@@ -1,90 +1,124 @@
 /** The curves of a live run. */
 
 import { selectSeriesStyle } from "./chart_series.js";
-import { createLineChart } from "./charts.js";
+import { LineChart } from "./charts.js";
 import { el } from "./common.js";
 import { createChartDownloads } from "./downloads.js";
 
-/** Draw fitness and the share of agents that eat. A click on a curve shows that generation. */
-export function createCurves(feed, fitness, share, runSwitch, pick) {
-  const {
-    runs,
-    experiment: { world },
-  } = feed.summary;
-  const x = Array.from(
-    { length: feed.summary.experiment.evolution.generations },
-    (_, generation) => generation,
-  );
-  // The axis covers all generations from the start.
-  const padded = (values) => values && x.map((generation) => values[generation] ?? null);
-  const band = (label, name, number) => {
-    const { mean, low, high, runs: runValues } = feed.bands[name];
-    const runLines = Array.from({ length: runSwitch.checked ? runs : 0 }, (_, run) => ({
+const CSV_COLUMNS = ["curve", "generation", "mean", "low", "high"];
+
+/** Fitness and the share of agents that eat. A click on a curve shows that generation. */
+export class LiveCurves {
+  /**
+   * @param {import("./live_feed.js").Feed} feed
+   * @param {HTMLElement} fitnessRoot is filled
+   * @param {HTMLElement} shareRoot is filled
+   * @param {HTMLInputElement} runSwitch is checked if each run is drawn
+   * @param {(generation: number, run?: number) => void} pick
+   */
+  constructor(feed, fitnessRoot, shareRoot, runSwitch, pick) {
+    Object.assign(this, { feed, runSwitch, pick });
+    const { generations } = feed.summary.experiment.evolution;
+    // The axis covers all generations from the start.
+    this.x = Array.from({ length: generations }, (_, generation) => generation);
+    this.hasWorld = Boolean(feed.summary.experiment.world);
+    this.frame = 0;
+    this.fitnessChart = this.createFitnessChart(fitnessRoot);
+    this.shareChart = this.createShareChart(shareRoot);
+  }
+
+  createFitnessChart(root) {
+    const { runs } = this.feed.summary;
+    const suffix = runs > 1 ? `, mean of ${runs} runs with 95 % interval` : "";
+    return this.createChart(root, "fitness", () => this.listFitnessSeries(), {
+      title: `Fitness${suffix}`,
+      yLabel: this.hasWorld ? "fitness (energy)" : "fitness",
+      height: 210,
+    });
+  }
+
+  createShareChart(root) {
+    return this.createChart(root, "share", () => this.listShareSeries(), {
+      title: this.hasWorld ? "Share of agents that eat" : "Share of agents with fitness above 0",
+      yLabel: "share",
+      height: 150,
+    });
+  }
+
+  /** Create a chart with downloads. `name` is the name of the files. */
+  createChart(root, name, listSeries, options) {
+    const plot = el("div");
+    const chart = new LineChart(plot, {
+      ...options,
+      x: this.x,
+      xLabel: "generation",
+      onPick: ({ x, run }) => this.pick(x, run),
+      series: listSeries(),
+    });
+    const rows = () => listSeries().flatMap((line) => this.listRows(line));
+    root.append(
+      plot,
+      createChartDownloads(name, CSV_COLUMNS, rows, () => chart.drawFile()),
+    );
+    return chart;
+  }
+
+  listFitnessSeries() {
+    return [
+      this.createSeries("best agent", "best", 0),
+      this.createSeries("average agent", "mean", 1),
+    ];
+  }
+
+  listShareSeries() {
+    const label = this.hasWorld ? "share of agents that eat" : "share above 0";
+    return [this.createSeries(label, "share", 2)];
+  }
+
+  /** Return the series of a measure. It is null in generations that are not finished. */
+  createSeries(label, measure, styleNumber) {
+    const { mean, low, high, runs: runValues = [] } = this.feed.bands[measure];
+    const pad = (values) => values && this.x.map((generation) => values[generation] ?? null);
+    const runCount = this.runSwitch.checked ? this.feed.summary.runs : 0;
+    const runLines = Array.from({ length: runCount }, (_, run) => ({
       run,
-      values: padded((runValues ?? []).map((values) => values[run])),
+      values: pad(runValues.map((values) => values[run])),
     }));
     return {
       label,
-      color: selectSeriesStyle(number).color,
-      values: padded(mean),
-      low: padded(low),
-      high: padded(high),
+      color: selectSeriesStyle(styleNumber).color,
+      values: pad(mean),
+      low: pad(low),
+      high: pad(high),
       runs: runLines,
     };
-  };
-  const lines = () => [band("best agent", "best", 0), band("average agent", "mean", 1)];
-  const shares = () => [band(world ? "share of agents that eat" : "share above 0", "share", 2)];
-  const options = { x, xLabel: "generation", height: 210, onPick: ({ x, run }) => pick(x, run) };
-  const suffix = runs > 1 ? `, mean of ${runs} runs with 95 % interval` : "";
-  const chart = (root, name, more, shown) => {
-    const plot = el("div");
-    const chart = createLineChart(plot, { ...options, ...more, series: shown() });
-    const rows = () =>
-      shown().flatMap(({ label, values, low, high }) =>
-        x.slice(0, feed.generationsDone).map((generation) => ({
-          curve: label,
-          generation,
-          mean: values[generation],
-          low: low?.[generation],
-          high: high?.[generation],
-        })),
-      );
-    root.append(
-      plot,
-      createChartDownloads(name, ["curve", "generation", "mean", "low", "high"], rows, chart.svg),
-    );
-    return chart;
-  };
-  const charts = [
-    chart(
-      fitness,
-      "fitness",
-      { title: `Fitness${suffix}`, yLabel: world ? "fitness (energy)" : "fitness" },
-      lines,
-    ),
-    chart(
-      share,
-      "share",
-      {
-        title: world ? "Share of agents that eat" : "Share of agents with fitness above 0",
-        yLabel: "share",
-        height: 150,
-      },
-      shares,
-    ),
-  ];
-  let drawn = 0;
-  const draw = () => {
-    drawn = 0;
-    charts[0].update(x, lines());
-    charts[1].update(x, shares());
-  };
-  return {
-    // Draw once per frame, independent of the number of messages.
-    update: () => (drawn ||= requestAnimationFrame(draw)),
-    close() {
-      cancelAnimationFrame(drawn);
-      for (const chart of charts) chart.destroy();
-    },
-  };
+  }
+
+  /** Return one row per finished generation. */
+  listRows({ label, values, low, high }) {
+    return this.x.slice(0, this.feed.generationsDone).map((generation) => ({
+      curve: label,
+      generation,
+      mean: values[generation],
+      low: low?.[generation],
+      high: high?.[generation],
+    }));
+  }
+
+  /** Draw the curves once per frame, independent of the number of messages. */
+  update() {
+    this.frame ||= requestAnimationFrame(() => this.draw());
+  }
+
+  draw() {
+    this.frame = 0;
+    this.fitnessChart.update(this.x, this.listFitnessSeries());
+    this.shareChart.update(this.x, this.listShareSeries());
+  }
+
+  close() {
+    cancelAnimationFrame(this.frame);
+    this.fitnessChart.destroy();
+    this.shareChart.destroy();
+  }
 }

@@ -3,7 +3,7 @@
 import { createRunSwitch } from "./chart_legend.js";
 import { el, isServerless, postJSON, showMessage } from "./common.js";
 import { LiveAlleles } from "./live_alleles.js";
-import { createCurves } from "./live_curves.js";
+import { LiveCurves } from "./live_curves.js";
 import { LiveWorld } from "./live_world.js";
 import { openSaveDialog } from "./save_dialog.js";
 
@@ -73,7 +73,7 @@ export function createLivePanel(root, feed, state, navigate, editRun) {
     charts.update();
   });
   if (runs > 1) fitness.after(runSwitch);
-  const charts = createCurves(feed, fitness, share, runSwitch.firstChild, (generation, run) =>
+  const charts = new LiveCurves(feed, fitness, share, runSwitch.firstChild, (generation, run) =>
     world.pick(generation, run),
   );
 

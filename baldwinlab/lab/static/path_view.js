@@ -3,7 +3,7 @@
  * birth.
  */
 
-import { createLineChart } from "./charts.js";
+import { LineChart } from "./charts.js";
 import { el, formatNumber } from "./common.js";
 
 export class PathView {
@@ -31,7 +31,7 @@ export class PathView {
     this.close();
     this.title = title;
     if (length === 1) return this.plot.append(...listBirthValues(names, step, value, lines));
-    this.chart = createLineChart(this.plot, {
+    this.chart = new LineChart(this.plot, {
       title: value,
       x: Array.from({ length }, (_, index) => index),
       xLabel: step,

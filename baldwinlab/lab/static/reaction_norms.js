@@ -1,7 +1,7 @@
 /** Reaction norms: fitness of the last generation when one setting differs from evolution. */
 
 import { selectSeriesStyle } from "./chart_series.js";
-import { createLineChart } from "./charts.js";
+import { LineChart } from "./charts.js";
 import { el } from "./common.js";
 import { createChartDownloads } from "./downloads.js";
 
@@ -110,16 +110,14 @@ function createChart(
   const series = Object.entries(norms)
     .filter(([condition]) => conditions.has(condition))
     .map(([label, { median, low, high }]) => ({ label, values: median, low, high }));
-  const indices = series.map(({ label }) =>
+  const curveIndices = series.map(({ label }) =>
     groups.findIndex((group) => group.conditions.length === 1 && group.conditions[0] === label),
   );
-  series.forEach(
-    (line, number) =>
-      Object.assign(line, selectSeriesStyle(indices.includes(-1) ? number : indices[number])),
-    // Use the style of the curves above, if each condition has one.
-  );
+  // Use the styles of the curves above, if each condition has its own curve.
+  const styles = curveIndices.includes(-1) ? [...series.keys()] : curveIndices;
+  series.forEach((line, number) => Object.assign(line, selectSeriesStyle(styles[number])));
   const names = values.map((value) => (evolved.includes(value) ? `(${value})` : value));
-  const chart = createLineChart(root, {
+  const chart = new LineChart(root, {
     title: map ? `Evolved on map ${map}: fitness by ${name}` : `Fitness by ${name}`,
     x: values.map((_, index) => index),
     names,
@@ -144,7 +142,7 @@ function createChart(
       `reaction-${field}${map && `-${map}`}`,
       ["condition", "value", "median", "low", "high"],
       rows,
-      chart.svg,
+      () => chart.drawFile(),
     ),
   );
   return chart;

@@ -57,7 +57,12 @@ export function drawBoxes(root, { study, results, groups }, kind) {
     );
   root.append(
     plot,
-    createChartDownloads(`final-${kind}`, ["box", "condition", "run", "value"], rows, chart.svg),
+    createChartDownloads(
+      `final-${kind}`,
+      ["box", "condition", "run", "value"],
+      rows,
+      chart.drawFile,
+    ),
   );
   return chart;
 }

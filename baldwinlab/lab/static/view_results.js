@@ -6,7 +6,7 @@ import { el, getJSON, showMessage } from "./common.js";
 import { createComparisonTable } from "./comparison.js";
 import { createReactionNorms } from "./reaction_norms.js";
 import { drawBoxes } from "./results_boxes.js";
-import { drawCurves, explainCurves } from "./results_curves.js";
+import { ResultsCurves, explainCurves } from "./results_curves.js";
 import { clearFactorState, createFactorLists, groupConditions } from "./results_factors.js";
 import { createHeading, createMeasureSwitch, createStudyPicker } from "./results_header.js";
 import {
@@ -21,92 +21,156 @@ import { formatLifetimeAddress } from "./sources.js";
 
 // With more curves, the lines of single runs cannot be distinguished.
 const MAX_CURVES = 8;
+// The measures with a box plot.
+const BOX_MEASURES = ["best", "mean"];
+
+/**
+ * @typedef {object} ResultsState the visible results
+ * @property {object} study of /api/studies
+ * @property {object[]} studies all studies
+ * @property {object} results of /api/results
+ * @property {string} measure a key of `MEASURES`
+ * @property {string} hidden labels of hidden curves, joined by commas
+ * @property {string} [norm] the changed setting of the reaction norms
+ * @property {string|null} by the factor that groups conditions
+ * @property {{label: string, conditions: string[]}[]} groups one per curve
+ * @property {boolean} hasSingleConditions whether each group is one condition
+ * @property {boolean} canShowRuns whether the lines of runs can be distinguished
+ * @property {boolean} hasRunLines whether each run is drawn
+ * @property {(patch: Object<string, any>, replace?: boolean) => void} navigate
+ * @property {(patch: Object<string, any>) => void} choose changes the state of the address
+ * @property {(path: string) => Promise<any>} load requests data about the study, once
+ */
 
 /** Mount the view: show `state`, and report changes with `navigate` (see main.js). */
 export function mount(root, state, navigate) {
-  const page = el("div", { class: "page results", "data-testid": "results" });
-  root.append(page);
-  const aborted = new AbortController();
-  // The response of /api/studies.
-  let studies = null;
-  // {study, results, stateKey, free}: the visible state, and the function that frees its charts.
-  let shown = null;
-  // The responses about the visible study, by address.
-  const responses = new Map();
-  const load = (path) => {
-    if (!responses.has(path)) responses.set(path, getJSON(path, aborted.signal));
-    return responses.get(path);
-  };
+  const view = new ResultsView(root, navigate);
+  view.update(state);
+  return view;
+}
 
-  const show = async (requested) => {
-    studies ??= (await getJSON("/api/studies", aborted.signal)).studies;
-    const readable = studies.filter((study) => !study.problem);
-    if (!studies.length)
+class ResultsView {
+  constructor(root, navigate) {
+    this.page = el("div", { class: "page results", "data-testid": "results" });
+    root.append(this.page);
+    this.navigate = navigate;
+    this.aborted = new AbortController();
+    // The response of /api/studies.
+    this.studies = null;
+    // {study, results, stateKey, free}: the visible state, and the function that frees its charts.
+    this.shown = null;
+    // The responses about the visible study, by address.
+    this.responses = new Map();
+    this.choose = (patch) => this.changeState(patch);
+    this.load = (path) => this.loadOnce(path);
+  }
+
+  update(state) {
+    const { signal } = this.aborted;
+    this.show(state).catch((error) => signal.aborted || showMessage(error.message, "error"));
+  }
+
+  unmount() {
+    this.aborted.abort();
+    this.shown?.free();
+  }
+
+  /** Change the state of the address. Another study resets the state of factors. */
+  changeState(patch) {
+    const reset = "study" in patch ? clearFactorState(this.shown?.results) : {};
+    this.navigate({ ...reset, ...patch }, false);
+  }
+
+  loadOnce(path) {
+    if (!this.responses.has(path)) this.responses.set(path, getJSON(path, this.aborted.signal));
+    return this.responses.get(path);
+  }
+
+  async show(requested) {
+    const { signal } = this.aborted;
+    this.studies ??= (await getJSON("/api/studies", signal)).studies;
+    const study = this.findStudy(requested.study);
+    if (!study) return this.showNoStudy(requested.study);
+    const measure = requested.measure in MEASURES ? requested.measure : "best";
+    const { hidden = "", ...rest } = requested;
+    const formatStateKey = (labels) =>
+      new URLSearchParams({ ...rest, study: study.id, measure, hidden: labels }).toString();
+    const stateKey = formatStateKey(hidden);
+    if (this.shown?.stateKey === stateKey) return;
+    const results = await this.loadResults(study);
+    if (!results || signal.aborted) return;
+    this.shown?.free();
+    const view = this.createViewState(study, results, { ...requested, measure, hidden });
+    const restoreFocus = rememberFocus(this.page);
+    // A change of hidden curves does not draw the page again.
+    const setHidden = (labels) => {
+      this.shown.stateKey = formatStateKey(labels);
+    };
+    this.shown = { study: study.id, results, stateKey, free: draw(this.page, view, setHidden) };
+    restoreFocus();
+  }
+
+  /** Return the requested study. Without a request, return the first readable study. */
+  findStudy(id) {
+    if (id) return this.studies.find((study) => study.id === id);
+    return this.studies.find((study) => !study.problem) ?? this.studies[0];
+  }
+
+  showNoStudy(id) {
+    if (!this.studies.length)
       return showEmpty(
-        page,
+        this.page,
         "This folder contains no study yet",
         "Create one with `baldwinlab reproduce`, or save a live run.",
       );
-    const study = requested.study
-      ? studies.find(({ id }) => id === requested.study)
-      : (readable[0] ?? studies[0]);
-    if (!study)
-      return showEmpty(
-        page,
-        "Unknown study",
-        `${requested.study} is not in this folder.`,
-        createStudyPicker(studies, null, choose),
-      );
-    const measure = requested.measure in MEASURES ? requested.measure : "best";
-    const { hidden = "", ...rest } = requested;
-    const formatState = (labels) =>
-      new URLSearchParams({ ...rest, study: study.id, measure, hidden: labels }).toString();
-    const stateKey = formatState(hidden);
-    if (shown?.stateKey === stateKey) return;
-    if (shown?.study !== study.id) responses.clear();
-    const results =
-      shown?.study === study.id
-        ? shown.results
-        : await fetchResults(study, page, studies, choose, aborted.signal);
-    if (!results || aborted.signal.aborted) return;
-    shown?.free();
-    const view = {
+    return showEmpty(
+      this.page,
+      "Unknown study",
+      `${id} is not in this folder.`,
+      createStudyPicker(this.studies, null, this.choose),
+    );
+  }
+
+  /** Return the results of a study. Results of the visible study are not requested again. */
+  loadResults(study) {
+    if (this.shown?.study === study.id) return this.shown.results;
+    this.responses.clear();
+    return fetchResults(study, this.page, this.studies, this.choose, this.aborted.signal);
+  }
+
+  /** @returns {ResultsState} */
+  createViewState(study, results, requested) {
+    const { measure, hidden, norm, runs } = requested;
+    const { navigate, choose, studies, load } = this;
+    const grouping = groupConditions(results, requested);
+    const hasSingleConditions = grouping.groups.every(({ conditions }) => conditions.length === 1);
+    const canShowRuns = hasSingleConditions && grouping.groups.length <= MAX_CURVES;
+    return {
       study,
+      studies,
       results,
       measure,
       hidden,
+      norm,
       navigate,
       choose,
-      studies,
       load,
-      norm: requested.norm,
-      ...groupConditions(results, requested),
+      ...grouping,
+      hasSingleConditions,
+      canShowRuns,
+      hasRunLines: canShowRuns && runs === "each",
     };
-    view.hasSingleConditions = view.groups.every(({ conditions }) => conditions.length === 1);
-    view.hasRunLines =
-      view.hasSingleConditions && view.groups.length <= MAX_CURVES && requested.runs === "each";
-    const focused = page.contains(document.activeElement)
-      ? document.activeElement.dataset.testid
-      : undefined;
-    const setHidden = (labels) => {
-      shown.stateKey = formatState(labels);
-    };
-    shown = { study: study.id, results, stateKey, free: draw(page, view, setHidden) };
-    if (focused)
-      page.querySelector(`[data-testid="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
-  };
-  const choose = (patch) =>
-    navigate("study" in patch ? { ...clearFactorState(shown?.results), ...patch } : patch, false);
-  const update = (next) =>
-    show(next).catch((error) => aborted.signal.aborted || showMessage(error.message, "error"));
-  update(state);
-  return {
-    update,
-    unmount() {
-      aborted.abort();
-      shown?.free();
-    },
-  };
+  }
+}
+
+/** Return a function that moves the focus back to the focused control of a redrawn page. */
+function rememberFocus(page) {
+  const focused = page.contains(document.activeElement)
+    ? document.activeElement.dataset.testid
+    : undefined;
+  if (!focused) return () => {};
+  const selector = `[data-testid="${CSS.escape(focused)}"]`;
+  return () => page.querySelector(selector)?.focus({ preventScroll: true });
 }
 
 /** Load the results of a study. Without results, the page shows the reason. */
@@ -145,75 +209,90 @@ function showEmpty(page, title, sentence, ...more) {
 
 /** Fill the page, and return a function that frees its charts. */
 function draw(page, view, setHidden) {
-  const { study, results, measure, choose, groups } = view;
-  if (!groups.length) {
-    const sentence = results.conditions.length
-      ? "Change one of the filters."
-      : "The first run is not finished yet.";
-    showEmpty(
-      page,
-      "No condition to show",
-      sentence,
-      createStudyPicker(view.studies, study.id, choose),
-      createFactorLists(results, view, choose),
-    );
+  if (!view.groups.length) {
+    showNoCondition(page, view);
     return () => {};
   }
   const curves = el("section", { class: "card", "data-testid": "curves" });
-  const boxes = ["best", "mean"].map((kind) =>
-    el("section", { class: "card", "data-testid": `final-${kind}` }),
+  const boxes = BOX_MEASURES.map((measure) =>
+    el("section", { class: "card", "data-testid": `final-${measure}` }),
   );
-  const last = createGenerationLookup(results);
-  const norms = createReactionNorms(
-    view.load(`/api/results/reaction?${new URLSearchParams({ study: study.id })}`),
-    study.id,
-    groups,
-    view.norm,
-    choose,
-  );
-  const runs = Object.fromEntries(
-    groups.flatMap(({ conditions }) => conditions).map((name) => [name, findRuns(study, name)]),
-  );
-  const canShowRuns = view.hasSingleConditions && groups.length <= MAX_CURVES;
-  const runSwitch =
-    canShowRuns &&
-    createRunSwitch(view.hasRunLines, (isChecked) => choose({ runs: isChecked ? "each" : null }));
+  const norms = createNorms(view);
   page.replaceChildren(
     el("h1", { class: "visually-hidden" }, "Results"),
     createHeading(view),
-    createFactorLists(results, view, choose) ?? "",
-    el(
-      "div",
-      { class: "row" },
-      createMeasureSwitch(results, measure, choose),
-      runSwitch,
-      el("span", { class: "soft" }, explainCurves(view)),
-    ),
-    createComparisonTable(results.comparison),
+    createFactorLists(view.results, view, view.choose) ?? "",
+    createMeasureRow(view),
+    createComparisonTable(view.results.comparison),
     curves,
     el(
       "div",
-      { class: groups.length > MAX_CURVES ? "results-boxes wide" : "results-boxes" },
+      { class: view.groups.length > MAX_CURVES ? "results-boxes wide" : "results-boxes" },
       ...boxes,
     ),
-    createRunTable(results, runs, describeMeasures(results), (name, run) =>
-      hasWorldView(view, name)
-        ? formatLifetimeAddress({ study: study.id, condition: name, run, generation: last(name) })
-        : null,
-    ),
-    norms.section,
-    createClaimList(
-      results.claims,
-      study,
-      (condition) => results.typical_run[condition],
-      last,
-      results.problem,
-    ),
+    ...createTables(view, norms.section),
   );
-  const drawn = [
-    drawCurves(curves, view, setHidden),
-    ...["best", "mean"].map((kind, index) => drawBoxes(boxes[index], view, kind)),
+  // Charts need the width of their elements on the page.
+  const charts = [
+    new ResultsCurves(curves, view, setHidden),
+    ...BOX_MEASURES.map((measure, index) => drawBoxes(boxes[index], view, measure)),
     norms,
   ];
-  return () => drawn.forEach((chart) => chart.destroy());
+  return () => charts.forEach((chart) => chart.destroy());
+}
+
+function showNoCondition(page, { study, studies, results, by, only, choose }) {
+  const sentence = results.conditions.length
+    ? "Change one of the filters."
+    : "The first run is not finished yet.";
+  showEmpty(
+    page,
+    "No condition to show",
+    sentence,
+    createStudyPicker(studies, study.id, choose),
+    createFactorLists(results, { by, only }, choose),
+  );
+}
+
+function createNorms({ study, groups, norm, choose, load }) {
+  const response = load(`/api/results/reaction?${new URLSearchParams({ study: study.id })}`);
+  return createReactionNorms(response, study.id, groups, norm, choose);
+}
+
+/** Return the row with the measures, the switch of runs, and the explanation of the curves. */
+function createMeasureRow(view) {
+  const { results, measure, choose } = view;
+  const runSwitch =
+    view.canShowRuns &&
+    createRunSwitch(view.hasRunLines, (isChecked) => choose({ runs: isChecked ? "each" : null }));
+  return el(
+    "div",
+    { class: "row" },
+    createMeasureSwitch(results, measure, choose),
+    runSwitch,
+    el("span", { class: "soft" }, explainCurves(view)),
+  );
+}
+
+/** Return the table of runs, the reaction norms and the claims. */
+function createTables(view, norms) {
+  const { study, results, groups } = view;
+  const findLastGeneration = createGenerationLookup(results);
+  const conditions = groups.flatMap((group) => group.conditions);
+  const runs = Object.fromEntries(conditions.map((name) => [name, findRuns(study, name)]));
+  const formatAddress = (condition, run) =>
+    hasWorldView(view, condition)
+      ? formatLifetimeAddress({
+          study: study.id,
+          condition,
+          run,
+          generation: findLastGeneration(condition),
+        })
+      : null;
+  const findTypicalRun = (condition) => results.typical_run[condition];
+  return [
+    createRunTable(results, runs, describeMeasures(results), formatAddress),
+    norms,
+    createClaimList(results.claims, study, findTypicalRun, findLastGeneration, results.problem),
+  ];
 }
