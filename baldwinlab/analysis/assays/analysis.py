@@ -1,8 +1,8 @@
-"""Test for the Baldwin effect: the stored assays, compared by the criteria in `questions.toml`.
+"""Test for the Baldwin effect: apply the criteria of `questions.toml` to the stored assays.
 
-Every condition that evolves and learns is tested. Each run has one value and is compared with
-itself: with and without learning, or early and late. All p-values are one family, corrected by
-Holm's method.
+Every condition that evolves and learns is tested. A test compares two values of the same run: with
+and without learning, or in the first and in the last generations. All p-values are one family,
+corrected by Holm's method.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from baldwinlab.analysis.assays.criteria import (
     INNATE_LAST,
     NO,
     NOT_MEASURED,
-    SIGNS,
+    RULE_SIGNS,
     UNDECIDED,
     YES,
     Criterion,
@@ -33,6 +33,7 @@ from baldwinlab.analysis.assays.values import (
     Assays,
     Quantity,
     compute_quantities,
+    drop_labels,
     parse_experiments,
     read_factors,
 )
@@ -51,12 +52,14 @@ Table = Mapping[Quantity, xr.DataArray]
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer to a criterion. `numbers` is None if it was not measured."""
+    """The answer to a criterion."""
 
     criterion: Criterion
+    # Comparison of the criterion's quantities, or None if one was not measured.
     numbers: statistics.Pairs | None
-    # Runs in which a or b is undefined.
+    # Number of runs in which `a` or `b` of the criterion is undefined.
     left_out: int
+    # p-value, corrected for all tests of the analysis.
     p_holm: float
     verdict: Verdict
     # The smallest corrected p-value that the number of runs allows.
@@ -64,7 +67,7 @@ class Answer:
 
     @property
     def has_too_few_runs(self) -> bool:
-        """Whether the answer is undecided because so few runs cannot decide it."""
+        """Whether the answer is undecided because it has too few runs."""
         return self.verdict == UNDECIDED and self.smallest_p_holm >= SIGNIFICANCE_LEVEL
 
     @property
@@ -88,7 +91,7 @@ class ConditionResult:
     is_lamarckian: bool
 
     def answer(self, criterion: str) -> Answer:
-        """Return the answer to a criterion, which is "not measured" if it does not apply."""
+        """Return the answer to a criterion: "not measured" if the criterion does not apply."""
         answers = {answer.criterion.id: answer for answer in self.answers}
         if criterion in answers:
             return answers[criterion]
@@ -109,10 +112,11 @@ class Number:
     """Median of a quantity over the runs in which it is defined, with its 95 % interval."""
 
     condition: str
+    # The two parts of a `Quantity`: a measure, and its time or its agents.
     measure: str
     when: str
+    # Number of runs in which the quantity is defined, and is undefined.
     runs: int
-    # Runs in which the quantity is undefined.
     left_out: int
     median: float
     low: float
@@ -132,9 +136,10 @@ class Analysis:
 
     @property
     def too_few(self) -> str:
-        """A sentence if the runs are too few for the tests, else ""."""
+        """Sentences if the runs are too few for the tests, else ""."""
         answers = [answer for result in self.results for answer in result.answers]
-        return describe_too_few([_design(answer.numbers.n) for answer in answers if answer.numbers])
+        tests = [_planned_test(answer.numbers.n) for answer in answers if answer.numbers]
+        return describe_too_few(tests)
 
     @property
     def applicable_criteria(self) -> list[Criterion]:
@@ -176,17 +181,20 @@ def evaluate_assays(assays: Assays, last: int = 10) -> Analysis:
         name: read_factors(data) for stored in assays.values() for name, data in stored.items()
     }
     tables = {name: compute_quantities(assays, name, last) for name in experiments}
-    numbers = tuple(number for name, table in tables.items() for number in _numbers(name, table))
-    learning = [
+    numbers = tuple(
+        number for name, table in tables.items() for number in _compute_numbers(name, table)
+    )
+    learning_conditions = [
         name
         for name, experiment in experiments.items()
         if evolves_and_learns(experiment, assays.get("innate", {}).get(name))
     ]
-    controls = {name: find_control(name, experiments) for name in learning}
+    controls = {name: find_control(name, experiments) for name in learning_conditions}
     for name, control in controls.items():
         if control and INNATE_LAST in tables[control]:
+            # Criteria compare quantities of one table.
             tables[name][CONTROL_LAST] = tables[control][INNATE_LAST]
-    answers = _answer(tables, {name: experiments[name] for name in learning})
+    answers = _answer_criteria(tables, {name: experiments[name] for name in learning_conditions})
     results = [
         ConditionResult(
             name,
@@ -196,57 +204,62 @@ def evaluate_assays(assays: Assays, last: int = 10) -> Analysis:
             isinstance(experiments[name], Experiment) and _eats_only_with_learning(assays, name),
             experiments[name].evolution.lamarckian_share > 0,
         )
-        for name in learning
+        for name in learning_conditions
     ]
     return Analysis(tuple(results), numbers, last, tables)
 
 
-def _answer(
+def _answer_criteria(
     tables: Mapping[str, Table], experiments: Mapping[str, BaseExperiment]
 ) -> dict[str, tuple[Answer, ...]]:
-    """Answer the criteria of all conditions. Their tests are one family."""
-    measured = {
-        (name, criterion): _measure(tables[name], criterion)
+    """Answer the criteria of all conditions, whose tests are one family."""
+    comparisons = {
+        (name, criterion): _compare_quantities(tables[name], criterion)
         for name, experiment in experiments.items()
         for criterion in load_criteria()
         if criterion.applies_to(experiment)
     }
-    tests = {key: pairs for key, (pairs, _) in measured.items() if pairs}
+    tests = {key: pairs for key, (pairs, _) in comparisons.items() if pairs}
     p_values = statistics.holm([pairs.p for pairs in tests.values()]).tolist()
-    limits = smallest_corrected_p([_design(pairs.n) for pairs in tests.values()]).tolist()
+    planned = [_planned_test(pairs.n) for pairs in tests.values()]
+    smallest_p_values = smallest_corrected_p(planned).tolist()
     p_holm = dict(zip(tests, p_values, strict=True))
-    smallest = dict(zip(tests, limits, strict=True))
+    smallest_p_holm = dict(zip(tests, smallest_p_values, strict=True))
     answers: dict[str, list[Answer]] = {name: [] for name in experiments}
-    for (name, criterion), (pairs, left_out) in measured.items():
+    for (name, criterion), (pairs, left_out) in comparisons.items():
+        # A criterion that was not measured has no p-value.
         p = p_holm.get((name, criterion), nan)
-        verdict = _decide(SIGNS[criterion.rule], pairs, p)
-        limit = smallest.get((name, criterion), nan)
-        answers[name].append(Answer(criterion, pairs, left_out, p, verdict, limit))
+        smallest_p = smallest_p_holm.get((name, criterion), nan)
+        verdict = _decide(RULE_SIGNS[criterion.rule], pairs, p)
+        answers[name].append(Answer(criterion, pairs, left_out, p, verdict, smallest_p))
     return {name: tuple(condition_answers) for name, condition_answers in answers.items()}
 
 
 def _eats_only_with_learning(assays: Assays, condition: str) -> bool:
+    """Return whether no agent of a condition ate with learning off."""
     data = assays.get("innate", {}).get(condition)
     return data is not None and not bool((data["energy"].sel(life="off") > 0).any())
 
 
-def _defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], int]:
-    """Return the values of the runs in which all quantities are defined, and the other runs."""
-    values = [table[name].drop_vars(set(table[name].coords) - {"run"}) for name in names]
-    aligned = xr.align(*values, join="inner")
-    stacked = np.stack([np.asarray(column.values, np.float64) for column in aligned])
-    is_defined = np.isfinite(stacked).all(axis=0)
-    return list(stacked[:, is_defined]), int((~is_defined).sum())
+def _select_defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], int]:
+    """Return the values of runs with all quantities, and the number of runs without."""
+    columns = [drop_labels(table[name]) for name in names]
+    aligned = xr.align(*columns, join="inner")
+    values = np.stack([np.asarray(column.values, np.float64) for column in aligned])
+    is_defined = np.isfinite(values).all(axis=0)
+    return list(values[:, is_defined]), int((~is_defined).sum())
 
 
-def _measure(table: Table, criterion: Criterion) -> tuple[statistics.Pairs | None, int]:
+def _compare_quantities(table: Table, criterion: Criterion) -> tuple[statistics.Pairs | None, int]:
+    """Return the comparison of a criterion's quantities, and the number of runs left out."""
     if criterion.a not in table or criterion.b not in table:
         return None, 0
-    (a, b), left_out = _defined(table, criterion.a, criterion.b)
-    return (statistics.compare_pairs(a, b) if a.size else None), left_out
+    (a, b), left_out = _select_defined(table, criterion.a, criterion.b)
+    pairs = statistics.compare_pairs(a, b) if a.size else None
+    return pairs, left_out
 
 
-def _design(runs: int) -> PlannedTest:
+def _planned_test(runs: int) -> PlannedTest:
     return PlannedTest(runs, runs, "Wilcoxon")
 
 
@@ -267,10 +280,10 @@ def planned_tests(
     Returns
     -------
     list of PlannedTest
-        One design per test.
+        The tests. Some may not be made, because their quantities may be undefined.
     """
     return [
-        _design(runs)
+        _planned_test(runs)
         for name, experiment in experiments.items()
         if evolves_and_learns(experiment, None)
         for criterion in load_criteria()
@@ -280,24 +293,26 @@ def planned_tests(
 
 
 def _decide(sign: int, pairs: statistics.Pairs | None, p_holm: float) -> Verdict:
-    """Return the verdict of a criterion that asks for a difference of this sign."""
+    """Return the verdict of a criterion that requires a difference with the sign `sign`."""
     if pairs is None:
         return NOT_MEASURED
-    if pairs.n > 1 and pairs.above == pairs.below == 0:
+    is_zero_in_every_run = pairs.above == pairs.below == 0
+    if pairs.n > 1 and is_zero_in_every_run:
         return NO
-    # NaN is undecided, too.
+    # A p-value of NaN is undecided, too.
     if not p_holm < SIGNIFICANCE_LEVEL:
         return UNDECIDED
     effect = sign * pairs.effect
+    # Above 0 if most runs differ in the required direction.
     majority = sign * (pairs.above - pairs.below)
     if effect > 0 and majority > 0:
         return YES
     return NO if effect < 0 and majority < 0 else UNDECIDED
 
 
-def _numbers(condition: str, table: Table) -> Iterator[Number]:
+def _compute_numbers(condition: str, table: Table) -> Iterator[Number]:
     for measure, when in table:
-        (values,), left_out = _defined(table, (measure, when))
+        (values,), left_out = _select_defined(table, (measure, when))
         if values.size:
             median = float(np.median(values))
             low, high = statistics.median_interval(values)

@@ -1,4 +1,4 @@
-"""Conditions that evolve and learn, and their no-learning controls."""
+"""Tests for conditions that evolve and learn, and search for their no-learning controls."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from baldwinlab.experiment.registry import key_of
 def evolves_and_learns(experiment: BaseExperiment, innate: xr.Dataset | None) -> bool:
     """Return whether a condition evolves and learns.
 
-    Other models may not be loaded. Then the assay shows whether the condition learns.
+    A model other than MiniWorld may not be loaded. Then the stored assay `innate` shows whether the
+    condition learns.
     """
     if experiment.evolution.inheritance == "none":
         return False
@@ -42,7 +43,7 @@ def _is_without_rule(experiment: Experiment, candidate: Experiment) -> bool:
 
 
 def _is_without_learning(experiment: BaseExperiment, candidate: BaseExperiment) -> bool:
-    """Return whether `candidate` is `experiment` without learning, for models but MiniWorld."""
+    """Return whether `candidate` is `experiment` without learning. Not for MiniWorld."""
     try:
         control = experiment.without_learning().to_dict() | {"name": candidate.name}
         return bool(control == candidate.to_dict())
@@ -58,6 +59,6 @@ def _is_without_learning(experiment: BaseExperiment, candidate: BaseExperiment) 
 
 
 def _switches_learning_off(control: Mapping[str, object], settings: Mapping[str, object]) -> bool:
-    """Return whether a single setting of a model differs, and it is off in `control`."""
+    """Return whether only one setting of a model differs, and is False in `control`."""
     differing = [name for name in settings if control.get(name) != settings[name]]
     return len(differing) == 1 and control.get(differing[0]) is False

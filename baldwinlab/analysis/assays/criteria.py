@@ -17,32 +17,33 @@ YES: Final[Verdict] = "yes"
 NO: Final[Verdict] = "no"
 UNDECIDED: Final[Verdict] = "undecided"
 NOT_MEASURED: Final[Verdict] = "not measured"
-SIGNS: Final = {"greater": 1, "lower": -1}
-# Innate fitness in the last generations, and the same in the no-learning control.
+RULE_SIGNS: Final = {"greater": 1, "lower": -1}
+# Innate fitness in the last generations of a condition, and of its no-learning control.
 INNATE_LAST: Final[Quantity] = ("off", "last")
 CONTROL_LAST: Final[Quantity] = ("no-learning control", "last")
 
 
 @dataclass(frozen=True)
 class Criterion:
-    """A question about the Baldwin effect, answered by comparing two quantities run by run."""
+    """A question about the Baldwin effect, answered by comparing `a` with `b` run by run."""
 
     id: str
     # The assay that measures a and b.
     assay: str
     question: str
-    # The comparison in words.
+    # Description of the comparison.
     detail: str
-    # "greater" or "lower".
+    # "greater" if `a` must be greater than `b`, or "lower".
     rule: str
     a: Quantity
     b: Quantity
+    # Phase of the Baldwin effect, or None if the criterion shows the mechanism.
     phase: int | None = None
     # "foragers" if the criterion applies only to the MiniWorld model.
     only_for: str = ""
 
     def applies_to(self, experiment: BaseExperiment) -> bool:
-        """Return whether the criterion can be tested for an experiment."""
+        """Return whether the criterion applies to the model of an experiment."""
         return self.only_for != "foragers" or isinstance(experiment, Experiment)
 
 
@@ -80,9 +81,9 @@ def combine_verdicts(verdicts: Sequence[Verdict]) -> Verdict:
     str
         The verdict, or "not measured" if nothing was measured.
     """
-    measured = set(verdicts) - {NOT_MEASURED}
-    if not measured:
+    measured_verdicts = set(verdicts) - {NOT_MEASURED}
+    if not measured_verdicts:
         return NOT_MEASURED
-    if NO in measured:
+    if NO in measured_verdicts:
         return NO
-    return YES if measured == {YES} else UNDECIDED
+    return YES if measured_verdicts == {YES} else UNDECIDED

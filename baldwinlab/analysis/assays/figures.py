@@ -23,21 +23,21 @@ from baldwinlab.analysis.assays.panels import (
     make_grid,
     start_at_zero,
 )
-from baldwinlab.analysis.assays.reaction_norms import reaction_panels
+from baldwinlab.analysis.assays.reaction_norms import make_reaction_panels
 from baldwinlab.analysis.assays.values import (
     Assays,
     compute_share,
-    mean_food,
+    mean_fitness,
     read_factors,
     weight_distances,
 )
 from baldwinlab.analysis.figures.style import (
     BLACK,
     BROWN,
+    FIGURE_WIDTH,
     GRAY,
-    LINES,
+    LINE_STYLES,
     MARKERS,
-    WIDTH,
     SeriesStyle,
     choose_style,
     styled,
@@ -52,7 +52,7 @@ LIFE_NAMES: Final = {
 }
 LIFE_STYLES: Final = {
     life: SeriesStyle(LIFE_COLORS[life], line, marker)
-    for life, line, marker in zip(LIFE_NAMES, LINES, MARKERS, strict=False)
+    for life, line, marker in zip(LIFE_NAMES, LINE_STYLES, MARKERS, strict=False)
 }
 
 
@@ -76,12 +76,12 @@ def draw_innate_and_learned(assays: Assays, names: Sequence[str], unit: str) -> 
     """
     figure, grid = make_grid(assays["innate"], names, rows=2, height=2.4)
     for (top, bottom), name in zip(grid, names, strict=True):
-        food = mean_food(assays["innate"][name])
+        fitness = mean_fitness(assays["innate"][name])
         for life, style in LIFE_STYLES.items():
-            draw_curve(top, food.sel(life=life), style, LIFE_NAMES[life])
-        on = food.sel(life="on")
-        innate = compute_share(food.sel(life="off"), on)
-        learned = compute_share(food.sel(life="frozen"), on)
+            draw_curve(top, fitness.sel(life=life), style, LIFE_NAMES[life])
+        on = fitness.sel(life="on")
+        innate = compute_share(fitness.sel(life="off"), on)
+        learned = compute_share(fitness.sel(life="frozen"), on)
         draw_curve(bottom, innate, LIFE_STYLES["off"], "innate share (off / on)")
         draw_curve(bottom, learned, LIFE_STYLES["frozen"], "weights at death (frozen / on)")
         start_at_zero(top)
@@ -96,7 +96,7 @@ def draw_innate_and_learned(assays: Assays, names: Sequence[str], unit: str) -> 
 
 @styled
 def draw_gain_and_distance(assays: Assays, names: Sequence[str], unit: str) -> Figure:
-    """Draw the gain from learning, and how far learning moves the weights of each layer.
+    """Draw the gain from learning, and the distance that learning moves the weights of a layer.
 
     Parameters
     ----------
@@ -112,30 +112,34 @@ def draw_gain_and_distance(assays: Assays, names: Sequence[str], unit: str) -> F
     Figure
         One panel per condition, and a second one if a model has weights.
     """
-    moved = {name: weight_distances(assays["innate"][name]) for name in names}
+    distances = {name: weight_distances(assays["innate"][name]) for name in names}
     has_weights = any(
-        bool(values.notnull().any()) for layers in moved.values() for values in layers.values()
+        bool(values.notnull().any()) for layers in distances.values() for values in layers.values()
     )
-    figure, grid = make_grid(assays["innate"], names, rows=1 + has_weights, height=2.2)
+    n_rows = 2 if has_weights else 1
+    figure, grid = make_grid(assays["innate"], names, rows=n_rows, height=2.2)
     for (top, *weight_axes), name in zip(grid, names, strict=True):
-        food = mean_food(assays["innate"][name])
-        draw_curve(top, food.sel(life="on") - food.sel(life="off"), LIFE_STYLES["on"], "")
+        fitness = mean_fitness(assays["innate"][name])
+        draw_curve(top, fitness.sel(life="on") - fitness.sel(life="off"), LIFE_STYLES["on"], "")
         top.axhline(0, color=GRAY, lw=0.8)
         for bottom in weight_axes:
-            _draw_distances(bottom, moved[name])
-        label_generations([top, *weight_axes][-1])
+            _draw_distances(bottom, distances[name])
+        lowest = [top, *weight_axes][-1]
+        label_generations(lowest)
     labels = [f"gain from learning,\n{unit}", "distance, birth to death"]
-    label_rows(grid, *labels[: 1 + has_weights])
+    label_rows(grid, *labels[:n_rows])
     if has_weights:
         figure.legend(handles=list_handles(grid[:, 1]), loc="outside lower center", ncols=2)
     return figure
 
 
-def _draw_distances(axes: Axes, moved: Mapping[str, xr.DataArray]) -> None:
+def _draw_distances(axes: Axes, distances: Mapping[str, xr.DataArray]) -> None:
     """Draw one curve per layer."""
-    layers = {name.partition(", ")[2]: values for name, values in moved.items() if ", " in name}
+    layers = {name.partition(", ")[2]: values for name, values in distances.items() if ", " in name}
     for number, (layer, values) in enumerate(layers.items()):
-        style = SeriesStyle(BROWN, LINES[number % len(LINES)], MARKERS[number % len(MARKERS)])
+        style = SeriesStyle(
+            BROWN, LINE_STYLES[number % len(LINE_STYLES)], MARKERS[number % len(MARKERS)]
+        )
         draw_curve(axes, values, style, layer)
     start_at_zero(axes)
 
@@ -163,10 +167,11 @@ def draw_modules(assays: Assays, names: Sequence[str], unit: str) -> Figure:
         data = assays["modules"][name]
         kinds = [str(kind) for kind in data["modules"].values]
         for row, kind in enumerate(kinds):
-            food = data["energy"].sel(modules=kind).mean("agent").values
-            spread = 0.4 * (np.arange(food.size) * GOLDEN_RATIO % 1 - 0.5)
-            axes.plot(food, row + spread, "o", color=GRAY, ms=3.2, alpha=0.6, mew=0)
-            axes.vlines(np.median(food), row - 0.32, row + 0.32, color=BLACK, lw=1.8)
+            fitness = data["energy"].sel(modules=kind).mean("agent").values
+            # The golden ratio spreads points evenly and reproducibly.
+            spread = 0.4 * (np.arange(fitness.size) * GOLDEN_RATIO % 1 - 0.5)
+            axes.plot(fitness, row + spread, "o", color=GRAY, ms=3.2, alpha=0.6, mew=0)
+            axes.vlines(np.median(fitness), row - 0.32, row + 0.32, color=BLACK, lw=1.8)
         axes.set(
             yticks=range(len(kinds)),
             yticklabels=[kind.replace(", ", ",\n") for kind in kinds],
@@ -197,16 +202,16 @@ def draw_reaction_norms(assays: Assays, names: Sequence[str], unit: str) -> Figu
         One row per setting, one column per map, one line per condition.
     """
     stored = assays["reaction"]
-    panels = reaction_panels(stored)
+    panels = make_reaction_panels(stored)
     factors = {name: read_factors(data) for name, data in stored.items()}
     styles = _learner_styles(assays)
     maps = list(dict.fromkeys(panel.map for panel in panels))
     fields = list(dict.fromkeys(panel.field for panel in panels))
-    figure = Figure((WIDTH, 0.5 + 1.75 * len(fields)))
+    figure = Figure((FIGURE_WIDTH, 0.5 + 1.75 * len(fields)))
     grid = figure.subplots(len(fields), len(maps), squeeze=False)
     for axes, panel in zip(grid.flat, panels, strict=True):
-        for name, food in panel.norms.items():
-            draw_curve(axes, food, styles[factors[name].learner], "", "place")
+        for name, fitness in panel.norms.items():
+            draw_curve(axes, fitness, styles[factors[name].learner], "", "position")
         axes.set_xticks(range(len(panel.values)), panel.labels)
         axes.set(xlim=(-0.4, max(len(panel.values), 1) - 0.6), xlabel=panel.name)
         start_at_zero(axes)
@@ -220,7 +225,7 @@ def draw_reaction_norms(assays: Assays, names: Sequence[str], unit: str) -> Figu
 
 
 def _learner_styles(assays: Assays) -> dict[str, SeriesStyle]:
-    """Return the style of each learner. It is the same in all figures of the study."""
+    """Return the style of each learner, which is the same in all figures of the study."""
     datasets = [data for assay in assays.values() for data in assay.values()]
     learners = [name for data in datasets for name in data.attrs.get("learners", ())]
     learners += [read_factors(data).learner for data in datasets]
@@ -253,7 +258,7 @@ def draw_descent(assays: Assays, names: Sequence[str], unit: str) -> Figure:
     factors = {name: read_factors(data) for name, data in stored.items()}
     styles = _learner_styles(assays)
     maps = list(dict.fromkeys(condition.map for condition in factors.values()))
-    figure = Figure((WIDTH, 0.5 + 2.2 * len(maps)))
+    figure = Figure((FIGURE_WIDTH, 0.5 + 2.2 * len(maps)))
     grid = figure.subplots(len(maps), 2, squeeze=False)
     measures = {
         "common_ancestor_age": "generations since the\nlast common ancestor",

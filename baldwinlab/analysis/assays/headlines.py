@@ -9,31 +9,31 @@ from baldwinlab.analysis.assays.analysis import Analysis, ConditionResult
 from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, UNDECIDED, YES
 from baldwinlab.papers.texts import Inference
 
-PHASE_1_ALONE: Final = (
+PHASE_1_ALONE_HEADLINE: Final = (
     "only phase 1 of the Baldwin effect: learning guides evolution, but learned behavior does not "
     "become innate"
 )
-NOTHING_INNATE: Final = (
+NOTHING_INNATE_HEADLINE: Final = (
     "only phase 1 of the Baldwin effect: learning guides evolution, but nothing becomes innate, "
     "because no agent eats without learning"
 )
-TOO_FEW_FOR_PHASE_1: Final = "too few runs for a verdict on phase 1 of the Baldwin effect"
-PHASE_1: Final = {
+TOO_FEW_RUNS_HEADLINE: Final = "too few runs for a verdict on phase 1 of the Baldwin effect"
+PHASE_1_HEADLINES: Final = {
     NO: "no Baldwin effect: learning does not guide evolution",
     UNDECIDED: "undecided: the runs do not show whether learning guides evolution",
     NOT_MEASURED: "unknown: phase 1 of the Baldwin effect was not measured",
 }
-PHASE_2: Final = {
+PHASE_2_ADDITIONS: Final = {
     YES: "; but innate fitness and the innate share rise",
     NO: "; learned behavior does not become innate",
 }
-BOTH_PHASES: Final = (
+BOTH_PHASES_HEADLINE: Final = (
     "both phases of the Baldwin effect: learning guides evolution (phase 1), and learned behavior "
     "becomes innate (phase 2)"
 )
 HEADLINES: Final[Mapping[tuple[str, str], str]] = {
-    (YES, YES): BOTH_PHASES,
-    (YES, NO): PHASE_1_ALONE,
+    (YES, YES): BOTH_PHASES_HEADLINE,
+    (YES, NO): PHASE_1_ALONE_HEADLINE,
     (YES, UNDECIDED): "phase 1 of the Baldwin effect: learning guides evolution; phase 2 is "
     "undecided",
     (YES, NOT_MEASURED): "phase 1 of the Baldwin effect: learning guides evolution; phase 2 was "
@@ -53,12 +53,16 @@ def describe_phases(result: ConditionResult) -> str:
     first = result.phase_verdict(1)
     second = result.phase_verdict(2)
     if (first, second) == (YES, NO) and result.eats_only_with_learning:
-        return NOTHING_INNATE
+        return NOTHING_INNATE_HEADLINE
     if (first, second) in HEADLINES:
         return HEADLINES[first, second]
-    has_too_few = any(answer.has_too_few_runs for answer in result.answers_of_phase(1))
-    headline = TOO_FEW_FOR_PHASE_1 if first == UNDECIDED and has_too_few else PHASE_1[first]
-    return headline + PHASE_2.get(second, "")
+    has_too_few_runs = any(answer.has_too_few_runs for answer in result.answers_of_phase(1))
+    headline = (
+        TOO_FEW_RUNS_HEADLINE
+        if first == UNDECIDED and has_too_few_runs
+        else PHASE_1_HEADLINES[first]
+    )
+    return headline + PHASE_2_ADDITIONS.get(second, "")
 
 
 def compose_headline(result: ConditionResult) -> str:

@@ -1,6 +1,6 @@
-"""Comparison of many learners on the same maps with the learner that only evolves.
+"""Comparison of learners with the learner that only evolves, on the same maps.
 
-It combines the verdicts of the study's claims and of its assays in sentences, a table and data.
+The comparison combines verdicts on the claims of the study with results of its assays.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS
 from baldwinlab.experiment.factors import Factors
 
-# Criteria of questions.toml, by their name in the table.
-CRITERIA: Final = {"innate": "built-innate", "learned": "built-learned", "cost": "cost"}
+# Criteria of questions.toml, by their column in the table of learners.
+CRITERIA_BY_COLUMN: Final = {"innate": "built-innate", "learned": "built-learned", "cost": "cost"}
 
-# Maps by learner.
-Maps = Mapping[str, Sequence[str]]
+# Names of maps by learner.
+MapsByLearner = Mapping[str, Sequence[str]]
 
 
 class LearnerOnMap(NamedTuple):
@@ -30,15 +30,15 @@ class LearnerOnMap(NamedTuple):
     map: str
     # Fitness of the average agent, compared with evolution alone.
     finding: Finding
-    # Answers of the assays, by their name in the table.
+    # Answers of the assays, by their column in the table of learners.
     answers: Mapping[str, Answer]
 
     def has_answer(self, name: str, *verdicts: Verdict) -> bool:
-        """Return whether a criterion has one of these verdicts."""
+        """Return whether a criterion has one of the given verdicts."""
         return name in self.answers and self.answers[name].verdict in verdicts
 
     def record(self) -> dict[str, Any]:
-        """Return the comparison for JSON and CSV, with None for numbers that do not exist."""
+        """Return the comparison for JSON and CSV, with None for undefined numbers."""
         numbers = self.finding.numbers
         row: dict[str, Any] = {
             "learner": self.learner,
@@ -49,15 +49,15 @@ class LearnerOnMap(NamedTuple):
             "p_holm": self.finding.p_holm,
             "verdict": self.finding.verdict,
         }
-        for name in CRITERIA:
-            row |= _answer_record(name, self.answers.get(name))
+        for name in CRITERIA_BY_COLUMN:
+            row |= _make_answer_record(name, self.answers.get(name))
         return {
             name: finite_or_none(value) if isinstance(value, float) else value
             for name, value in row.items()
         }
 
 
-def _answer_record(name: str, answer: Answer | None) -> dict[str, Any]:
+def _make_answer_record(name: str, answer: Answer | None) -> dict[str, Any]:
     pairs = answer.numbers if answer else None
     return {
         name: pairs and pairs.median_a,
@@ -99,46 +99,54 @@ class LearnerComparison:
     @property
     def measured_criteria(self) -> list[str]:
         """The criteria that were measured for a learner."""
-        return [name for name in CRITERIA if any(name in entry.answers for entry in self.entries)]
+        return [
+            name
+            for name in CRITERIA_BY_COLUMN
+            if any(name in entry.answers for entry in self.entries)
+        ]
 
     @property
-    def successful(self) -> Maps:
+    def successful_learners(self) -> MapsByLearner:
         """Learners that eat more than evolution alone on maps without food, or on any map."""
         maps = self.maps_without_food or self.maps
-        return _maps_by_learner(
+        return _group_maps_by_learner(
             entry for entry in self.entries if entry.finding.verdict == HOLDS and entry.map in maps
         )
 
     @property
-    def innate_with_gain(self) -> Maps:
+    def innate_with_gain(self) -> MapsByLearner:
         """Learners that eat more than evolution alone and whose innate fitness was selected."""
-        return _maps_by_learner(
+        return _group_maps_by_learner(
             entry
             for entry in self.entries
             if entry.has_answer("innate", YES) and entry.finding.verdict == HOLDS
         )
 
     @property
-    def innate_without_gain(self) -> Maps:
+    def innate_without_gain(self) -> MapsByLearner:
         """Learners whose innate fitness was selected without eating more than evolution alone."""
-        return _maps_by_learner(
+        return _group_maps_by_learner(
             entry
             for entry in self.entries
             if entry.has_answer("innate", YES) and entry.finding.verdict != HOLDS
         )
 
     @property
-    def worse(self) -> Maps:
+    def worse_learners(self) -> MapsByLearner:
         """Learners that eat less than evolution alone."""
-        return _maps_by_learner(entry for entry in self.entries if entry.finding.verdict == FAILS)
+        return _group_maps_by_learner(
+            entry for entry in self.entries if entry.finding.verdict == FAILS
+        )
 
     @property
-    def learning_costs(self) -> Maps:
+    def learning_costs(self) -> MapsByLearner:
         """Learners that eat more if born with their weights at death."""
-        return _maps_by_learner(entry for entry in self.entries if entry.has_answer("cost", YES))
+        return _group_maps_by_learner(
+            entry for entry in self.entries if entry.has_answer("cost", YES)
+        )
 
 
-def _maps_by_learner(entries: Iterable[LearnerOnMap]) -> Maps:
+def _group_maps_by_learner(entries: Iterable[LearnerOnMap]) -> MapsByLearner:
     maps: dict[str, list[str]] = {}
     for entry in entries:
         maps.setdefault(entry.learner, []).append(entry.map)
@@ -162,7 +170,8 @@ def compare_learners(
     Returns
     -------
     LearnerComparison or None
-        The comparison, or None unless the claims compare every learner with the same one.
+        The comparison. None unless the claims compare every learner with the same learner, on the
+        same map.
     """
     findings = {
         finding.comparison.a: finding
@@ -181,7 +190,7 @@ def compare_learners(
             condition.learner.removeprefix(f"{reference}+"),
             condition.map,
             findings[name],
-            _measured_answers(name, analysis),
+            _select_measured_answers(name, analysis),
         )
         for name, condition in factors.items()
         if name in findings
@@ -202,12 +211,14 @@ def _is_same_map(finding: Finding, factors: Mapping[str, Factors]) -> bool:
     return is_shared and condition.learner != reference.learner
 
 
-def _measured_answers(condition: str, analysis: Analysis | None) -> dict[str, Answer]:
-    """Return the measured answers of a condition, by their name in the table."""
+def _select_measured_answers(condition: str, analysis: Analysis | None) -> dict[str, Answer]:
+    """Return the measured answers of a condition, by their column in the table of learners."""
     results = analysis.results if analysis else ()
     for result in results:
         if result.condition == condition:
-            answers = {name: result.answer(criterion) for name, criterion in CRITERIA.items()}
+            answers = {
+                name: result.answer(criterion) for name, criterion in CRITERIA_BY_COLUMN.items()
+            }
             return {
                 name: answer for name, answer in answers.items() if answer.verdict != NOT_MEASURED
             }

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 from baldwinlab.analysis.assays.criteria import NO, YES
 from baldwinlab.analysis.assays.learner_comparison import (
-    CRITERIA,
+    CRITERIA_BY_COLUMN,
     LearnerComparison,
     LearnerOnMap,
-    Maps,
+    MapsByLearner,
 )
 from baldwinlab.analysis.report.phrases import format_signed
 from baldwinlab.analysis.report.sections import ReportSummary, render
@@ -21,7 +21,7 @@ from baldwinlab.analysis.statistics.rules import FAILS, HOLDS
 from baldwinlab.core.file_writing import write_atomically
 
 
-def summary_section(comparison: LearnerComparison, directory: Path) -> ReportSummary:
+def make_summary(comparison: LearnerComparison, directory: Path) -> ReportSummary:
     """Make the sentences and the table at the top of a report.
 
     Writes `learners.json` and `figures/learners.csv`.
@@ -35,7 +35,7 @@ def summary_section(comparison: LearnerComparison, directory: Path) -> ReportSum
 
     Returns
     -------
-    Summary
+    ReportSummary
         Sentences and a table.
 
     Raises
@@ -43,9 +43,9 @@ def summary_section(comparison: LearnerComparison, directory: Path) -> ReportSum
     OSError
         A file cannot be written.
     """
-    _write(comparison, directory)
+    _write_comparison(comparison, directory)
     table = render(
-        "assays/learner_comparison.html", comparison=comparison, rows=_make_rows(comparison)
+        "assays/learner_comparison.html", comparison=comparison, rows=_make_table_rows(comparison)
     )
     return ReportSummary(_compose_sentences(comparison), table)
 
@@ -59,17 +59,17 @@ def _compose_sentences(comparison: LearnerComparison) -> list[str]:
 
 
 def _describe_success(comparison: LearnerComparison) -> str:
-    count = f"{len(comparison.successful)} of {len(comparison.learners)} learners"
+    count = f"{len(comparison.successful_learners)} of {len(comparison.learners)} learners"
     if comparison.maps_without_food:
         maps = _list_maps(comparison.maps_without_food)
-        names = _list_learners(comparison.successful, comparison.maps_without_food)
+        names = _list_learners(comparison.successful_learners, comparison.maps_without_food)
         return (
             f"{count} find food on {maps}, where evolution alone ({comparison.reference}) finds "
             f"none: {names}."
         )
     return (
         f"{count} eat more than evolution alone ({comparison.reference}) on at least one map: "
-        f"{_list_learners(comparison.successful)}."
+        f"{_list_learners(comparison.successful_learners)}."
     )
 
 
@@ -102,7 +102,7 @@ def _describe_innate(comparison: LearnerComparison) -> Iterator[str]:
 
 
 def _describe_costs(comparison: LearnerComparison) -> Iterator[str]:
-    worse = comparison.worse
+    worse = comparison.worse_learners
     if worse:
         maps = [
             map_name
@@ -122,8 +122,8 @@ def _describe_costs(comparison: LearnerComparison) -> Iterator[str]:
         )
 
 
-def _list_learners(learners: Maps, named_maps: Sequence[str] = ()) -> str:
-    """Return learners with their maps, which are left out if all have the named maps."""
+def _list_learners(learners: MapsByLearner, named_maps: Sequence[str] = ()) -> str:
+    """Return the learners with their maps. Maps are omitted if all learners have `named_maps`."""
     are_named = all(list(maps) == list(named_maps) for maps in learners.values())
     names = [
         name if are_named else f"{name} ({', '.join(maps)})" for name, maps in learners.items()
@@ -137,7 +137,7 @@ def _list_maps(maps: Sequence[str]) -> str:
 
 
 class LearnerRow(NamedTuple):
-    """Maps with a significant difference, for one learner."""
+    """MapsByLearner with a significant difference, for one learner."""
 
     learner: str
     more: str
@@ -147,7 +147,7 @@ class LearnerRow(NamedTuple):
     cost: str
 
 
-def _make_rows(comparison: LearnerComparison) -> list[LearnerRow]:
+def _make_table_rows(comparison: LearnerComparison) -> list[LearnerRow]:
     rows = []
     for learner in comparison.learners:
         entries = [entry for entry in comparison.entries if entry.learner == learner]
@@ -157,13 +157,15 @@ def _make_rows(comparison: LearnerComparison) -> list[LearnerRow]:
             for entry in entries
             if entry.finding.verdict == FAILS
         }
-        effects = [_list_effects(_significant_effects(entries, name)) for name in CRITERIA]
+        effects = [
+            _list_effects(_significant_effects(entries, name)) for name in CRITERIA_BY_COLUMN
+        ]
         rows.append(LearnerRow(learner, ", ".join(more), _list_effects(less), *effects))
     return rows
 
 
 def _significant_effects(entries: Sequence[LearnerOnMap], name: str) -> dict[str, float]:
-    """Return the effects of a criterion by map, without those that are undecided or 0."""
+    """Return the effects of a criterion by map, without effects that are undecided or 0."""
     effects = {}
     for entry in entries:
         if entry.has_answer(name, YES, NO):
@@ -180,17 +182,17 @@ def _list_effects(effects: Mapping[str, float]) -> str:
     )
 
 
-def _write(comparison: LearnerComparison, directory: Path) -> None:
+def _write_comparison(comparison: LearnerComparison, directory: Path) -> None:
     """Write the comparison as JSON and CSV, each atomically."""
     rows = [entry.record() for entry in comparison.entries]
     record = {
         "reference": comparison.reference,
         "maps": comparison.maps,
         "maps_without_food": comparison.maps_without_food,
-        "successful": comparison.successful,
+        "successful": comparison.successful_learners,
         "innate_with_gain": comparison.innate_with_gain,
         "innate_without_gain": comparison.innate_without_gain,
-        "worse": comparison.worse,
+        "worse": comparison.worse_learners,
         "learning_costs": comparison.learning_costs,
         "learners": rows,
     }

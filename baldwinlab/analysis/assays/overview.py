@@ -9,29 +9,31 @@ from baldwinlab.analysis.assays.analysis import Analysis, ConditionResult
 from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, YES
 from baldwinlab.analysis.assays.headlines import describe_phases
 from baldwinlab.analysis.figures.overview import OverviewCell
-from baldwinlab.analysis.figures.overview import draw_overview as draw_cells
+from baldwinlab.analysis.figures.overview import draw_overview as draw_cell_tables
 from baldwinlab.analysis.report.embedding import ReportFigure
 
-# Number of conditions above which the section is an overview.
-MAX_IN_FULL: Final = 8
+# Largest number of conditions that the section shows in full. More are shown in an overview.
+MAX_CONDITIONS_IN_FULL: Final = 8
 # Titles of the shown criteria of questions.toml.
-TITLES: Final = {
+CRITERION_TITLES: Final = {
     "gain": "Gain from learning",
     "innate": "Rise of innate fitness",
     "cost": "Cost of learning",
     "built-innate": "Effect of selection on innate fitness",
     "built-learned": "Effect of selection on the gain from learning",
 }
-CAPTIONS: Final = {
-    "gain": "fitness of the average agent with learning minus without, over all generations",
-    "innate": "innate fitness in the last generations minus the first",
-    "cost": "fitness of agents born with their weights at death minus agents that learn from birth "
-    "(below 0, these weights do not suffice)",
-    "built-innate": "innate fitness in the last generations minus the neutral control, whose "
-    "parents are chosen at random",
-    "built-learned": "gain from learning in the last generations minus the neutral control",
+CRITERION_CAPTIONS: Final = {
+    "gain": "fitness of the average agent with learning, minus its fitness without learning, over "
+    "all generations",
+    "innate": "innate fitness in the last generations, minus the same in the first generations",
+    "cost": "fitness of agents born with their weights at death, minus fitness of agents that "
+    "learn from birth (below 0, the weights at death do not suffice)",
+    "built-innate": "innate fitness in the last generations, minus the same in the neutral "
+    "control, whose parents are chosen at random",
+    "built-learned": "gain from learning in the last generations, minus the same in the neutral "
+    "control",
 }
-CELLS: Final = (
+CELLS_NOTE: Final = (
     "Numbers are medians over runs. Darker cells are closer to the largest value of their map. A "
     "triangle marks a significant difference: above 0 (up) or below 0 (down)."
 )
@@ -39,10 +41,10 @@ CELLS: Final = (
 
 def is_large(analysis: Analysis) -> bool:
     """Return whether the section is an overview, because it has many conditions."""
-    return len(analysis.results) > MAX_IN_FULL
+    return len(analysis.results) > MAX_CONDITIONS_IN_FULL
 
 
-def conditions_by_verdict(analysis: Analysis) -> dict[str, list[str]]:
+def group_by_verdict(analysis: Analysis) -> dict[str, list[str]]:
     """Group conditions by their verdict, the largest group first.
 
     Parameters
@@ -78,19 +80,19 @@ def draw_overview(analysis: Analysis, order: Sequence[str]) -> ReportFigure | No
         The figure, or None if no shown criterion was measured.
     """
     results = sorted(analysis.results, key=lambda result: order.index(result.condition))
-    panels = {criterion: _make_cells(results, criterion) for criterion in TITLES}
+    panels = {criterion: _make_cells(results, criterion) for criterion in CRITERION_TITLES}
     panels = {criterion: cells for criterion, cells in panels.items() if cells}
     if not panels:
         return None
-    titled = {TITLES[criterion]: cells for criterion, cells in panels.items()}
-    captions = "; ".join(CAPTIONS[criterion] for criterion in panels)
+    titled = {CRITERION_TITLES[criterion]: cells for criterion, cells in panels.items()}
+    captions = "; ".join(CRITERION_CAPTIONS[criterion] for criterion in panels)
     title = "Gain from learning and innate fitness"
     return ReportFigure(
         "baldwin-overview",
         title,
-        f"From top to bottom: {captions}. {CELLS}",
+        f"From top to bottom: {captions}. {CELLS_NOTE}",
         f"{title}. Medians over runs. {_list_medians(titled)}.",
-        draw_cells(titled),
+        draw_cell_tables(titled),
         [
             {"quantity": panel, **cell._asdict()}
             for panel, cells in titled.items()
@@ -119,11 +121,12 @@ def _make_cells(results: Sequence[ConditionResult], criterion: str) -> list[Over
 def _make_cell(result: ConditionResult, effect: float, verdict: str) -> OverviewCell:
     is_significant = verdict in (YES, NO) and effect != 0
     sign = 1 if effect > 0 else -1
+    direction = sign if is_significant else 0
     return OverviewCell(
         result.condition,
         result.factors.learner,
         result.factors.map,
         effect,
         verdict,
-        sign if is_significant else 0,
+        direction,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
@@ -13,22 +14,27 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.assays.values import read_factors
-from baldwinlab.analysis.figures.style import WIDTH, SeriesStyle
+from baldwinlab.analysis.figures.style import FIGURE_WIDTH, SeriesStyle
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
 
-# The golden ratio spreads points evenly and reproducibly.
+# Its multiples, modulo 1, spread points evenly and reproducibly.
 GOLDEN_RATIO: Final = 0.618
 
 
 def make_grid(
     data: Mapping[str, xr.Dataset], names: Sequence[str], rows: int, height: float
 ) -> tuple[Figure, np.ndarray]:
-    """Return a figure and its panels (condition, row), with two conditions side by side."""
-    columns = min(len(names), 2)
-    blocks = -(-len(names) // columns)
-    figure = Figure((WIDTH, 0.6 + height * rows * blocks))
-    grid = figure.subplots(blocks * rows, columns, squeeze=False)
-    panels = grid.reshape(blocks, rows, columns).transpose(0, 2, 1).reshape(-1, rows)
+    """Return a figure and its panels (condition, row), with two conditions next to each other.
+
+    `height` is the height of a row, in inches.
+    """
+    n_columns = min(len(names), 2)
+    # A block has all rows of the conditions that are next to each other.
+    n_blocks = math.ceil(len(names) / n_columns)
+    figure = Figure((FIGURE_WIDTH, 0.6 + height * rows * n_blocks))
+    grid = figure.subplots(n_blocks * rows, n_columns, squeeze=False)
+    panels = grid.reshape(n_blocks, rows, n_columns).transpose(0, 2, 1).reshape(-1, rows)
+    # An odd number of conditions leaves the last panels unused.
     for axes in panels[len(names) :].flat:
         axes.set_visible(False)
     for (first, *_), name in zip(panels, names, strict=False):
@@ -39,12 +45,12 @@ def make_grid(
 def draw_curve(
     axes: Axes, values: xr.DataArray, style: SeriesStyle, label: str, dim: str = "generation"
 ) -> None:
-    """Draw a median over runs with its band, or nothing if there is no value."""
-    present = values.dropna(dim, how="all")
-    if not present.size:
+    """Draw the median over runs with its 95 % interval, or nothing if all values are NaN."""
+    defined = values.dropna(dim, how="all")
+    if not defined.size:
         return
-    median, low, high = interval_of_median(present)
-    x = present[dim].values
+    median, low, high = interval_of_median(defined)
+    x = defined[dim].values
     axes.fill_between(x, low, high, color=style.color, alpha=0.18, lw=0)
     axes.plot(
         x,
@@ -54,7 +60,7 @@ def draw_curve(
         lw=1.5,
         marker=style.marker,
         ms=3.5,
-        markevery=max(1, present.sizes[dim] // 8),
+        markevery=max(1, defined.sizes[dim] // 8),
         label=label,
     )
 
@@ -73,6 +79,7 @@ def label_generations(axes: Axes) -> None:
 
 def label_rows(grid: np.ndarray, *labels: str) -> None:
     """Label the rows at the left edge."""
+    # Every second condition is in the left column.
     for panels in grid[::2]:
         for axes, label in zip(panels, labels, strict=True):
             axes.set_ylabel(label)

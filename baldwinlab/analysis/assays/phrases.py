@@ -8,7 +8,8 @@ from typing import Final
 from baldwinlab.analysis.assays.values import Assays, parse_experiments
 from baldwinlab.experiment import Experiment
 
-TERMS: Final = {
+# General terms by terms for food.
+FITNESS_TERMS: Final = {
     "eats": "gains",
     "eat": "gain",
     "eaten": "gained",
@@ -16,13 +17,13 @@ TERMS: Final = {
     "food": "fitness",
     "weights": "genome",
 }
-TERM: Final = re.compile(rf"(?<![\w-])({'|'.join(TERMS)})(?![\w-])")
-# Embedded images are not text.
-IMAGE: Final = re.compile(r'(src="[^"]*")')
+FOOD_TERM_PATTERN: Final = re.compile(rf"(?<![\w-])({'|'.join(FITNESS_TERMS)})(?![\w-])")
+# The data of an embedded image, which is not text.
+IMAGE_PATTERN: Final = re.compile(r'(src="[^"]*")')
 
 
 def has_foragers(assays: Assays) -> bool:
-    """Return whether a condition is of the MiniWorld model."""
+    """Return whether any condition uses the MiniWorld model."""
     return any(
         isinstance(experiment, Experiment) for experiment in parse_experiments(assays).values()
     )
@@ -36,7 +37,7 @@ def adapt_terms(text: str, is_foraging: bool) -> str:
     text : str
         The text.
     is_foraging : bool
-        Whether a condition is of the MiniWorld model. Then the text does not change.
+        Whether any condition uses the MiniWorld model. Then the text does not change.
 
     Returns
     -------
@@ -45,7 +46,9 @@ def adapt_terms(text: str, is_foraging: bool) -> str:
     """
     if is_foraging:
         return text
-    pieces = IMAGE.split(text)
-    # Pieces at odd positions are images.
-    pieces[::2] = [TERM.sub(lambda match: TERMS[match[0]], piece) for piece in pieces[::2]]
+    pieces = IMAGE_PATTERN.split(text)
+    # The pattern has a group, so pieces at odd positions are images.
+    pieces[::2] = [
+        FOOD_TERM_PATTERN.sub(lambda match: FITNESS_TERMS[match[0]], piece) for piece in pieces[::2]
+    ]
     return "".join(pieces)

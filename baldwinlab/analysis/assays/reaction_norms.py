@@ -1,4 +1,4 @@
-"""Reaction norms: fitness by the value of a setting, with the conditions of a map together."""
+"""Reaction norms: fitness by the value of a setting, in one panel per setting and map."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ class Panel(NamedTuple):
 
     # Path of the setting, or "map" for the map itself.
     field: str
-    # The setting in words.
+    # Name of the setting, for labels.
     name: str
     # The map on which the conditions evolved.
     map: str
     # The values of the setting, in order.
     values: tuple[str, ...]
-    # The values with which conditions evolved.
+    # The values with which the conditions evolved.
     evolved: frozenset[str]
-    # Fitness (run, place) by condition. A place is the position of a value in `values`.
+    # Fitness (run, position) by condition, where a position is an index of `values`.
     norms: Mapping[str, xr.DataArray]
 
     @property
     def labels(self) -> list[str]:
-        """The values. Those of evolution are in parentheses."""
+        """The values. The values with which conditions evolved are in parentheses."""
         return [f"({value})" if value in self.evolved else value for value in self.values]
 
 
-def reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
+def make_reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
     """Return the reaction norms of all settings on all maps.
 
     Parameters
@@ -48,19 +48,19 @@ def reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
     list of Panel
         Panels by setting and map.
     """
-    typed = parse_experiments({"reaction": stored})
-    experiments = {name: experiment.to_dict() for name, experiment in typed.items()}
+    experiments = parse_experiments({"reaction": stored})
+    trees = {name: experiment.to_dict() for name, experiment in experiments.items()}
     maps = {name: read_factors(data).map for name, data in stored.items()}
 
     def make_panel(field: str, map_name: str) -> Panel:
         names = [name for name in stored if maps[name] == map_name]
-        evolved = {name: _evolved_value(map_name, experiments[name], field) for name in names}
+        evolved = {name: _find_evolved_value(map_name, trees[name], field) for name in names}
         norms = {name: _read_norm(stored[name], field, evolved[name]) for name in names}
         distinct = {value for norm in norms.values() for value in norm}
         values = tuple(sorted(distinct, key=_sort_key))
         return Panel(
             field,
-            name_of(field, *typed.values()),
+            name_of(field, *experiments.values()),
             map_name,
             values,
             frozenset(evolved.values()),
@@ -77,30 +77,32 @@ def reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
     return [make_panel(field, map_name) for field in fields for map_name in distinct_maps]
 
 
-def _evolved_value(map_name: str, experiment: Mapping[str, object], field: str) -> str:
+def _find_evolved_value(map_name: str, experiment: Mapping[str, object], field: str) -> str:
     """Return the value of a setting with which a condition evolved, as the assay writes it."""
     if field == "map":
         return map_name
     value: object = experiment
     for key in field.split("."):
-        value = _get_item(value, key)
+        # Items of a list have numbers as keys.
+        value = _get_setting(value, key)
     return f"{value:g}" if isinstance(value, int | float) else str(value)
 
 
-def _get_item(value: object, key: str) -> object:
+def _get_setting(value: object, key: str) -> object:
     if isinstance(value, list):
         return value[int(key)]
     return value[key] if isinstance(value, dict) else None
 
 
 def _read_norm(data: xr.Dataset, field: str, evolved: str) -> dict[str, xr.DataArray]:
-    """Return fitness (run) by value of a setting, or nothing if the setting was not varied."""
-    food = data["energy"].mean("agent")
+    """Return fitness (run) by value of a setting. Empty if the setting was not varied."""
+    fitness = data["energy"].mean("agent")
     norm = {}
     settings = zip(data["field"].values, data["value"].values, strict=True)
     for number, (name, value) in enumerate(settings):
         if name in (field, AS_EVOLVED):
-            norm[evolved if name == AS_EVOLVED else str(value)] = food.isel(setting=number)
+            label = evolved if name == AS_EVOLVED else str(value)
+            norm[label] = fitness.isel(setting=number)
     return norm if len(norm) > 1 else {}
 
 
@@ -112,10 +114,10 @@ def _sort_key(value: str) -> tuple[float, str]:
 
 
 def _align(norm: Mapping[str, xr.DataArray], values: tuple[str, ...]) -> xr.DataArray:
-    """Return a norm along the dimension `place`, the position of a value in `values`."""
-    present = [value for value in values if value in norm]
+    """Return a norm along the dimension `position`, the index of a value in `values`."""
+    measured = [value for value in values if value in norm]
     columns = [
-        norm[value].drop_vars(["field", "value", "setting"], errors="ignore") for value in present
+        norm[value].drop_vars(["field", "value", "setting"], errors="ignore") for value in measured
     ]
-    indices = np.array([values.index(value) for value in present])
-    return xr.concat(columns, "place").assign_coords(place=indices)
+    indices = np.array([values.index(value) for value in measured])
+    return xr.concat(columns, "position").assign_coords(position=indices)

@@ -13,7 +13,7 @@ from baldwinlab.analysis.assays.criteria import load_rules
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.core.file_writing import write_atomically
 
-COLUMNS: Final = (
+CSV_COLUMNS: Final = (
     "condition",
     "quantity",
     "when",
@@ -51,7 +51,7 @@ def write_analysis(analysis: Analysis, directory: Path) -> None:
     }
     text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
     write_atomically(directory / "baldwin.json", f"{text}\n".encode())
-    write_atomically(directory / "baldwin.csv", to_csv(COLUMNS, [*_rows(analysis)]))
+    write_atomically(directory / "baldwin.csv", to_csv(CSV_COLUMNS, [*_iterate_csv_rows(analysis)]))
 
 
 def _condition_record(result: ConditionResult) -> dict[str, Any]:
@@ -79,24 +79,24 @@ def _answer_record(answer: Answer) -> dict[str, Any]:
 
 
 def _to_json(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Replace numbers that do not exist by None."""
+    """Replace undefined numbers by None."""
     return {
         name: finite_or_none(value) if isinstance(value, float) else value
         for name, value in values.items()
     }
 
 
-def _rows(analysis: Analysis) -> Iterator[dict[str, Any]]:
+def _iterate_csv_rows(analysis: Analysis) -> Iterator[dict[str, Any]]:
     for number in analysis.numbers:
         row = vars(number) | {"quantity": number.measure}
-        yield {name: row.get(name, "") for name in COLUMNS}
+        yield {name: row.get(name, "") for name in CSV_COLUMNS}
     for result in analysis.results:
         for answer in result.answers:
             if answer.numbers:
-                yield _answer_row(result.condition, answer, answer.numbers)
+                yield _make_answer_row(result.condition, answer, answer.numbers)
 
 
-def _answer_row(condition: str, answer: Answer, pairs: statistics.Pairs) -> dict[str, Any]:
+def _make_answer_row(condition: str, answer: Answer, pairs: statistics.Pairs) -> dict[str, Any]:
     quantity, when = answer.criterion.a
     return {
         "condition": condition,

@@ -10,21 +10,21 @@ from baldwinlab.analysis.assays.analysis import Analysis, Number, evaluate_assay
 from baldwinlab.analysis.assays.criteria import Criterion, load_rules
 from baldwinlab.analysis.assays.phrases import adapt_terms, has_foragers
 from baldwinlab.analysis.assays.records import write_analysis
-from baldwinlab.analysis.assays.section_figures import MEASURES, draw_assay_figures
+from baldwinlab.analysis.assays.section_figures import MEASURE_NAMES, draw_assay_figures
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report.embedding import save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
 from baldwinlab.papers.texts import Inference
 
-TITLE: Final = "Is there a Baldwin effect?"
-PHASES: Final = {
+SECTION_TITLE: Final = "Is there a Baldwin effect?"
+PHASE_TITLES: Final = {
     1: "Phase 1: learning guides evolution",
     2: "Phase 2: learned behavior becomes innate",
     None: "Mechanism",
 }
 
 
-def section(
+def make_section(
     assays: Assays,
     directory: Path,
     last: int = 10,
@@ -62,35 +62,40 @@ def section(
     """
     analysis = analysis or evaluate_assays(assays, last)
     write_analysis(analysis, directory)
+    figure_folder = directory / "figures"
     is_foraging = has_foragers(assays)
     is_large = overview.is_large(analysis)
+    groups = overview.group_by_verdict(analysis) if is_large else {}
     order = list(dict.fromkeys(name for stored in assays.values() for name in stored))
-    drawn_overview = overview.draw_overview(analysis, order) if is_large else None
-    drawn = draw_assay_figures(assays, analysis, is_foraging)
-    has_paper = bool(analysis.results) and inference is not None and is_foraging
+    overview_figure = overview.draw_overview(analysis, order) if is_large else None
+    inlined_overview = save_and_inline(overview_figure, figure_folder) if overview_figure else None
+    assay_figures = draw_assay_figures(assays, analysis, is_foraging)
+    paper_comparison = ""
+    if inference is not None and analysis.results and is_foraging:
+        paper_comparison = headlines.compare_with_paper(analysis, inference)
     body = render(
         "assays/section.html",
         analysis=analysis,
         last=last,
-        phases=PHASES,
+        phases=PHASE_TITLES,
         rules=load_rules(),
         headlines=_compose_headlines(analysis),
         many=is_large,
-        criteria=_shown_criteria(analysis),
-        groups=overview.conditions_by_verdict(analysis) if is_large else {},
-        overview=save_and_inline(drawn_overview, directory / "figures") if drawn_overview else None,
+        criteria=_select_criteria(analysis),
+        groups=groups,
+        overview=inlined_overview,
         findings={
             result.condition: sentences.compose_sentences(analysis, result)
             for result in analysis.results
         },
-        paper=headlines.compare_with_paper(analysis, inference) if has_paper and inference else "",
-        figures=[save_and_inline(figure, directory / "figures") for figure in drawn],
+        paper=paper_comparison,
+        figures=[save_and_inline(figure, figure_folder) for figure in assay_figures],
         table=tabulate_numbers(analysis),
         conditions=list(dict.fromkeys(number.condition for number in analysis.numbers)),
     )
-    short = _summarize(analysis)
+    summary = _summarize(analysis)
     return Section(
-        "baldwin", TITLE, adapt_terms(body, is_foraging), adapt_terms(short, is_foraging)
+        "baldwin", SECTION_TITLE, adapt_terms(body, is_foraging), adapt_terms(summary, is_foraging)
     )
 
 
@@ -102,7 +107,7 @@ def _compose_headlines(analysis: Analysis) -> dict[str, tuple[str, str]]:
     }
 
 
-def _shown_criteria(analysis: Analysis) -> list[Criterion]:
+def _select_criteria(analysis: Analysis) -> list[Criterion]:
     """Return the criteria of the table. An overview omits those that were not measured."""
     if not overview.is_large(analysis):
         return analysis.applicable_criteria
@@ -119,16 +124,18 @@ def _summarize(analysis: Analysis) -> str:
         n_conditions = len(analysis.results)
         texts = [
             f"In {len(names)} of {n_conditions} conditions: {phases}."
-            for phases, names in overview.conditions_by_verdict(analysis).items()
+            for phases, names in overview.group_by_verdict(analysis).items()
         ]
     else:
-        headlines = _compose_headlines(analysis).values()
-        texts = [f"On {condition}: {headline}" for condition, headline in headlines]
+        texts = [
+            f"On {condition}: {headline}"
+            for condition, headline in _compose_headlines(analysis).values()
+        ]
     return " ".join(filter(None, [*texts, analysis.too_few]))
 
 
 def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:
-    """Return all numbers, with one row per quantity.
+    """Return the numbers of all conditions, with one row per quantity.
 
     Parameters
     ----------
@@ -143,9 +150,10 @@ def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:
     rows: dict[tuple[str, str], dict[str, Number]] = {}
     for number in analysis.numbers:
         rows.setdefault((number.measure, number.when), {})[number.condition] = number
+    # Rows of a measure are next to each other, in the order in which measures first occur.
     order = list(dict.fromkeys(measure for measure, _ in rows))
     rows = dict(sorted(rows.items(), key=lambda row: order.index(row[0][0])))
     return [
-        {"measure": MEASURES.get(measure, measure), "when": when, "numbers": numbers}
+        {"measure": MEASURE_NAMES.get(measure, measure), "when": when, "numbers": numbers}
         for (measure, when), numbers in rows.items()
     ]

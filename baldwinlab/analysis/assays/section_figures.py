@@ -15,7 +15,7 @@ from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
 
-MEASURES: Final = {
+MEASURE_NAMES: Final = {
     "off": "fitness, learning off (innate fitness)",
     "on": "fitness, learning on",
     "frozen": "fitness, weights at death, learning off",
@@ -40,7 +40,7 @@ MEASURES: Final = {
     "effective ancestors": "effective ancestors",
 }
 
-BANDS: Final = (
+BANDS_NOTE: Final = (
     "Lines are medians over runs. Bands are their 95 % intervals (sign test), shown for six runs "
     "or more."
 )
@@ -60,7 +60,7 @@ class AssayFigure(NamedTuple):
     is_per_condition: bool = False
 
 
-FIGURES: Final = (
+ASSAY_FIGURES: Final = (
     AssayFigure(
         "innate",
         "lives",
@@ -69,7 +69,7 @@ FIGURES: Final = (
         "learning on, with learning off (innate fitness), with the weights at death and learning "
         "off, and with random changes instead of learning (drift). Bottom: the same as a share of "
         "the fitness with learning on. Genetic assimilation raises the innate share toward 1. "
-        f"{BANDS}",
+        f"{BANDS_NOTE}",
         figures.draw_innate_and_learned,
         ("on", "off", "frozen", "drift"),
         is_per_condition=True,
@@ -80,7 +80,7 @@ FIGURES: Final = (
         "Gain from learning and weight changes",
         "Top: gain from learning of the average agent. Bottom, if the model has weights: Euclidean "
         "distance between the weights at birth and at death, by layer. Both fall if learned "
-        f"behavior becomes innate. {BANDS}",
+        f"behavior becomes innate. {BANDS_NOTE}",
         figures.draw_gain_and_distance,
         ("gain", "distance"),
         is_per_condition=True,
@@ -91,7 +91,7 @@ FIGURES: Final = (
         "Behavior within a lifetime",
         "Newborns of several generations, and random genomes that also learn. Top: items that an "
         "agent eats in 100 steps, by step of its lifetime. Bottom: share of the agents of all runs "
-        f"that have had their first meal. {BANDS}",
+        f"that have had their first meal. {BANDS_NOTE}",
         within_life_figure.draw_within_life,
         ("eaten in life", "first meal"),
         is_per_condition=True,
@@ -112,7 +112,7 @@ FIGURES: Final = (
         "reaction-norms",
         "Reaction norms",
         "Fitness of the last generation in changed settings, one setting at a time. The setting of "
-        f"evolution is in parentheses. {BANDS}",
+        f"evolution is in parentheses. {BANDS_NOTE}",
         figures.draw_reaction_norms,
         ("setting",),
     ),
@@ -122,7 +122,7 @@ FIGURES: Final = (
         "Common descent",
         "Left: generations since the last common ancestor of all agents. Right: effective number "
         "of founders in the gene pool (1 / sum of squared shares). "
-        f"{BANDS}",
+        f"{BANDS_NOTE}",
         figures.draw_descent,
         ("common ancestor age", "effective ancestors"),
     ),
@@ -141,7 +141,7 @@ def draw_assay_figures(
     analysis : Analysis
         Their analysis.
     is_foraging : bool
-        Whether a condition is of the MiniWorld model. Its unit of fitness is energy.
+        Whether any condition uses the MiniWorld model, whose unit of fitness is energy.
 
     Yields
     ------
@@ -150,10 +150,11 @@ def draw_assay_figures(
     """
     unit = "fitness (energy)" if is_foraging else "fitness"
     is_large = overview.is_large(analysis)
-    for figure in FIGURES:
+    for figure in ASSAY_FIGURES:
         stored = assays.get(figure.assay, {})
         names = [result.condition for result in analysis.results if result.condition in stored]
-        if names and not (is_large and figure.is_per_condition):
+        is_replaced_by_overview = is_large and figure.is_per_condition
+        if names and not is_replaced_by_overview:
             yield _draw(figure, assays, analysis, names, unit)
 
 
@@ -188,7 +189,7 @@ def _tabulate_medians(datasets: Mapping[str, xr.Dataset]) -> list[dict[str, Any]
 
 def _list_medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str:
     texts = [
-        f"{MEASURES[number.measure]}, {number.when}, {format_number(number.median)}"
+        f"{MEASURE_NAMES[number.measure]}, {number.when}, {format_number(number.median)}"
         for number in analysis.numbers
         if number.condition == condition and number.measure in measures
     ]

@@ -35,7 +35,7 @@ def compose_sentences(analysis: Analysis, result: ConditionResult) -> list[str]:
         *_describe_drift(result),
         *_describe_newborns(result),
         *_describe_innate(result, analysis.last),
-        *_describe_change(result),
+        *_describe_gain_change(result),
         *_describe_cost(result),
         *_describe_selection(result),
         *_describe_modules(analysis, result),
@@ -50,9 +50,9 @@ def _describe_gain(analysis: Analysis, result: ConditionResult) -> Iterator[str]
         yield (
             "Over all generations, the average agent eats "
             f"{format_number(gain.numbers.median_a)} with learning on and "
-            f"{format_number(gain.numbers.median_b)} with learning off{_describe_doubt(gain)}. "
-            f"In the last {analysis.last} generations, it eats {format_number(on.median)} and "
-            f"{format_number(off.median)}."
+            f"{format_number(gain.numbers.median_b)} with learning off"
+            f"{_note_insignificance(gain)}. In the last {analysis.last} generations, it eats "
+            f"{format_number(on.median)} and {format_number(off.median)}."
         )
 
 
@@ -77,7 +77,7 @@ def _describe_newborns(result: ConditionResult) -> Iterator[str]:
         yield (
             "In their lifetime, newborns of the last generation eat "
             f"{format_number(newborns.numbers.median_a)}, and random genomes that also learn eat "
-            f"{format_number(newborns.numbers.median_b)}{_describe_doubt(newborns)}."
+            f"{format_number(newborns.numbers.median_b)}{_note_insignificance(newborns)}."
         )
 
 
@@ -90,11 +90,11 @@ def _describe_innate(result: ConditionResult, last: int) -> Iterator[str]:
         yield (
             "With learning off, agents eat "
             f"{format_number(innate.numbers.median_b)} in the first {last} generations and "
-            f"{format_number(innate.numbers.median_a)} in the last{_describe_doubt(innate)}."
+            f"{format_number(innate.numbers.median_a)} in the last{_note_insignificance(innate)}."
         )
     share = result.answer("share")
     if share.numbers:
-        falls = _direction(share) == LESS
+        falls = _difference_sign(share) == LESS
         meaning = (
             " This is the opposite of genetic assimilation: agents rely more on learning."
             if falls
@@ -104,7 +104,7 @@ def _describe_innate(result: ConditionResult, last: int) -> Iterator[str]:
             "The innate share is "
             f"{format_number(100 * share.numbers.median_b)} % of the fitness with learning in the "
             f"first generations and {format_number(100 * share.numbers.median_a)} % in the "
-            f"last{_describe_doubt(share)}.{meaning}"
+            f"last{_note_insignificance(share)}.{meaning}"
         )
     yield from _describe_guidance(result)
 
@@ -135,11 +135,11 @@ def _describe_guidance(result: ConditionResult) -> Iterator[str]:
             "With learning off, agents of the last generations eat "
             f"{format_number(guidance.numbers.median_a)}; agents of the no-learning control "
             f"({result.control}) eat {format_number(guidance.numbers.median_b)}. "
-            f"{meaning[_direction(guidance)]}"
+            f"{meaning[_difference_sign(guidance)]}"
         )
 
 
-def _describe_change(result: ConditionResult) -> Iterator[str]:
+def _describe_gain_change(result: ConditionResult) -> Iterator[str]:
     change = result.answer("need")
     if change.numbers:
         verb = {
@@ -149,7 +149,7 @@ def _describe_change(result: ConditionResult) -> Iterator[str]:
             UNDECIDED: "does not change significantly",
         }
         yield (
-            f"The gain from learning {verb[_direction(change)]}: "
+            f"The gain from learning {verb[_difference_sign(change)]}: "
             f"{format_number(change.numbers.median_b)} in the first generations, "
             f"{format_number(change.numbers.median_a)} in the last."
         )
@@ -157,12 +157,12 @@ def _describe_change(result: ConditionResult) -> Iterator[str]:
 
 def _describe_cost(result: ConditionResult) -> Iterator[str]:
     cost = result.answer("cost")
-    if cost.numbers and _direction(cost) == MORE:
+    if cost.numbers and _difference_sign(cost) == MORE:
         yield (
             f"Learning has a cost of {format_number(cost.numbers.effect)}: agents eat this much "
             "more if they are born with their weights at death."
         )
-    if cost.numbers and _direction(cost) == LESS:
+    if cost.numbers and _difference_sign(cost) == LESS:
         yield (
             "Agents that are born with their weights at death and do not learn eat only "
             f"{format_number(cost.numbers.median_a)}. These weights do not suffice: agents must "
@@ -200,17 +200,17 @@ def _describe_modules(analysis: Analysis, result: ConditionResult) -> Iterator[s
     reinforcement = result.answer("reinforcement")
     action = result.answer("action")
     if both and reinforcement.numbers and action.numbers:
-        improving = [
+        improving_modules = [
             answer.criterion.id for answer in (reinforcement, action) if answer.verdict == YES
         ]
         meaning = {
             0: "Neither evolved module alone significantly improves fitness",
-            1: f"Of the two evolved modules, only the {''.join(improving)} module alone improves "
-            "fitness",
+            1: f"Of the two evolved modules, only the {''.join(improving_modules)} module alone "
+            "improves fitness",
             2: "Each of the two evolved modules alone improves fitness",
         }
         yield (
-            f"{meaning[len(improving)]}: agents eat "
+            f"{meaning[len(improving_modules)]}: agents eat "
             f"{format_number(reinforcement.numbers.median_a)} with an evolved reinforcement module "
             f"and a random action module, {format_number(action.numbers.median_a)} with a random "
             "reinforcement module and an evolved action module, "
@@ -219,7 +219,7 @@ def _describe_modules(analysis: Analysis, result: ConditionResult) -> Iterator[s
         )
 
 
-def _direction(answer: Answer) -> str:
+def _difference_sign(answer: Answer) -> str:
     """Return the sign of the difference, whatever the criterion asks for."""
     if answer.numbers is None or answer.verdict == UNDECIDED:
         return UNDECIDED
@@ -228,7 +228,7 @@ def _direction(answer: Answer) -> str:
     return MORE if answer.numbers.effect > 0 else LESS
 
 
-def _describe_doubt(answer: Answer) -> str:
+def _note_insignificance(answer: Answer) -> str:
     """Return a remark if the difference is not significant."""
     if answer.has_too_few_runs:
         return " (too few runs to establish a difference)"

@@ -1,8 +1,8 @@
 """Quantities of the stored assays, with one value per run.
 
 `baldwinlab.core.variables.ASSAYS` declares the datasets of the assays. The value of a run is an
-average over its agents and, if the assay has generations, over its first or last ones. Food is
-the energy of the items that an agent eats in its lifetime.
+average over its agents and, if the assay has generations, over its first or last generations.
+Fitness is the variable `energy`: for MiniWorld, the energy of the items that an agent eats.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from baldwinlab.experiment.toml import from_toml
 
 # Datasets by assay and condition.
 Assays = Mapping[str, Mapping[str, xr.Dataset]]
-# A measure, and its time or its agents: ("off", "last"), ("first meal", "random genome").
+# A measure with its time or its agents, such as ("off", "last") or ("first meal", "evolved").
 Quantity = tuple[str, str]
 # A quantity with one value per run.
-RunValues = tuple[Quantity, xr.DataArray]
+QuantityValues = tuple[Quantity, xr.DataArray]
 
 
 def parse_experiments(assays: Assays) -> dict[str, Experiment]:
@@ -51,8 +51,8 @@ def read_factors(data: xr.Dataset) -> Factors:
     return Factors(*(data.attrs[name] for name in Factors._fields))
 
 
-def mean_food(innate: xr.Dataset) -> xr.DataArray:
-    """Return the food of the average agent in each kind of life.
+def mean_fitness(innate: xr.Dataset) -> xr.DataArray:
+    """Return the fitness of the average agent in each kind of life.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def mean_food(innate: xr.Dataset) -> xr.DataArray:
     Returns
     -------
     xr.DataArray
-        Food (run, generation, life), NaN for kinds of life that were not simulated.
+        Fitness (run, generation, life), NaN for kinds of life that were not simulated.
     """
     return innate["energy"].mean("agent").reindex(life=list(LIVES))
 
@@ -78,8 +78,8 @@ def weight_distances(innate: xr.Dataset) -> dict[str, xr.DataArray]:
     Returns
     -------
     dict of str to xr.DataArray
-        Means over agents (run, generation) of all weights and of each layer. Empty if the model
-        has no weights.
+        Means over agents (run, generation), for all weights and for each layer. Empty if the
+        model has no weights.
     """
     if "distance" not in innate:
         return {}
@@ -141,13 +141,14 @@ def compute_quantities(assays: Assays, condition: str, last: int) -> dict[Quanti
         raise ValueError(f"last = {last} must be at least 1 generation")
     return {
         quantity: values
-        for assay, compute in QUANTITIES.items()
+        for assay, compute in QUANTITIES_BY_ASSAY.items()
         if condition in assays.get(assay, {})
         for quantity, values in compute(assays[assay][condition], last)
     }
 
 
-def _windows(values: xr.DataArray, last: int) -> dict[str, xr.DataArray]:
+def _split_windows(values: xr.DataArray, last: int) -> dict[str, xr.DataArray]:
+    """Return the values of each window of generations."""
     # The stored integers are too small for comparisons with a very large `last`.
     generation = values["generation"].astype(np.int64)
     return {
@@ -157,24 +158,28 @@ def _windows(values: xr.DataArray, last: int) -> dict[str, xr.DataArray]:
     }
 
 
-def _innate(data: xr.Dataset, last: int) -> Iterator[RunValues]:
-    for window, food in _windows(mean_food(data), last).items():
-        lives = {name: food.sel(life=name) for name in LIVES}
-        average = {name: values.mean("generation") for name, values in lives.items()}
+def _innate_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
+    for window, fitness in _split_windows(mean_fitness(data), last).items():
+        fitness_by_life = {name: fitness.sel(life=name) for name in LIVES}
+        average = {name: values.mean("generation") for name, values in fitness_by_life.items()}
         for name, values in average.items():
             yield (name, window), values
-        has_drift = lives["drift"].notnull()
-        yield ("on, with drift control", window), lives["on"].where(has_drift).mean("generation")
+        # Only some generations have the drift control.
+        has_drift = fitness_by_life["drift"].notnull()
+        yield (
+            ("on, with drift control", window),
+            fitness_by_life["on"].where(has_drift).mean("generation"),
+        )
         yield ("gain", window), average["on"] - average["off"]
         yield ("innate share", window), compute_share(average["off"], average["on"])
         yield ("frozen share", window), compute_share(average["frozen"], average["on"])
     for name, distance in weight_distances(data).items():
-        for window, values in _windows(distance, last).items():
+        for window, values in _split_windows(distance, last).items():
             yield (name, window), values.mean("generation")
 
 
-def _neutral(data: xr.Dataset, last: int) -> Iterator[RunValues]:
-    energy = _windows(data["energy"], last)["last"].mean(("agent", "generation"))
+def _neutral_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
+    energy = _split_windows(data["energy"], last)["last"].mean(("agent", "generation"))
     for newborns in NEWBORNS:
         off = energy.sel(newborns=newborns, life="off")
         on = energy.sel(newborns=newborns, life="on")
@@ -183,9 +188,10 @@ def _neutral(data: xr.Dataset, last: int) -> Iterator[RunValues]:
         yield ("gain, neutral assay", newborns), on - off
 
 
-def _within_life(data: xr.Dataset, last: int) -> Iterator[RunValues]:
+def _within_life_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     steps = count_steps(data)
     for agents, name in ((RANDOM, RANDOM), (EVOLVED, latest_newborns(data))):
+        # No generation was measured if `name` is "".
         if name not in data["newborns"].values:
             continue
         newborns = data.sel(newborns=name)
@@ -195,25 +201,25 @@ def _within_life(data: xr.Dataset, last: int) -> Iterator[RunValues]:
         yield ("eaten in life", agents), eaten.sum("window").where(is_complete)
         yield ("eaten in the first part of life", agents), eaten.isel(window=0)
         yield ("eaten in the last part of life", agents), eaten.isel(window=-1)
-        # An agent that never eats counts with its lifetime.
+        # The first meal of an agent that never eats is the end of its lifetime.
         yield ("first meal", agents), first_meal.fillna(steps).mean("agent").where(is_complete)
         yield ("ever ate", agents), first_meal.notnull().mean("agent").where(is_complete)
 
 
-def _modules(data: xr.Dataset, last: int) -> Iterator[RunValues]:
+def _module_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     for name in data["modules"].values:
         yield ("modules", str(name)), data["energy"].sel(modules=name).mean("agent")
 
 
-def _reaction(data: xr.Dataset, last: int) -> Iterator[RunValues]:
-    food = data["energy"].mean("agent")
+def _reaction_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
+    fitness = data["energy"].mean("agent")
     settings = zip(data["field"].values, data["value"].values, strict=True)
     names = [name_setting(field, value) for field, value in settings]
-    base = food.isel(setting=names.index(AS_EVOLVED)) if AS_EVOLVED in names else None
+    base = fitness.isel(setting=names.index(AS_EVOLVED)) if AS_EVOLVED in names else None
     for number, name in enumerate(names):
-        yield ("setting", name), food.isel(setting=number)
+        yield ("setting", name), fitness.isel(setting=number)
         if base is not None and name != AS_EVOLVED:
-            yield ("setting, relative", name), compute_share(food.isel(setting=number), base)
+            yield ("setting, relative", name), compute_share(fitness.isel(setting=number), base)
 
 
 def name_setting(field: str, value: str) -> str:
@@ -221,16 +227,16 @@ def name_setting(field: str, value: str) -> str:
     return AS_EVOLVED if field == AS_EVOLVED else f"{field} = {value}"
 
 
-def _descent(data: xr.Dataset, last: int) -> Iterator[RunValues]:
+def _descent_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     for name in ("common_ancestor_age", "effective_ancestors"):
         yield (name.replace("_", " "), "last"), data[name].isel(generation=-1)
 
 
-QUANTITIES: Final[Mapping[str, Callable[[xr.Dataset, int], Iterator[RunValues]]]] = {
-    "innate": _innate,
-    "neutral": _neutral,
-    "within-life": _within_life,
-    "modules": _modules,
-    "reaction": _reaction,
-    "descent": _descent,
+QUANTITIES_BY_ASSAY: Final[Mapping[str, Callable[[xr.Dataset, int], Iterator[QuantityValues]]]] = {
+    "innate": _innate_quantities,
+    "neutral": _neutral_quantities,
+    "within-life": _within_life_quantities,
+    "modules": _module_quantities,
+    "reaction": _reaction_quantities,
+    "descent": _descent_quantities,
 }

@@ -18,13 +18,13 @@ from baldwinlab.analysis.assays.panels import (
     start_at_zero,
 )
 from baldwinlab.analysis.assays.values import Assays, count_steps
-from baldwinlab.analysis.figures.style import LINES, MARKERS, SeriesStyle, styled
+from baldwinlab.analysis.figures.style import LINE_STYLES, MARKERS, SeriesStyle, styled
 from baldwinlab.analysis.palette import NEWBORN_COLORS
 from baldwinlab.core.variables import RANDOM
 
 NEWBORN_STYLES: Final = [
     SeriesStyle(color, line, marker)
-    for color, line, marker in zip(NEWBORN_COLORS, LINES[::-1], MARKERS, strict=False)
+    for color, line, marker in zip(NEWBORN_COLORS, LINE_STYLES[::-1], MARKERS, strict=False)
 ]
 
 
@@ -52,8 +52,8 @@ def draw_within_life(assays: Assays, names: Sequence[str], unit: str) -> Figure:
         steps = count_steps(data)
         for newborns, style in zip(_sort_newborns(data), NEWBORN_STYLES, strict=False):
             selected = data.sel(newborns=newborns)
-            eaten = _by_step(selected["eaten_in_window"].mean("agent"), steps)
-            draw_curve(top, eaten, style, newborns, "window")
+            meal_rate = _compute_meal_rate(selected["eaten_in_window"].mean("agent"), steps)
+            draw_curve(top, meal_rate, style, newborns, "window")
             _draw_first_meals(bottom, selected["first_meal"].values.ravel(), steps, style)
         start_at_zero(top)
         bottom.set(ylim=(0, 1.03), xlabel="step of the lifetime")
@@ -63,14 +63,15 @@ def draw_within_life(assays: Assays, names: Sequence[str], unit: str) -> Figure:
     return figure
 
 
-def _draw_first_meals(axes: Axes, meals: np.ndarray, steps: int, style: SeriesStyle) -> None:
+def _draw_first_meals(axes: Axes, first_meals: np.ndarray, steps: int, style: SeriesStyle) -> None:
     """Draw the share of agents that have eaten, by step."""
-    times = np.sort(meals)
+    times = np.sort(first_meals)
+    # An agent that never eats has no first meal (NaN).
     times = times[np.isfinite(times)]
-    shares = np.arange(1, times.size + 1) / meals.size
+    shares = np.arange(1, times.size + 1) / first_meals.size
     axes.step(
         [0, *times, steps],
-        [0, *shares, times.size / meals.size],
+        [0, *shares, times.size / first_meals.size],
         where="post",
         color=style.color,
         ls=style.line,
@@ -83,8 +84,8 @@ def _sort_newborns(data: xr.Dataset) -> list[str]:
     return sorted(names, key=lambda name: -1 if name == RANDOM else int(name.split()[-1]))
 
 
-def _by_step(eaten: xr.DataArray, steps: int) -> xr.DataArray:
-    """Return items per 100 steps at the middle of each window. The last one may be shorter."""
+def _compute_meal_rate(eaten: xr.DataArray, steps: int) -> xr.DataArray:
+    """Return items per 100 steps at the middle of each window. The last window may be shorter."""
     starts = eaten["window"].values
     ends = np.append(starts[1:], steps)
     widths = xr.DataArray(ends - starts, dims="window")

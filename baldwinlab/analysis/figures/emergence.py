@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.figures.fitness import plotted_conditions
-from baldwinlab.analysis.figures.style import BLUE, GRAY, WIDTH, styled
+from baldwinlab.analysis.figures.style import BLUE, FIGURE_WIDTH, GRAY, styled
 from baldwinlab.analysis.figures.world import draw_empty_map
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
@@ -65,7 +65,7 @@ def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
     if not traces:
         raise ValueError("there is no trace to draw")
     rows = -(-len(traces) // 3)
-    figure = Figure((WIDTH, rows * (PANEL + TITLE) + BAR + SHARE))
+    figure = Figure((FIGURE_WIDTH, rows * (PANEL + TITLE) + BAR + SHARE))
     # The last digits of the layout engine vary, and a color bar shows them.
     figure.set_layout_engine("none")
     for number, trace in enumerate(traces):
@@ -73,7 +73,7 @@ def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
         left = GAP + column * (PANEL + GAP)
         bottom = SHARE + BAR + (rows - 1 - row) * (PANEL + TITLE)
         image = _draw_presence(_add_axes(figure, left, bottom, PANEL, PANEL), trace)
-    bar = _add_axes(figure, WIDTH / 4, SHARE + BAR - 0.22, WIDTH / 2, 0.1)
+    bar = _add_axes(figure, FIGURE_WIDTH / 4, SHARE + BAR - 0.22, FIGURE_WIDTH / 2, 0.1)
     figure.colorbar(
         image,
         cax=bar,
@@ -82,7 +82,7 @@ def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
         label=f"share of all agents' time in a cell of 1/{CELLS} by 1/{CELLS} of the map, %",
         ticks=[0, 0.1, 0.3, 0.6, 0.9],
     )
-    _draw_share(_add_axes(figure, 0.55, 0.45, WIDTH - 0.65, SHARE - 0.55), dataset, traces)
+    _draw_share(_add_axes(figure, 0.55, 0.45, FIGURE_WIDTH - 0.65, SHARE - 0.55), dataset, traces)
     return figure
 
 
@@ -127,7 +127,7 @@ def _draw_presence(axes: Axes, trace: xr.Dataset) -> AxesImage:
 @styled
 def draw_trajectories(trace: xr.Dataset) -> Figure:
     """Draw the paths of all agents in one lifetime, which end at a dot and fade toward birth."""
-    figure = Figure((WIDTH / 2, WIDTH / 2 + 0.5))
+    figure = Figure((FIGURE_WIDTH / 2, FIGURE_WIDTH / 2 + 0.5))
     _draw_trajectories(figure.subplots(), trace)
     handles = [
         Line2D([], [], color=color, lw=1.5, label=label)

@@ -13,7 +13,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
-from baldwinlab.analysis.figures.style import BLACK, GRAY, WIDTH, SeriesStyle, choose_style, styled
+from baldwinlab.analysis.figures.style import (
+    BLACK,
+    FIGURE_WIDTH,
+    GRAY,
+    SeriesStyle,
+    choose_style,
+    styled,
+)
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
@@ -95,7 +102,7 @@ def draw_fitness_curves(dataset: xr.Dataset) -> Figure:
     Figure
         A row per map, a column for best and mean fitness. A single run has no interval.
     """
-    figure = Figure((WIDTH, _height(dataset)))
+    figure = Figure((FIGURE_WIDTH, _height(dataset)))
     tables = {measure: fitness.MEASURES[measure](dataset) for measure in COLUMNS}
     for axes, measure, on_map in _panels(figure, dataset):
         for condition in on_map:
@@ -157,7 +164,7 @@ def draw_fitness_boxes(
         map_name: 0 if _fit_horizontally(names) else LETTER * max(map(len, names))
         for map_name, names in labels.items()
     }
-    figure = Figure((WIDTH, _height(dataset) + 0.4 + sum(label_height.values())))
+    figure = Figure((FIGURE_WIDTH, _height(dataset) + 0.4 + sum(label_height.values())))
     tables = {measure: fitness.final(dataset, measure, last) for measure in COLUMNS}
     for axes, measure, on_map in _panels(figure, dataset):
         for number, condition in enumerate(on_map):

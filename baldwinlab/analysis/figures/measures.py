@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.figures.fitness import draw_box, plotted_conditions
-from baldwinlab.analysis.figures.style import WIDTH, choose_style, styled
+from baldwinlab.analysis.figures.style import FIGURE_WIDTH, choose_style, styled
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 
@@ -55,7 +55,7 @@ def draw_shares(shares: xr.Dataset) -> Figure:
     """
     conditions = plotted_conditions(shares)
     rows = math.ceil(len(conditions) / COLUMNS)
-    figure = Figure((WIDTH, rows * HEIGHT + 0.5))
+    figure = Figure((FIGURE_WIDTH, rows * HEIGHT + 0.5))
     panels = figure.subplots(rows, min(COLUMNS, len(conditions)), squeeze=False, sharey=True)
     for axes in panels.flat[len(conditions) :]:
         axes.remove()
@@ -94,7 +94,7 @@ def draw_clocks(dataset: xr.Dataset, evaluations: str) -> Figure:
     Figure
         Two panels.
     """
-    figure = Figure((WIDTH, 2.9))
+    figure = Figure((FIGURE_WIDTH, 2.9))
     by_generation, by_evaluation = figure.subplots(1, 2, sharey=True)
     for condition in plotted_conditions(dataset):
         runs = dataset.sel(condition=condition.name)
@@ -151,7 +151,7 @@ def draw_measures(dataset: xr.Dataset, measures: Sequence[MeasureValues]) -> Fig
             for name in maps
         }
         ticks = ([float(np.mean(numbers)) for numbers in on_map.values()], maps)
-    figure = Figure((WIDTH, 0.5 + 2.6 * len(measures)))
+    figure = Figure((FIGURE_WIDTH, 0.5 + 2.6 * len(measures)))
     panels = figure.subplots(len(measures), squeeze=False).flat
     for axes, measure in zip(panels, measures, strict=True):
         for condition in conditions:
@@ -187,7 +187,7 @@ def draw_survival(dataset: xr.Dataset) -> Figure:
     Figure
         One panel, with a logarithmic time axis.
     """
-    figure = Figure((WIDTH, 3.1))
+    figure = Figure((FIGURE_WIDTH, 3.1))
     axes = figure.subplots()
     lifetimes = fitness.final(dataset, "mean", 1)
     start = max(1.0, 0.9 * float(lifetimes.min()))

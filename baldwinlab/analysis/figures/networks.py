@@ -15,10 +15,10 @@ from baldwinlab.analysis.figures.style import (
     BLACK,
     BLUE,
     DARK_GRAY,
+    FIGURE_WIDTH,
     GRAY,
     ORANGE,
     PALE,
-    WIDTH,
     styled,
 )
 
@@ -66,10 +66,10 @@ class AgentKind(NamedTuple):
 def draw_networks(kinds: Sequence[AgentKind]) -> Figure:
     """Draw senses, networks and actions of each kind of agent, one kind below another."""
     height = HEAD + ROW * sum(len(kind.modules) for kind in kinds)
-    figure = Figure((WIDTH, height))
+    figure = Figure((FIGURE_WIDTH, height))
     # Coordinates are inches, so there is no layout.
     figure.set_layout_engine("none")
-    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, WIDTH), ylim=(0, height))
+    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, FIGURE_WIDTH), ylim=(0, height))
     axes.axis("off")
     headings = {
         "senses": FIRST_LAYER - 0.3,

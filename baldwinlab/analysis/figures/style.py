@@ -33,8 +33,8 @@ from baldwinlab.core.file_writing import write_atomically
 
 __all__ = ["BLACK", "BLUE", "BROWN", "DARK_GRAY", "GRAY", "GREEN", "ORANGE", "PALE"]
 
-WIDTH = 7.2  # inches
-LINES = ("-", "--", "-.", ":")
+FIGURE_WIDTH = 7.2  # inches
+LINE_STYLES = ("-", "--", "-.", ":")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 SETTINGS: dict[str, Any] = {
@@ -85,7 +85,7 @@ class SeriesStyle(NamedTuple):
 
 def choose_style(number: int) -> SeriesStyle:
     """Return the appearance of a condition by its number; the first 28 differ."""
-    line = LINES[(number % 7 + number // 7) % 4]
+    line = LINE_STYLES[(number % 7 + number // 7) % 4]
     return SeriesStyle(SERIES[number % 7], line, MARKERS[number % 7])
 
 

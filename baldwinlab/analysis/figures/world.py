@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse, Rectangle, Wedge
 from matplotlib.patheffects import withStroke
 
-from baldwinlab.analysis.figures.style import BLACK, BLUE, GRAY, ORANGE, PALE, WIDTH, styled
+from baldwinlab.analysis.figures.style import BLACK, BLUE, FIGURE_WIDTH, GRAY, ORANGE, PALE, styled
 from baldwinlab.analysis.palette import shade
 from baldwinlab.experiment import FoodRegion, World
 
@@ -58,7 +58,7 @@ def draw_world_maps(
     """
     columns = min(len(worlds), 3)
     rows = -(-len(worlds) // columns)
-    figure = Figure((min(WIDTH, 3.6 * columns), rows * (3.5 if columns < 3 else 2.5)))
+    figure = Figure((min(FIGURE_WIDTH, 3.6 * columns), rows * (3.5 if columns < 3 else 2.5)))
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes, (title, world) in zip(grid.flat, worlds.items(), strict=False):
         _draw_map(axes, world, agents, looks.get(title) or look_of_food(world))

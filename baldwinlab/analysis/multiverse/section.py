@@ -31,7 +31,9 @@ class StandardStudy(NamedTuple):
     runs: tuple[int, int]
 
 
-def section(multiverse: Multiverse, folder: Path, study: StandardStudy | None = None) -> Section:
+def make_section(
+    multiverse: Multiverse, folder: Path, study: StandardStudy | None = None
+) -> Section:
     """Make the section of a report on the variants of a paper, and save its figures.
 
     Parameters

@@ -66,11 +66,11 @@ def write_sweep_report(
     """
     title = f"{measured.attrs['base']}: sweep of {_join(measured.attrs['fields'])}"
     lead = f"The value of a run is its average over the last {last} generations."
-    sections = [section(directory, measured, provenance, contrasts)]
+    sections = [make_section(directory, measured, provenance, contrasts)]
     return write_page(title, lead, sections, out, directory / "figures")
 
 
-def section(
+def make_section(
     directory: Path,
     measured: xr.Dataset,
     provenance: Mapping[str, Any],

@@ -8,7 +8,7 @@ from typing import Any, Final
 import xarray as xr
 
 from baldwinlab.analysis.assays.phrases import has_foragers
-from baldwinlab.analysis.assays.reaction_norms import Panel, reaction_panels
+from baldwinlab.analysis.assays.reaction_norms import Panel, make_reaction_panels
 from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, final_values
 from baldwinlab.analysis.statistics.csv import finite_or_none
@@ -211,7 +211,7 @@ def read_reaction_norms(study: StudyStore) -> dict[str, Any]:
     assays = read_assays(study, ["reaction"])
     if not assays:
         return {"unit": "", "panels": []}
-    panels = [panel for panel in reaction_panels(assays["reaction"]) if panel.norms]
+    panels = [panel for panel in make_reaction_panels(assays["reaction"]) if panel.norms]
     records = [
         panel._asdict() | {"evolved": sorted(panel.evolved), "norms": _summarize_norms(panel)}
         for panel in panels

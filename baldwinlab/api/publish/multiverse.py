@@ -8,7 +8,7 @@ from typing import Final
 from baldwinlab.analysis.multiverse import analysis
 from baldwinlab.analysis.multiverse.files import write_multiverse
 from baldwinlab.analysis.multiverse.records import Multiverse, VariantResult
-from baldwinlab.analysis.multiverse.section import compose_lead, section
+from baldwinlab.analysis.multiverse.section import compose_lead, make_section
 from baldwinlab.analysis.report import write_page
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.papers import Paper, of_study
@@ -64,7 +64,7 @@ def publish_multiverse(
     write_multiverse(multiverse, study.directory / FILE)
     log("drawing the figures")
     figures = study.directory / "figures"
-    sections = [section(multiverse, figures)]
+    sections = [make_section(multiverse, figures)]
     title = "Claims of the paper under all variants"
     write_page(title, compose_lead(multiverse), sections, plan.out, figures)
     return multiverse

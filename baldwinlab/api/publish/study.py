@@ -10,7 +10,7 @@ import xarray as xr
 from baldwinlab.analysis.assays import section as assays
 from baldwinlab.analysis.assays.analysis import Analysis, evaluate_assays
 from baldwinlab.analysis.assays.learner_comparison import compare_learners
-from baldwinlab.analysis.assays.learner_report import summary_section
+from baldwinlab.analysis.assays.learner_report import make_summary
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import Samples
@@ -156,7 +156,7 @@ def _summarize_learners(
         return None
     if any(study.experiments[name].learns for name in comparison.reference_conditions):
         return None
-    return summary_section(comparison, study.directory)
+    return make_summary(comparison, study.directory)
 
 
 def _extra_sections(
@@ -170,11 +170,13 @@ def _extra_sections(
     sections = []
     if analysis:
         inference = plan.paper.words.inference if plan.paper else None
-        sections.append(assays.section(measured, directory, analysis.last, inference, analysis))
+        sections.append(
+            assays.make_section(measured, directory, analysis.last, inference, analysis)
+        )
     paths = [directory / folder / FILE for folder in FOLDERS]
     multiverses = [read_multiverse(path) for path in paths if path.exists()]
     if multiverses:
-        sections.append(variants.section(multiverses[0], directory / "figures", standard))
+        sections.append(variants.make_section(multiverses[0], directory / "figures", standard))
     return sections
 
 

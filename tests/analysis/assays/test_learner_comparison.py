@@ -10,7 +10,7 @@ from typing import Any
 
 from baldwinlab.analysis.assays.analysis import evaluate_assays
 from baldwinlab.analysis.assays.learner_comparison import LearnerComparison, compare_learners
-from baldwinlab.analysis.assays.learner_report import summary_section
+from baldwinlab.analysis.assays.learner_report import make_summary
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.experiment.factors import of_study
 from baldwinlab.papers.claims import Claim
@@ -56,7 +56,7 @@ def compare(
 
 def summarize(comparison: LearnerComparison | None, folder: Path) -> tuple[Sequence[str], str]:
     assert comparison is not None
-    return summary_section(comparison, folder)
+    return make_summary(comparison, folder)
 
 
 def test_learners_that_find_food_where_evolution_alone_finds_none_are_named(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from baldwinlab import papers
 from baldwinlab.analysis.assays import headlines
 from baldwinlab.analysis.assays import sentences as wording
 from baldwinlab.analysis.assays.analysis import evaluate_assays
-from baldwinlab.analysis.assays.section import section, tabulate_numbers
+from baldwinlab.analysis.assays.section import make_section, tabulate_numbers
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report import write_page
 from tests.analysis.assays.artificial_assays import (
@@ -141,7 +141,9 @@ def test_one_run_allows_no_verdict() -> None:
 
 
 def test_the_section_says_how_many_runs_a_verdict_needs(tmp_path: Path) -> None:
-    few = section({"innate": {A: innate(A, off=constant(1), on=constant(50), runs=5)}}, tmp_path)
+    few = make_section(
+        {"innate": {A: innate(A, off=constant(1), on=constant(50), runs=5)}}, tmp_path
+    )
     sentence = (
         "With 5 runs and 5 tests, the smallest corrected p-value is 0.31. "
         "At least 8 runs are needed."
@@ -151,7 +153,9 @@ def test_the_section_says_how_many_runs_a_verdict_needs(tmp_path: Path) -> None:
         "</span> too few runs</span>" in few.body
         and "(too few runs to establish a difference)" in few.body
     )
-    enough = section({"innate": {A: innate(A, off=constant(1), on=constant(50), runs=8)}}, tmp_path)
+    enough = make_section(
+        {"innate": {A: innate(A, off=constant(1), on=constant(50), runs=8)}}, tmp_path
+    )
     assert "too few runs" not in enough.body and "smallest corrected" not in enough.short
 
 
@@ -161,7 +165,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_page(
         "A study",
         "Its assays.",
-        [section(make_all_assays(), folder)],
+        [make_section(make_all_assays(), folder)],
         folder / "page.html",
         folder / "figures",
     )
@@ -193,7 +197,7 @@ def test_the_section_has_verdict_questions_figures_and_numbers(page: Path) -> No
 
 
 def test_its_verdict_is_its_summary(tmp_path: Path) -> None:
-    short = section(make_all_assays(), tmp_path).short
+    short = make_section(make_all_assays(), tmp_path).short
     assert (
         short.startswith("On map A (evo+self-taught): both phases of the Baldwin effect")
         and "On map B" in short
@@ -214,7 +218,7 @@ def test_many_conditions_have_an_overview_and_folded_sentences(
     innate_assays[names[0]] = innate(
         names[0], off=rising(0, 80), on=rising(50, 100), drift=constant(2)
     )
-    result = section({"innate": innate_assays}, tmp_path)
+    result = make_section({"innate": innate_assays}, tmp_path)
     assert result.short.startswith("In 9 of 10 conditions: only phase 1 of the Baldwin effect")
     assert "In 1 of 10 conditions: both phases of the Baldwin effect" in result.short
     assert (
@@ -243,7 +247,7 @@ def test_many_conditions_with_only_the_neutral_control_have_an_overview(
         for rule in ("self-taught", "hebb", "crbp", "reward", "imitation")
         for map_name in "BA"
     ]
-    result = section(
+    result = make_section(
         {"neutral": {name: neutral(name, (5, 50), (5, 20)) for name in names}}, tmp_path
     )
     assert result.short == "" and "unknown" not in result.body and "<ul>\n<li>" in result.body
@@ -253,7 +257,7 @@ def test_many_conditions_with_only_the_neutral_control_have_an_overview(
 
 
 def test_a_figure_s_numbers_are_the_medians_that_it_draws(tmp_path: Path) -> None:
-    section({"innate": {A: innate(A, off=constant(2), on=constant(9))}}, tmp_path)
+    make_section({"innate": {A: innate(A, off=constant(2), on=constant(9))}}, tmp_path)
     first, *rows = (tmp_path / "figures" / "baldwin-lives.csv").read_text().splitlines()
     assert first.startswith("condition,quantity,generation,life,median,low,high")
     assert any(row.startswith(f"{A},energy,0,off,2.") for row in rows)
@@ -262,14 +266,14 @@ def test_a_figure_s_numbers_are_the_medians_that_it_draws(tmp_path: Path) -> Non
 @pytest.mark.parametrize("assay", list(make_all_assays(runs=1)))
 def test_a_single_assay_of_a_single_run_has_a_section_too(assay: str, tmp_path: Path) -> None:
     text = re.sub(
-        r'src="[^"]*"', "", section({assay: make_all_assays(runs=1)[assay]}, tmp_path).body
+        r'src="[^"]*"', "", make_section({assay: make_all_assays(runs=1)[assay]}, tmp_path).body
     )
     assert "not measured" in text and "nan" not in text.lower()
 
 
 def test_without_a_condition_that_evolves_and_learns_there_are_only_numbers(tmp_path: Path) -> None:
     stored: Assays = {"innate": {"evo/A": innate("evo/A", off=constant(3))}}
-    text = section(stored, tmp_path).body
+    text = make_section(stored, tmp_path).body
     assert (
         "so the criteria do not apply" in text
         and "<figure" not in text

@@ -14,7 +14,7 @@ from baldwinlab.analysis.multiverse.section import (
     StandardStudy,
     compose_lead,
     explain_differences,
-    section,
+    make_section,
 )
 from baldwinlab.analysis.multiverse.sentences import compose_sentences, describe_combinations
 from baldwinlab.analysis.report import write_page
@@ -128,7 +128,7 @@ def test_a_study_with_more_runs_has_an_explanation_of_its_other_verdicts(tmp_pat
     sentences = explain_differences(few, undecided)
     assert "This study has 30 runs of each condition, and every variant has 8." in sentences
     assert "Some verdicts therefore differ: C6 (is undecided with 30, holds with 8)." in sentences
-    made = section(few, tmp_path, undecided)
+    made = make_section(few, tmp_path, undecided)
     assert made.of_claims == sentences and sentences in made.body
 
 
@@ -144,8 +144,8 @@ def test_equal_runs_or_equal_verdicts_need_no_explanation() -> None:
 
 def test_the_section_is_made_from_the_json_and_saves_its_figures(tmp_path: Path) -> None:
     multiverse = read_multiverse(write_multiverse(full_multiverse(), tmp_path / "multiverse.json"))
-    made = section(multiverse, tmp_path / "figures")
-    assert made == section(full_multiverse(), tmp_path / "again")
+    made = make_section(multiverse, tmp_path / "figures")
+    assert made == make_section(full_multiverse(), tmp_path / "again")
     assert (made.anchor, made.title) == ("variants", "Variants of the paper")
     names = {
         f"{name}.{end}" for name in ("variants", "variants-shares") for end in ("svg", "png", "csv")
@@ -167,7 +167,7 @@ def test_a_browser_shows_the_page_without_errors_or_horizontal_scrolling(
     page = write_page(
         "Every variant",
         compose_lead(several),
-        [section(several, tmp_path)],
+        [make_section(several, tmp_path)],
         tmp_path / "report.html",
         tmp_path,
     )
