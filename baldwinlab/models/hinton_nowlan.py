@@ -1,11 +1,12 @@
-"""Hinton and Nowlan's model: strings of 0, 1 and ? that guess the value of each ? during life.
+"""The model of Hinton and Nowlan: strings of 0, 1 and ? whose ? are guessed during life.
 
     baldwinlab reproduce hinton-nowlan-1987
 
-The correct allele is 1 at every locus. This is no restriction: the model does not depend on which
-allele is correct. In each trial of its life, an agent sets each ? to 0 or 1 at random. A failed
-trial leaves no trace. The agent stops at the first trial in which all loci are correct. The
-remaining trials add up to 19 to its fitness. In a genome, the number 0.5 represents ?.
+The correct allele is 1 at every locus. Another target would give equivalent results. In each trial
+of its life, an agent sets each ? to 0 or 1 at random. A failed trial has no effect on later trials.
+The agent stops at the first trial in which all loci are correct. Its fitness is 1 + 19 n / N, where
+n is the number of remaining trials of N. Without such a trial, it is 1. In a genome, the number 0.5
+represents ?.
 
 References
 ----------
@@ -43,27 +44,30 @@ from baldwinlab.parts import (
     uniforms,
 )
 
-# The allele ?.
+# Number that represents the allele ? in a genome.
 UNSET_ALLELE: Final = 0.5
-# Largest gain in fitness above the baseline of 1.
+# Upper limit of the gain in fitness above the baseline of 1.
 MAX_GAIN: Final = 19.0
 
 
-def _last_mean(allele: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return the mean of a record in the last generation."""
-    return lambda runs: runs[allele].isel(generation=-1).mean("agent")
+def _mean_of_last_generation(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Return a function of runs: the mean of a record in the last generation."""
+    return lambda runs: runs[record].isel(generation=-1).mean("agent")
 
 
 def _take_off(runs: xr.Dataset) -> xr.DataArray:
-    """Return the first generation in which half of the agents succeed."""
-    succeeds = runs["succeeded"].mean("agent") >= 0.5
-    return succeeds.argmax("generation").where(succeeds.any("generation"))
+    """Return the first generation in which half of the agents succeed, or NaN."""
+    half_succeed = runs["succeeded"].mean("agent") >= 0.5
+    return half_succeed.argmax("generation").where(half_succeed.any("generation"))
 
 
 def _unset_at_take_off(runs: xr.Dataset) -> xr.DataArray:
-    generation = _take_off(runs)
-    shares = runs["unset"].mean("agent").isel(generation=generation.fillna(0).astype(int))
-    return shares.where(generation.notnull())
+    """Return the share of ? in the generation of `_take_off`, or NaN."""
+    take_off = _take_off(runs)
+    # An index must be an integer, so runs without a take-off read generation 0 before `where`.
+    generation = take_off.fillna(0).astype(int)
+    shares = runs["unset"].mean("agent").isel(generation=generation)
+    return shares.where(take_off.notnull())
 
 
 class HintonNowlan(Model, name="hinton-nowlan"):
@@ -108,16 +112,16 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
     clock: ClassVar[str] = "used"
     measures: ClassVar[Mapping[str, Measure]] = {
-        "ones": Measure("share of 1 in the last generation", _last_mean("ones")),
-        "unset": Measure("share of ? in the last generation", _last_mean("unset")),
-        "zeros": Measure("share of 0 in the last generation", _last_mean("zeros")),
+        "ones": Measure("share of 1 in the last generation", _mean_of_last_generation("ones")),
+        "unset": Measure("share of ? in the last generation", _mean_of_last_generation("unset")),
+        "zeros": Measure("share of 0 in the last generation", _mean_of_last_generation("zeros")),
         "take-off": Measure("generation in which half of the agents succeed", _take_off),
         "unset-at-take-off": Measure(
             "share of ? when half of the agents succeed", _unset_at_take_off
         ),
         "fall": Measure(
-            "share of ? at that time minus that in the last generation",
-            lambda runs: _unset_at_take_off(runs) - _last_mean("unset")(runs),
+            "share of ? when half of the agents succeed, minus share of ? in the last generation",
+            lambda runs: _unset_at_take_off(runs) - _mean_of_last_generation("unset")(runs),
         ),
         "taken-off": Measure(
             "1 if half of the agents ever succeed, else 0",
@@ -145,10 +149,12 @@ class HintonNowlan(Model, name="hinton-nowlan"):
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         draws = key.uniforms(FOUNDER, (agents, self.loci))[:, :, 0]
-        half = (1 - self.initial_unset_share) / 2
-        return np.select([draws < half, draws < 2 * half], [0.0, 1.0], UNSET_ALLELE)[
-            :, None
-        ].astype(np.float32)
+        # The shares of 0 and 1 are equal.
+        zero_share = (1 - self.initial_unset_share) / 2
+        is_zero = draws < zero_share
+        is_zero_or_one = draws < 2 * zero_share
+        alleles = np.select([is_zero, is_zero_or_one], [0.0, 1.0], UNSET_ALLELE)
+        return alleles[:, None].astype(np.float32)
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -158,19 +164,22 @@ class HintonNowlan(Model, name="hinton-nowlan"):
             [uniforms(seed, run, generation, LIFE, (genomes.shape[1], 1))[:, 0, 0] for run in runs]
         )
         unset = (genomes == UNSET_ALLELE).sum(axis=-1)
-        able = (genomes != 0).all(axis=-1) & (self.guessing | (unset == 0))
-        first = self._first_success(unset, luck)
-        succeeded = able & (first <= self.trials)
-        remaining = np.clip(self.trials - first + (0 if self.counts_success else 1), 0, None)
+        can_succeed = (genomes != 0).all(axis=-1) & (self.guessing | (unset == 0))
+        first_success = self._first_success(unset, luck)
+        succeeded = can_succeed & (first_success <= self.trials)
+        # If the successful trial does not count as used, one more trial remains.
+        n_uncounted = 0 if self.counts_success else 1
+        remaining = np.clip(self.trials - first_success + n_uncounted, 0, None)
         energy = np.where(succeeded, 1 + MAX_GAIN * remaining / self.trials, 1.0)
+        # Without guesses, a single trial shows whether the string is correct.
+        used_by_failures = self.trials if self.guessing else 1
+        used = np.where(succeeded, first_success, used_by_failures)
         records = {
             "ones": (genomes == 1).mean(axis=-1, dtype=np.float32),
             "unset": (unset / self.loci).astype(np.float32),
             "zeros": (genomes == 0).mean(axis=-1, dtype=np.float32),
             "succeeded": succeeded.astype(np.int32),
-            "used": np.where(succeeded, first, self.trials if self.guessing else 1).astype(
-                np.int32
-            ),
+            "used": used.astype(np.int32),
         }
         learned = np.where(succeeded[:, :, None], np.float32(1), genomes)
         return LifeResults(energy, np.zeros_like(energy), learned, records)
@@ -178,34 +187,36 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     def _first_success(
         self, unset: npt.NDArray[np.int64], luck: npt.NDArray[np.float64]
     ) -> npt.NDArray[np.int64]:
-        """Return the number of the first successful trial [run, agent].
+        """Return the number of the first successful trial [run, agent], from 1.
 
-        A trial fails with probability 1 - 2^-unset, so the first t trials all fail with the t-th
-        power of this probability. The first success is the first trial at which that power is not
-        above `luck`. The result is trials + 1 if no trial of the lifetime succeeds.
+        A trial fails with the probability q = 1 - 2^-unset, so the trials 1 to t all fail with the
+        probability q^t. The first success is the first trial t with q^t <= `luck`. The result is
+        trials + 1 if no trial of the lifetime succeeds.
         """
-        # Products instead of logarithms give the same bits on all machines.
-        first = poison.empty(unset.shape, np.int64)
+        # Powers are computed as products, because logarithms differ between machines.
+        first_success = poison.empty(unset.shape, np.int64)
         for count in np.unique(unset):
-            fail = np.cumprod(np.full(self.trials, 1 - 0.5 ** int(count)))
-            first[unset == count] = 1 + np.searchsorted(-fail, -luck[unset == count])
-        return first
+            failure_probabilities = np.cumprod(np.full(self.trials, 1 - 0.5 ** int(count)))
+            # The signs are negative, because `searchsorted` needs ascending numbers.
+            n_failures = np.searchsorted(-failure_probabilities, -luck[unset == count])
+            first_success[unset == count] = 1 + n_failures
+        return first_success
 
     def oracle(self, genome: Sequence[float], luck: float) -> float:
         """Return the fitness of one string, trial by trial; `luck` is uniform in (0, 1)."""
         unset = sum(allele == UNSET_ALLELE for allele in genome)
-        fail = 1.0
+        can_succeed = 0 not in genome and (self.guessing or not unset)
+        failure_probability = 1.0
         for trial in range(1, self.trials + 1):
-            fail *= 1 - 1 / 2**unset
-            if 0 not in genome and fail <= luck and (self.guessing or not unset):
-                return (
-                    1 + MAX_GAIN * (self.trials - trial + (not self.counts_success)) / self.trials
-                )
+            failure_probability *= 1 - 1 / 2**unset
+            if can_succeed and failure_probability <= luck:
+                remaining = self.trials - trial + (not self.counts_success)
+                return 1 + MAX_GAIN * remaining / self.trials
         return 1.0
 
 
 class OnePointOfAlleles(Variation, name="one-point-alleles"):
-    """One-point crossover of the alleles 0, 1 and ?; then mutation to one of these.
+    """One-point crossover of the alleles 0, 1 and ?; then mutation to 0, 1 or ?.
 
     References
     ----------
@@ -222,16 +233,16 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
     derived: ClassVar[Mapping[str, Any]] = {
         "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
+        # Three times the share of 0: the number is exactly 1 if the three alleles are equally
+        # likely.
         "zero": lambda part, experiment: 3 * part.share_of_zero(experiment),
     }
 
     def share_of_zero(self, experiment: Any) -> float:
-        """Return the share of 0 among mutated alleles, which is also the share of 1."""
-        return (
-            (1 - experiment.of_model.initial_unset_share) / 2
-            if self.mutation_law == "founders"
-            else 1 / 3
-        )
+        """Return the share of 0 among mutated alleles. It equals the share of 1."""
+        if self.mutation_law == "founders":
+            return float((1 - experiment.of_model.initial_unset_share) / 2)
+        return 1 / 3
 
     def check(self, experiment: Any) -> None:
         has_shares = experiment.model != "miniworld" and hasattr(
@@ -248,29 +259,30 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
     def vary(
         part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        # The cut is in the row of the genes of all modules.
+        # The cut is a position in the list of the genes of all modules.
         cut = draw_cut(gate, child.size)
         for module in range(child.shape[0]):
             for locus in range(child.shape[1]):
                 gene = module * child.shape[1] + locus
-                of_fitter = is_from_fitter(gene, cut, draws[0, 0])
-                child[module, locus] = fitter[module, locus] if of_fitter else second[module, locus]
+                parent = fitter if is_from_fitter(gene, cut, draws[0, 0]) else second
+                child[module, locus] = parent[module, locus]
                 if draws[gene, 1] < part.rate:
                     draw = 3.0 * draws[gene, 2]
-                    steps = int(draw >= part.zero) + int(draw >= 3.0 - part.zero)
-                    child[module, locus] = np.float32(steps) * np.float32(0.5)
+                    # 0, 1 or 2 halves: the allele is 0, ? (0.5) or 1.
+                    n_halves = int(draw >= part.zero) + int(draw >= 3.0 - part.zero)
+                    child[module, locus] = np.float32(n_halves) * np.float32(0.5)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        def mutant(draw: float) -> float:
-            zero = part.zero / 3
-            if draw < zero:
+        def mutate(draw: float) -> float:
+            zero_share = part.zero / 3
+            if draw < zero_share:
                 return 0.0
-            return 1.0 if draw >= 1 - zero else 0.5
+            return 1.0 if draw >= 1 - zero_share else UNSET_ALLELE
 
         inherited = cross_at_point(flatten(fitter), flatten(second), gate, draws[0][0])
         child = [
-            mutant(draw[2]) if draw[1] < part.rate else old
-            for old, draw in zip(inherited, draws, strict=True)
+            mutate(draw[2]) if draw[1] < part.rate else allele
+            for allele, draw in zip(inherited, draws, strict=True)
         ]
         return split_modules(child, len(fitter[0]))

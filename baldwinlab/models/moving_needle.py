@@ -1,9 +1,9 @@
-"""Strings that guess during life, with a target that changes from generation to generation.
+"""The model of strings that guess during life, with a target that changes over the generations.
 
     baldwinlab reproduce le-2018
 
 In generation 0, the correct allele is 1 at every locus, as in `hinton_nowlan.py`. Every `period`
-generations, `redrawn_loci` loci are drawn, and the correct allele of each is drawn again. If the
+generations, `redrawn_loci` loci are drawn, and their correct alleles are drawn again. If the
 target never changes, a run is bit-identical to a run of `hinton_nowlan.py`.
 
 The idea is that of Le et al. 2018. Their parameters are not known, so the parameters here are ours.
@@ -27,7 +27,7 @@ import xarray as xr
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.parts import LIFE, OF_AGENT, Field, LifeResults, Measure, Variable, uniforms
 
-# Names of the records in `hinton_nowlan.py`, and their names in this model.
+# For each record of `hinton_nowlan.py`, its name in this model.
 RECORD_NAMES = {
     "ones": "right",
     "zeros": "wrong",
@@ -38,7 +38,7 @@ RECORD_NAMES = {
 
 
 def _in_second_half(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return the mean of a record over the second half of a run, with many target changes."""
+    """Return a function of runs: the mean of a record over the second half of the generations."""
     return lambda runs: (
         runs[record]
         .isel(generation=slice(runs.sizes["generation"] // 2, None))
@@ -94,29 +94,25 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
     ) -> LifeResults:
         """Simulate lifetimes of `hinton_nowlan.py`, with 0 and 1 swapped at loci whose target is 0.
 
-        The allele ?, which is 0.5, does not change.
+        The swap x -> 1 - x does not change the allele ?, which is 0.5.
         """
-        zero = np.stack([self.right(seed, run, generation) == 0 for run in runs])[:, None, None]
-        results = super().simulate(seed, runs, generation, np.where(zero, 1 - genomes, genomes))
-        learned = (
-            np.where(zero[:, :, 0], 1 - results.learned, results.learned)
-            if results.learned is not None
-            else None
-        )
-        return LifeResults(
-            results.energy,
-            results.cost,
-            learned,
-            {RECORD_NAMES[name]: record for name, record in results.records.items()},
-        )
+        targets = np.stack([self.target(seed, run, generation) for run in runs])
+        is_swapped = (targets == 0)[:, None, None]
+        swapped_genomes = np.where(is_swapped, 1 - genomes, genomes)
+        results = super().simulate(seed, runs, generation, swapped_genomes)
+        learned = results.learned
+        if learned is not None:
+            learned = np.where(is_swapped[:, :, 0], 1 - learned, learned)
+        records = {RECORD_NAMES[name]: record for name, record in results.records.items()}
+        return LifeResults(results.energy, results.cost, learned, records)
 
-    def right(self, seed: int, run: int, generation: int) -> npt.NDArray[np.int64]:
+    def target(self, seed: int, run: int, generation: int) -> npt.NDArray[np.int64]:
         """Return the target of a generation: the correct allele [locus], 0 or 1."""
-        targets = np.ones(self.loci, np.int64)
+        target = np.ones(self.loci, np.int64)
         changes = range(self.period, generation + 1, self.period) if self.period else ()
         for change in changes:
-            # The first number is the luck of an agent.
+            # The draw with index 0 is the luck of an agent in `hinton_nowlan.py`.
             draws = uniforms(seed, run, change, LIFE, (1, 1 + self.redrawn_loci))[0, 1:]
             for position, coin in draws[:, :2]:
-                targets[int(position * self.loci)] = coin < 0.5
-        return targets
+                target[int(position * self.loci)] = coin < 0.5
+        return target

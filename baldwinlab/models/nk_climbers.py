@@ -1,14 +1,15 @@
-"""Bit strings that climb an NK landscape during life: guiding effect and hiding effect.
+"""The model of bit strings that climb an NK landscape during life: guiding and hiding effects.
 
     baldwinlab reproduce mayley-1996
 
-The fitness of a string of N bits is the mean of N table entries. The index of entry i consists of
-bit i and K further bits, drawn at random. Fitness is scaled: the worst string has 0, the best 1.
+The fitness of a string of N bits is the mean of N numbers from N tables. Bit i and K further bits,
+drawn at random, select the number from table i. Fitness is scaled: the worst string has 0, the best
+string has 1.
 
 In each trial of a lifetime, one random bit is flipped. The flip remains if it raises the fitness.
 Learned bits are not inherited. Each bit that differs between birth and death can have a cost. Each
-run has its own landscape, which is the same in all conditions. All founders are the same random
-string.
+run has a different landscape. The landscapes are the same in all conditions. All founders are the
+same random string.
 
 The landscape follows Kauffman 1993, learning and its costs follow Mayley. His constants are not
 known, so the constants here are our choice.
@@ -48,9 +49,12 @@ from baldwinlab.parts import (
     uniforms,
 )
 
-# Generation number of the random numbers for the landscape. The founders use the number before.
+# Generation numbers of the random numbers for the landscape and for the founders. No lifetime uses
+# these numbers.
 LANDSCAPE_GENERATION: Final = 2**32 - 1
-# Bits. All strings are evaluated to scale the landscape, so their number must be small.
+FOUNDER_GENERATION: Final = LANDSCAPE_GENERATION - 1
+# Maximum length of a string. All strings are evaluated to scale the landscape, so the number of
+# strings must be small.
 MAX_BITS: Final = 16
 
 
@@ -79,34 +83,42 @@ def landscape(seed: int, run: int, bits: int, n_links: int) -> npt.NDArray[np.fl
     total = np.zeros(2**bits)
     for bit in range(bits):
         order = np.argsort(draws[bit, :bits, 1])
-        index_bits = [bit, *[int(neighbor) for neighbor in order if neighbor != bit][:n_links]]
+        further_bits = [int(candidate) for candidate in order if candidate != bit][:n_links]
+        # Index in the table of the bit, for each string.
         index = sum(
-            ((strings >> neighbor) & 1) << power for power, neighbor in enumerate(index_bits)
+            ((strings >> index_bit) & 1) << power
+            for power, index_bit in enumerate([bit, *further_bits])
         )
-        total += draws[bit, : 2 ** (n_links + 1), 0][index]
+        table = draws[bit, : 2 ** (n_links + 1), 0]
+        total += table[index]
     scaled: npt.NDArray[np.float64] = (total - total.min()) / (total.max() - total.min())
     # The array is cached.
     scaled.flags.writeable = False
     return scaled
 
 
-def _mean(name: str, generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return the mean of a record in a generation, or in the last one if there are fewer."""
+def _mean_at(record: str, generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Return a function of runs: the mean of a record in a generation.
+
+    In shorter runs, it is the mean in the last generation.
+    """
     return lambda runs: (
-        runs[name].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
+        runs[record].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
     )
 
 
-def _climb(model: NKClimbers, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> PathView:
-    """Return the fitness of all strings of a generation after each trial."""
-    height = landscape(key.seed, key.run, model.bits, model.k)
-    chosen = key.uniforms(LIFE, (len(genomes), model.trials))[:, :, 0]
+def _view_climb(
+    model: NKClimbers, key: Any, genomes: npt.NDArray[np.float32], agent: int
+) -> PathView:
+    """Return the fitness of an agent after each trial, with the mean and maximum of all agents."""
+    fitness_of_string = landscape(key.seed, key.run, model.bits, model.k)
+    bit_draws = key.uniforms(LIFE, (len(genomes), model.trials))[:, :, 0]
     strings = model.numbers(genomes)
-    heights = [height[strings]]
+    fitness_by_trial = [fitness_of_string[strings]]
     for trial in range(model.trials):
-        climb(height, model.bits, chosen[:, trial : trial + 1], strings)
-        heights.append(height[strings])
-    all_agents = np.stack(heights)
+        climb(fitness_of_string, model.bits, bit_draws[:, trial : trial + 1], strings)
+        fitness_by_trial.append(fitness_of_string[strings])
+    all_agents = np.stack(fitness_by_trial)
     lines = {
         f"agent {agent}": all_agents[:, agent],
         "average of all": all_agents.mean(axis=1),
@@ -166,18 +178,18 @@ class NKClimbers(Model, name="nk-climbers"):
                 "Fitness of a string after each trial of its lifetime, compared with the "
                 "average and the best of its generation."
             ),
-            _climb,
+            _view_climb,
         )
     }
     measures: ClassVar[Mapping[str, Measure]] = {
-        "innate": Measure("innate fitness in generation 150", _mean("innate", 150)),
-        "changed": Measure("bits changed by learning in generation 150", _mean("changed", 150)),
+        "innate": Measure("innate fitness in generation 150", _mean_at("innate", 150)),
+        "changed": Measure("bits changed by learning in generation 150", _mean_at("changed", 150)),
         "changed-at-first": Measure(
-            "bits changed by learning in generation 2", _mean("changed", 2)
+            "bits changed by learning in generation 2", _mean_at("changed", 2)
         ),
         "changed-falls": Measure(
             "bits changed by learning in generation 2 minus those in generation 150",
-            lambda runs: _mean("changed", 2)(runs) - _mean("changed", 150)(runs),
+            lambda runs: _mean_at("changed", 2)(runs) - _mean_at("changed", 150)(runs),
         ),
     }
 
@@ -203,8 +215,8 @@ class NKClimbers(Model, name="nk-climbers"):
         return self.bits
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        first = uniforms(key.seed, key.run, LANDSCAPE_GENERATION - 1, LIFE, (1, self.bits))[0, :, 0]
-        return np.broadcast_to((first < 0.5).astype(np.float32), (agents, 1, self.bits)).copy()
+        draws = uniforms(key.seed, key.run, FOUNDER_GENERATION, LIFE, (1, self.bits))[0, :, 0]
+        return np.broadcast_to((draws < 0.5).astype(np.float32), (agents, 1, self.bits)).copy()
 
     def numbers(self, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
         """Return the strings of genomes [..., agent, module, bit] as numbers [..., agent]."""
@@ -222,14 +234,15 @@ class NKClimbers(Model, name="nk-climbers"):
         innate = poison.empty(newborns.shape)
         learned = poison.empty(newborns.shape)
         for row, run in enumerate(runs):
-            height = landscape(seed, run, self.bits, self.k)
-            chosen = uniforms(seed, run, generation, LIFE, (newborns.shape[1], self.trials))[
+            fitness_of_string = landscape(seed, run, self.bits, self.k)
+            bit_draws = uniforms(seed, run, generation, LIFE, (newborns.shape[1], self.trials))[
                 :, :, 0
             ]
-            innate[row] = height[newborns[row]]
-            climb(height, self.bits, chosen, strings[row])
-            learned[row] = height[strings[row]]
-        changed = ((newborns ^ strings)[..., None] & powers > 0).sum(axis=-1)
+            innate[row] = fitness_of_string[newborns[row]]
+            climb(fitness_of_string, self.bits, bit_draws, strings[row])
+            learned[row] = fitness_of_string[strings[row]]
+        differs = ((newborns ^ strings)[..., None] & powers) > 0
+        changed = differs.sum(axis=-1)
         at_death = ((strings[..., None] & powers) > 0).astype(np.float32)
         records = {
             "innate": innate.astype(np.float32),
@@ -240,29 +253,29 @@ class NKClimbers(Model, name="nk-climbers"):
 
 
 @jit_entry_point
-def climb(height: Any, bits: int, chosen: Any, strings: Any) -> None:
+def climb(fitness_of_string: Any, bits: int, bit_draws: Any, strings: Any) -> None:
     """Flip a bit of each string in each trial, and retain the flip if it raises the fitness.
 
     Parameters
     ----------
-    height : array of shape (2**bits,)
+    fitness_of_string : array of shape (2**bits,)
         Fitness of each string.
     bits : int
         Length of a string.
-    chosen : array of shape (agents, trials)
+    bit_draws : array of shape (agents, trials)
         Uniform numbers that select the bits.
     strings : array of shape (agents,)
         Strings as numbers. They change in place.
     """
     for agent in range(strings.size):
-        for trial in range(chosen.shape[1]):
-            flipped = strings[agent] ^ (1 << int(chosen[agent, trial] * bits))
-            if height[flipped] > height[strings[agent]]:
+        for trial in range(bit_draws.shape[1]):
+            flipped = strings[agent] ^ (1 << int(bit_draws[agent, trial] * bits))
+            if fitness_of_string[flipped] > fitness_of_string[strings[agent]]:
                 strings[agent] = flipped
 
 
 class BitFlips(Variation, name="bit-flips"):
-    """Copy of one parent, chosen at random; each bit can flip.
+    """Copy of one parent, bit_draws at random; each bit can flip.
 
     References
     ----------
@@ -287,7 +300,8 @@ class BitFlips(Variation, name="bit-flips"):
     @staticmethod
     def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
         parent = fitter if gate < 0.5 else second
-        rest = iter(draws)
+        remaining_draws = iter(draws)
         return [
-            [1 - bit if next(rest)[1] < part.rate else bit for bit in module] for module in parent
+            [1 - bit if next(remaining_draws)[1] < part.rate else bit for bit in module]
+            for module in parent
         ]

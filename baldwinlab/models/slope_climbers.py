@@ -1,4 +1,4 @@
-"""Numbers that climb a fitness slope, with learning as one step uphill.
+"""The model of numbers that climb a fitness slope, with learning as one step uphill.
 
     baldwinlab reproduce paenke-2007
 
@@ -37,10 +37,11 @@ from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Mod
 
 # Limit of the logarithm of fitness, which prevents overflow.
 MAX_LOG_FITNESS: Final = 300.0
+# Decimal logarithm of e.
 LOG10_E: Final = 0.43429448190325182765
 
 
-def _climb(runs: xr.Dataset) -> xr.DataArray:
+def _climb_of_mean(runs: xr.Dataset) -> xr.DataArray:
     """Return the increase of the mean innate x from the first to the last generation."""
     innate = runs["innate_x"].astype(np.float64).mean("agent")
     return innate.isel(generation=-1) - innate.isel(generation=0)
@@ -79,7 +80,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
         "uphill": Variable(OF_AGENT, np.int32, "1", "1 if fitness rises with x at birth, else 0"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
-        "climb": Measure("increase of mean innate x, first to last generation", _climb),
+        "climb": Measure("increase of mean innate x, first to last generation", _climb_of_mean),
         "uphill": Measure(
             ("smallest share, over the generations, of agents born where fitness rises"),
             lambda runs: runs["uphill"].mean("agent").min("generation"),
@@ -111,20 +112,21 @@ class SlopeClimbers(Model, name="slope-climbers"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         innate_x = genomes[:, :, 0, 0]
-        learned = innate_x + np.float32(self.learning_step if self.learning else 0)
-        energy = self.fitness(learned.astype(np.float64))
+        step = self.learning_step if self.learning else 0
+        learned_x = innate_x + np.float32(step)
+        energy = self.fitness(learned_x.astype(np.float64))
         records = {
             "innate_x": innate_x.copy(),
             "uphill": (self.slope + self.curvature * innate_x > 0).astype(np.int32),
         }
-        return LifeResults(energy, np.zeros_like(energy), learned[:, :, None], records)
+        return LifeResults(energy, np.zeros_like(energy), learned_x[:, :, None], records)
 
     def fitness(self, x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Return the fitness f(x) for an array `x` of any shape."""
-        values: npt.NDArray[np.float64] = np.clip(
-            self.slope * x + self.curvature * x * x / 2, -MAX_LOG_FITNESS, MAX_LOG_FITNESS
-        )
-        raise_all(values.reshape(-1))
+        log_fitness = self.slope * x + self.curvature * x * x / 2
+        values: npt.NDArray[np.float64] = np.clip(log_fitness, -MAX_LOG_FITNESS, MAX_LOG_FITNESS)
+        # The function changes `values` in place.
+        exponentiate(values.reshape(-1))
         return values
 
 
@@ -135,7 +137,7 @@ def exponential(x: float) -> float:
 
 
 @jit_entry_point
-def raise_all(values: Any) -> None:
+def exponentiate(values: Any) -> None:
     """Replace each value of an array by its exponential."""
     for index in range(values.size):
         values[index] = exponential(values[index])

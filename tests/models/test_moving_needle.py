@@ -44,7 +44,7 @@ def test_a_needle_that_never_moves_is_bit_identical_to_hinton_and_nowlan() -> No
 def make_targets(run: int = 0, generations: int = 40, **fields: Any) -> npt.NDArray[np.int64]:
     """Return the targets [generation, locus]."""
     return np.stack(
-        [MovingNeedle(**fields).right(5, run, generation) for generation in range(generations)]
+        [MovingNeedle(**fields).target(5, run, generation) for generation in range(generations)]
     )
 
 
@@ -77,7 +77,7 @@ def test_a_lifetime_equals_the_lifetime_of_the_string_relative_to_the_target(
 ) -> None:
     """The reference is Hinton and Nowlan's oracle, with a target of ones."""
     model = MovingNeedle(period=1, guessing=guessing)
-    right = model.right(7, 2, 30)
+    right = model.target(7, 2, 30)
     assert 0 < right.sum() < 20
     generator = np.random.default_rng(1)
     strings = generator.choice(
