@@ -11,7 +11,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from baldwinlab.analysis.figures.style import BLUE, WIDTH, styled
+from baldwinlab.analysis.figures.style import BLUE, FIGURE_WIDTH, styled
 from baldwinlab.analysis.multiverse.analysis import Share, compute_shares
 from baldwinlab.analysis.multiverse.records import Multiverse, Outcome, VariantResult
 from baldwinlab.analysis.palette import DARK_GRAY, MID_GRAY, VERDICTS
@@ -38,7 +38,7 @@ def draw_variants(multiverse: Multiverse) -> Figure:
     """
     variants = multiverse.singles.variants
     claims = [claim.id for claim in multiverse.claims]
-    figure = Figure((WIDTH, 0.9 + 0.27 * len(variants)))
+    figure = Figure((FIGURE_WIDTH, 0.9 + 0.27 * len(variants)))
     axes = _make_grid(figure, [_label_variant(variant) for variant in variants], claims)
     for row, variant in enumerate(variants):
         for column, claim in enumerate(claims):
@@ -97,7 +97,7 @@ def draw_shares(multiverse: Multiverse) -> Figure:
     claims = [claim.id for claim in multiverse.claims]
     rows = list(dict.fromkeys((share.choice, share.alternative) for share in shares))
     table = {(share.choice, share.alternative, share.claim): share for share in shares}
-    figure = Figure((WIDTH, 0.6 + 0.27 * len(rows)))
+    figure = Figure((FIGURE_WIDTH, 0.6 + 0.27 * len(rows)))
     axes = _make_grid(figure, [f"{alternative}  {choice}" for choice, alternative in rows], claims)
     values = np.array([[table[(*row, claim)].share or 0.0 for claim in claims] for row in rows])
     axes.imshow(values, WHITE_TO_BLUE, vmin=0, vmax=1, aspect="auto")

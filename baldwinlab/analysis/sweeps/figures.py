@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 
-from baldwinlab.analysis.figures.style import BLACK, BLUE, GRAY, WIDTH, styled
+from baldwinlab.analysis.figures.style import BLACK, BLUE, GRAY, FIGURE_WIDTH, styled
 from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.analysis import Group, Response
 
@@ -73,7 +73,7 @@ def draw_response_curves(measured: xr.Dataset) -> Figure:
         One row per field, one column per measure. A random or Sobol sample has a dot per point.
     """
     fields = measured.attrs["fields"]
-    figure = Figure((WIDTH, 0.3 + 2.2 * len(fields)))
+    figure = Figure((FIGURE_WIDTH, 0.3 + 2.2 * len(fields)))
     grid = figure.subplots(len(fields), len(TITLES), squeeze=False, sharey="col")
     for row, field in zip(grid, fields, strict=True):
         for axes, measure in zip(row, TITLES, strict=True):
@@ -176,7 +176,7 @@ def draw_heat_maps(measured: xr.Dataset, row: str, column: str) -> Figure:
     """
     rows = analysis.group_points(measured, row)
     columns = analysis.group_points(measured, column)
-    figure = Figure((WIDTH, 1.5 + min(max(0.32 * len(rows), 0.9), 3.2)))
+    figure = Figure((FIGURE_WIDTH, 1.5 + min(max(0.32 * len(rows), 0.9), 3.2)))
     grid = figure.subplots(1, len(TITLES), squeeze=False, sharey=True)[0]
     for axes, (measure, title) in zip(grid, TITLES.items(), strict=True):
         values = analysis.compute_table(measured, row, column, measure)
