@@ -22,9 +22,9 @@ from baldwinlab.models.miniworld.grid import (
 from baldwinlab.models.miniworld.lookup import MAX_TABLE_INPUTS, choose_lookup
 from baldwinlab.models.miniworld.state import (
     ARRAYS,
+    ARRAYS_OF_CALLER,
     FOOD,
     HEADING_COUNT,
-    WRITTEN_BY_LAUNCHERS,
     Floats,
     MiniWorldModel,
     State,
@@ -32,7 +32,7 @@ from baldwinlab.models.miniworld.state import (
 from baldwinlab.parts.part import Part, compiled_values
 from baldwinlab.parts.world_features import ItemRegion
 
-# Name of a color in `baldwinlab.analysis.palette`.
+# A color of `baldwinlab.analysis.palette`.
 FOOD_COLOR: Final = "green"
 
 
@@ -42,17 +42,24 @@ def _block_count(count: int) -> int:
 
 
 def _allocate_array(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]:
-    """Allocate an array on a cache line, so that no SIMD block spans two lines."""
+    """Allocate an array that starts at a cache line, so that no SIMD block spans two lines."""
     array = poison.allocate(shape, np.dtype(declared.dtype))
     array[...] = declared.fill or 0
     return array
 
 
 def item_regions(experiment: Experiment) -> tuple[ItemRegion, ...]:
-    """Return all regions of items: the food of the world, then those of features."""
+    """Return all regions of items: first the food of the world, then the items of features."""
     food = tuple(
-        ItemRegion(kind=FOOD, x=r.x, y=r.y, count=r.count, energy=r.energy, color=FOOD_COLOR)
-        for r in experiment.world.food
+        ItemRegion(
+            kind=FOOD,
+            x=region.x,
+            y=region.y,
+            count=region.count,
+            energy=region.energy,
+            color=FOOD_COLOR,
+        )
+        for region in experiment.world.food
     )
     return food + tuple(
         region for feature in experiment.parts("world.features") for region in feature.items()
@@ -60,18 +67,18 @@ def item_regions(experiment: Experiment) -> tuple[ItemRegion, ...]:
 
 
 def item_kinds(experiment: Experiment) -> tuple[str, ...]:
-    """Return the kinds of items by number. The first is food, even without food."""
+    """Return the kinds of items by number. Kind 0 is food, even if there is no food."""
     return tuple(dict.fromkeys([FOOD, *(region.kind for region in item_regions(experiment))]))
 
 
 def kind_number(kind: str) -> Callable[[Any, Experiment], int]:
-    """For `derived` of a part: return the number of a kind of items, or -1."""
+    """Return a function for `derived` of a part, which returns the number of a kind, or -1."""
     return lambda part, experiment: (
         item_kinds(experiment).index(kind) if kind in item_kinds(experiment) else -1
     )
 
 
-def _span(region: ItemRegion) -> tuple[float, float]:
+def _region_size(region: ItemRegion) -> tuple[float, float]:
     """Return the width and height of a region."""
     return region.x[1] - region.x[0], region.y[1] - region.y[0]
 
@@ -80,7 +87,7 @@ def _scanned_fraction(region: ItemRegion, experiment: Experiment) -> float:
     """Return the fraction of a region's area that an agent scans."""
     return float(
         scanned_fraction(
-            *_span(region),
+            *_region_size(region),
             region.count,
             experiment.senses.visual_radius,
             experiment.population.size,
@@ -91,27 +98,28 @@ def _scanned_fraction(region: ItemRegion, experiment: Experiment) -> float:
 def _grid_shape(region: ItemRegion, experiment: Experiment) -> tuple[int, int]:
     """Return the numbers of columns and rows of the grid of a region."""
     return compute_grid_shape(
-        *_span(region), region.count, experiment.senses.visual_radius, experiment.population.size
+        *_region_size(region),
+        region.count,
+        experiment.senses.visual_radius,
+        experiment.population.size,
     )
 
 
 def estimate_scanned_items(experiment: Experiment) -> int:
-    """Return the approximate number of items that an agent scans in a step.
-
-    With the sequential update, all items are sorted again after each agent that eats.
-    """
+    """Return the approximate number of items that an agent scans in a step."""
+    # With the sequential update, all items are sorted again after each agent that eats.
     is_sequential = experiment.lifetime.update == "sequential"
-    shares = (
-        (region, _scanned_fraction(region, experiment)) for region in item_regions(experiment)
-    )
-    return sum(
-        math.ceil(region.count * (1 if is_sequential else share)) for region, share in shares
-    )
+    scanned_items = 0
+    for region in item_regions(experiment):
+        fraction = 1 if is_sequential else _scanned_fraction(region, experiment)
+        scanned_items += math.ceil(region.count * fraction)
+    return scanned_items
 
 
 def _heading_vectors() -> tuple[Floats, Floats]:
-    """Return the cosine and sine of each heading. Quarter turns are exact."""
+    """Return the cosine and sine of each heading."""
     angles = [math.radians(heading * 360 / HEADING_COUNT) for heading in range(HEADING_COUNT)]
+    # `round` makes quarter turns exact, and `+ 0.0` turns -0.0 into 0.0.
     cosine = np.array([round(math.cos(angle), 15) + 0.0 for angle in angles], np.float32)
     sine = np.array([round(math.sin(angle), 15) + 0.0 for angle in angles], np.float32)
     return cosine, sine
@@ -122,21 +130,23 @@ def _region_arrays(experiment: Experiment, margin: float) -> dict[str, Any]:
     world = experiment.world
     regions = item_regions(experiment)
     kinds = item_kinds(experiment)
-    boxes = [
+    rectangles = [
         (region.x[0], region.x[1] - region.x[0], region.y[0], region.y[1] - region.y[0])
         for region in regions
     ]
-    box_array = np.array(boxes, np.float32).reshape(-1, 4)
-    shapes = [_grid_shape(region, experiment) for region in regions]
-    grid = np.array(shapes, np.int64).reshape(-1, 2)
-    images = [count_images(*_span(region), margin, world.width, world.height) for region in regions]
+    rectangle_array = np.array(rectangles, np.float32).reshape(-1, 4)
+    grid_shapes = [_grid_shape(region, experiment) for region in regions]
+    grid = np.array(grid_shapes, np.int64).reshape(-1, 2)
+    images = [
+        count_images(*_region_size(region), margin, world.width, world.height) for region in regions
+    ]
     return {
         "region_kind": np.array([kinds.index(region.kind) for region in regions], np.int64),
-        "regions": box_array,
+        "regions": rectangle_array,
         "region_items": np.cumsum([0, *(region.count for region in regions)], dtype=np.int64),
         "region_cells": np.cumsum([0, *grid.prod(axis=1)], dtype=np.int64),
         "grid": grid,
-        "cell_size": (box_array[:, 1::2] / grid).astype(np.float32),
+        "cell_size": (rectangle_array[:, 1::2] / grid).astype(np.float32),
         "images": np.array(images, np.int64),
     }
 
@@ -152,6 +162,8 @@ def make_model(experiment: Experiment, worlds: int) -> MiniWorldModel:
     margin = max(experiment.senses.visual_radius, alert_radius) + stride
     senses = experiment.parts("senses.kinds")
     sensed_kinds = {sense.item_kind for sense in senses}
+    has_item_senses_only = all(sense.only_items for sense in senses)
+    has_unsensed_kind = not sensed_kinds.issuperset(region.kind for region in regions)
     return MiniWorldModel(
         worlds=worlds,
         agents=experiment.population.size,
@@ -172,17 +184,18 @@ def make_model(experiment: Experiment, worlds: int) -> MiniWorldModel:
         learning_steps=experiment.learning_steps,
         rate=float(experiment.learning.rate),
         evolved_rate=experiment.learning.evolved_rate,
-        least_near=np.float32(0 if all(sense.only_items for sense in senses) else 0.5),
-        always_alert=int(not sensed_kinds.issuperset(region.kind for region in regions)),
+        minimum_near=np.float32(0 if has_item_senses_only else 0.5),
+        minimum_alert=int(has_unsensed_kind),
     )
 
 
 def count_fixed_weights(experiment: Experiment) -> int:
-    """Return the number of weights of the modules after the action module.
+    """Return the number of weights in `State.genes`: those of the modules after the action module.
 
-    With a single module, return its number of weights.
+    With a single module, these are the weights of the action module.
     """
-    return max(1, len(experiment.modules) - 1) * experiment.weight_count
+    fixed_modules = max(1, len(experiment.modules) - 1)
+    return fixed_modules * experiment.weight_count
 
 
 def array_dimensions(experiment: Experiment) -> dict[str, int]:
@@ -200,7 +213,7 @@ def array_dimensions(experiment: Experiment) -> dict[str, int]:
         "units": sum(experiment.layer_sizes),
         "inputs": len(experiment.inputs),
         "actions": len(experiment.actions),
-        "answers": len(experiment.actions) << min(len(experiment.inputs), MAX_TABLE_INPUTS),
+        "table entries": len(experiment.actions) << min(len(experiment.inputs), MAX_TABLE_INPUTS),
         "regions": max(1, len(regions)),
         "items": items,
         "slots": items + WIDTH * max(1, len(regions)),
@@ -210,7 +223,7 @@ def array_dimensions(experiment: Experiment) -> dict[str, int]:
 
 
 def _shape_function(experiment: Experiment, worlds: int) -> Callable[[Array], tuple[int, ...]]:
-    """Return a function from a declared array to its shape in a batch of `worlds` worlds."""
+    """Return a function that computes the shape of a declared array in a batch of worlds."""
     lanes = _block_count(worlds * experiment.population.size) * WIDTH
     sizes = array_dimensions(experiment)
 
@@ -228,25 +241,25 @@ def _shape_function(experiment: Experiment, worlds: int) -> Callable[[Array], tu
 
 def state_bytes(experiment: Experiment, worlds: int) -> int:
     """Return the size of the arrays of `make_state`, in bytes. Nothing is allocated."""
-    shape = _shape_function(experiment, worlds)
+    array_shape = _shape_function(experiment, worlds)
     paths = ("network.kind", "learning.rule", "motor.body", "senses.kinds", "world.features")
-    holders: list[Mapping[str, Array]] = [
+    part_arrays: list[Mapping[str, Array]] = [
         type(part).arrays for path in paths for part in experiment.parts(path)
     ]
     arrays = [
         array
-        for declared_arrays in (ARRAYS, choose_lookup(experiment).arrays, *holders)
+        for declared_arrays in (ARRAYS, choose_lookup(experiment).arrays, *part_arrays)
         for array in declared_arrays.values()
     ]
-    return sum(math.prod(shape(array)) * np.dtype(array.dtype).itemsize for array in arrays)
+    return sum(math.prod(array_shape(array)) * np.dtype(array.dtype).itemsize for array in arrays)
 
 
 def make_state(experiment: Experiment, worlds: int) -> State:
-    """Allocate a state. Its content is undefined unless an array declares `fill`."""
-    shape = _shape_function(experiment, worlds)
+    """Allocate a state. The content of an array is undefined unless it declares `fill`."""
+    array_shape = _shape_function(experiment, worlds)
 
     def allocate(array: Array) -> npt.NDArray[Any]:
-        return _allocate_array(shape(array), array)
+        return _allocate_array(array_shape(array), array)
 
     def compile_part(part: Part) -> Any:
         return compiled_values(part, experiment, allocate)
@@ -281,27 +294,29 @@ def poison_state(state: State, agents: int) -> None:
     """
     if poison.is_on():
         lanes = slice(agents)
-        filled = {"agent": (..., lanes), "lane": (lanes,), "world": (), "batch": ()}
+        selection = {"agent": (..., lanes), "lane": (lanes,), "world": (), "batch": ()}
         for holder, arrays in array_holders(state).values():
             for name, array in arrays.items():
-                if array.fill is None and not (holder is state and name in WRITTEN_BY_LAUNCHERS):
-                    poison.fill(getattr(holder, name)[filled[array.owner]])
+                is_set_by_caller = holder is state and name in ARRAYS_OF_CALLER
+                if array.fill is None and not is_set_by_caller:
+                    poison.fill(getattr(holder, name)[selection[array.owner]])
 
 
 def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
     """Return the state and its parts with their declared arrays, by name prefix."""
     holders: dict[str, tuple[Any, Mapping[str, Array]]] = {"": (state, ARRAYS)}
     for name in ("lookup", "network", "rule", "body", "senses", "features"):
-        part = getattr(state, name)
-        for number, member in enumerate(part if name in ("senses", "features") else [part]):
-            holders[f"{name}[{number}]."] = member, type(member).part.arrays
+        value = getattr(state, name)
+        parts = value if name in ("senses", "features") else [value]
+        for number, part in enumerate(parts):
+            holders[f"{name}[{number}]."] = part, type(part).part.arrays
     return holders
 
 
 def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArray[Any]]:
     """Return copies of all arrays by name, for the first worlds of a batch.
 
-    Padding worlds and lanes are left out.
+    The worlds and lanes of the padding are left out.
     """
     lanes = slice(worlds * agents)
     selection = {"agent": (..., lanes), "lane": (lanes,), "world": (slice(worlds),), "batch": ()}
@@ -315,7 +330,7 @@ def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArra
 def list_hooks(state: State) -> tuple[Any, ...]:
     """Return the types of the parts of a state, and their hooks, which the step compiles."""
     parts = [state.lookup, state.network, state.rule, state.body, *state.senses, *state.features]
-    # Parts that other parts call.
+    # Fields of parts can contain further parts.
     parts += [value for part in parts for value in part if hasattr(type(value), "part")]
     return tuple(
         value for part in parts for value in (type(part), *hook_functions(type(part).part))

@@ -11,22 +11,26 @@ from typing import Any, Final
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import WIDTH, square_root
 
-FEW_ITEMS: Final = 8 * WIDTH
+# Number of items up to which a region is a single cell.
+MAX_UNSORTED_ITEMS: Final = 8 * WIDTH
 # Average number of items in a cell.
 ITEMS_PER_CELL: Final = 4
-# Height of a cell, in widths. Items of a row are contiguous in memory,
-# so few rows of narrow cells contain few items out of reach.
+# Height of a cell, in widths. The items of a row of cells are contiguous in memory.
+# A scan therefore tests few rows, and narrow cells contain few items out of reach.
 CELL_HEIGHT_RATIO: Final = 3
 # Maximum fraction of a region's area that an agent scans.
 # Above it, a scan of all items is faster.
 MAX_SCANNED_FRACTION: Final = 0.25
-# Number of agents from which the maximum fraction is doubled, as they share the sorting.
+# Minimum number of agents that doubles the maximum fraction, because agents share the sorting.
 MANY_AGENTS: Final = 12
 
 
 @compiled
 def compute_cell_size(width: float, height: float, count: int) -> Any:
-    """Return the width and height of a cell of a region. Cells of a thin strip are longer."""
+    """Return the width and height of a cell of a region with `count` items.
+
+    A cell is at most as wide and as high as the region.
+    """
     area = width * height
     items = max(1, count)
     cell_height = min(
@@ -48,8 +52,9 @@ def scanned_fraction(width: float, height: float, count: int, radius: float, age
     cell_width, cell_height = compute_cell_size(width, height, count)
     scanned_area = min(width, 2 * radius + cell_width) * min(height, 2 * radius + cell_height)
     max_scanned_area = MAX_SCANNED_FRACTION * width * height * (2 if agents >= MANY_AGENTS else 1)
-    # Both are equal if they are below the smallest float.
-    if count <= FEW_ITEMS or scanned_area >= max_scanned_area:
+    # `>=` instead of `>`, because both areas are 0 if they are below the smallest float.
+    is_too_large = scanned_area >= max_scanned_area
+    if count <= MAX_UNSORTED_ITEMS or is_too_large:
         return 1.0
     return scanned_area / (width * height)
 
@@ -60,7 +65,7 @@ def compute_grid_shape(
 ) -> tuple[Any, Any]:
     """Return the numbers of columns and rows of the grid of a region.
 
-    There is one cell for few items, and if an agent would scan most cells anyway.
+    The grid is one cell if sorting the items does not save time.
     """
     if scanned_fraction(width, height, count, radius, agents) == 1.0:
         return 1, 1
@@ -72,7 +77,7 @@ def compute_grid_shape(
 def compute_alert_radius(reach: float, square: bool, stride: float) -> float:
     """Return the distance beyond which no item can be touched after a move of `stride`."""
     farthest_touch = reach * (1.4142135623730951 if square else 1.0)
-    # The factor and the constant cover rounding.
+    # 1.001 and 0.25 cover rounding.
     return (farthest_touch + stride) * 1.001 + 0.25
 
 
@@ -81,4 +86,5 @@ def count_images(
     width: float, height: float, margin: float, world_width: float, world_height: float
 ) -> int:
     """Return the number of images of the torus within `margin` of a region: 1 or 9."""
-    return 1 if 2 * (width + margin) < world_width and 2 * (height + margin) < world_height else 9
+    has_one_image = 2 * (width + margin) < world_width and 2 * (height + margin) < world_height
+    return 1 if has_one_image else 9

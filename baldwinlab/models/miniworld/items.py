@@ -1,6 +1,6 @@
 """Items: their positions, the items near an agent, and eating.
 
-The items of a large region are sorted by grid cells. An agent tests only the cells in reach.
+The items of a large region are sorted by grid cell. An agent tests only the cells in reach.
 The items of neighboring cells in a row are contiguous in *slots*, and are tested as SIMD blocks.
 A region with few items is a single cell, and its items never change slots.
 An empty SIMD block follows the slots of each region. A block never contains items of two regions.
@@ -33,24 +33,24 @@ from baldwinlab.models.miniworld.state import MiniWorldModel, State
 ZERO = np.float32(0)
 HALF = np.float32(0.5)
 ONE = np.float32(1)
-# Attempts to find an allowed position. After the last, a blocked position is used.
+# Maximum number of attempts to find an allowed position. The last attempt ignores features.
 MAX_ATTEMPTS = 100_000
-# Upper bound of the ratio of the reach of a square to that of a circle.
-DIAGONAL = np.float32(1.5)
+# Upper bound of the distance of contact, in reaches: the diagonal of a square is 1.41 reaches.
+MAX_CONTACT_PER_REACH = np.float32(1.5)
 
 
 @compiled
 def has_single_cell(model: MiniWorldModel, region: int) -> bool:
-    """Return whether the items of a region are few, and not sorted."""
+    """Return whether a region is a single cell, whose items are not sorted."""
     return bool(model.region_cells[region + 1] - model.region_cells[region] == 1)
 
 
 @compiled
 def find_slots(model: MiniWorldModel, region: int) -> tuple[int, int]:
     """Return the first slot of a region, and the slot after its last."""
-    return model.region_items[region] + region * WIDTH, model.region_items[
-        region + 1
-    ] + region * WIDTH
+    # An empty SIMD block precedes the slots of each region but the first.
+    padding = region * WIDTH
+    return model.region_items[region] + padding, model.region_items[region + 1] + padding
 
 
 @compiled
@@ -70,9 +70,8 @@ def place_item(model: MiniWorldModel, state: State, world: int, region: int, ite
         x = wrap_position(left + width * unit(words[0]), model.width)
         y = wrap_position(upper + height * unit(words[1]), model.height)
         state.appearances[world, item] += 1
-        attempts_left = (
-            attempts_left - 1 if is_placement_blocked(state.features, model, x, y) else 0
-        )
+        is_blocked = is_placement_blocked(state.features, model, x, y)
+        attempts_left = attempts_left - 1 if is_blocked else 0
     state.item_x[world, item] = x
     state.item_y[world, item] = y
     if has_single_cell(model, region):
@@ -93,7 +92,7 @@ def _assign_cells(model: MiniWorldModel, state: State, world: int, region: int) 
     height = model.cell_size[region, 1]
     columns = model.grid[region, 0]
     rows = model.grid[region, 1]
-    # `get` permits vectorization.
+    # The compiler vectorizes loops with `get`, but not with indices.
     for item in range(model.region_items[region], model.region_items[region + 1]):
         column = np.int32((get(state.item_x, world, item) - left) / width)
         row = np.int32((get(state.item_y, world, item) - upper) / height)
@@ -137,20 +136,21 @@ def position_in_image(
 ) -> tuple[np.float32, np.float32]:
     """Return a position in the image `number` of the torus.
 
-    If the region can be reached from one image only, return the image nearest to the region.
+    If the region can be reached from one image only, return the position nearest to the region.
     """
     if model.images[region] == 1:
         center_x = model.regions[region, 0] + model.regions[region, 1] * HALF
         center_y = model.regions[region, 2] + model.regions[region, 3] * HALF
         return nearest_image(x, center_x, model.width), nearest_image(y, center_y, model.height)
-    return x + np.float32(number % 3 - 1) * model.width, y + np.float32(
-        number // 3 - 1
-    ) * model.height
+    # The nine images are numbered by rows, from the upper left.
+    columns_right = np.float32(number % 3 - 1)
+    rows_down = np.float32(number // 3 - 1)
+    return x + columns_right * model.width, y + rows_down * model.height
 
 
 @compiled
 def nearest_image(position: Value, center: np.float32, span: np.float32) -> Value:
-    """Return `position`, shifted by `span` or not, so that it is nearest to `center`."""
+    """Return `position`, `position + span` or `position - span`: the value nearest to `center`."""
     half = span * HALF
     position = choose(center - position > half, position + span, position)
     return choose(center - position < -half, position - span, position)
@@ -160,7 +160,10 @@ def nearest_image(position: Value, center: np.float32, span: np.float32) -> Valu
 def find_cells_within(
     model: MiniWorldModel, region: int, axis: int, position: np.float32, radius: np.float32
 ) -> tuple[int, int]:
-    """Return the first column (axis 0) or row (axis 1) of cells within `radius`, and the end."""
+    """Return the first column (axis 0) or row (axis 1) of cells within `radius`, and the end.
+
+    The end is the number after the last column or row.
+    """
     if model.grid[region, axis] == 1 and model.images[region] == 1:
         return 0, 1
     offset = position - model.regions[region, 2 * axis]
@@ -168,7 +171,7 @@ def find_cells_within(
     reach = radius + ONE
     if offset + reach < ZERO or offset - reach > model.regions[region, 2 * axis + 1]:
         return 0, 0
-    # `math.floor` would be a call, which takes a seventh of the time.
+    # `int` is used, because `math.floor` would be a call that takes a seventh of the time.
     first = int((offset - reach) / model.cell_size[region, axis])
     last = int((offset + reach) / model.cell_size[region, axis])
     return max(first, 0), min(last + 1, model.grid[region, axis])
@@ -189,7 +192,7 @@ def find_slots_in_row(
 def is_touching(
     model: MiniWorldModel, state: State, world: int, slot: Lane, x: np.float32, y: np.float32
 ) -> Mask:
-    """Return whether a body at (x, y) touches the item in a slot (R2)."""
+    """Return whether a body at (x, y) touches the item in a slot (interpretation R2)."""
     dx = get(state.slot_x, world, slot) - x
     dy = get(state.slot_y, world, slot) - y
     if model.square_contact:
@@ -209,17 +212,19 @@ def _eat_in_region(
     y: np.float32,
 ) -> None:
     """Eat the items of a region that a body at (x, y) touches."""
-    columns = find_cells_within(model, region, 0, x, DIAGONAL * model.reach)
-    first_row, last_row = find_cells_within(model, region, 1, y, DIAGONAL * model.reach)
+    columns = find_cells_within(model, region, 0, x, MAX_CONTACT_PER_REACH * model.reach)
+    first_row, last_row = find_cells_within(
+        model, region, 1, y, MAX_CONTACT_PER_REACH * model.reach
+    )
     for row in range(first_row, last_row):
-        begin, end = find_slots_in_row(model, state, world, region, row, columns)
-        for first in range(begin, end, lanes_in_block()):
+        first_slot, end_slot = find_slots_in_row(model, state, world, region, row, columns)
+        for first in range(first_slot, end_slot, lanes_in_block()):
             if any_of(is_touching(model, state, world, simd_block(first), x, y)):
-                for slot in range(first, min(first + lanes_in_block(), end)):
+                for slot in range(first, min(first + lanes_in_block(), end_slot)):
                     item = state.slot_item[world, slot]
-                    if state.touched[world, item] != step and is_touching(
-                        model, state, world, slot, x, y
-                    ):
+                    # An item that was eaten in this step has a new position already.
+                    is_uneaten = state.touched[world, item] != step
+                    if is_uneaten and is_touching(model, state, world, slot, x, y):
                         state.eaten_in_life[region, lane] += 1
                         state.touched[world, item] = step
                         place_item(model, state, world, region, item)

@@ -1,8 +1,8 @@
-"""Lookup tables of network outputs, for fits_table binary inputs and networks without memory.
+"""Lookup tables of network outputs, for few binary inputs and networks without memory.
 
-A module whose weights do not change during life has a table of outputs, tuple_type at birth.
-The table has an entry for each combination of inputs.
-Such modules are the reinforcement module, and the action module of agents that do not learn.
+A module whose weights do not change during life has a table of outputs, which is filled at birth.
+The reinforcement module has such a table, and the action module of agents that do not learn.
+The table has the outputs for each combination of inputs.
 If a table would be too large, or the network has a memory, the module is evaluated in every step.
 The type of the lookup selects the method, and the step is compiled for it.
 """
@@ -19,13 +19,13 @@ from baldwinlab.engine.simd import Lane, first_lane, get, lanes_of, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.networks import forward
 
-# At most 64 entries in a table.
+# Maximum number of inputs of a table, which then has 64 combinations of inputs.
 MAX_TABLE_INPUTS: Final = 6
 
 
 @hook
 def fill_table(part: Any, model: MiniWorldModel, state: State, fixed: Any, lane: Lane) -> None:
-    """At birth: store the outputs for the first weights of `fixed` [weight, lane]."""
+    """At birth: prepare the module whose weights are the first rows of `fixed` [weight, lane]."""
 
 
 @hook
@@ -50,15 +50,15 @@ class DirectEvaluation:
 
 
 class _LookupTable(DirectEvaluation):
-    """Store the outputs for all combinations of inputs."""
+    """Store the outputs of a module for all combinations of inputs."""
 
-    # Column: code * actions + action.
-    arrays: ClassVar[dict[str, Array]] = {"answers": per_lane("answers")}
+    # Column: code * actions + action, where `code` has the inputs as bits.
+    arrays: ClassVar[dict[str, Array]] = {"outputs": per_lane("table entries")}
 
     @staticmethod
     def fill_table(part: Any, model: MiniWorldModel, state: State, fixed: Any, lane: Lane) -> None:
         actions = state.targets.shape[0]
-        outputs = state.activations.shape[0] - actions
+        first_output = state.activations.shape[0] - actions
         for code in range(1 << model.inputs):
             for k in range(model.inputs):
                 put(state.activations, k, lane, np.float32((code >> k) & 1))
@@ -66,15 +66,15 @@ class _LookupTable(DirectEvaluation):
             for column in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
                 for k in range(actions):
                     put(
-                        part.answers,
+                        part.outputs,
                         column,
                         code * actions + k,
-                        get(state.activations, outputs + k, column),
+                        get(state.activations, first_output + k, column),
                     )
 
 
 class TeacherTable(_LookupTable):
-    """Look up the outputs of the reinforcement module, which are the targets."""
+    """Look up the outputs of the reinforcement module, which are the targets of learning."""
 
     @staticmethod
     def look_up_outputs(part: Any, model: MiniWorldModel, state: State, lane: int) -> None:
@@ -84,7 +84,7 @@ class TeacherTable(_LookupTable):
                 state.targets,
                 k,
                 lane,
-                get(part.answers, lane, get(state.code, 0, lane) * actions + k),
+                get(part.outputs, lane, get(state.code, 0, lane) * actions + k),
             )
 
 
@@ -94,13 +94,13 @@ class ActionTable(_LookupTable):
     @staticmethod
     def look_up_outputs(part: Any, model: MiniWorldModel, state: State, lane: int) -> None:
         actions = state.targets.shape[0]
-        outputs = state.activations.shape[0] - actions
+        first_output = state.activations.shape[0] - actions
         for k in range(actions):
             put(
                 state.activations,
-                outputs + k,
+                first_output + k,
                 lane,
-                get(part.answers, lane, get(state.code, 0, lane) * actions + k),
+                get(part.outputs, lane, get(state.code, 0, lane) * actions + k),
             )
 
     @staticmethod
@@ -109,7 +109,7 @@ class ActionTable(_LookupTable):
 
 
 class DirectTeacher(DirectEvaluation):
-    """Evaluate the reinforcement module in every step. It can have its own memory."""
+    """Evaluate both modules in every step. The reinforcement module can have its own memory."""
 
     arrays: ClassVar[dict[str, Array]] = {
         "weights": per_agent("weights"),
@@ -130,13 +130,9 @@ class DirectTeacher(DirectEvaluation):
             put(part.activations, k, lane, get(state.activations, k, lane))
         forward(state.network, part.weights, part.activations, lane)
         actions = state.targets.shape[0]
+        first_output = state.activations.shape[0] - actions
         for k in range(actions):
-            put(
-                state.targets,
-                k,
-                lane,
-                get(part.activations, state.activations.shape[0] - actions + k, lane),
-            )
+            put(state.targets, k, lane, get(part.activations, first_output + k, lane))
 
 
 def choose_lookup(experiment: Any) -> type[DirectEvaluation]:
@@ -152,14 +148,14 @@ def choose_lookup(experiment: Any) -> type[DirectEvaluation]:
     return ActionTable if fits_table and not experiment.learns else DirectEvaluation
 
 
-def _make_tuple_type(kind: type[DirectEvaluation]) -> Any:
-    """Return the NamedTuple type of a lookup, for Numba."""
-    tuple_type: Any = namedtuple("Compiled", list(kind.arrays))  # type: ignore[misc]
+def _make_tuple_type(lookup_class: type[DirectEvaluation]) -> Any:
+    """Return a named tuple of the arrays of a lookup, for Numba."""
+    tuple_type: Any = namedtuple("Compiled", list(lookup_class.arrays))  # type: ignore[misc]
     tuple_type.__module__ = __name__
-    tuple_type.__qualname__ = f"{kind.__name__}.Compiled"
-    setattr(tuple_type, "part", kind)  # noqa: B010
+    tuple_type.__qualname__ = f"{lookup_class.__name__}.Compiled"
+    setattr(tuple_type, "part", lookup_class)  # noqa: B010
     return tuple_type
 
 
-for _kind in (DirectEvaluation, TeacherTable, ActionTable, DirectTeacher):
-    _kind.Compiled = _make_tuple_type(_kind)
+for _lookup_class in (DirectEvaluation, TeacherTable, ActionTable, DirectTeacher):
+    _lookup_class.Compiled = _make_tuple_type(_lookup_class)

@@ -1,4 +1,4 @@
-"""The map: birthplaces, and movement on a torus.
+"""Positions on the map: birthplaces, and movement on a torus.
 
 Source: the paper, "The Simulated World of Foods and Agents".
 `docs/explanation/model.md` lists the choices that the paper leaves open.
@@ -22,8 +22,8 @@ ZERO = np.float32(0)
 ONE = np.float32(1)
 TWO = np.float32(2)
 HALF = np.float32(0.5)
-HEADINGS = np.float32(HEADING_COUNT)
-# Attempts to find an allowed birthplace. After the last, a blocked position is used.
+N_HEADINGS = np.float32(HEADING_COUNT)
+# Maximum number of attempts to find an allowed birthplace. The last attempt ignores features.
 MAX_ATTEMPTS = 100_000
 
 
@@ -33,15 +33,15 @@ def combine_masks(first_mask: Mask, second_mask: Mask) -> Mask:
     return first_mask | second_mask
 
 
-# True if any feature blocks placement.
+# Return whether any feature blocks placement.
 is_placement_blocked = for_each(blocks_placement, False, combine_masks)
-# True if any feature blocks movement.
+# Return whether any feature blocks movement.
 is_movement_blocked = for_each(blocks_movement, False, combine_masks)
 
 
 @compiled
 def wrap_position(position: Value, span: np.float32) -> Value:
-    """Return a position in [0, span). It can be up to first_mask span outside."""
+    """Return a position wrapped into [0, span). It can be outside by at most one `span`."""
     position = choose(position < ZERO, position + span, position)
     return choose(position < span, position, position - span)
 
@@ -81,36 +81,38 @@ def place_newborn(model: MiniWorldModel, state: State, world: int, agent: int, n
             )
             and attempt < MAX_ATTEMPTS
         )
-        is_searching = bool(x * x + y * y > ONE) or is_blocked
+        is_outside_disc = bool(x * x + y * y > ONE)
+        is_searching = is_outside_disc or is_blocked
     state.heading[0, lane] = ZERO
     if model.random_headings:
         words = philox(0, number, state.generation[0], HEADING, seed, run)
-        state.heading[0, lane] = np.float32(int(HEADINGS * unit(words[0])))
+        state.heading[0, lane] = np.float32(int(N_HEADINGS * unit(words[0])))
 
 
 @compiled
 def apply_motor_noise(
     model: MiniWorldModel, state: State, world: int, lane: int, agent: int, step: int
 ) -> None:
-    """Replace the chosen action by a random first_mask, with probability `model.action_noise`."""
+    """Replace the chosen action by a random action, with probability `model.action_noise`."""
     words = philox(
         step, agent, state.generation[0], MOTOR, state.keys[world, 0], state.keys[world, 1]
     )
+    actions = np.float32(state.targets.shape[0])
     if unit(words[0]) < model.action_noise:
-        state.action[0, lane] = np.float32(int(np.float32(state.targets.shape[0]) * unit(words[1])))
+        state.action[0, lane] = np.float32(int(actions * unit(words[1])))
 
 
 @compiled
 def _move_unless_blocked(features: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
-    """Move the agents. A blocked agent keeps its position."""
+    """Move the agents. A blocked agent stays at its old position."""
     old_x = get(state.positions, 0, lane)
     old_y = get(state.positions, 1, lane)
     move(state.body, model, state, lane)
     x = get(state.positions, 0, lane)
     y = get(state.positions, 1, lane)
-    stopped = is_movement_blocked(features, model, x, y)
-    put(state.positions, 0, lane, choose(stopped, old_x, x))
-    put(state.positions, 1, lane, choose(stopped, old_y, y))
+    is_blocked = is_movement_blocked(features, model, x, y)
+    put(state.positions, 0, lane, choose(is_blocked, old_x, x))
+    put(state.positions, 1, lane, choose(is_blocked, old_y, y))
 
 
 @compiled

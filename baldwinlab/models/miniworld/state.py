@@ -60,7 +60,7 @@ class MiniWorldModel(NamedTuple):
     random_headings : bool
         Whether headings at birth are random. Otherwise they are 0.
     region_kind : int64 [region]
-        Number of the kind of the items of a region. Food is 0.
+        Number of the kind of items in a region. Food is 0.
     regions : float32 [region, 4]
         Rectangle of a region: left edge, width, upper edge, height.
     region_items : int64 [region + 1]
@@ -80,14 +80,14 @@ class MiniWorldModel(NamedTuple):
     alert_radius : float32
         Distance beyond which an agent cannot touch an item after its next move.
     open_boundaries : bool
-        Whether an item at exactly 15 or 345 degrees is in no sector. Otherwise it is in the front
-        sector.
+        Whether an item at exactly 15 or 345 degrees is in no sector. Otherwise, the item is in
+        the front sector.
     square_contact : bool
         Whether contact is tested in a square instead of a circle.
     reach : float32
         Distance of contact between an agent and an item, in units of length.
     action_noise : float32
-        Probability that a random action replaces the chosen one.
+        Probability that a random action replaces the chosen action.
     inputs : int
         Number of inputs of the network.
     learning_steps : int
@@ -96,11 +96,11 @@ class MiniWorldModel(NamedTuple):
         Learning rate, per step.
     evolved_rate : bool
         Whether a gene changes the learning rate.
-    least_near : float32
-        1/2 if a sense depends on more than items, so that it is evaluated in every step.
-        Otherwise 0.
-    always_alert : int
-        1 if there are items that no sense looks for. Otherwise 0.
+    minimum_near : float32
+        Minimum of `State.near`. 1/2 if a sense depends on more than items. Agents then sense in
+        every step. Otherwise 0.
+    minimum_alert : int
+        Minimum of `State.alert`. 1 if no sense scans the items of some kind. Otherwise 0.
     """
 
     worlds: int
@@ -128,8 +128,8 @@ class MiniWorldModel(NamedTuple):
     learning_steps: int
     rate: float
     evolved_rate: bool
-    least_near: np.float32
-    always_alert: int
+    minimum_near: np.float32
+    minimum_alert: int
 
 
 class State(NamedTuple):
@@ -150,20 +150,21 @@ class State(NamedTuple):
         With a single module: the genes of the action module.
         Set at birth, before `load_genes`.
     origin
-        The two agents of the start of the lifetime from which an agent descends, the fitter first.
+        The ancestors of an agent among the first agents of the lifetime: two, the fitter first.
     birth_count
-        Number of births in the place of an agent since the start of the lifetime. 0 at the start.
+        Number of times that a newborn has replaced the agent in this lifetime. 0 at the start.
     eaten_before
-        Items eaten by the earlier agents of the same place. 0 at the start.
+        Items that the replaced agents of the same lane ate in this lifetime. 0 at the start.
     positions
         Position of an agent: x and y. Set at birth, before `init_agent`.
     image_x, image_y
         Position of an agent, in the image of the torus that is nearest to the region.
     near
-        1 if a region of items is near. 1/2 if senses are evaluated in every step. Otherwise 0.
-        1 at birth.
+        1 if a region of items is near, and at birth. Otherwise `minimum_near`, or 1/2 in the first
+        step after 1. Above 0, the agent senses.
     near_agents
-        Scratch. The agents of a world with `near` above 0, from the first lane of the world on.
+        Scratch. Numbers of the agents of a world with `near` above 0, listed from the first lane
+        of the world on.
     heading
         Heading of an agent, in turns of 9 degrees. Set at birth, before `init_agent`.
     code
@@ -174,13 +175,14 @@ class State(NamedTuple):
     action
         Number of the action of this step. Undefined at birth.
     eaten_in_life
-        Items eaten in this lifetime, by all agents of the place. 0 at the start.
+        Items that the agent and the replaced agents of the same lane ate in this lifetime.
+        0 at the start.
     item_x, item_y
         Position of an item.
     appearances
-        Number of positions drawn for an item.
+        Number of positions drawn for an item in this lifetime.
     touched
-        Step in which an item was eaten the last time. -1 if it was not eaten.
+        Step in which an item was last eaten. -1 if it was not eaten in this lifetime.
     slot_x, slot_y
         Positions of the items, sorted by grid cell.
         The slots after the last item of a region contain `NOWHERE`.
@@ -194,7 +196,7 @@ class State(NamedTuple):
     item_cell
         Grid cell of an item when the items were last sorted.
     stale
-        1 if items of a region have moved since they were sorted. Otherwise 0.
+        1 if items of a region have moved after they were sorted. Otherwise 0.
     weights
         Current weights of the action module. Set from the genome at birth, before `load_genes`.
     activations
@@ -207,7 +209,7 @@ class State(NamedTuple):
     rate
         Learning rate of an agent. Set from the genome at birth, before `load_genes`.
     lookup
-        Lookup table of network outputs, of the engine.
+        The lookup table of network outputs, or the direct evaluation (`lookup.py`).
     network
         The network, a part.
     rule
@@ -261,8 +263,8 @@ class State(NamedTuple):
     features: Any
 
 
-WRITTEN_BY_LAUNCHERS: Final = ("keys", "generation", "genome")
-"""Arrays that are set before a lifetime starts."""
+ARRAYS_OF_CALLER: Final = ("keys", "generation", "genome")
+"""Arrays that the caller sets before a lifetime starts."""
 ARRAYS: Final[Mapping[str, Array]] = {
     "keys": per_world(2, dtype="uint32"),
     "generation": Array("batch", (1,), "uint32"),

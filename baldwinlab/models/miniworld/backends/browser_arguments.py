@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 
 MEASURED_NAMES: Final = (
     "item regions", "region ends", "regions", "items", "slots", "cells", "cell ends",
-    "units", "weights", "answers", "lanes",
+    "units", "weights", "table entries", "lanes",
     "genome length", "fixed weights", "draws", "alert radius", "learning steps",
 )  # fmt: skip
 """Numbers that `measure` computes, in this order."""

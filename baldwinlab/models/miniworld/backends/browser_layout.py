@@ -207,7 +207,7 @@ class ModuleLayout:
             self.model,
             {
                 **MODEL_SOURCES,
-                **constant_sources(self.model, ("inputs", "least_near", "always_alert")),
+                **constant_sources(self.model, ("inputs", "minimum_near", "minimum_alert")),
             },
         )
         for name, shape in MODEL_SHAPES.items():

@@ -20,7 +20,7 @@ from numba import cuda, int32
 from baldwinlab.engine.gpu import any_lane, device, kernel
 from baldwinlab.models.miniworld.birth import init_agent_state, init_features
 from baldwinlab.models.miniworld.items import (
-    DIAGONAL,
+    MAX_CONTACT_PER_REACH,
     find_cells_within,
     find_slots_in_row,
     is_touching,
@@ -70,8 +70,10 @@ def _contend_for_items(
             x, y = position_in_image(
                 model, region, number, state.positions[0, lane], state.positions[1, lane]
             )
-            columns = find_cells_within(model, region, 0, x, DIAGONAL * model.reach)
-            first_row, last_row = find_cells_within(model, region, 1, y, DIAGONAL * model.reach)
+            columns = find_cells_within(model, region, 0, x, MAX_CONTACT_PER_REACH * model.reach)
+            first_row, last_row = find_cells_within(
+                model, region, 1, y, MAX_CONTACT_PER_REACH * model.reach
+            )
             for row in range(first_row, last_row):
                 begin, end = find_slots_in_row(model, state, world, region, row, columns)
                 for slot in range(begin, end):

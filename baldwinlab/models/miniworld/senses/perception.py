@@ -29,7 +29,7 @@ def mark_agents_near_regions(model: MiniWorldModel, state: State, lane: Lane) ->
 
     An agent that was near in the last step senses once more, which clears its inputs.
     """
-    put(state.near, 0, lane, choose(get(state.near, 0, lane) > HALF, HALF, model.least_near))
+    put(state.near, 0, lane, choose(get(state.near, 0, lane) > HALF, HALF, model.minimum_near))
     # The margin covers rounding.
     reach = max(model.visual_radius, model.alert_radius) + ONE
     for region in range(model.regions.shape[0]):
@@ -164,5 +164,5 @@ def list_near_agents(model: MiniWorldModel, state: State, world: int, first: int
 def perceive(model: MiniWorldModel, state: State, world: int, agent: int) -> None:
     """Set the inputs of an agent with its senses."""
     lane = world * model.agents + agent
-    put(state.alert, 0, lane, model.always_alert)
+    put(state.alert, 0, lane, model.minimum_alert)
     _set_inputs(state.senses, model, state, world, agent)
