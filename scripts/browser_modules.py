@@ -9,7 +9,7 @@ import platform
 
 from baldwinlab.models.miniworld.backends.wasm_modules import (
     FINGERPRINTS,
-    SHIPPED,
+    MODULES_FOLDER,
     built_in_experiments,
     compile_modules,
     module_hash,
@@ -17,12 +17,12 @@ from baldwinlab.models.miniworld.backends.wasm_modules import (
 
 
 def main() -> None:
-    SHIPPED.mkdir(exist_ok=True)
+    MODULES_FOLDER.mkdir(exist_ok=True)
     experiments = built_in_experiments()
     for (name, experiment), module in zip(
         experiments.items(), compile_modules(experiments.values()), strict=True
     ):
-        (SHIPPED / f"{name}.wasm").write_bytes(module)
+        (MODULES_FOLDER / f"{name}.wasm").write_bytes(module)
         print(f"{name}: {len(module):,} bytes, made of {module_hash(experiment)}")
     version = ".".join(platform.python_version_tuple()[:2])
     marks = {name: module_hash(experiment) for name, experiment in experiments.items()}

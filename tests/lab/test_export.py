@@ -24,7 +24,7 @@ from baldwinlab.lab.export import collect_page_data, render_live_page
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import (
     FINGERPRINTS,
-    SHIPPED,
+    MODULES_FOLDER,
     built_in_experiments,
     module_hash,
 )
@@ -103,7 +103,7 @@ def run_in_node(
 )
 def test_a_run_in_node_is_bit_identical_to_python(tmp_path: Path, name: str, elite: int) -> None:
     experiment = shorten_preset(name).replace(evolution={"elite": elite})
-    module = SHIPPED / f"{experiment.learning.rule}-simultaneous.wasm"
+    module = MODULES_FOLDER / f"{experiment.learning.rule}-simultaneous.wasm"
     expected = simulate(experiment, seed=5, run=1)
     actual = run_in_node(tmp_path, experiment, module)
     for variable in ("food_eaten", "energy", "parents", "genome"):
@@ -112,7 +112,7 @@ def test_a_run_in_node_is_bit_identical_to_python(tmp_path: Path, name: str, eli
 
 
 def test_a_gene_that_is_not_finite_ends_a_run_in_node_with_a_message(tmp_path: Path) -> None:
-    module = SHIPPED / "self-taught-simultaneous.wasm"
+    module = MODULES_FOLDER / "self-taught-simultaneous.wasm"
     message = run_in_node(tmp_path, shorten_preset(), module, DIVERGED_SCRIPT)["message"]
     assert message.startswith(
         "Gene 0 of module 0 of agent 0 in generation 1 is not a finite number: choose a smaller"
@@ -124,7 +124,7 @@ def test_a_gene_that_is_not_finite_ends_a_run_in_node_with_a_message(tmp_path: P
 def test_the_teachers_in_node_are_those_in_python(tmp_path: Path, teacher: str) -> None:
     experiment = shorten_preset().replace(learning={"teacher": teacher})
     inheriting = experiment.replace(evolution={"inheritance": "social-heredity"})
-    module = SHIPPED / "self-taught-simultaneous.wasm"
+    module = MODULES_FOLDER / "self-taught-simultaneous.wasm"
     teachers = run_in_node(tmp_path, experiment, module, TEACHERS_SCRIPT)
     run = simulate(experiment, seed=5, run=1)
     assert len(teachers) == 3
@@ -148,7 +148,7 @@ def test_the_packaged_modules_are_current() -> None:
 
 
 def test_a_module_imports_only_its_memory() -> None:
-    for path in SHIPPED.glob("*.wasm"):
+    for path in MODULES_FOLDER.glob("*.wasm"):
         assert path.read_bytes().count(b"\x03env") == 1, path.name
         assert path.stat().st_size < 80_000
 

@@ -29,45 +29,51 @@ from baldwinlab.models.miniworld.step import (
     sense_environment,
 )
 
-# Array [world, agent, number].
+# Array [world, agent, input or action].
 Numbers = npt.NDArray[np.float32]
 
 
 def simulate_steered(
-    model: MiniWorldModel, state: State, newborn: bool, step: int, outputs: Floats
+    model: MiniWorldModel, state: State, is_start: bool, step: int, outputs: Floats
 ) -> None:
     """Take a step with the given `outputs` [action, lane], then set the inputs of the next step.
 
-    If `newborn`, initialize the generation instead of taking a step.
+    If `is_start`, initialize the generation instead of taking a step.
     """
     model = as_pointer(model)
     state = as_pointer(state)
-    batch_agents = all_agents(model, state)
-    if newborn:
+    agents = all_agents(model, state)
+    if is_start:
         init_generation(model, state)
-        sense_environment(batch_agents, model, state, step)
+        sense_environment(agents, model, state, step)
         return
-    rows = state.activations.shape[0]
     actions = outputs.shape[0]
+    first_output = state.activations.shape[0] - actions
     for first in range(0, state.positions.shape[1], lanes_in_block()):
         for action in range(actions):
             put(
                 state.activations,
-                rows - actions + action,
+                first_output + action,
                 simd_block(first),
                 get(outputs, action, simd_block(first)),
             )
-    act_and_learn(batch_agents, model, state, step)
+    act_and_learn(agents, model, state, step)
     for world in range(model.worlds):
         end_step_of_features(state.features, model, state, world, step)
-    sense_environment(batch_agents, model, state, step + 1)
+    sense_environment(agents, model, state, step + 1)
 
 
 class SteeredBatch:
-    """Several worlds of an experiment, whose agents take external actions and do not learn."""
+    """A batch of worlds of one experiment, whose agents take external actions and do not learn."""
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
-        """Raise RefusedError for the sequential update, and for births during life."""
+        """Compile the simulation.
+
+        Raises
+        ------
+        RefusedError
+            The experiment has the sequential update, or births during life.
+        """
         if experiment.births_in_life:
             raise RefusedError(
                 "external actions do not apply: world.features has births during life"
@@ -91,7 +97,7 @@ class SteeredBatch:
         simulate(*arguments)
         self._simulate = resolve_call(simulate, *arguments)
         self._shape = (len(runs), without_learning.population.size)
-        self._worth = np.array(
+        self._item_energies = np.array(
             [region.energy for region in item_regions(without_learning)] or [0.0]
         )
         self.step = 0
@@ -108,22 +114,23 @@ class SteeredBatch:
     def act(self, outputs: Numbers) -> tuple[Numbers, npt.NDArray[np.float64]]:
         """Take a step with the outputs [world, agent, action].
 
-        Return the next inputs [world, agent, input] and the energy eaten [world, agent].
+        Return the next inputs [world, agent, input], and the energy of the items eaten in the step
+        [world, agent].
         """
         worlds, agents = self._shape
         self._outputs[:, : worlds * agents] = outputs.reshape(worlds * agents, -1).T
-        before = self._state.eaten_in_life[:, : worlds * agents].copy()
+        eaten_before = self._state.eaten_in_life[:, : worlds * agents].copy()
         self._simulate(self._model, self._state, False, self.step, self._outputs)
         self.step += 1
-        eaten = self._state.eaten_in_life[:, : worlds * agents] - before
-        return self._inputs(), (self._worth @ eaten).reshape(worlds, agents)
+        eaten = self._state.eaten_in_life[:, : worlds * agents] - eaten_before
+        return self._inputs(), (self._item_energies @ eaten).reshape(worlds, agents)
 
     def _inputs(self) -> Numbers:
         """Return the current inputs [world, agent, input]."""
         worlds, agents = self._shape
-        sensed: Numbers = (
+        inputs: Numbers = (
             self._state.activations[: self._model.inputs, : worlds * agents]
             .T.reshape(worlds, agents, -1)
             .copy()
         )
-        return sensed
+        return inputs

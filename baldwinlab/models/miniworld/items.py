@@ -212,11 +212,10 @@ def _eat_in_region(
     y: np.float32,
 ) -> None:
     """Eat the items of a region that a body at (x, y) touches."""
-    columns = find_cells_within(model, region, 0, x, MAX_CONTACT_PER_REACH * model.reach)
-    first_row, last_row = find_cells_within(
-        model, region, 1, y, MAX_CONTACT_PER_REACH * model.reach
-    )
-    for row in range(first_row, last_row):
+    radius = MAX_CONTACT_PER_REACH * model.reach
+    columns = find_cells_within(model, region, 0, x, radius)
+    first_row, end_row = find_cells_within(model, region, 1, y, radius)
+    for row in range(first_row, end_row):
         first_slot, end_slot = find_slots_in_row(model, state, world, region, row, columns)
         for first in range(first_slot, end_slot, lanes_in_block()):
             if any_of(is_touching(model, state, world, simd_block(first), x, y)):

@@ -1,11 +1,11 @@
-"""Take one time step: the phases of the paper, in its order. All backends use this code.
+"""One time step: the phases of the paper, in its order. All backends use this code.
 
 A lifetime is a pure function of the experiment, the seed, the run, the generation and the genomes.
 
 The type of the argument `agents` selects the agents that take a step:
 
 - `AllAgents`: all agents of a batch, one SIMD block at a time, phase by phase.
-- `SingleAgent`: one agent, for the sequential update (R7).
+- `SingleAgent`: one agent, for the sequential update (interpretation R7).
 - A backend can add its own types (`cuda_kernels.py`), which contain its barriers.
 """
 
@@ -38,7 +38,7 @@ prepare_all_senses = for_each_part(prepare_senses)
 
 @hook
 def lane_of(agents: Any, first: int) -> Lane:
-    """Return the lanes that start with `first`: one lane, or a SIMD block."""
+    """Return the lane `first`, or the SIMD block that starts with it."""
     return first
 
 
@@ -54,14 +54,14 @@ def observe_others_per_world(agents: Any, model: MiniWorldModel, state: State, s
 
 @hook
 def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
-    """Let the agents eat. The first agent in the order of the step gets a touched item."""
+    """Let the agents eat. The order of the step decides which agent gets a touched item."""
 
 
 @compiled
 def take_step(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Sense, compute the outputs, act, learn and eat."""
     sense_environment(agents, model, state, step)
-    for first in range(agents.first, agents.last, agents.stride):
+    for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
         compute_outputs(state.lookup, model, state, lane_of(agents, first))
     act_and_learn(agents, model, state, step)
 
@@ -69,35 +69,30 @@ def take_step(agents: Any, model: MiniWorldModel, state: State, step: int) -> No
 @compiled
 def sense_environment(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Set the inputs of the agents."""
-    for first in range(agents.first, agents.last, agents.stride):
+    for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
         mark_agents_near_regions(model, state, lane_of(agents, first))
     prepare_senses_per_world(agents, model, state, step)
-    for world in range(agents.first_world, agents.last_world):
-        for number in range(
-            list_near_agents(model, state, world, agents.first_agent, agents.last_agent)
-        ):
-            perceive(
-                model,
-                state,
-                world,
-                get(state.near_agents, 0, world * model.agents + agents.first_agent + number),
-            )
+    for world in range(agents.first_world, agents.end_world):
+        first_entry = world * model.agents + agents.first_agent
+        near_agents = list_near_agents(model, state, world, agents.first_agent, agents.end_agent)
+        for entry in range(first_entry, first_entry + near_agents):
+            perceive(model, state, world, get(state.near_agents, 0, entry))
 
 
 @compiled
 def act_and_learn(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Act on the outputs, then learn and eat."""
-    for first in range(agents.first, agents.last, agents.stride):
+    for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
         choose_action(state.body, model, state, lane_of(agents, first))
     if model.action_noise > ZERO:
-        for world in range(agents.first_world, agents.last_world):
-            for agent in range(agents.first_agent, agents.last_agent):
+        for world in range(agents.first_world, agents.end_world):
+            for agent in range(agents.first_agent, agents.end_agent):
                 apply_motor_noise(model, state, world, world * model.agents + agent, agent, step)
-    for first in range(agents.first, agents.last, agents.stride):
+    for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
         move_agents(state.features, model, state, lane_of(agents, first))
     observe_others_per_world(agents, model, state, step)
     if step < model.learning_steps:
-        for first in range(agents.first, agents.last, agents.stride):
+        for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
             learn(state.rule, model, state, step, lane_of(agents, first))
     eat_all(agents, model, state, step)
 
@@ -126,11 +121,12 @@ class _AllAgents:
     @staticmethod
     def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
         for world in range(model.worlds):
-            alert = 0
+            # In most worlds no agent is near an item. This test is vectorized, and skips eating.
+            any_alert = 0
             for agent in range(model.agents):
-                alert |= get(state.alert, 0, world * model.agents + agent)
-            # A test of the sum skips the loop in most worlds, and it is vectorized.
-            if alert != 0:
+                any_alert |= get(state.alert, 0, world * model.agents + agent)
+            if any_alert != 0:
+                # In each step, another agent is the first to eat.
                 agent = step % model.agents
                 for _ in range(model.agents):
                     eat_items(model, state, world, agent, step)
@@ -139,7 +135,7 @@ class _AllAgents:
 
 
 class _SingleAgent:
-    """Hooks for one agent, when it is its turn."""
+    """Hooks for one agent at a time."""
 
     lane_of = staticmethod(lane_of.default)
 
@@ -162,27 +158,27 @@ class _SingleAgent:
 
 
 class AllAgents(NamedTuple):
-    """All agents of a batch. The ends of the ranges are exclusive."""
+    """All agents of a batch: ranges of lanes, worlds and agents, whose ends are exclusive."""
 
-    first: int
-    last: int
-    stride: int
+    first_lane: int
+    end_lane: int
+    lanes_per_block: int
     first_world: int
-    last_world: int
+    end_world: int
     first_agent: int
-    last_agent: int
+    end_agent: int
 
 
 class SingleAgent(NamedTuple):
-    """One agent. The ends of the ranges are exclusive."""
+    """One agent, as ranges of one lane, world and agent. Their ends are exclusive."""
 
-    first: int
-    last: int
-    stride: int
+    first_lane: int
+    end_lane: int
+    lanes_per_block: int
     first_world: int
-    last_world: int
+    end_world: int
     first_agent: int
-    last_agent: int
+    end_agent: int
 
 
 AllAgents.part = _AllAgents  # type: ignore[attr-defined]
@@ -191,22 +187,22 @@ SingleAgent.part = _SingleAgent  # type: ignore[attr-defined]
 
 @compiled
 def all_agents(model: MiniWorldModel, state: State) -> AllAgents:
-    """Return the range of all agents of a batch."""
+    """Return the ranges of all agents of a batch."""
     return AllAgents(
         0, state.positions.shape[1], lanes_in_block(), 0, model.worlds, 0, model.agents
     )
 
 
 def simulate_simultaneous(
-    model: MiniWorldModel, state: State, newborn: bool, first_step: int, last_step: int
+    model: MiniWorldModel, state: State, is_start: bool, first_step: int, last_step: int
 ) -> None:
     """Simulate the steps from `first_step` to `last_step` - 1, with all agents at the same time.
 
-    If `newborn`, initialize the generation first.
+    If `is_start`, initialize the generation first.
     """
     model = as_pointer(model)
     state = as_pointer(state)
-    if newborn:
+    if is_start:
         init_generation(model, state)
     agents = all_agents(model, state)
     for step in range(first_step, last_step):
@@ -216,12 +212,15 @@ def simulate_simultaneous(
 
 
 def simulate_sequential(
-    model: MiniWorldModel, state: State, newborn: bool, first_step: int, last_step: int
+    model: MiniWorldModel, state: State, is_start: bool, first_step: int, last_step: int
 ) -> None:
-    """Simulate steps as `simulate_simultaneous`, but one agent after another (R7)."""
+    """Simulate steps as `simulate_simultaneous`, but one agent after another (R7).
+
+    In each step, another agent is the first.
+    """
     model = as_pointer(model)
     state = as_pointer(state)
-    if newborn:
+    if is_start:
         init_generation(model, state)
     for step in range(first_step, last_step):
         for world in range(model.worlds):

@@ -12,8 +12,12 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
-# Minimum number of worlds for the GPU. Fewer leave most of it idle. An estimate, not measured.
+# Minimum number of worlds for the GPU. With fewer worlds, most of the GPU is idle. The number is an
+# estimate.
 MIN_GPU_WORLDS: Final = 128
+
+# Best number of worlds in a batch on the GPU.
+GPU_WORLDS: Final = 16384
 
 
 class Batch(Protocol):
@@ -46,14 +50,14 @@ class Backend(NamedTuple):
     worlds: int
 
 
-# 80 lanes, whose weights fit the first-level cache.
+# With 20 agents per world, the weights of the 80 lanes fit the first-level cache.
 CPU: Final = Backend("cpu", cpu.CpuBatch, 4)
 
 
 def choose_backend(name: str = "auto", worlds: int = 1, agents: int = 1) -> Backend:
     """Return a backend by name.
 
-    "auto" returns the faster available one for `worlds` worlds of `agents` agents each.
+    With "auto", return the faster available backend for `worlds` worlds of `agents` agents each.
 
     Raises
     ------
@@ -67,8 +71,10 @@ def choose_backend(name: str = "auto", worlds: int = 1, agents: int = 1) -> Back
     # Imported on demand, because the import is slow.
     from baldwinlab.models.miniworld.backends import cuda
 
-    problem = cuda.unavailable_reason()
-    if problem and name == "cuda":
-        raise ValueError(problem)
-    too_large = name == "auto" and agents > cuda.LARGEST_WORLD
-    return CPU if problem or too_large else Backend("cuda", cuda.CudaBatch, 16384)
+    reason = cuda.unavailable_reason()
+    if reason and name == "cuda":
+        raise ValueError(reason)
+    too_large = name == "auto" and agents > cuda.MAX_AGENTS
+    if reason or too_large:
+        return CPU
+    return Backend("cuda", cuda.CudaBatch, GPU_WORLDS)

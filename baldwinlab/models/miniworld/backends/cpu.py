@@ -1,4 +1,4 @@
-"""Backend for the CPU: a batch of compiled simulations of Python arrays."""
+"""Backend for the CPU: a batch of worlds with arrays of NumPy."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ class CpuBatch:
         self.model = make_model(experiment, len(runs))
         self.state = make_state(experiment, len(runs))
         self.state.keys[:] = [(seed, run) for run in runs]
-        self._compiled = cached_jit(
+        self._dispatcher = cached_jit(
             _entry_point(experiment), list_hooks(self.state), short_loops=True
         )
-        self._function = self._compiled
+        self._function = self._dispatcher
         self._shape = (len(runs), experiment.population.size)
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
@@ -58,8 +58,9 @@ class CpuBatch:
         self.state.genome[:] = genomes
         arguments = self.model, self.state, True, 0, 0
         self._function(*arguments)
-        if self._function is self._compiled:
-            self._function = resolve_call(self._compiled, *arguments)
+        # The first call compiles the function. Later calls skip the dispatcher.
+        if self._function is self._dispatcher:
+            self._function = resolve_call(self._dispatcher, *arguments)
 
     def simulate(self, first_step: int, last_step: int) -> None:
         """Simulate the steps from `first_step` to `last_step` - 1."""
@@ -70,7 +71,7 @@ class CpuBatch:
         return np.stack([self.state.item_x, self.state.item_y], axis=-1)
 
     def eaten_in_life(self) -> npt.NDArray[np.int32]:
-        """Return the items eaten so far in this lifetime, [world, agent, region]."""
+        """Return the items eaten in this lifetime, [world, agent, region]."""
         worlds, agents = self._shape
         return self.state.eaten_in_life[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
 
@@ -81,13 +82,11 @@ class CpuBatch:
 
 
 def compile_simulation(experiment: Experiment) -> None:
-    """Compile the code of an experiment, or load it: simulate one step of one world."""
+    """Compile the code of an experiment, or load it from the cache.
+
+    The compilation happens in the simulation of one step of one world.
+    """
     batch = CpuBatch(experiment, seed=0, runs=[0])
-    batch.begin(
-        0,
-        np.zeros(
-            (1, experiment.population.size, len(experiment.modules), experiment.genome_length),
-            np.float32,
-        ),
-    )
+    shape = (1, experiment.population.size, len(experiment.modules), experiment.genome_length)
+    batch.begin(generation=0, genomes=np.zeros(shape, np.float32))
     batch.simulate(0, 1)

@@ -1,4 +1,4 @@
-"""Backend for NVIDIA GPUs: a batch of compiled simulations of Python arrays."""
+"""Backend for NVIDIA GPUs: a batch of worlds with arrays on the GPU."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from baldwinlab.models.miniworld.backends.cuda_kernels import (
 )
 from baldwinlab.models.miniworld.state import State
 
-# Approximate number of threads in a block: few threads per barrier, and complete warps
-# for worlds of 20 agents.
-THREADS: Final = 128
-# Number of processors of an H200.
-PROCESSORS: Final = 132
-# Maximum number of agents in a world, which is that of threads in a batch.
-LARGEST_WORLD: Final = 1024
+# Approximate number of threads in a block. A barrier then waits for few threads, and worlds of 20
+# agents fill complete warps.
+THREADS_PER_BLOCK: Final = 128
+# Number of multiprocessors of an H200.
+MULTIPROCESSORS: Final = 132
+# Maximum number of agents in a world, which is the maximum number of threads in a block.
+MAX_AGENTS: Final = 1024
 
 
 def unavailable_reason() -> str | None:
@@ -39,17 +39,17 @@ def unavailable_reason() -> str | None:
     # A driver can raise any exception.
     try:
         is_available = cuda.is_available()
-    except Exception as problem:
-        return f"backend cuda needs an NVIDIA GPU, and the query failed: {problem}"
+    except Exception as error:
+        return f"backend cuda needs an NVIDIA GPU, and the query failed: {error}"
     return None if is_available else "backend cuda needs an NVIDIA GPU, and none was found"
 
 
 def worlds_in_thread_block(agents: int, worlds: int) -> int:
     """Return the number of worlds in a thread block.
 
-    It fills `THREADS`, unless processors of the GPU would then be idle.
+    The worlds have about `THREADS_PER_BLOCK` agents, unless multiprocessors would then be idle.
     """
-    return max(1, min(THREADS // agents, worlds // PROCESSORS))
+    return max(1, min(THREADS_PER_BLOCK // agents, worlds // MULTIPROCESSORS))
 
 
 def _on_device(value: Any, stream: Any) -> Any:
@@ -84,11 +84,11 @@ class CudaBatch:
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
         agents = experiment.population.size
-        if problem := unavailable_reason():
-            raise ValueError(problem)
-        if agents > LARGEST_WORLD:
+        if reason := unavailable_reason():
+            raise ValueError(reason)
+        if agents > MAX_AGENTS:
             raise ValueError(
-                f"backend cuda simulates at most {LARGEST_WORLD} agents in a world: "
+                f"backend cuda simulates at most {MAX_AGENTS} agents in a world: "
                 f"population.size = {agents}"
             )
         if 2 * agents * experiment.lifetime.steps >= 2**31:
@@ -96,14 +96,15 @@ class CudaBatch:
                 "backend cuda counts turns in 32 bits: lifetime.steps * population.size must be "
                 "less than 2**30"
             )
-        worlds = worlds_in_thread_block(agents, len(runs))
-        padded = -(-len(runs) // worlds) * worlds
-        self.model = make_model(experiment, padded)
-        self._host = make_state(experiment, padded)
+        worlds_in_block = worlds_in_thread_block(agents, len(runs))
+        blocks = -(-len(runs) // worlds_in_block)
+        padded_worlds = blocks * worlds_in_block
+        self.model = make_model(experiment, padded_worlds)
+        self._host = make_state(experiment, padded_worlds)
         self._host.keys[: len(runs)] = [(seed, run) for run in runs]
         self._shape = (len(runs), agents)
         self._stream = cuda.stream()
-        self._launch = (padded // worlds, worlds * agents, self._stream)
+        self._launch = (blocks, worlds_in_block * agents, self._stream)
         self._model = _on_device(self.model, self._stream)
         self._state = _on_device(self._host, self._stream)
         self._genomes = cuda.pinned_array(self._host.genome.shape, np.float32)
@@ -112,7 +113,9 @@ class CudaBatch:
         source = make_kernel_source(
             self.model, self._host, experiment.lifetime.update == "sequential"
         )
-        threads = LARGEST_WORLD if worlds * agents > LARGEST_WORLD // 2 else LARGEST_WORLD // 2
+        # The kernels are compiled for one of two sizes of blocks.
+        half = MAX_AGENTS // 2
+        threads = MAX_AGENTS if worlds_in_block * agents > half else half
         with COMPILING:
             self._begin = make_birth_kernel(threads)
             self._simulate = make_simulation_kernel(threads, source, type(self._host.network).part)
@@ -126,7 +129,7 @@ class CudaBatch:
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
         """Initialize a generation. `genomes` is [world, agent, module, weight]."""
-        # The last genomes can still be in transfer.
+        # The genomes of the previous generation can still be in transfer.
         self._stream.synchronize()
         self._genomes[: len(genomes)] = genomes
         self._state.genome.copy_to_device(self._genomes, self._stream)
@@ -137,7 +140,7 @@ class CudaBatch:
     def simulate(self, first_step: int, last_step: int) -> None:
         """Simulate the steps from `first_step` to `last_step` - 1.
 
-        Return before the steps are done.
+        The call can return before the GPU has finished the steps.
         """
         with without_contraction():
             self._simulate[self._launch](
@@ -151,14 +154,14 @@ class CudaBatch:
         return np.stack([state.item_x[:worlds], state.item_y[:worlds]], axis=-1)
 
     def eaten_in_life(self) -> npt.NDArray[np.int32]:
-        """Wait, and return the items eaten so far in this lifetime, [world, agent, region]."""
+        """Wait for the steps. Return the items eaten in this lifetime, [world, agent, region]."""
         worlds, agents = self._shape
         self._state.eaten_in_life.copy_to_host(self._host.eaten_in_life, self._stream)
         self._stream.synchronize()
         return self._host.eaten_in_life[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
 
     def weights(self) -> npt.NDArray[np.float32]:
-        """Wait, and return the current weights of the action module, [world, agent, weight]."""
+        """Wait for the steps. Return the weights of the action module, [world, agent, weight]."""
         worlds, agents = self._shape
         self._state.weights.copy_to_host(self._host.weights, self._stream)
         self._stream.synchronize()

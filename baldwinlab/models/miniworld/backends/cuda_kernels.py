@@ -47,43 +47,44 @@ from baldwinlab.parts.world_features import end_step
 
 
 @device
-def _copy(rows: Any, target: Any, lane: int) -> None:
-    """Copy one lane of an array [row, lane] to the same lane of another."""
+def _copy(source: Any, target: Any, lane: int) -> None:
+    """Copy one lane of an array [row, lane] to the same lane of `target`."""
     for row in range(target.shape[0]):
-        target[row, lane] = rows[row, lane]
+        target[row, lane] = source[row, lane]
 
 
 @device
 def _contend_for_items(
     agents: Any, model: MiniWorldModel, state: State, step: int, claim: int, is_taking: bool
 ) -> bool:
-    """Claim the items that the agent touches, or eat those with its claim.
+    """Claim the items that the agent touches, or eat the items that it has claimed (`is_taking`).
 
-    This is `eat_items` for all agents of a world at the same time.
-    All agents claim. After a barrier, all agents eat. Return whether the agent touches any item.
+    Two calls replace `eat_items` for all agents of a world at the same time: all agents claim, and
+    after a barrier, all agents eat. The highest claim of an item wins.
+    Return whether the agent touches any item.
     """
     has_touched = False
     world = agents.first_world
-    lane = agents.first
-    for region in range(model.regions.shape[0] if state.alert[0, lane] != 0 else 0):
+    lane = agents.first_lane
+    is_alert = state.alert[0, lane] != 0
+    for region in range(model.regions.shape[0] if is_alert else 0):
         for number in range(model.images[region]):
             x, y = position_in_image(
                 model, region, number, state.positions[0, lane], state.positions[1, lane]
             )
-            columns = find_cells_within(model, region, 0, x, MAX_CONTACT_PER_REACH * model.reach)
-            first_row, last_row = find_cells_within(
-                model, region, 1, y, MAX_CONTACT_PER_REACH * model.reach
-            )
-            for row in range(first_row, last_row):
-                begin, end = find_slots_in_row(model, state, world, region, row, columns)
-                for slot in range(begin, end):
+            radius = MAX_CONTACT_PER_REACH * model.reach
+            columns = find_cells_within(model, region, 0, x, radius)
+            first_row, end_row = find_cells_within(model, region, 1, y, radius)
+            for row in range(first_row, end_row):
+                first_slot, end_slot = find_slots_in_row(model, state, world, region, row, columns)
+                for slot in range(first_slot, end_slot):
                     if is_touching(model, state, world, slot, x, y):
                         has_touched = True
                         item = state.slot_item[world, slot]
                         if not is_taking:
                             cuda.atomic.max(agents.claims, (world, item), claim)
                         elif agents.claims[world, item] == claim:
-                            # Claims are even, so no other agent takes the item.
+                            # Claims are even. The odd value marks the item as taken.
                             agents.claims[world, item] = claim + 1
                             state.touched[world, item] = step
                             state.eaten_in_life[region, lane] += 1
@@ -93,13 +94,14 @@ def _contend_for_items(
 
 @device
 def _eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
-    """Let all agents of a batch eat. No item moves until all agents have claimed."""
+    """Let all agents of a batch eat. Items move only after all agents have claimed."""
     agent = agents.first_agent
-    count = model.agents
-    turn = (agent + count - step % count) % count
-    # Claims of later steps are higher. In a step, earlier turns are higher.
-    claim = 2 * (step * count + count - 1 - turn)
+    agents_in_world = model.agents
+    turn = (agent + agents_in_world - step % agents_in_world) % agents_in_world
+    # Claims of later steps are higher. In a step, claims of earlier turns are higher.
+    claim = 2 * (step * agents_in_world + agents_in_world - 1 - turn)
     has_touched = _contend_for_items(agents, model, state, step, claim, False)
+    # This barrier also tests whether any agent of the thread block touches an item.
     if cuda.syncthreads_or(int32(has_touched)) != 0:
         if has_touched:
             _contend_for_items(agents, model, state, step, claim, True)
@@ -110,7 +112,7 @@ def _eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> Non
 
 
 class _SingleAgentThread:
-    """Hooks for agents that take a step at the same time, independently until they eat."""
+    """Hooks for agents that take a step at the same time, and are independent until they eat."""
 
     lane_of = staticmethod(lane_of.default)
     prepare_senses_per_world = staticmethod(prepare_senses_per_world.default)
@@ -122,7 +124,7 @@ class _SingleAgentThread:
 
 
 class _AgentInBlock(_SingleAgentThread):
-    """Hooks for agents that take a step at the same time, if a part reads all of a world."""
+    """Hooks for agents that take a step at the same time, if a part has a per-world hook."""
 
     @staticmethod
     def prepare_senses_per_world(
@@ -152,29 +154,29 @@ class _AgentInBlock(_SingleAgentThread):
 
 
 class SingleAgentThread(NamedTuple):
-    """An agent of the hooks `_SingleAgentThread`."""
+    """One agent, with the hooks `_SingleAgentThread`."""
 
-    first: int
-    last: int
-    stride: int
+    first_lane: int
+    end_lane: int
+    lanes_per_block: int
     first_world: int
-    last_world: int
+    end_world: int
     first_agent: int
-    last_agent: int
-    # Highest claim of each item so far, [world, item].
+    end_agent: int
+    # Highest claim of each item, [world, item].
     claims: Any
 
 
 class AgentInBlock(NamedTuple):
-    """An agent of the hooks `_AgentInBlock`."""
+    """One agent, with the hooks `_AgentInBlock`."""
 
-    first: int
-    last: int
-    stride: int
+    first_lane: int
+    end_lane: int
+    lanes_per_block: int
     first_world: int
-    last_world: int
+    end_world: int
     first_agent: int
-    last_agent: int
+    end_agent: int
     claims: Any
 
 
@@ -192,7 +194,7 @@ def _simulate_independent(
     first_step: int,
     last_step: int,
 ) -> None:
-    """Simulate the steps of an agent that no part compares with others."""
+    """Simulate the steps of an agent, if no part has a per-world hook."""
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
         take_step(
@@ -213,7 +215,7 @@ def _simulate_in_block(
     first_step: int,
     last_step: int,
 ) -> None:
-    """Simulate the steps of an agent with barriers for per-world hooks."""
+    """Simulate the steps of an agent, with barriers around per-world hooks."""
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
         take_step(
@@ -234,7 +236,7 @@ def _simulate_sequential(
     first_step: int,
     last_step: int,
 ) -> None:
-    """Simulate steps with one agent after another, in the order of the step (R7)."""
+    """Simulate the steps of an agent, which waits for its turn in each step (R7)."""
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
         for turn in range(model.agents):
@@ -253,7 +255,7 @@ def _simulate_sequential(
 
 @cache
 def make_birth_kernel(threads: int) -> Any:
-    """Return the kernel that initializes a generation. Agents share the placing of items."""
+    """Return the kernel that initializes a generation. Each agent places some of the items."""
 
     @kernel(threads)
     def begin(model: MiniWorldModel, state: State, claims: Any) -> None:
@@ -309,7 +311,7 @@ def make_kernel_source(model: MiniWorldModel, state: State, sequential: bool) ->
     local_names = [name for name, array in ARRAYS.items() if array.owner == "agent"]
     local_arrays = {} if needs_barriers else {name: getattr(state, name) for name in local_names}
     derived = type(state.network).part.derived
-    network = {
+    network_fields = {
         name: f"network_{name}" if name in derived else f"state.network.{name}"
         for name in state.network._fields
     }
@@ -319,8 +321,9 @@ def make_kernel_source(model: MiniWorldModel, state: State, sequential: bool) ->
         else f"state.{name}"
         for name in State._fields
     }
-    if network:
-        local_state["network"] = f"Network({_arguments(network)})"
+    # A network without fields needs no new tuple.
+    if network_fields:
+        local_state["network"] = f"Network({_arguments(network_fields)})"
     return _KERNEL_SOURCE.format(
         constants=_lines(
             f"network_{name} = {_constant(getattr(state.network, name))}" for name in derived
@@ -350,7 +353,7 @@ def _step_function(sequential: bool, needs_barriers: bool) -> str:
 
 
 def _needs_barriers(state: State) -> bool:
-    """Return whether any part has a per-world hook in a step."""
+    """Return whether any part has a hook that is called per world in a step."""
     rule = type(state.rule).part
     senses = [type(sense).part for sense in state.senses]
     features = [type(feature).part for feature in state.features]
@@ -362,7 +365,7 @@ def _needs_barriers(state: State) -> bool:
 
 
 def _lines(statements: Iterable[str]) -> str:
-    """Return statements on one line."""
+    """Return statements as one line of source."""
     return "; ".join(statements) or "pass"
 
 
@@ -384,6 +387,6 @@ def _constant(value: Any) -> str:
 def make_simulation_kernel(threads: int, source: str, network: Any) -> Any:
     """Return the kernel of a source, for a network part."""
     namespace: dict[str, Any] = {}
-    # The names of this module: the simulator replaces its `cuda`.
+    # The source uses the names of this module, because the GPU simulator replaces `cuda` here.
     exec(source, globals(), namespace)
     return kernel(threads)(namespace["make"](network.Compiled, any_lane))

@@ -1,4 +1,4 @@
-"""WebAssembly modules: those of built-in parts ship, others are compiled on demand."""
+"""WebAssembly modules: shipped for built-in parts, and compiled on demand for other parts."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.parts.loading import load_text, sources_of
 
-SHIPPED: Final = Path(__file__).parent / "modules"
-# Hashes of the code of the shipped modules, for one version of Python.
-FINGERPRINTS: Final = SHIPPED / "fingerprints.json"
+MODULES_FOLDER: Final = Path(__file__).parent / "modules"
+# File with the hashes of the code of the shipped modules, for one version of Python.
+FINGERPRINTS: Final = MODULES_FOLDER / "fingerprints.json"
 RULES: Final = ("none", "self-taught", "drift")
 HAND_WRITTEN: Final = ("simd.py", "reference.py", "wasm.py", "numba_internals/lowering.py")
 """Files of the engine that write LLVM code, which no fingerprint of a function contains."""
@@ -59,7 +59,7 @@ def is_module_available(experiment: Experiment) -> bool:
 def _module_path(experiment: Experiment) -> Path | None:
     """Return the path of a shipped or cached module, or None without a cache."""
     if not any(added_choices(experiment)):
-        return SHIPPED / f"{module_name(experiment)}.wasm"
+        return MODULES_FOLDER / f"{module_name(experiment)}.wasm"
     path = cache.cache_root()
     return path and path / f"{module_hash(experiment)}.wasm"
 

@@ -60,8 +60,8 @@ def _record_region_items(
     """Call `record_item` for each item of a region in range, in the order of slots."""
     squared_range = model.visual_radius * model.visual_radius
     columns = find_cells_within(model, region, 0, x, model.visual_radius)
-    first_row, last_row = find_cells_within(model, region, 1, y, model.visual_radius)
-    for row in range(first_row, last_row):
+    first_row, end_row = find_cells_within(model, region, 1, y, model.visual_radius)
+    for row in range(first_row, end_row):
         begin, end = find_slots_in_row(model, state, world, region, row, columns)
         for first in range(begin, end, lanes_in_block()):
             if any_of(_squared_distance(state, world, simd_block(first), x, y) <= squared_range):

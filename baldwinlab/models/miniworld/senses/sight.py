@@ -185,12 +185,12 @@ def _scan_cells(
     """
     farthest = max(model.visual_radius, model.alert_radius)
     columns = find_cells_within(model, region, 0, x, farthest)
-    first_row, last_row = find_cells_within(model, region, 1, y, farthest)
-    if columns[0] == columns[1] or first_row == last_row:
+    first_row, end_row = find_cells_within(model, region, 1, y, farthest)
+    if columns[0] == columns[1] or first_row == end_row:
         return 0
     slots = find_slots_in_row(model, state, world, region, first_row, columns)
     hits = _test_slots(model, state, world, slots, x, y, heading)
-    for row in range(first_row + 1, last_row):
+    for row in range(first_row + 1, end_row):
         slots = find_slots_in_row(model, state, world, region, row, columns)
         hits = _merge_hits(hits, _test_slots(model, state, world, slots, x, y, heading))
     return _pack_hits(hits)

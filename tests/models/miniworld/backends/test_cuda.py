@@ -187,7 +187,7 @@ def compare_custom_parts(number: int) -> None:
 def use_small_device() -> None:
     """Set the size of a thread block so that it has two worlds."""
     cuda.THREADS = 8  # type: ignore[misc]
-    cuda.PROCESSORS = 1  # type: ignore[misc]
+    cuda.MULTIPROCESSORS = 1  # type: ignore[misc]
 
 
 def run_in_simulator(command: str) -> None:
@@ -336,7 +336,7 @@ def test_the_backend_depends_on_the_number_of_worlds_and_agents(
     assert choose_backend("cpu", 10**6).name == "cpu"
     assert choose_backend("auto", 1).name == "cpu"
     assert choose_backend("auto", MIN_GPU_WORLDS).name == "cuda"
-    assert choose_backend("auto", MIN_GPU_WORLDS, agents=cuda.LARGEST_WORLD + 1).name == "cpu"
+    assert choose_backend("auto", MIN_GPU_WORLDS, agents=cuda.MAX_AGENTS + 1).name == "cpu"
     assert choose_backend("cuda").batch is cuda.CudaBatch
     with pytest.raises(ValueError, match="backend = 'gpu' must be one of auto, cpu, cuda"):
         choose_backend("gpu")
