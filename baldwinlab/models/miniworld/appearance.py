@@ -1,6 +1,6 @@
-"""Appearance of a miniworld, as data: names of inputs and actions, items, shapes and their colors.
+"""Appearance of a MiniWorld, as data: names of inputs and actions, items, shapes and colors.
 
-Recordings, the page, traces and movies use it to draw and label. Colors are names of
+Recordings, the page, traces and movies use this data to draw and label. Colors are names of
 `baldwinlab.analysis.palette`, or "#rrggbb". Degrees are clockwise from the heading.
 Lengths are in units of length.
 """
@@ -16,7 +16,7 @@ from baldwinlab.models.miniworld.state import HEADING_COUNT
 
 
 class Sector(NamedTuple):
-    """The sector of an input."""
+    """The sector of the map in which an input senses."""
 
     from_degrees: float
     to_degrees: float
@@ -37,7 +37,7 @@ class Kind(NamedTuple):
 class Mark(NamedTuple):
     """A shape on the map in addition to items, with its bounding box."""
 
-    # rectangle or disc
+    # "rectangle" or "disc".
     kind: str
     x: float
     y: float
@@ -50,7 +50,7 @@ class Mark(NamedTuple):
 
 
 class Appearance(NamedTuple):
-    """Everything that is needed to draw and label a miniworld."""
+    """The data to draw and label a MiniWorld."""
 
     inputs: tuple[str, ...]
     # Per input: whether it is real-valued.
@@ -64,9 +64,9 @@ class Appearance(NamedTuple):
     marks: tuple[Mark, ...]
     # Descriptions of the networks of a genome.
     modules: tuple[str, ...]
-    # Names of the first outputs of the second network. Empty if these are actions.
+    # Names of the first outputs of the second network. Empty if its outputs are actions.
     answers: tuple[str, ...]
-    # Pairs of units: the second stores the last activation of the first.
+    # Pairs of units: the second unit stores the last activation of the first unit.
     memory: tuple[tuple[int, int], ...]
     # Whether the teacher of each agent is recorded.
     has_teachers: bool
@@ -75,7 +75,7 @@ class Appearance(NamedTuple):
         """Return the data for JSON."""
         plain = self._asdict()
         for name in ("sectors", "item_kinds", "marks"):
-            plain[name] = [part and part._asdict() for part in plain[name]]
+            plain[name] = [entry and entry._asdict() for entry in plain[name]]
         return plain
 
 
@@ -97,8 +97,8 @@ def describe_appearance(experiment: Experiment) -> Appearance:
         item_kinds=tuple(
             Kind(region.kind, region.color, region.count) for region in item_regions(experiment)
         ),
-        marks=_marks(experiment),
-        modules=_networks(experiment.modules, rule.answers),
+        marks=_list_marks(experiment),
+        modules=_module_descriptions(experiment.modules, rule.answers),
         answers=rule.answers,
         memory=network.memory(
             len(experiment.inputs), experiment.network.hidden, len(experiment.actions)
@@ -107,36 +107,36 @@ def describe_appearance(experiment: Experiment) -> Appearance:
     )
 
 
-def _networks(modules: tuple[str, ...], answers: tuple[str, ...]) -> tuple[str, ...]:
+def _module_descriptions(modules: tuple[str, ...], answers: tuple[str, ...]) -> tuple[str, ...]:
     """Return a description of each network of a genome."""
-    does = " and ".join(answers) or "teaches"
-    words = {
+    purpose = " and ".join(answers) or "teaches"
+    descriptions = {
         "action": "action module",
-        "reinforcement": f"reinforcement module: {does}, does not learn",
+        "reinforcement": f"reinforcement module: {purpose}, does not learn",
     }
-    return tuple(words[module] for module in modules if module in words)
+    return tuple(descriptions[module] for module in modules if module in descriptions)
 
 
-def _marks(experiment: Experiment) -> tuple[Mark, ...]:
+def _list_marks(experiment: Experiment) -> tuple[Mark, ...]:
     """Return the regions of items, the start disc, and the shapes of features."""
     start = experiment.world.start
-    around = (
+    start_box = (
         (start.x - start.radius, start.x + start.radius),
         (start.y - start.radius, start.y + start.radius),
     )
     regions = [
-        _mark("rectangle", region.x, region.y, region.color, region.kind)
+        _make_mark("rectangle", region.x, region.y, region.color, region.kind)
         for region in item_regions(experiment)
     ]
     features = [
-        _mark(mark["shape"], mark["x"], mark["y"], mark["color"], mark["label"], solid=True)
+        _make_mark(mark["shape"], mark["x"], mark["y"], mark["color"], mark["label"], solid=True)
         for feature in experiment.parts("world.features")
         for mark in feature.map_shapes()
     ]
-    return (*regions, _mark("disc", *around, "edge", "start"), *features)
+    return (*regions, _make_mark("disc", *start_box, "edge", "start"), *features)
 
 
-def _mark(
+def _make_mark(
     kind: str,
     x: tuple[float, float],
     y: tuple[float, float],
@@ -144,6 +144,7 @@ def _mark(
     label: str,
     solid: bool = False,
 ) -> Mark:
+    """Return a mark from its extents in x and y."""
     return Mark(kind, x[0], y[0], x[1] - x[0], y[1] - y[0], color, label, solid)
 
 

@@ -28,6 +28,7 @@ def load_genome(model: MiniWorldModel, state: State, world: int, agent: int) -> 
     for weight in range(weights):
         state.weights[weight, lane] = state.genome[world, agent, 0, weight]
     for gene in range(state.genes.shape[0]):
+        # With a single module, the genes are the weights of the action module.
         module = min(gene // weights + 1, last_module)
         state.genes[gene, lane] = state.genome[world, agent, module, gene % weights]
     rate = np.float32(model.rate)
@@ -38,7 +39,7 @@ def load_genome(model: MiniWorldModel, state: State, world: int, agent: int) -> 
 
 @compiled
 def reset_senses(state: State, lane: int) -> None:
-    """Clear the activations and the last inputs of a newborn agent."""
+    """Clear the activations of a newborn agent, and let it sense in the next step."""
     for unit in range(state.activations.shape[0]):
         state.activations[unit, lane] = ZERO
     state.code[0, lane] = -1
@@ -62,7 +63,7 @@ def init_agent_state(model: MiniWorldModel, state: State, world: int, agent: int
 @compiled
 def init_generation(model: MiniWorldModel, state: State) -> None:
     """Initialize all agents and items at the start of a lifetime."""
-    # The lanes after the last agent are set, too.
+    # The assignments also set the lanes after the last agent.
     state.activations[:] = ZERO
     state.touched[:] = -1
     state.appearances[:] = 0
@@ -88,8 +89,8 @@ def init_generation(model: MiniWorldModel, state: State) -> None:
 def replace_agent(model: MiniWorldModel, state: State, world: int, agent: int, number: int) -> None:
     """Replace an agent that died by a newborn with the genome `state.genome[world, agent]`.
 
-    `number` counts the births of this world and lifetime from 0, without those at the start.
-    It selects the random numbers of the birthplace.
+    `number` is the number of earlier births of this world during the lifetime. It selects the
+    random numbers of the birthplace.
     """
     lane = world * model.agents + agent
     load_genome(model, state, world, agent)

@@ -1,4 +1,4 @@
-"""Describe a MiniWorld experiment in brief sentences, from its settings and parts."""
+"""Descriptions of MiniWorld experiments in short sentences, from their settings and parts."""
 
 from __future__ import annotations
 
@@ -20,79 +20,81 @@ def list_topics(experiment: Experiment) -> tuple[Topic, ...]:
     """Return the topics that the lab shows for an experiment under "What is this?"."""
     appearance = describe_appearance(experiment)
     return (
-        Topic("The map", _map(experiment, appearance)),
-        Topic("Senses", _senses(experiment, appearance)),
-        Topic("Network", _network(experiment, appearance)),
-        Topic("Learning", _learning(experiment, appearance)),
-        Topic("What to look for", _what_to_look_for(experiment)),
+        Topic("The map", _describe_map(experiment, appearance)),
+        Topic("Senses", _describe_senses(experiment, appearance)),
+        Topic("Network", _describe_network(experiment, appearance)),
+        Topic("Learning", _describe_learning(experiment, appearance)),
+        Topic("What to look for", _describe_observations(experiment)),
     )
 
 
-def _map(experiment: Experiment, appearance: Appearance) -> str:
+def _describe_map(experiment: Experiment, appearance: Appearance) -> str:
     counts: dict[str, int] = {}
     for kind in appearance.item_kinds:
         counts[kind.name] = counts.get(kind.name, 0) + kind.number
     items = " and ".join(f"{number:,} items of {name}" for name, number in counts.items())
     agents = experiment.population.size
     steps = experiment.lifetime.steps
-    return _joined(
+    return _join_sentences(
         f"{agents:,} agents are born in the dashed circle and live {steps:,} steps.",
         f"The tinted regions contain {items}." if items else "",
         "An eaten item reappears at a random position in its region." if items else "",
-        *(_description(feature) for feature in experiment.parts("world.features")),
+        *(_summary_of_part(feature) for feature in experiment.parts("world.features")),
         "An agent that leaves the map on one side enters it on the opposite side.",
     )
 
 
-def _senses(experiment: Experiment, appearance: Appearance) -> str:
+def _describe_senses(experiment: Experiment, appearance: Appearance) -> str:
     radius = experiment.senses.visual_radius
     visual_range = f"The pale disc is the visual range of an agent, {radius:g} map units."
     brightness = ", more brightly for larger values" if experiment.real_valued else ""
     sectors = f"A sector lights up while its sensor is active{brightness}."
     has_sectors = any(sector is not None for sector in appearance.sectors)
-    return _joined(
-        *(_description(sense) for sense in experiment.parts("senses.kinds")),
+    return _join_sentences(
+        *(_summary_of_part(sense) for sense in experiment.parts("senses.kinds")),
         visual_range if has_sectors else "",
         sectors if has_sectors else "",
     )
 
 
-def _network(experiment: Experiment, appearance: Appearance) -> str:
+def _describe_network(experiment: Experiment, appearance: Appearance) -> str:
     actions = appearance.actions
     body = experiment.part("motor.body")
-    return _joined(
+    return _join_sentences(
         f"The network has {len(appearance.inputs)} inputs and {len(actions)} outputs:"
         f" {', '.join(actions)}.",
         "The agent performs the action with the largest output." if body.chooses else "",
-        _description(experiment.part("network.kind")),
-        _description(body),
+        _summary_of_part(experiment.part("network.kind")),
+        _summary_of_part(body),
     )
 
 
-def _learning(experiment: Experiment, appearance: Appearance) -> str:
+def _describe_learning(experiment: Experiment, appearance: Appearance) -> str:
     networks = appearance.modules
     genome = f"The genome encodes {len(networks)} networks: {' and '.join(networks)}."
     inheritance = experiment.part("evolution.inheritance")
-    return _joined(
-        _description(experiment.part("learning.rule")),
+    return _join_sentences(
+        _summary_of_part(experiment.part("learning.rule")),
         genome if len(networks) > 1 else "",
-        _description(inheritance) if has_parent_teachers(experiment) else "",
+        _summary_of_part(inheritance) if has_parent_teachers(experiment) else "",
     )
 
 
-def _what_to_look_for(experiment: Experiment) -> str:
+def _describe_observations(experiment: Experiment) -> str:
     contrast = "without learning" if experiment.learns else "with learning"
-    return _joined(
+    return _join_sentences(
         "Filled agents have eaten. The bars under the map show when agents eat.",
         "Compare an early generation with a late one,"
         f" or this condition with a condition {contrast}.",
     )
 
 
-def _description(part: Any) -> str:
-    """Return the first paragraph of a part's docstring."""
-    return " ".join((type(part).__doc__ or "").split("\n\n")[0].split())
+def _summary_of_part(part: Any) -> str:
+    """Return the first paragraph of a part's docstring, on one line."""
+    first_paragraph = (type(part).__doc__ or "").split("\n\n")[0]
+    return " ".join(first_paragraph.split())
 
 
-def _joined(*sentences: str) -> str:
+def _join_sentences(*sentences: str) -> str:
+    """Return the sentences that are not empty, as one text."""
     return " ".join(sentence for sentence in sentences if sentence)

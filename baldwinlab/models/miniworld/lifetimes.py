@@ -1,4 +1,4 @@
-"""Simulate lifetimes of MiniWorld agents: from genomes to energy and learned weights."""
+"""Simulator of lifetimes of MiniWorld agents: from genomes to energy and learned weights."""
 
 from __future__ import annotations
 
@@ -38,25 +38,26 @@ def collect_results(
     regions = item_regions(experiment)
     eaten = batch.eaten_in_life()
     final_population = None
-    births: dict[str, Any] = {}
+    birth_records: dict[str, Any] = {}
     if experiment.births_in_life:
         state = batch.state
         runs = slice(len(genomes))
         final_population = FinalPopulation(state.genome[runs].copy(), state.origin[runs].copy())
+        # Births have replaced the initial genomes.
         genomes = final_population.genome
-        births = {"born": state.birth_count[runs].copy()}
-    energies = np.array([region.energy for region in regions] or [0.0], np.float64)
-    learned = batch.weights() if experiment.learns else None
-    learned_by_run = [None] * len(genomes) if learned is None else learned
+        birth_records = {"born": state.birth_count[runs].copy()}
+    item_energies = np.array([region.energy for region in regions] or [0.0], np.float64)
+    learned_weights = batch.weights() if experiment.learns else None
+    weights_by_run = [None] * len(genomes) if learned_weights is None else learned_weights
     costs = [
-        compute_learning_cost(experiment, genome, learned_weights)
-        for genome, learned_weights in zip(genomes, learned_by_run, strict=True)
+        compute_learning_cost(experiment, genome, weights)
+        for genome, weights in zip(genomes, weights_by_run, strict=True)
     ]
     return LifeResults(
-        energy=np.stack([sum_energy(energies, eaten_in_run) for eaten_in_run in eaten]),
+        energy=np.stack([sum_energy(item_energies, eaten_in_run) for eaten_in_run in eaten]),
         cost=np.stack(costs),
-        learned=learned,
-        records=eaten_by_kind(experiment, eaten) | births,
+        learned=learned_weights,
+        records=eaten_by_kind(experiment, eaten) | birth_records,
         final_population=final_population,
     )
 
@@ -64,11 +65,13 @@ def collect_results(
 def eaten_by_kind(
     experiment: Experiment, eaten: npt.NDArray[np.int32]
 ) -> dict[str, npt.NDArray[np.int32]]:
-    """Return items eaten per kind, [run, agent], from `eaten` [run, agent, region]."""
-    kinds = [region.kind for region in item_regions(experiment)] or [FOOD]
-    return {
-        "food_eaten" if kind == FOOD else f"{kind}_eaten": eaten[
-            ..., [k == kind for k in kinds]
-        ].sum(axis=-1, dtype=np.int32)
-        for kind in item_kinds(experiment)
-    }
+    """Return the numbers of eaten items by variable of their kind, [run, agent].
+
+    `eaten` is [run, agent, region].
+    """
+    region_kinds = [region.kind for region in item_regions(experiment)] or [FOOD]
+    records = {}
+    for kind in item_kinds(experiment):
+        is_kind = [region_kind == kind for region_kind in region_kinds]
+        records[f"{kind}_eaten"] = eaten[..., is_kind].sum(axis=-1, dtype=np.int32)
+    return records

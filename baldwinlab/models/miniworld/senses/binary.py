@@ -1,6 +1,6 @@
 """Binary senses in addition to the sight of food: patches, agents, last action, touch, heading.
 
-The implementation of the ideas is our interpretation. Sources:
+The details are our interpretation of the sources:
 
 - Last action: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks",
   Adaptive Behavior 3 (1994). Their networks get the last motor action as an input.
@@ -20,7 +20,8 @@ from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.parts import Sense, per_agent, per_world
 
 Sectors = tuple[tuple[float, float] | None, ...]
-QUARTER = HEADING_COUNT // 4  # headings
+# Number of headings in a quarter turn.
+QUARTER_TURN = HEADING_COUNT // 4
 
 
 class PatchSight(Sense, name="patch"):
@@ -44,8 +45,8 @@ class PatchSight(Sense, name="patch"):
 class Neighbours(Sense, name="neighbours"):
     """Three binary inputs: another agent in the left, front and right sector.
 
-    Positions are those at the start of the step; with the sequential update, those at the start of
-    the turn of the agent.
+    The sense uses the positions at the start of the step. With the sequential update, it uses the
+    positions at the start of the agent's turn.
     """
 
     inputs: ClassVar[tuple[str, ...]] = ("agent left", "agent in front", "agent right")
@@ -103,17 +104,17 @@ class LastAction(Sense, name="last-action"):
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
         lane = world * model.agents + agent
-        # The agent has not sensed before.
-        if state.code[0, lane] < 0:
+        has_sensed_before = state.code[0, lane] >= 0
+        if not has_sensed_before:
             return 0
         return 1 << int(state.action[0, lane])
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
         """Use `agent.arrays`, which is empty at birth and persists during life."""
-        newborn = not agent.arrays
+        is_newborn = not agent.arrays
         agent.arrays["alive"] = True
-        return [not newborn and agent.action == action for action in range(3)]
+        return [not is_newborn and agent.action == action for action in range(3)]
 
 
 class Touch(Sense, name="touch"):
@@ -121,7 +122,7 @@ class Touch(Sense, name="touch"):
 
     inputs: ClassVar[tuple[str, ...]] = ("stopped",)
     sectors: ClassVar[Sectors] = (None,)
-    # Position when the agent last sensed.
+    # Position of the agent in the previous step.
     arrays: ClassVar[Mapping[str, Array]] = {"last_position": per_agent(2)}
 
     @staticmethod
@@ -129,26 +130,27 @@ class Touch(Sense, name="touch"):
         lane = world * model.agents + agent
         x = state.positions[0, lane]
         y = state.positions[1, lane]
-        stayed = (
-            state.code[0, lane] >= 0
+        has_sensed_before = state.code[0, lane] >= 0
+        has_stayed = (
+            has_sensed_before
             and x == part.last_position[0, lane]
             and y == part.last_position[1, lane]
         )
         part.last_position[0, lane] = x
         part.last_position[1, lane] = y
-        return 1 if stayed else 0
+        return 1 if has_stayed else 0
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        before = agent.arrays.get("before")
-        agent.arrays["before"] = (agent.x, agent.y)
-        return [before == (agent.x, agent.y)]
+        previous_position = agent.arrays.get("previous_position")
+        agent.arrays["previous_position"] = (agent.x, agent.y)
+        return [previous_position == (agent.x, agent.y)]
 
 
 class Compass(Sense, name="compass"):
     """Four binary inputs: heading right, down, left, up.
 
-    A quarter starts 45 degrees before its middle.
+    The sector of a direction starts 45 degrees before it and ends 45 degrees after it.
     """
 
     inputs: ClassVar[tuple[str, ...]] = ("heads right", "heads down", "heads left", "heads up")
@@ -156,9 +158,9 @@ class Compass(Sense, name="compass"):
 
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
-        """Return the quarter of the heading. It starts 45 degrees before its middle."""
-        turned = int(state.heading[0, world * model.agents + agent]) + QUARTER // 2
-        return 1 << (turned // QUARTER % 4)
+        """Return the direction of the heading, as one of four bits."""
+        shifted_heading = int(state.heading[0, world * model.agents + agent]) + QUARTER_TURN // 2
+        return 1 << (shifted_heading // QUARTER_TURN % 4)
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:

@@ -25,11 +25,10 @@ ONE = np.float32(1)
 
 @compiled
 def mark_agents_near_regions(model: MiniWorldModel, state: State, lane: Lane) -> None:
-    """Set `near` of the agents near any region. The others sense no items.
-
-    An agent that was near in the last step senses once more, which clears its inputs.
-    """
-    put(state.near, 0, lane, choose(get(state.near, 0, lane) > HALF, HALF, model.minimum_near))
+    """Set `near` of the agents near any region of items."""
+    # An agent that was near in the last step senses in one more step, which clears its inputs.
+    was_near = get(state.near, 0, lane) > HALF
+    put(state.near, 0, lane, choose(was_near, HALF, model.minimum_near))
     # The margin covers rounding.
     reach = max(model.visual_radius, model.alert_radius) + ONE
     for region in range(model.regions.shape[0]):
@@ -43,8 +42,8 @@ def mark_agents_near_regions(model: MiniWorldModel, state: State, lane: Lane) ->
         put(state.image_y, region, lane, nearest_image(y, center_y, model.height))
         dx = shortest_difference(x - center_x, model.width)
         dy = shortest_difference(y - center_y, model.height)
-        near = (abs(dx) <= half_width + reach) & (abs(dy) <= half_height + reach)
-        put(state.near, 0, lane, choose(near, ONE, get(state.near, 0, lane)))
+        is_near = (abs(dx) <= half_width + reach) & (abs(dy) <= half_height + reach)
+        put(state.near, 0, lane, choose(is_near, ONE, get(state.near, 0, lane)))
 
 
 def _sense_all(senses: Any, model: Any, state: Any, world: int, agent: int) -> int:
@@ -58,14 +57,15 @@ def _sense_all(senses: Any, model: Any, state: Any, world: int, agent: int) -> i
 
 
 def _choose_sense_all(senses: Any, model: Any, state: Any, world: Any, agent: Any) -> Any:
+    """Return `_sense_all` for the types of `senses`, one call per sense."""
     if len(senses) == 1:
         return lambda senses, model, state, world, agent: sense(
             senses[0], model, state, world, agent
         )
-    count = len(part_class(senses[0]).inputs)
+    inputs_of_first = len(part_class(senses[0]).inputs)
     return lambda senses, model, state, world, agent: (
         sense(senses[0], model, state, world, agent)
-        | (sense_all(senses[1:], model, state, world, agent) << count)
+        | (sense_all(senses[1:], model, state, world, agent) << inputs_of_first)
     )
 
 
@@ -76,6 +76,7 @@ sense_all = register(_sense_all, _choose_sense_all)
 def _write_bits(
     sense_part: Any, count: int, model: Any, state: Any, world: int, agent: int, first: int
 ) -> None:
+    """Set the `count` inputs of a binary sense, from the row `first` on."""
     code = sense(sense_part, model, state, world, agent)
     for k in range(count):
         state.activations[first + k, world * model.agents + agent] = np.float32((code >> k) & 1)
@@ -96,6 +97,7 @@ def _write_inputs(senses: Any, model: Any, state: Any, world: int, agent: int, f
 def _choose_write_inputs(
     senses: Any, model: Any, state: Any, world: Any, agent: Any, first: Any
 ) -> Any:
+    """Return `_write_inputs` for the types of `senses`, one call per sense."""
     if len(senses) == 0:
         return lambda senses, model, state, world, agent, first: None
     part = part_class(senses[0])
@@ -119,7 +121,7 @@ write_inputs = register(_write_inputs, _choose_write_inputs)
 def _set_continuous_inputs(
     senses: Any, model: MiniWorldModel, state: State, world: int, agent: int
 ) -> None:
-    """Set the inputs of an agent, some of them real-valued. Nothing is looked up."""
+    """Set the inputs of an agent, some of which are real-valued. No outputs are looked up."""
     write_inputs(senses, model, state, world, agent, 0)
     state.code[0, world * model.agents + agent] = 0
 
@@ -128,9 +130,9 @@ def _set_continuous_inputs(
 def _set_binary_inputs(
     senses: Any, model: MiniWorldModel, state: State, world: int, agent: int
 ) -> None:
-    """Set the inputs of an agent, and look up the outputs that follow from them.
+    """Set the binary inputs of an agent, and look up its outputs.
 
-    Unchanged inputs are written, too: a mispredicted branch costs more than the write.
+    Unchanged inputs are written, too, because a mispredicted branch costs more than the write.
     """
     lane = world * model.agents + agent
     code = sense_all(senses, model, state, world, agent)
@@ -150,8 +152,8 @@ _set_inputs = select_by_type(
 def list_near_agents(model: MiniWorldModel, state: State, world: int, first: int, last: int) -> int:
     """List the agents with `near` above 0 in `near_agents`, and return their number.
 
-    The range is `first` to `last` - 1. Every agent is written, and the next one overwrites an agent
-    that is not near: a branch per agent would be mispredicted often.
+    The range is `first` to `last` - 1. Every agent is written, and the next agent overwrites an
+    agent that is not near, because a branch for each agent would often be mispredicted.
     """
     count = 0
     for agent in range(first, last):

@@ -1,11 +1,11 @@
 """Sight of items of a kind: three binary sensors, left, front and right.
 
 u and v are the coordinates of an item along and across the heading. v is positive to the right.
-An item is in front if |v| <= u tan 15, and at a side if u tan 15 < |v| < u.
-So no angle is computed.
+An item is in the front sector if |v| <= u tan 15, and in a side sector if u tan 15 < |v| < u.
+These tests need no angle.
 
-Source: the paper, "The Simulated World of Foods and Agents", on theta.
-`docs/explanation/model.md` describes the boundaries of the sectors (R8).
+Source: the paper, "The Simulated World of Foods and Agents", on the angle theta.
+`docs/explanation/model.md` describes the boundaries of the sectors (interpretation R8).
 """
 
 from __future__ import annotations
@@ -44,12 +44,14 @@ ZERO = np.float32(0)
 HALF = np.float32(0.5)
 ONE = np.float32(1)
 TAN_15 = np.float32(math.tan(math.radians(15)))
-LEFT = 1
-FRONT = 2
-RIGHT = 4
-ALERT = 8
+# Bits of a scan: an item is in the sector, or near enough to be touched after the next move.
+LEFT_BIT = 1
+FRONT_BIT = 2
+RIGHT_BIT = 4
+ALERT_BIT = 8
 
-# Where items are in the left, front and right sector, and near enough to be touched soon.
+# Masks of the items in the left, front and right sector, and of the items near enough to be touched
+# after the next move.
 Hits = tuple[Mask, Mask, Mask, Mask]
 
 
@@ -63,7 +65,7 @@ def _exclude_hidden(
     dy: Value,
     in_range: Mask,
 ) -> Mask:
-    """Return the lanes in range that no feature hides."""
+    """Return the mask of the lanes in range that no feature hides."""
     return in_range & negated(is_hidden(features, model, x, y, dx, dy))
 
 
@@ -77,11 +79,13 @@ def _exclude_nothing(
     dy: Value,
     in_range: Mask,
 ) -> Mask:
-    """Return the lanes in range, if no feature blocks sight."""
+    """Return `in_range`, for experiments in which no feature blocks sight."""
     return in_range
 
 
+# Return whether any feature blocks sight.
 is_hidden = for_each(blocks_sight, False, combine_masks)
+# Return the mask of the lanes in range that the agent sees.
 select_visible = select_by_type(_exclude_hidden, _exclude_nothing)
 
 
@@ -95,22 +99,26 @@ def test_sectors(
     dy: Value,
     heading: int,
 ) -> tuple[Mask, Mask, Mask]:
-    """Return where an item (dx, dy) away from (x, y) is in the left, front and right sector."""
+    """Return whether an item (dx, dy) away from (x, y) is in the left, front and right sector."""
     u = dx * model.cosine[heading] + dy * model.sine[heading]
     v = dy * model.cosine[heading] - dx * model.sine[heading]
-    edge = u * TAN_15
+    sector_edge = u * TAN_15
     across = abs(v)
     in_range = dx * dx + dy * dy <= model.visual_radius * model.visual_radius
     visible = select_visible(state.features, model, x, y, dx, dy, in_range)
-    front = visible & ((across < edge) if model.open_boundaries else (across <= edge))
-    side = visible & (across > edge) & (across < u)
+    front = visible & ((across < sector_edge) if model.open_boundaries else (across <= sector_edge))
+    side = visible & (across > sector_edge) & (across < u)
     return side & (v < ZERO), front, side & (v > ZERO)
 
 
 @compiled
 def pack_sectors(left: Mask, front: Mask, right: Mask) -> int:
     """Return one bit for each sector: whether it contains an item."""
-    return LEFT * int(any_of(left)) | FRONT * int(any_of(front)) | RIGHT * int(any_of(right))
+    return (
+        LEFT_BIT * int(any_of(left))
+        | FRONT_BIT * int(any_of(front))
+        | RIGHT_BIT * int(any_of(right))
+    )
 
 
 @compiled
@@ -127,7 +135,7 @@ def _merge_hits(first: Hits, second: Hits) -> Hits:
 def _pack_hits(hits: Hits) -> int:
     """Return the sectors with items, and whether an item is near, as bits."""
     left, front, right, near = hits
-    return pack_sectors(left, front, right) | ALERT * int(any_of(near))
+    return pack_sectors(left, front, right) | ALERT_BIT * int(any_of(near))
 
 
 @compiled
@@ -140,7 +148,7 @@ def _test_items(
     y: np.float32,
     heading: int,
 ) -> Hits:
-    """Return where the items in `slot` are in a sector, or near enough to be touched soon."""
+    """Return whether the items in `slot` are in a sector, or near enough to be touched."""
     dx = get(state.slot_x, world, slot) - x
     dy = get(state.slot_y, world, slot) - y
     near = dx * dx + dy * dy <= model.alert_radius * model.alert_radius
@@ -160,11 +168,12 @@ def _test_slots(
 ) -> Hits:
     """Test the items of a range of slots, at least one SIMD block.
 
-    Items after the end of the range are tested as well, which is harmless.
+    The last SIMD block can contain items after the range. They are items of the same region, or
+    `NOWHERE`, so the test of their positions is correct.
     """
-    begin, end = slots
-    hits = _test_items(model, state, world, simd_block(begin), x, y, heading)
-    for first in range(begin + lanes_in_block(), end, lanes_in_block()):
+    first_slot, end_slot = slots
+    hits = _test_items(model, state, world, simd_block(first_slot), x, y, heading)
+    for first in range(first_slot + lanes_in_block(), end_slot, lanes_in_block()):
         hits = _merge_hits(hits, _test_items(model, state, world, simd_block(first), x, y, heading))
     return hits
 
@@ -179,14 +188,15 @@ def _scan_cells(
     y: np.float32,
     heading: int,
 ) -> int:
-    """Return what an agent at (x, y) senses of a region, as bits.
+    """Return the bits of the items of a region that an agent at (x, y) senses.
 
-    The bits are packed once, as packing takes as long as the test of a SIMD block.
+    The bits are packed once, because packing takes as long as the test of a SIMD block.
     """
-    farthest = max(model.visual_radius, model.alert_radius)
-    columns = find_cells_within(model, region, 0, x, farthest)
-    first_row, end_row = find_cells_within(model, region, 1, y, farthest)
-    if columns[0] == columns[1] or first_row == end_row:
+    radius = max(model.visual_radius, model.alert_radius)
+    columns = find_cells_within(model, region, 0, x, radius)
+    first_row, end_row = find_cells_within(model, region, 1, y, radius)
+    has_no_cells = columns[0] == columns[1] or first_row == end_row
+    if has_no_cells:
         return 0
     slots = find_slots_in_row(model, state, world, region, first_row, columns)
     hits = _test_slots(model, state, world, slots, x, y, heading)
@@ -198,9 +208,9 @@ def _scan_cells(
 
 @compiled
 def _scan_region(model: MiniWorldModel, state: State, world: int, region: int, lane: int) -> int:
-    """Return what an agent senses of a region, as bits.
+    """Return the bits of the items of a region that an agent senses.
 
-    Most regions can be reached from one image only, whose position is already computed.
+    Most regions can be reached from one image only. The position in this image is stored.
     """
     heading = int(get(state.heading, 0, lane))
     if model.images[region] == 1:
@@ -228,11 +238,12 @@ def sense_items(model: MiniWorldModel, state: State, world: int, agent: int, kin
     """
     lane = world * model.agents + agent
     bits = 0
-    for region in range(model.regions.shape[0] if get(state.near, 0, lane) > HALF else 0):
+    is_near_items = get(state.near, 0, lane) > HALF
+    for region in range(model.regions.shape[0] if is_near_items else 0):
         if model.region_kind[region] == kind:
             bits |= _scan_region(model, state, world, region, lane)
-    put(state.alert, 0, lane, get(state.alert, 0, lane) | (bits & ALERT))
-    return bits & (LEFT | FRONT | RIGHT)
+    put(state.alert, 0, lane, get(state.alert, 0, lane) | (bits & ALERT_BIT))
+    return bits & (LEFT_BIT | FRONT_BIT | RIGHT_BIT)
 
 
 class Sight(Sense, name="food"):
@@ -250,7 +261,8 @@ class Sight(Sense, name="food"):
 
     @staticmethod
     def sense(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> int:
-        return sense_items(model, state, world, agent, 0)
+        food_kind = 0
+        return sense_items(model, state, world, agent, food_kind)
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
