@@ -22,7 +22,7 @@ from typing import Any, Final
 
 from baldwinlab._version import __version__
 from baldwinlab.core.errors import BaldwinLabError, RefusedError
-from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab.export import render_live_page
 from baldwinlab.papers.presets import load
@@ -116,7 +116,7 @@ def run_sphinx(source: Path, out: Path, **settings: Any) -> bool:
         from sphinx.application import Sphinx
         from sphinx.util.docutils import docutils_namespace
     except ImportError:
-        raise missing_extra("docs", "the site") from None
+        raise missing_extra_error("docs", "the site") from None
     with tempfile.TemporaryDirectory() as doctrees, docutils_namespace():
         app = Sphinx(
             source,

@@ -100,8 +100,8 @@ def _settings() -> Iterable[str]:
 
 def _built_in_parts() -> Iterable[str]:
     for path, kind, _ in choosing_fields(Experiment):
-        for name in registry.packaged(kind):
-            part = registry.find(kind, name)
+        for name in registry.package_parts(kind):
+            part = registry.find_class(kind, name)
             yield f"`{path} = {name!r}`: {_summary(part.__doc__)}"
 
 

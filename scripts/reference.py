@@ -107,13 +107,15 @@ def insert_tables(text: str) -> str:
 def parts_of_kind(kind: str) -> str:
     """Return the built-in parts of a kind as Markdown: a table, and the settings of each part."""
     paths = {kind: path for path, kind, _ in choosing_fields(Experiment)}
-    parts = {name: registry.find(kind, name) for name in registry.packaged(kind)}
+    parts = {name: registry.find_class(kind, name) for name in registry.package_parts(kind)}
     rows = [(f"`{name}`", *_effect_and_source(part)) for name, part in sorted(parts.items())]
     text = f"Setting: `{paths[kind]}`.\n\n{table((kind, 'effect', 'source'), rows)}"
     fields = [
         field
         for name, part in sorted(parts.items())
-        for field in fields_of(part, f"{paths[kind].rpartition('.')[0]}.{registry.key_of(name)}")
+        for field in fields_of(
+            part, f"{paths[kind].rpartition('.')[0]}.{registry.table_name(name)}"
+        )
     ]
     return f"{text}\nSettings of these parts:\n\n{table_of_fields(fields)}" if fields else text
 
@@ -137,16 +139,16 @@ A model defines what a lifetime is.
 The setting `model` chooses it; the default is `miniworld`, the foragers that the page [Settings](settings.md) describes.
 The [papers](papers.md) have presets of all models.
 """
-    for name in registry.packaged("model"):
+    for name in registry.package_parts("model"):
         if name != "miniworld":
             text += _model(name)
     return text
 
 
 def _model(name: str) -> str:
-    model = registry.find("model", name)
+    model = registry.find_class("model", name)
     text = f"\n## {name}\n\n{prose(model.__doc__)}\n\n"
-    text += table_of_fields(fields_of(model, registry.key_of(name)))
+    text += table_of_fields(fields_of(model, registry.table_name(name)))
     defaults = [
         f"`{section}.{field} = {json.dumps(value)}`"
         for section, fields in model.defaults.items()
@@ -181,18 +183,18 @@ Order of the weights: {variables.WEIGHT_ORDER}.
 
 `bl.simulate` returns these variables.
 
-{table_of_variables(variables.RUN)}
+{table_of_variables(variables.RUN_VARIABLES)}
 ## Record
 
 A record is a run in a file. It contains only the genomes that are stored.
 
-{table_of_variables(variables.RECORD)}
+{table_of_variables(variables.RECORD_VARIABLES)}
 ## Trace
 
 `bl.replay` returns these variables.
 
-{table_of_variables(variables.TRACE)}"""
-    for assay, measured in variables.ASSAYS.items():
+{table_of_variables(variables.TRACE_VARIABLES)}"""
+    for assay, measured in variables.ASSAY_VARIABLES.items():
         text += f"""
 ## Assay {assay}
 

@@ -161,7 +161,7 @@ def test_every_random_stream_has_a_description() -> None:
     assert len(set(numbers)) == len(numbers)
 
 
-ALL_PARTS = [(kind, name) for kind in registry.BUILT_IN for name in registry.packaged(kind)]
+ALL_PARTS = [(kind, name) for kind in registry.BUILT_IN for name in registry.package_parts(kind)]
 # Names in docstrings of parts that are no setting of the part and no part.
 OTHER_NAMES = ("mutation_size",)
 SETTINGS_OF_PARTS = [
@@ -174,7 +174,7 @@ SETTINGS_OF_PARTS = [
 @pytest.mark.parametrize(("kind", "name"), SETTINGS_OF_PARTS)
 def test_the_docstring_of_a_part_names_only_existing_settings(kind: str, name: str) -> None:
     """A name in code type is a setting of the part, of the experiment, or another part."""
-    part = registry.find(kind, name)
+    part = registry.find_class(kind, name)
     text, _ = parse_docstring(part.__doc__)
     part_names = {part_name for _, part_name in ALL_PARTS}
     existing = {*part.model_fields, *OTHER_NAMES, *part_names}
@@ -184,5 +184,5 @@ def test_the_docstring_of_a_part_names_only_existing_settings(kind: str, name: s
 
 @pytest.mark.parametrize(("kind", "name"), SETTINGS_OF_PARTS)
 def test_a_setting_of_a_part_is_described_by_a_sentence(kind: str, name: str) -> None:
-    for field in registry.find(kind, name).model_fields.values():
+    for field in registry.find_class(kind, name).model_fields.values():
         assert re.fullmatch(r"[A-Zxy].*[.]", field.description or ""), field.description

@@ -168,18 +168,18 @@ def test_every_setting_is_on_its_page(site: Path) -> None:
     for setting, kind, _ in choosing_fields(Experiment):
         page = part_reference.PAGES_OF_BUILT_IN_PARTS[kind].replace(".md", ".html")
         text = text_of(site, f"docs/reference/{page}")
-        for name in registry.packaged(kind):
+        for name in registry.package_parts(kind):
             assert name in text, name
-            for field in registry.find(kind, name).model_fields:
-                path = f"{setting.rpartition('.')[0]}.{registry.key_of(name)}.{field}"
+            for field in registry.find_class(kind, name).model_fields:
+                path = f"{setting.rpartition('.')[0]}.{registry.table_name(name)}.{field}"
                 assert path in text, path
 
 
 def test_every_setting_of_a_model_is_on_its_page(site: Path) -> None:
     text = text_of(site, "docs/reference/models.html")
-    for name in registry.packaged("model"):
+    for name in registry.package_parts("model"):
         if name != "miniworld":
-            key = registry.key_of(name)
+            key = registry.table_name(name)
             settings = validate({"name": "x", "model": name}).model_dump()[key]
             for path in leaves(settings):
                 assert f"{key}.{path}" in text, (name, path)
@@ -203,7 +203,12 @@ def test_a_setting_has_its_limits_default_and_meaning(site: Path) -> None:
 
 def test_every_recorded_variable_is_on_its_page(site: Path) -> None:
     text = text_of(site, "docs/reference/variables.html")
-    for group in (variables.RUN, variables.RECORD, variables.TRACE, *variables.ASSAYS.values()):
+    for group in (
+        variables.RUN_VARIABLES,
+        variables.RECORD_VARIABLES,
+        variables.TRACE_VARIABLES,
+        *variables.ASSAY_VARIABLES.values(),
+    ):
         for name, variable in group.items():
             assert name in text and variable.meaning in text, name
 

@@ -18,10 +18,10 @@ from PIL import Image, ImageColor, ImageDraw
 from baldwinlab.analysis.palette import MOVIE, shade
 from baldwinlab.analysis.traces import read_appearance
 from baldwinlab.core.errors import BaldwinLabError
-from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import name_file_in_errors
-from baldwinlab.core.output_paths import REPLAY
+from baldwinlab.core.output_paths import REPLAY_MARK
 
 # Pixels of the longer side.
 SIZE = 640
@@ -146,7 +146,7 @@ def _write_gif(frames: Iterator[Image.Image], path: Path, palette: Image.Image) 
         append_images=reduced,
         duration=1000 // FRAMES_PER_SECOND,
         loop=0,
-        comment=REPLAY.encode(),
+        comment=REPLAY_MARK.encode(),
     )
 
 
@@ -179,13 +179,13 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
     try:
         import imageio_ffmpeg
     except ImportError:
-        reason = missing_extra("video", "writing .mp4")
+        reason = missing_extra_error("video", "writing .mp4")
         raise MovieError(f"{reason}; .gif and .png need no extra") from None
     first = next(frames)
     writer = imageio_ffmpeg.write_frames(
         str(path),
         first.size,
-        output_params=["-metadata", f"comment={REPLAY}"],
+        output_params=["-metadata", f"comment={REPLAY_MARK}"],
         fps=FRAMES_PER_SECOND,
         macro_block_size=2,
         ffmpeg_log_level="quiet",

@@ -11,10 +11,10 @@ import xarray as xr
 
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.suggestions import list_names
-from baldwinlab.core.variables import RUN, TRACE
+from baldwinlab.core.variables import RUN_VARIABLES, TRACE_VARIABLES
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.networks import forward
-from baldwinlab.simulation.reevaluation import make_batch, stored_genome
+from baldwinlab.simulation.reevaluation import make_batch, restore_genomes
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
@@ -78,7 +78,7 @@ class AgentNetwork:
             activations[: len(self.inputs), 0] = values
             forward(self._part, weights, activations, 0)
             outputs[step] = activations[-len(self.outputs) :, 0]
-        variable = TRACE["output"]
+        variable = TRACE_VARIABLES["output"]
         attributes = {"units": variable.unit, "long_name": "outputs of the network"}
         result = xr.DataArray(
             outputs, {"action": list(self.outputs)}, ("step", "action"), attrs=attributes
@@ -143,7 +143,7 @@ def read_genomes(
     for number in _list_agents(agent):
         _require_index("agent", number, experiment.population.size)
     genome = _read_genome(study, condition, run, generation)
-    variable = RUN["genome"]
+    variable = RUN_VARIABLES["genome"]
     genomes = xr.DataArray(
         genome,
         {"agent": np.arange(len(genome)), "module": list(experiment.modules)},
@@ -212,7 +212,7 @@ def _read_genome(
     record = study.record(condition, run)
     if generation not in record["kept_generation"].values:
         study.require_parts(condition)
-    return stored_genome(study.experiment(condition), record, generation)
+    return restore_genomes(study.experiment(condition), record, generation)
 
 
 def _require_forager(experiment: BaseExperiment) -> Experiment:

@@ -85,7 +85,7 @@ def cases(backend: str = "auto") -> list[str]:
 
 def rule_cases() -> list[str]:
     """Return a case for each built-in learning rule: agents of the first paper on its map A."""
-    return [f"rule-{name}" for name in registry.packaged("learning rule")]
+    return [f"rule-{name}" for name in registry.package_parts("learning rule")]
 
 
 def measure_cases(

@@ -68,7 +68,7 @@ def _check_python() -> DoctorFinding:
 def _check_packages() -> Iterator[DoctorFinding]:
     """Yield a finding for the core and each extra: versions, or missing packages and the fix."""
     required = extras.required_packages()
-    for extra in (extras.CORE, *extras.PURPOSES):
+    for extra in (extras.CORE, *extras.EXTRA_PURPOSES):
         versions = {name: extras.installed_version(name) for name in required.get(extra, [])}
         installed = ", ".join(f"{name} {version}" for name, version in versions.items() if version)
         missing = ", ".join(name for name, version in versions.items() if version is None)
@@ -89,7 +89,7 @@ def _check_core(installed: str, missing: str) -> DoctorFinding:
 
 def _check_extra(extra: str, installed: str, missing: str) -> DoctorFinding:
     topic = f"extra {extra}"
-    purpose = f"for {extras.PURPOSES[extra]}"
+    purpose = f"for {extras.EXTRA_PURPOSES[extra]}"
     if missing:
         message = f"{purpose}; not installed: {missing}"
         return DoctorFinding(topic, "missing", message, extras.installation_command(extra))
@@ -111,7 +111,7 @@ def _check_free_space(topic: str, free: int | None, fix: str) -> DoctorFinding:
             "the system does not report how much is free",
             "commands start without a check of it",
         )
-    message = f"{resources.amount(free)} free"
+    message = f"{resources.format_bytes(free)} free"
     if free >= MIN_FREE:
         return DoctorFinding(topic, "well", message)
     return DoctorFinding(topic, "problem", message, fix)
@@ -130,7 +130,7 @@ def _check_cache() -> DoctorFinding:
             "set BALDWINLAB_CACHE to a folder that only you can write to",
         )
     size = sum(file.stat().st_size for file in folder.rglob(f"*{cache.ENDING}"))
-    return DoctorFinding("compiled code", "well", f"{resources.amount(size)} in {folder}")
+    return DoctorFinding("compiled code", "well", f"{resources.format_bytes(size)} in {folder}")
 
 
 def _check_writing(folder: Path) -> DoctorFinding:

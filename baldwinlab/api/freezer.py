@@ -16,7 +16,7 @@ from baldwinlab.api.load import load_installed_parts
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import parse_location
-from baldwinlab.core.output_paths import FREEZE, is_study, require_writable
+from baldwinlab.core.output_paths import FREEZE_MARK, is_study, require_writable
 from baldwinlab.evolution.genome_file import decode_genomes, encode_genomes, require_fit
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.studies.creation import require_available
@@ -114,7 +114,7 @@ def freeze(
     path = Path(out)
     if path.suffix != ".nc":
         raise RefusedError(f"--out {out} must end in .nc")
-    require_writable("--out", path, FREEZE.encode(), force=force)
+    require_writable("--out", path, FREEZE_MARK.encode(), force=force)
     load_installed_parts()
     content = encode_population(parse_population(reference), agent)
     write_atomically(path, content)

@@ -17,7 +17,7 @@ from baldwinlab.api.publish.gallery import (
 from baldwinlab.api.reproduce import reproduce
 from baldwinlab.core import console
 from baldwinlab.core.errors import require_positive
-from baldwinlab.core.output_paths import REPORT, require_writable
+from baldwinlab.core.output_paths import REPORT_MARK, require_writable
 
 ALL: Final = "all"
 """The argument of `baldwinlab reproduce` for every paper."""
@@ -62,7 +62,7 @@ def compare_papers(
     load_installed_parts()
     page = Path(folder) / PAGE if out is None else Path(out)
     if out is not None:
-        require_writable("--out", page, REPORT.encode(), force=force)
+        require_writable("--out", page, REPORT_MARK.encode(), force=force)
     gallery = publish_gallery(Path(folder), page, last, console.info)
     for sentence in (*summarize(gallery), *explain_omissions(gallery)):
         console.info(sentence)

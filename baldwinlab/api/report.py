@@ -21,8 +21,8 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.core.file_writing import require_writable_path
 from baldwinlab.core.files import is_local
-from baldwinlab.core.output_paths import REPORT, require_writable
-from baldwinlab.core.resources import require
+from baldwinlab.core.output_paths import REPORT_MARK, require_writable
+from baldwinlab.core.resources import require_resources
 from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE
 from baldwinlab.papers import Paper
 from baldwinlab.studies.claims_file import CLAIMS
@@ -80,12 +80,12 @@ def report(
     _check_options(study, baseline, paper)
     page = study.directory / "report.html" if out is None else out
     if out is not None and is_local(out):
-        require_writable("--out", out, REPORT.encode(), force=force)
+        require_writable("--out", out, REPORT_MARK.encode(), force=force)
     # The other files of the report are in the folders of these two files.
     for path in (study.directory / CLAIMS, study.directory / "figures" / "fitness.svg"):
         require_writable_path(path)
     plan = plan_report(study, page, last, baseline, paper)
-    require(f"the report of {study.directory}", required_memory(plan), force=force)
+    require_resources(f"the report of {study.directory}", required_memory(plan), force=force)
     if study.kind == MULTIVERSE:
         _report_multiverse(plan)
         return page

@@ -8,7 +8,7 @@ from baldwinlab.api.interruptions import report_progress_on_error
 from baldwinlab.api.run_options import RunOptions, exclude_remote_memory
 from baldwinlab.core import console
 from baldwinlab.core.file_writing import require_writable_path
-from baldwinlab.core.resources import require
+from baldwinlab.core.resources import require_resources
 from baldwinlab.studies.assays.catalog import not_applicable_reasons
 from baldwinlab.studies.assays.memory import estimate_assays
 from baldwinlab.studies.assays.results import find_missing_assays
@@ -55,7 +55,7 @@ def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOpti
     runs = {condition: len(study.runs(condition)) for condition in missing}
     total_need = estimate_assays(study, missing, runs, executor.workers)
     need = exclude_remote_memory(total_need, executor)
-    require(f"{count} assays", need, study.directory, force=options.force)
+    require_resources(f"{count} assays", need, study.directory, force=options.force)
     agent_steps = count_assay_steps(study, missing)
     console.info(f"{study.directory}: {count} assays to do ({agent_steps:,} agent-steps)")
 

@@ -12,10 +12,10 @@ from baldwinlab.core import console, variables
 from baldwinlab.core.errors import ArgumentError, require_positive
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import is_study
-from baldwinlab.core.resources import NOTHING, Need, require
+from baldwinlab.core.resources import NO_NEED, Need, require_resources
 from baldwinlab.evolution import require_founders
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.factors import CONDITIONS, Factors, Kind
+from baldwinlab.experiment.factors import CONDITIONS, Factors, StudyKind
 from baldwinlab.models.miniworld.backends.choice import Backend, choose_backend
 from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
@@ -62,10 +62,10 @@ class StudyRequest:
     seed: int
     paper: Paper | None = None
     changes: Sequence[str] = ()
-    kind: Kind = CONDITIONS
+    kind: StudyKind = CONDITIONS
     factors: Mapping[str, Factors] | None = None
     extra_files: Mapping[str, bytes] = field(default_factory=dict)
-    later_need: Need = NOTHING
+    later_need: Need = NO_NEED
 
     @property
     def total_runs(self) -> int:
@@ -177,10 +177,12 @@ def _require_resources(request: StudyRequest, execution: _ExecutionPlan, force: 
     ]
     need = memory.estimate_runs(missing, execution.parallel_tasks, execution.backend.worlds)
     need = exclude_remote_memory(need, execution.executor).add_later(request.later_need)
-    require(f"{request.total_runs:,} runs", need, request.directory, force=force)
+    require_resources(f"{request.total_runs:,} runs", need, request.directory, force=force)
     for experiment in request.experiments:
         memory.require_storable(
-            variables.of_record(experiment), memory.dimension_sizes(experiment), experiment.name
+            variables.record_variables(experiment),
+            memory.dimension_sizes(experiment),
+            experiment.name,
         )
 
 

@@ -13,7 +13,7 @@ from baldwinlab.api.export.ro_crate import write_crate
 from baldwinlab.api.export.table import Table
 from baldwinlab.api.export.zarr import write_zarr
 from baldwinlab.api.study_runs import StudyRuns
-from baldwinlab.core.resources import require
+from baldwinlab.core.resources import require_resources
 from baldwinlab.simulation.memory import estimate_tables
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class StudyExports(StudyRuns):
         need = max(
             estimate_tables([(self.experiment(condition), 1)]) for condition in self.conditions
         )
-        require(f"one run of {self.directory}", need, force=force)
+        require_resources(f"one run of {self.directory}", need, force=force)
         write_zarr(self._store, Path(path))
 
     def to_parquet(self, path: str | Path, *, force: bool = False) -> None:

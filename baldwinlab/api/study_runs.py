@@ -133,8 +133,8 @@ class StudyRuns:
         Returns
         -------
         xarray.Dataset
-            The variables of `baldwinlab.core.variables.TRACE`, with the dimensions `step` and
-            `agent`.
+            The variables of `baldwinlab.core.variables.TRACE_VARIABLES`, with the dimensions `step`
+            and `agent`.
 
         Raises
         ------

@@ -20,7 +20,7 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import parse_location
-from baldwinlab.core.output_paths import EXPORT, is_study, require_writable
+from baldwinlab.core.output_paths import EXPORT_MARK, is_study, require_writable
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import Loaded, load_with_origin
@@ -225,7 +225,7 @@ def _write_crate(options: ExportOptions) -> None:
 def _require_page_output(options: ExportOptions) -> None:
     """Raise RefusedError if the page cannot be written, before the engine is loaded."""
     assert options.out is not None
-    require_writable("--out", options.out, EXPORT.encode(), force=options.force)
+    require_writable("--out", options.out, EXPORT_MARK.encode(), force=options.force)
 
 
 def _write_page(options: ExportOptions) -> None:

@@ -19,7 +19,7 @@ from cyclopts import Parameter
 from baldwinlab.cli.options import Directory, Integer, Parts, load_parts
 from baldwinlab.core import console
 from baldwinlab.core.errors import BaldwinLabError, RefusedError
-from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.files import is_local
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab.access import Access
@@ -55,7 +55,7 @@ def lab(
         baldwinlab lab
     """
     if not all(find_spec(name) for name in ("starlette", "uvicorn", "websockets")):
-        raise missing_extra("lab", "the lab")
+        raise missing_extra_error("lab", "the lab")
     if not is_local(directory):
         raise RefusedError(
             f"{directory}: the lab shows local folders only. Copy the study to this machine."

@@ -81,7 +81,7 @@ def _list_presets_of_kind(paper: Paper, kind: str) -> None:
 
 def _list_parts() -> None:
     for kind in registry.BUILT_IN:
-        built_in = registry.packaged(kind)
+        built_in = registry.package_parts(kind)
         indent = max(map(len, built_in))
         console.info(kind)
         for name, address in built_in.items():

@@ -27,9 +27,9 @@ from baldwinlab.cli.options import (
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.output_paths import REPLAY, require_writable
-from baldwinlab.core.resources import Need, require
-from baldwinlab.core.variables import TRACE
+from baldwinlab.core.output_paths import REPLAY_MARK, require_writable
+from baldwinlab.core.resources import Need, require_resources
+from baldwinlab.core.variables import TRACE_VARIABLES
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.memory import dimension_sizes, estimate_replay, require_storable
 from baldwinlab.studies.store import StudyStore
@@ -106,7 +106,7 @@ def replay(
     """
     if out.suffix not in ENDINGS:
         raise RefusedError(f"--out {out} must end in .nc, .mp4, .gif or .png")
-    require_writable("--out", out, REPLAY.encode(), force=force)
+    require_writable("--out", out, REPLAY_MARK.encode(), force=force)
     load_parts(part)
     if genome is None:
         _require_study_options(directory, run, generation, (seed, map, assignments))
@@ -157,8 +157,10 @@ def _replay_stored(
 def _require_room(experiment: Experiment, out: Path, force: bool) -> None:
     """Raise RefusedError if a trace is too large for its format or for the disk."""
     if out.suffix == ".nc":
-        require_storable(TRACE, dimension_sizes(experiment), f"a life of {experiment.name}")
-        require(
+        require_storable(
+            TRACE_VARIABLES, dimension_sizes(experiment), f"a life of {experiment.name}"
+        )
+        require_resources(
             f"--out {out}", Need(disk=estimate_replay(experiment).disk), out.parent, force=force
         )
 
@@ -166,14 +168,16 @@ def _require_room(experiment: Experiment, out: Path, force: bool) -> None:
 def _write_trace(trace: xr.Dataset, experiment: Experiment, out: Path) -> None:
     """Write a trace in the format that the ending of `out` names."""
     if out.suffix == ".nc":
-        write_atomically(out, bytes(trace.assign_attrs(made_by=REPLAY).to_netcdf(engine="scipy")))
+        write_atomically(
+            out, bytes(trace.assign_attrs(made_by=REPLAY_MARK).to_netcdf(engine="scipy"))
+        )
     elif out.suffix == ".png":
         # Imported late, as is the movie: loading the figures takes a while.
         from baldwinlab.analysis.figures import draw_trajectories
 
         picture = BytesIO()
         draw_trajectories(trace).savefig(
-            picture, format="png", dpi=200, metadata={"Software": REPLAY}
+            picture, format="png", dpi=200, metadata={"Software": REPLAY_MARK}
         )
         write_atomically(out, picture.getvalue())
     else:

@@ -18,7 +18,7 @@ class PartError(BaldwinLabError, ValueError):
 
 
 # Options whose names differ from those of the arguments.
-OPTIONS: Final = {"last": "last-generations"}
+OPTION_NAMES: Final = {"last": "last-generations"}
 
 
 class ArgumentError(RefusedError):
@@ -41,7 +41,7 @@ class ArgumentError(RefusedError):
 
     def __init__(self, name: str, value: object, rule: str) -> None:
         super().__init__(name, value, rule)
-        self.option = f"--{OPTIONS.get(name, name)} {value} {rule}"
+        self.option = f"--{OPTION_NAMES.get(name, name)} {value} {rule}"
 
     def __str__(self) -> str:
         name, value, rule = self.args

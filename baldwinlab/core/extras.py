@@ -13,7 +13,7 @@ from urllib.request import url2pathname
 from baldwinlab.core.errors import RefusedError
 
 # The extras for users. Those that only developers need are not listed.
-PURPOSES: Final = {
+EXTRA_PURPOSES: Final = {
     "cuda": "simulation on an NVIDIA GPU",
     "cluster": "studies on a Dask or Slurm cluster, and in object stores",
     "exchange": "export to Zarr, Parquet, polars and RO-Crates",
@@ -26,7 +26,7 @@ PURPOSES: Final = {
 CORE: Final = ""  # the key of the packages that every installation needs
 
 
-def missing_extra(extra: str, feature: str) -> RefusedError:
+def missing_extra_error(extra: str, feature: str) -> RefusedError:
     """Return the error for a feature whose extra is not installed."""
     missing = missing_packages(extra)
     packages = f" (not installed: {', '.join(missing)})" if missing else ""

@@ -15,7 +15,7 @@ from uuid import uuid4
 
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import (
-    PARTIAL,
+    PARTIAL_SUFFIX,
     FileKind,
     is_local,
     name_file_in_errors,
@@ -66,7 +66,7 @@ def atomic_path(path: Path, *, exclusive: bool = False) -> Iterator[Path]:
     require_inside_study(path)
     with name_file_in_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL}")
+        partial = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL_SUFFIX}")
         try:
             yield partial
             if partial.is_file():

@@ -14,13 +14,13 @@ from typing import Any, Final, NamedTuple, cast
 from urllib.parse import urlsplit
 
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.extras import missing_extra_error
 
 MAX_JSON_DEPTH: Final = 32
 # Ending of a file that a process still writes.
-PARTIAL: Final = ".partial"
+PARTIAL_SUFFIX: Final = ".partial"
 # A folder with this file is a study.
-STUDY: Final = "study.toml"
+STUDY_FILE_NAME: Final = "study.toml"
 
 
 class FileKind(NamedTuple):
@@ -31,7 +31,7 @@ class FileKind(NamedTuple):
 
 
 EXPERIMENT_FILE: Final = FileKind("the TOML file of an experiment", 2 * 2**20)
-STUDY_FILE: Final = FileKind(STUDY, 8 * 2**20)
+STUDY_FILE: Final = FileKind(STUDY_FILE_NAME, 8 * 2**20)
 SWEEP_FILE: Final = FileKind("the TOML file of a sweep", 2 * 2**20)
 PAPER_FILE: Final = FileKind("a file of a paper", 8 * 2**20)
 PART_FILE: Final = FileKind("a Python file with parts", 4 * 2**20)
@@ -110,7 +110,7 @@ def parse_location(text: str | Path) -> Path:
 def require_cluster_extra(feature: str) -> None:
     """Raise RefusedError if the extra `cluster`, which a feature needs, is not installed."""
     if not all(find_spec(name) for name in ("upath", "distributed", "dask_jobqueue")):
-        raise missing_extra("cluster", feature)
+        raise missing_extra_error("cluster", feature)
 
 
 def read_bytes(path: Path, kind: FileKind) -> bytes:
@@ -180,7 +180,7 @@ def require_inside_study(path: Path, folder: Path | None = None) -> None:
 def _studies_above(path: Path) -> Iterator[Path]:
     """Yield the folders above a path that hold a study. Links are not followed."""
     for folder in path.parents:
-        if ".." not in path.relative_to(folder).parts and (folder / STUDY).exists():
+        if ".." not in path.relative_to(folder).parts and (folder / STUDY_FILE_NAME).exists():
             yield folder
 
 
@@ -195,6 +195,6 @@ def name_file_in_errors(path: Path) -> Iterator[None]:
         if is_full:
             reason = f"no space is left in {path.parent}"
         name = str(error.filename or path)
-        if is_full or name.endswith(PARTIAL):
+        if is_full or name.endswith(PARTIAL_SUFFIX):
             name = str(path)
         raise OSError(error.errno, reason, name) from None

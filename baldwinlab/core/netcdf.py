@@ -30,7 +30,7 @@ def to_bytes(data: xr.Dataset) -> bytes:
     return raw.replace(_BLANK.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
 
 
-def verify(raw: bytes) -> None:
+def verify_checksum(raw: bytes) -> None:
     """Raise DamagedError if bytes from `to_bytes` have changed."""
     checksum = _CHECKSUM.search(raw)
     if checksum is None:
@@ -51,7 +51,7 @@ def stored_checksum(head: bytes) -> str:
     return checksum.group(1).decode() if checksum else ""
 
 
-def attributes(raw: bytes) -> dict[str, Any]:
+def decode_attributes(raw: bytes) -> dict[str, Any]:
     """Return the attributes of a dataset without its checksum; the arrays are not decoded.
 
     Raises DamagedError as `from_bytes` does.

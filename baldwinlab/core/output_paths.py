@@ -6,15 +6,23 @@ from pathlib import Path
 from typing import Final
 
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import STUDY
+from baldwinlab.core.files import STUDY_FILE_NAME
 
 # Marks in the files that the commands write: traces, pictures and movies; reports; pages that
 # simulate; genome files.
-REPLAY: Final = "baldwinlab replay"
-REPORT: Final = "baldwinlab report"
-EXPORT: Final = "baldwinlab export"
-FREEZE: Final = "baldwinlab freeze"
-_STUDY_ENTRIES: Final = ("runs", "parts", "founders", "assays", "paper", STUDY, "sessions.jsonl")
+REPLAY_MARK: Final = "baldwinlab replay"
+REPORT_MARK: Final = "baldwinlab report"
+EXPORT_MARK: Final = "baldwinlab export"
+FREEZE_MARK: Final = "baldwinlab freeze"
+_STUDY_ENTRIES: Final = (
+    "runs",
+    "parts",
+    "founders",
+    "assays",
+    "paper",
+    STUDY_FILE_NAME,
+    "sessions.jsonl",
+)
 _MARK_RANGE: Final = 65536  # bytes at each end of a file that may hold the mark
 
 
@@ -37,7 +45,7 @@ def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> No
             f"{option} {path}: the folder {path.parent} does not exist. Create it or choose "
             "another path."
         )
-    if folder := owner(path):
+    if folder := enclosing_study(path):
         raise RefusedError(f"{option} {path} is inside the study {folder}. Choose another path.")
     if path.is_dir():
         raise RefusedError(f"{option} {path} is a folder. Give the path of a file.")
@@ -50,10 +58,10 @@ def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> No
 
 def is_study(folder: Path) -> bool:
     """Return whether a folder holds a study, possibly damaged. `study.toml` is its last file."""
-    return (folder / STUDY).exists()
+    return (folder / STUDY_FILE_NAME).exists()
 
 
-def owner(path: Path) -> Path | None:
+def enclosing_study(path: Path) -> Path | None:
     """Return the folder of the study that contains a path, after links, or None."""
     real = path.resolve()
     for folder in real.parents:

@@ -1,4 +1,4 @@
-"""Memory and disk: how much is free on this machine, and a check that a command needs no more."""
+"""Free memory and disk of this machine, and a check that a command needs no more."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from typing import Final, NamedTuple
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import is_local
 
-UNITS: Final = ("bytes", "KiB", "MiB", "GiB", "TiB", "PiB")
-GROUPS: Final = Path("/sys/fs/cgroup")
+BYTE_UNITS: Final = ("bytes", "KiB", "MiB", "GiB", "TiB", "PiB")
+CONTROL_GROUPS: Final = Path("/sys/fs/cgroup")
 
 
 class Need(NamedTuple):
@@ -23,47 +23,53 @@ class Need(NamedTuple):
     disk: int = 0
 
     def add_later(self, later: Need) -> Need:
-        """Return the need of both, one after the other: memory is reused, and disk is not."""
+        """Return the need of this work followed by `later`: memory is reused, and disk is not."""
         return Need(max(self.memory, later.memory), self.disk + later.disk)
 
 
-NOTHING: Final = Need()
+NO_NEED: Final = Need()
 
 
-def require(what: str, need: Need, folder: Path | None = None, *, force: bool = False) -> None:
-    """Raise RefusedError if `what` needs more memory or disk than is free.
+def require_resources(
+    request: str, need: Need, folder: Path | None = None, *, force: bool = False
+) -> None:
+    """Raise RefusedError if a request needs more memory or disk than is free.
 
     Parameters
     ----------
-    what
-        The work, such as "3 runs", for the message.
+    request
+        The requested work, such as "3 runs", for the message.
     need
-        Memory and disk that it needs.
+        Memory and disk that the work needs.
     folder
-        Where it writes. It may not exist yet. A folder in remote storage is not checked.
+        Folder of the written files. It may not exist yet. Remote storage is not checked.
     force
         Check nothing.
     """
     if force:
         return
-    _require_free(what, "memory", need.memory, available_memory(), "on this machine")
+    _require_free(request, "memory", need.memory, available_memory(), "on this machine")
     if folder is not None and is_local(folder):
-        _require_free(what, "disk", need.disk, free_disk(folder), f"for {folder}")
+        _require_free(request, "disk", need.disk, free_disk(folder), f"for {folder}")
 
 
-def _require_free(what: str, resource: str, needed: int, free: int | None, where: str) -> None:
+def _require_free(
+    request: str, resource: str, needed: int, free: int | None, location: str
+) -> None:
     """Raise RefusedError if fewer bytes are free than are needed. Unknown amounts pass."""
     if free is not None and needed > free:
         raise RefusedError(
-            f"{what}: needs about {amount(needed)} of {resource}, but only {amount(free)} are free "
-            f"{where}. Reduce the request or add --force."
+            f"{request}: needs about {format_bytes(needed)} of {resource}, but only "
+            f"{format_bytes(free)} are free {location}. Reduce the request or add --force."
         )
 
 
-def amount(count: int) -> str:
-    """Return a number of bytes with a unit: 44.7 GiB."""
-    power = min((max(count, 1).bit_length() - 1) // 10, len(UNITS) - 1)
-    return f"{count / 1024**power:{'.1f' if power < len(UNITS) - 1 else '.3g'}} {UNITS[power]}"
+def format_bytes(count: int) -> str:
+    """Return a number of bytes as text with a unit: 44.7 GiB."""
+    largest_power = len(BYTE_UNITS) - 1
+    power = min((max(count, 1).bit_length() - 1) // 10, largest_power)
+    number_format = ".1f" if power < largest_power else ".3g"
+    return f"{count / 1024**power:{number_format}} {BYTE_UNITS[power]}"
 
 
 def free_disk(folder: Path) -> int:
@@ -74,7 +80,7 @@ def free_disk(folder: Path) -> int:
 
 
 def peak_memory() -> int | None:
-    """Return the largest memory of this process so far, in bytes; None on Windows.
+    """Return the largest memory that this process has used, in bytes; None on Windows.
 
     On Linux `ru_maxrss` includes the memory of the parent process at the start, so /proc is read.
     """
@@ -84,18 +90,18 @@ def peak_memory() -> int | None:
         import resource
     except ImportError:
         return None
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (
-        1 if sys.platform == "darwin" else 1024
-    )
+    # The unit of `ru_maxrss` is a byte on macOS, and a KiB on other systems.
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
 
 
 def available_memory() -> int | None:
     """Return the bytes that this process can still allocate; None if the system does not report it.
 
-    It is the least of the free memory of the machine and of its control groups.
+    The result is the smallest of the free memory of the machine and of each control group.
     """
-    free = [_free_machine_memory(), *memory_of_groups()]
-    return min((count for count in free if count is not None), default=None)
+    free_amounts = [_free_machine_memory(), *free_memory_of_groups()]
+    return min((amount for amount in free_amounts if amount is not None), default=None)
 
 
 def _free_machine_memory() -> int | None:
@@ -109,7 +115,7 @@ def _free_machine_memory() -> int | None:
 
 
 def _read_proc(file: str, name: str) -> int | None:
-    """Return a number of bytes from a file of /proc; None on systems without it."""
+    """Return a number of bytes from a file of /proc; None on systems without this file."""
     try:
         # The file holds the name of the process, which may have any characters.
         lines = Path("/proc", file).read_text("ascii", "replace").splitlines()
@@ -118,12 +124,12 @@ def _read_proc(file: str, name: str) -> int | None:
         return None
 
 
-def memory_of_groups(
-    groups: Path = GROUPS, membership: Path = Path("/proc/self/cgroup")
+def free_memory_of_groups(
+    groups: Path = CONTROL_GROUPS, membership: Path = Path("/proc/self/cgroup")
 ) -> Iterator[int]:
     """Yield the free memory, in bytes, of each control group of this process that has a limit.
 
-    The parents of its groups are included. A container may see its own group as the root.
+    The parents of a group are included. In a container the root can be the group of the process.
 
     References
     ----------

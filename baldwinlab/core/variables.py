@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-PARENTS = ("fitter", "other")
+PARENT_NAMES = ("fitter", "other")
 OF_AGENT = ("generation", "agent")
 """Dimensions of a variable with one value per agent and generation."""
 
 # Meanings of the coordinates of a dataset.
-DIMENSIONS: Mapping[str, str] = {
+DIMENSION_MEANINGS: Mapping[str, str] = {
     "condition": "name of the condition",
     "run": "number of the run",
     "generation": "number of the generation, from 0",
@@ -43,7 +43,7 @@ class Variable(NamedTuple):
     meaning: str
 
 
-RUN: Mapping[str, Variable] = {
+RUN_VARIABLES: Mapping[str, Variable] = {
     "food_eaten": Variable(OF_AGENT, np.int32, "items", "items eaten in life"),
     "energy": Variable(
         ("generation", "agent"),
@@ -66,25 +66,29 @@ RUN: Mapping[str, Variable] = {
 }
 
 # A record stores only the genomes of some generations.
-RECORD: Mapping[str, Variable] = {
-    name: variable for name, variable in RUN.items() if name != "genome"
-} | {"kept_genome": RUN["genome"]._replace(dims=("kept_generation", "agent", "module", "weight"))}
+RECORD_VARIABLES: Mapping[str, Variable] = {
+    name: variable for name, variable in RUN_VARIABLES.items() if name != "genome"
+} | {
+    "kept_genome": RUN_VARIABLES["genome"]._replace(
+        dims=("kept_generation", "agent", "module", "weight")
+    )
+}
 
 
-def of_record(experiment: Any) -> Mapping[str, Variable]:
+def record_variables(experiment: Any) -> Mapping[str, Variable]:
     """Return the variables of a record, including those of the model and the kinds of items."""
     if experiment.model != "miniworld":
-        model = experiment.of_model
-        energy = RECORD["energy"]._replace(unit="1", meaning=model.payoff)
+        model = experiment.model_part
+        energy = RECORD_VARIABLES["energy"]._replace(unit="1", meaning=model.payoff)
         return (
-            {name: RECORD[name] for name in RECORD if name != "food_eaten"}
+            {name: RECORD_VARIABLES[name] for name in RECORD_VARIABLES if name != "food_eaten"}
             | {"energy": energy}
             | dict(model.records)
         )
     kinds = {
         item.kind for feature in experiment.parts("world.features") for item in feature.items()
     }
-    eaten = RECORD["food_eaten"]
+    eaten = RECORD_VARIABLES["food_eaten"]
     further = {
         f"{kind}_eaten": eaten._replace(meaning=f"items of {kind} eaten in life") for kind in kinds
     }
@@ -92,10 +96,10 @@ def of_record(experiment: Any) -> Mapping[str, Variable]:
         further["born"] = Variable(
             OF_AGENT, np.int32, "agents", "number of births in the place of the agent during life"
         )
-    return dict(RECORD) | further
+    return dict(RECORD_VARIABLES) | further
 
 
-TRACE: Mapping[str, Variable] = {
+TRACE_VARIABLES: Mapping[str, Variable] = {
     "x": Variable(
         ("step", "agent"), np.float32, "units of length", "x position when the agent senses"
     ),
@@ -138,17 +142,20 @@ TRACE: Mapping[str, Variable] = {
 }
 
 
-def of_trace(experiment: Any) -> Mapping[str, Variable]:
-    """Return the variables of a trace: `TRACE`, with inputs as float32 if one is real-valued."""
+def trace_variables(experiment: Any) -> Mapping[str, Variable]:
+    """Return the variables of a trace: `TRACE_VARIABLES`, with the type of the inputs.
+
+    The inputs are float32 if one of them is real-valued.
+    """
     if not experiment.real_valued:
-        return TRACE
-    return dict(TRACE) | {
-        "sensor": TRACE["sensor"]._replace(dtype=np.float32, meaning="inputs, in [0, 1]")
+        return TRACE_VARIABLES
+    return dict(TRACE_VARIABLES) | {
+        "sensor": TRACE_VARIABLES["sensor"]._replace(dtype=np.float32, meaning="inputs, in [0, 1]")
     }
 
 
 # Variables of the datasets of each assay (docs/explanation/assays.md).
-ASSAYS: Mapping[str, Mapping[str, Variable]] = {
+ASSAY_VARIABLES: Mapping[str, Mapping[str, Variable]] = {
     "innate": {
         "energy": Variable(
             ("run", "generation", "life", "agent"),
@@ -211,14 +218,14 @@ ASSAYS: Mapping[str, Mapping[str, Variable]] = {
     },
 }
 # Names of newborns in the assay within-life.
-RANDOM = "random genome"
-EVOLVED = "evolved"
+RANDOM_NEWBORNS = "random genome"
+EVOLVED_NEWBORNS = "evolved"
 # Name of the unchanged setting in the assay reaction.
-AS_EVOLVED = "as evolved"
+UNCHANGED_SETTING = "as evolved"
 # Newborns in the assay neutral: evolved ones, and those of parents that are chosen at random.
-NEWBORNS = (EVOLVED, "neutral control")
+NEUTRAL_NEWBORNS = (EVOLVED_NEWBORNS, "neutral control")
 # Kinds of lifetimes: learning off, learning on, weights at death without learning, random drift.
-LIVES = ("off", "on", "frozen", "drift")
+LIFE_KINDS = ("off", "on", "frozen", "drift")
 
 WEIGHT_ORDER = (
     "layer by layer, from the inputs; within a layer, by source unit, then by"
@@ -228,7 +235,7 @@ WEIGHT_ORDER = (
 )
 
 
-def to_storage(run: xr.Dataset) -> xr.Dataset:
+def as_record(run: xr.Dataset) -> xr.Dataset:
     """Return a run in the form of a record. A record is returned unchanged."""
     if "kept_genome" in run:
         return run
@@ -238,7 +245,7 @@ def to_storage(run: xr.Dataset) -> xr.Dataset:
     )
 
 
-def from_storage(record: xr.Dataset) -> xr.Dataset:
+def as_run(record: xr.Dataset) -> xr.Dataset:
     """Return a record in the form of a run. Genomes that are not stored are NaN."""
     genome = record.kept_genome.rename(kept_generation="generation").reindex(
         generation=record.generation
@@ -248,7 +255,7 @@ def from_storage(record: xr.Dataset) -> xr.Dataset:
     )
 
 
-def dataset(
+def make_dataset(
     variables: Mapping[str, Variable], arrays: Mapping[str, Any], attributes: Mapping[str, Any]
 ) -> xr.Dataset:
     """Return a dataset of arrays with their declared dimensions, types and units.

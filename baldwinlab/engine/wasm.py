@@ -28,7 +28,7 @@ from llvmlite import ir
 from numba import types
 
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.engine.jit import OPTIONS
 from baldwinlab.engine.numba_internals.dispatchers import UNWRAPPED, compile_to_llvm
 from baldwinlab.engine.numba_internals.libraries import make_pass_builder, unrolling
@@ -106,7 +106,7 @@ def find_linker() -> list[str]:
             return [path]
     if find_spec("ziglang"):
         return [sys.executable, "-m", "ziglang", "wasm-ld"]
-    raise missing_extra("wasm", "the export of a custom part")
+    raise missing_extra_error("wasm", "the export of a custom part")
 
 
 def _link(linker: list[str], code: bytes, exported: Mapping[str, Any]) -> bytes:

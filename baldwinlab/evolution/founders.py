@@ -114,7 +114,7 @@ def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
     """Draw the genomes of a generation without parents; raise RefusedError if one is not finite."""
     if not isinstance(experiment, Experiment):
         founders = np.ascontiguousarray(
-            experiment.of_model.founders(experiment.population.size, key), np.float32
+            experiment.model_part.founders(experiment.population.size, key), np.float32
         )
         require_finite(experiment, key, founders, "model")
         return founders

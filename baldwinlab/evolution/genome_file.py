@@ -22,8 +22,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify
-from baldwinlab.core.output_paths import FREEZE
+from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
+from baldwinlab.core.output_paths import FREEZE_MARK
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.file import File
 from baldwinlab.experiment.toml import to_toml
@@ -102,7 +102,7 @@ def encode_genomes(
     attributes = {
         "experiment": to_toml(experiment),
         "layout": json.dumps(describe_layout(experiment)),
-        "made_by": FREEZE,
+        "made_by": FREEZE_MARK,
     }
     data = xr.Dataset(
         {"genome": (GENOME_DIMENSIONS, np.asarray(genome, np.float32))},
@@ -140,7 +140,7 @@ def decode_genomes(content: bytes, path: str) -> StoredGenomes:
     if path.endswith(".npy"):
         return StoredGenomes(_read_array(path, content), {})
     try:
-        verify(content)
+        verify_checksum(content)
         data = from_bytes(content)
     except DamagedError as error:
         raise RefusedError(f"{path} is no genome file: {error}") from None

@@ -16,7 +16,7 @@ from baldwinlab.experiment.fields import ExperimentError, Fields
 def custom_choices(experiment: Fields) -> Iterator[tuple[str, str]]:
     """Yield kind and name of each custom part of an experiment."""
     for kind, name in added_choices(experiment):
-        if name not in registry.packaged(kind):
+        if name not in registry.package_parts(kind):
             yield kind, name
 
 

@@ -19,24 +19,24 @@ from baldwinlab.experiment.added_parts import check_added_parts
 from baldwinlab.experiment.class_builder import (
     choosing_fields,
     chosen_parts,
-    class_for,
-    kind_of,
-    with_defaults,
-    with_its_default,
+    find_part_kind,
+    make_class,
+    make_table_field,
+    replace_defaults,
 )
 from baldwinlab.experiment.fields import (
     ExperimentError,
     Fields,
+    format_validation_error,
     merge,
-    plain,
     refuse_fields,
-    sentences,
+    to_plain_data,
 )
-from baldwinlab.experiment.html import html
-from baldwinlab.experiment.registry import key_of
+from baldwinlab.experiment.html import format_html
+from baldwinlab.experiment.registry import table_name
 from baldwinlab.experiment.renamed import upgrade
 from baldwinlab.experiment.schedule import (
-    SCHEDULE,
+    SCHEDULE_FIELD,
     Change,
     drop_settings,
     nest,
@@ -66,7 +66,7 @@ class BaseExperiment(Fields):
 
     def __new__(cls, **values: Any) -> Self:
         """Create an experiment with the tables of the chosen parts."""
-        made: Self = object.__new__(class_for(cls, chosen_parts(cls, values)))
+        made: Self = object.__new__(make_class(cls, chosen_parts(cls, values)))
         return made
 
     def __reduce__(self) -> Any:
@@ -87,7 +87,7 @@ class BaseExperiment(Fields):
         ExperimentError
             If the copy is invalid.
         """
-        changed = plain(changes)
+        changed = to_plain_data(changes)
         tree = merge(self.to_dict(), changed)
         if self.schedule and "schedule" not in changed:
             tree["schedule"] = drop_settings(tree["schedule"], changed)
@@ -121,10 +121,10 @@ class BaseExperiment(Fields):
 
     def _repr_html_(self) -> str:
         """Return a table of the settings, for notebooks."""
-        return html(self, self.name, self.model)
+        return format_html(self, self.name, self.model)
 
     @property
-    def of_model(self) -> Any:
+    def model_part(self) -> Any:
         """The model with its settings. Raises ExperimentError if its part is not loaded."""
         return self.part("model")
 
@@ -132,13 +132,13 @@ class BaseExperiment(Fields):
     def loaded_model(self) -> Any | None:
         """The model, or None for foragers and for a part that is not loaded."""
         with suppress(ExperimentError):
-            return None if self.model == "miniworld" else self.of_model
+            return None if self.model == "miniworld" else self.model_part
         return None
 
     @property
     def learns(self) -> bool:
         """Whether agents learn during their lifetime, in any generation."""
-        return any(bool(segment.of_model.learns) for _, segment in self.segments())
+        return any(bool(segment.model_part.learns) for _, segment in self.segments())
 
     @property
     def births_in_life(self) -> bool:
@@ -148,17 +148,17 @@ class BaseExperiment(Fields):
     @property
     def steps(self) -> int:
         """Number of steps of a lifetime."""
-        return int(self.of_model.steps)
+        return int(self.model_part.steps)
 
     @property
     def modules(self) -> tuple[str, ...]:
         """Names of the modules of a genome."""
-        return tuple(self.of_model.modules)
+        return tuple(self.model_part.modules)
 
     @property
     def weight_count(self) -> int:
         """Number of weights of a module."""
-        return int(self.of_model.weights())
+        return int(self.model_part.weights())
 
     @property
     def genome_length(self) -> int:
@@ -167,7 +167,7 @@ class BaseExperiment(Fields):
 
     def without_learning(self) -> Self:
         """Return the experiment without learning during life, so that fitness is innate."""
-        return self.replace(**{key_of(self.model): self.of_model.without_learning()})
+        return self.replace(**{table_name(self.model): self.model_part.without_learning()})
 
     def neutral_control(self) -> Self:
         """Return the neutral control: the same births with random parents.
@@ -194,7 +194,7 @@ class BaseExperiment(Fields):
         *tables, field = path.split(".")
         section: Any = reduce(getattr, tables, self)
         of_section: Any = type(section)
-        kind = kind_of(of_section, field)
+        kind = find_part_kind(of_section, field)
         assert kind is not None, path
         value = getattr(section, field)
         names = (value,) if isinstance(value, str) else value
@@ -202,14 +202,14 @@ class BaseExperiment(Fields):
 
     def _made(self, section: Any, kind: str, name: str, path: str) -> Any:
         # `getattr` would return a method of the table for a part with the name "copy".
-        table = vars(section).get(key_of(name))
+        table = vars(section).get(table_name(name))
         if isinstance(table, Fields):
             return table
         if table is not None or not registry.is_available(kind, name):
             raise ExperimentError(
                 f"{path} = {name!r} is a {kind} that is not here: give it by --part FILE"
             )
-        return registry.find(kind, name)()
+        return registry.find_class(kind, name)()
 
 
 def _without_idle_tables(
@@ -234,24 +234,24 @@ def _base_of(tree: dict[str, Any]) -> type[BaseExperiment]:
     """Return the class of the experiments of a model, without tables of parts."""
     name = tree.get("model", "miniworld")
     if name == "miniworld" or name not in registry.names("model"):
-        experiment: type[BaseExperiment] = registry.find("model", "miniworld")
+        experiment: type[BaseExperiment] = registry.find_class("model", "miniworld")
         return experiment
-    return _class_of_model(registry.find("model", name), name)
+    return _class_of_model(registry.find_class("model", name), name)
 
 
 @cache
 def _class_of_model(model: type[Fields], name: str) -> type[BaseExperiment]:
     tables: dict[str, Any] = {"population": Population, "evolution": Evolution, "record": Record}
     made = {
-        key: with_defaults(table, getattr(model, "defaults", {}).get(key, {}))
+        key: replace_defaults(table, getattr(model, "defaults", {}).get(key, {}))
         for key, table in tables.items()
     }
     fields: dict[str, Any] = {
         "name": (Name, name),
         "model": (ModelName, Field(name, description="Model: what a lifetime is.")),
-        key_of(name): (model, with_its_default(model)),
-        **{key: (table, with_its_default(table)) for key, table in made.items()},
-        "schedule": (tuple[Change, ...], SCHEDULE),
+        table_name(name): (model, make_table_field(model)),
+        **{key: (table, make_table_field(table)) for key, table in made.items()},
+        "schedule": (tuple[Change, ...], SCHEDULE_FIELD),
     }
     return create_model("Experiment", __base__=BaseExperiment, __module__=__name__, **fields)
 
@@ -264,7 +264,7 @@ class _Unread(BaseExperiment, extra="allow"):
     population: Population = Population()
     evolution: Evolution = Evolution()
     record: Record = Record()
-    schedule: tuple[Change, ...] = SCHEDULE
+    schedule: tuple[Change, ...] = SCHEDULE_FIELD
 
 
 @lru_cache(maxsize=256)
@@ -316,7 +316,7 @@ def _made(tree: dict[str, Any], lenient: bool = False) -> Any:
         if plainer is not made:
             with suppress(ValidationError):
                 return plainer.model_validate(tree, context={"lenient": True})
-        raise ExperimentError(sentences(error, made)) from None
+        raise ExperimentError(format_validation_error(error, made)) from None
     return experiment
 
 
@@ -326,7 +326,7 @@ def _class_of(tree: dict[str, Any], lenient: bool, with_custom_parts: bool = Tru
     base = (
         _Unread if lenient and tree.get("model", "miniworld") not in model_names else _base_of(tree)
     )
-    return class_for(base, chosen_parts(base, tree, lenient, with_custom_parts))
+    return make_class(base, chosen_parts(base, tree, lenient, with_custom_parts))
 
 
 def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:

@@ -13,15 +13,15 @@ from typing import Any, get_args
 from pydantic import BaseModel, Field, create_model
 
 from baldwinlab.experiment import registry
-from baldwinlab.experiment.fields import Fields, plain
-from baldwinlab.experiment.registry import PartChoice, key_of
+from baldwinlab.experiment.fields import Fields, to_plain_data
+from baldwinlab.experiment.registry import PartChoice, table_name
 
-Chosen = tuple[tuple[str, type[Fields] | None], ...]
+ChosenParts = tuple[tuple[str, type[Fields] | None], ...]
 """Dotted path of the table of a part, and its class; None for a part that is not loaded."""
 
 
 @cache
-def kind_of(section: type[BaseModel], field: str) -> str | None:
+def find_part_kind(section: type[BaseModel], field: str) -> str | None:
     """Return the kind of part that a setting chooses, or None."""
     info = section.model_fields[field]
     inside = [
@@ -39,7 +39,7 @@ def choosing_fields(section: type[BaseModel], path: str = "") -> tuple[tuple[str
     """Return path, kind and default of every setting that chooses parts."""
     result: list[tuple[str, str, Any]] = []
     for name, info in section.model_fields.items():
-        if kind := kind_of(section, name):
+        if kind := find_part_kind(section, name):
             result.append((f"{path}{name}", kind, info.default))
         elif isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel):
             result += choosing_fields(info.annotation, f"{path}{name}.")
@@ -51,20 +51,20 @@ def chosen_parts(
     tree: dict[str, Any],
     lenient: bool = False,
     with_custom_parts: bool = True,
-) -> Chosen:
+) -> ChosenParts:
     """Return the chosen parts that have settings, with or without custom parts."""
     result: list[tuple[str, type[Fields] | None]] = []
     for path, kind, default in choosing_fields(base):
         *steps, last = path.split(".")
         table: Any = tree
         for step in steps:
-            table = plain(table.get(step, {})) if isinstance(table, dict) else {}
+            table = to_plain_data(table.get(step, {})) if isinstance(table, dict) else {}
         names = table.get(last, default) if isinstance(table, dict) else default
-        available = registry.names(kind) if with_custom_parts else registry.packaged(kind)
+        available = registry.names(kind) if with_custom_parts else registry.package_parts(kind)
         for name in _to_names(names):
-            where = ".".join([*steps, key_of(str(name))])
+            where = ".".join([*steps, table_name(str(name))])
             if lenient and name not in available:
-                if isinstance(table, dict) and key_of(str(name)) in table:
+                if isinstance(table, dict) and table_name(str(name)) in table:
                     result.append((where, None))
             elif kind != "model" and (part := registry.settings_class(kind, str(name))):
                 result.append((where, part))
@@ -79,7 +79,7 @@ def _to_names(value: Any) -> tuple[Any, ...]:
 
 
 @cache
-def class_for(base: Any, chosen: Chosen) -> Any:
+def make_class(base: Any, chosen: ChosenParts) -> Any:
     """Return the class `base` with the tables of the chosen parts."""
     for path, part in chosen:
         base = _with_table(base, path.split("."), part)
@@ -90,31 +90,31 @@ def _with_table(section: type[BaseModel], steps: list[str], part: type[Fields] |
     below: Any
     if len(steps) > 1:
         inside = _with_table(section.model_fields[steps[0]].annotation, steps[1:], part)  # type: ignore[arg-type]
-        below = (inside, with_its_default(inside))
+        below = (inside, make_table_field(inside))
     elif part is None:
         below = (dict[str, Any], ...)
     else:
-        below = (part, with_its_default(part))
+        below = (part, make_table_field(part))
     return create_model(
         section.__name__, __base__=section, __module__=section.__module__, **{steps[0]: below}
     )
 
 
-def with_its_default(table: type[BaseModel]) -> Any:
+def make_table_field(table: type[BaseModel]) -> Any:
     """Return the field of a table. It is required if a setting of the table has no default."""
     required = any(info.is_required() for info in table.model_fields.values())
     return (
-        Field(description=_meaning(table))
+        Field(description=_first_line(table))
         if required
-        else Field(default_factory=table, description=_meaning(table))
+        else Field(default_factory=table, description=_first_line(table))
     )
 
 
-def _meaning(table: type[BaseModel]) -> str:
+def _first_line(table: type[BaseModel]) -> str:
     return (table.__doc__ or "").strip().split("\n")[0]
 
 
-def with_defaults(table: type[Fields], values: Mapping[str, Any]) -> type[Fields]:
+def replace_defaults(table: type[Fields], values: Mapping[str, Any]) -> type[Fields]:
     """Return a table with other defaults."""
     fields: dict[str, Any] = {}
     for name, value in values.items():

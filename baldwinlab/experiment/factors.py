@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 if TYPE_CHECKING:
     import xarray as xr
 
-Kind = Literal["conditions", "sweep", "multiverse"]
-CONDITIONS: Final[Kind] = "conditions"
-SWEEP: Final[Kind] = "sweep"
-MULTIVERSE: Final[Kind] = "multiverse"
-KINDS: Final = (CONDITIONS, SWEEP, MULTIVERSE)
+StudyKind = Literal["conditions", "sweep", "multiverse"]
+CONDITIONS: Final[StudyKind] = "conditions"
+SWEEP: Final[StudyKind] = "sweep"
+MULTIVERSE: Final[StudyKind] = "multiverse"
+STUDY_KINDS: Final = (CONDITIONS, SWEEP, MULTIVERSE)
 
 
 class Factors(NamedTuple):
@@ -38,7 +38,7 @@ class Factors(NamedTuple):
         return f"Map {self.map}, {self.learner}" if self.map else self.learner
 
 
-def coordinates(factors: list[Factors]) -> dict[str, tuple[str, list[str]]]:
+def factor_coordinates(factors: list[Factors]) -> dict[str, tuple[str, list[str]]]:
     """Return the coordinates along `condition` of the factors that are not empty."""
     columns = {
         name: [getattr(condition, name) for condition in factors] for name in Factors._fields
@@ -46,7 +46,7 @@ def coordinates(factors: list[Factors]) -> dict[str, tuple[str, list[str]]]:
     return {name: ("condition", values) for name, values in columns.items() if any(values)}
 
 
-def of_study(dataset: xr.Dataset) -> dict[str, Factors]:
+def read_factors(dataset: xr.Dataset) -> dict[str, Factors]:
     """Return the factors of each condition of a dataset of `open_runs`."""
     names = [str(name) for name in dataset["condition"].values]
     columns = [

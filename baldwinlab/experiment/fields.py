@@ -14,7 +14,7 @@ from baldwinlab.experiment.renamed import new_path
 
 MAX_FAULTS: Final = 10
 """Number of errors that a message lists."""
-MAX_LENGTH: Final = 100
+MAX_TEXT_LENGTH: Final = 100
 """Number of characters of a path or a value in a message."""
 FIELDS_REFUSED: Final = "fields_refused"
 """Type of the errors of pydantic that `refuse_fields` raises."""
@@ -76,23 +76,23 @@ def merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     return merged
 
 
-def plain(value: Any) -> Any:
+def to_plain_data(value: Any) -> Any:
     """Return a value with tables as dicts and tuples as lists, at all levels."""
     if isinstance(value, BaseModel):
         return value.model_dump(mode="json")
     if isinstance(value, dict):
-        return {key: plain(entry) for key, entry in value.items()}
+        return {key: to_plain_data(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(entry) for entry in value]
+        return [to_plain_data(entry) for entry in value]
     return value
 
 
-def sentences(error: ValidationError, model: type[BaseModel]) -> str:
+def format_validation_error(error: ValidationError, model: type[BaseModel]) -> str:
     """Return one line per error: path, value and rule."""
-    return lines(error.errors(), lambda fault: _sentence(fault, model))
+    return format_faults(error.errors(), lambda fault: _format_fault(fault, model))
 
 
-def lines(faults: Sequence[Any], sentence: Callable[[Any], str] = str) -> str:
+def format_faults(faults: Sequence[Any], sentence: Callable[[Any], str] = str) -> str:
     """Return a line for each of the first errors, and the number of further errors."""
     shown = [sentence(fault) for fault in faults[:MAX_FAULTS]]
     if len(faults) > MAX_FAULTS:
@@ -100,28 +100,28 @@ def lines(faults: Sequence[Any], sentence: Callable[[Any], str] = str) -> str:
     return "\n".join(shown)
 
 
-def brief(text: str) -> str:
-    """Return a text, cut at `MAX_LENGTH` characters."""
-    return text if len(text) <= MAX_LENGTH else f"{text[:MAX_LENGTH]}..."
+def shorten(text: str) -> str:
+    """Return a text, cut at `MAX_TEXT_LENGTH` characters."""
+    return text if len(text) <= MAX_TEXT_LENGTH else f"{text[:MAX_TEXT_LENGTH]}..."
 
 
-def as_text(value: object) -> str:
+def format_value(value: object) -> str:
     """Return a value as text for a message."""
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(as_text, value))}]"
+        return f"[{', '.join(map(format_value, value))}]"
     return f"{value:g}" if isinstance(value, float) else repr(value)
 
 
-def renamed(name: str, current: str) -> str:
+def renamed_message(name: str, current: str) -> str:
     """Return the message for a renamed setting or condition."""
     return f"{name} was renamed to {current}: use the new name"
 
 
-def _sentence(fault: Any, model: type[BaseModel]) -> str:
-    path = brief(".".join(str(step) for step in fault["loc"]))
+def _format_fault(fault: Any, model: type[BaseModel]) -> str:
+    path = shorten(".".join(str(step) for step in fault["loc"]))
     message = str(fault["msg"]).removeprefix("Value error, ")
     if fault["type"] == "extra_forbidden" and (current := new_path(path)):
-        return renamed(path, current)
+        return renamed_message(path, current)
     if fault["type"] == "extra_forbidden":
         names = ", ".join(_setting_names(fault["loc"], model))
         return f"{path}: there is no such field; there are: {names}"
@@ -130,12 +130,12 @@ def _sentence(fault: Any, model: type[BaseModel]) -> str:
     if fault["type"] == FIELDS_REFUSED:
         inside = ((f"{path}.{name}".lstrip("."), *rest) for name, *rest in fault["ctx"]["faults"])
         return "\n".join(
-            f"{name} = {brief(as_text(value))}: {rule}" for name, value, rule in inside
+            f"{name} = {shorten(format_value(value))}: {rule}" for name, value, rule in inside
         )
     if not path:
         return message
     value = fault["input"]
-    shown = brief(repr(value)) if not isinstance(value, dict) else "this table"
+    shown = shorten(repr(value)) if not isinstance(value, dict) else "this table"
     if isinstance(value, float) and not math.isfinite(value):
         shown = str(value)
     return f"{path} = {shown}: {message[0].lower()}{message[1:]}"

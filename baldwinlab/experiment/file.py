@@ -13,7 +13,7 @@ from baldwinlab.core.errors import PartError
 from baldwinlab.core.files import DATA_FILE, read_bytes
 from baldwinlab.experiment.fields import Fields
 
-DIGITS: Final = 12
+HASH_DIGITS: Final = 12
 """Number of digits of a hash in messages."""
 
 
@@ -43,7 +43,7 @@ class File(Fields):
         is_lenient = (info.context or {}).get("lenient")
         if is_lenient or not isinstance(tree, dict) or tree.get("sha256") or not tree.get("path"):
             return tree
-        return {**tree, "sha256": hashlib.sha256(_content(str(tree["path"]))).hexdigest()}
+        return {**tree, "sha256": hashlib.sha256(_read_content(str(tree["path"]))).hexdigest()}
 
     def read(self) -> bytes:
         """Read the file.
@@ -54,39 +54,39 @@ class File(Fields):
             If the file cannot be read, or its content is not that of the experiment.
         """
         try:
-            content = _content(self.path)
+            content = _read_content(self.path)
         except ValueError as error:
             raise PartError(str(error)) from None
         digest = hashlib.sha256(content).hexdigest()
         if digest != self.sha256:
             raise PartError(
-                f"the file {self.path} has the SHA-256 {digest[:DIGITS]}..., and the experiment "
-                f"was made with a file with {self.sha256[:DIGITS]}...: give that file again, or "
-                "make another experiment"
+                f"the file {self.path} has the SHA-256 {digest[:HASH_DIGITS]}..., and the "
+                f"experiment was made with a file with {self.sha256[:HASH_DIGITS]}...: "
+                "give that file again, or make another experiment"
             )
         return content
 
 
-def files_of(table: BaseModel, path: str = "") -> Iterator[tuple[str, File]]:
+def iterate_files(table: BaseModel, path: str = "") -> Iterator[tuple[str, File]]:
     """Yield the path of each setting with a data file, and the file."""
     for name, value in table:
         for entry in value if isinstance(value, tuple) else (value,):
             if isinstance(entry, File) and entry.path:
                 yield f"{path}{name}", entry
             elif isinstance(entry, BaseModel):
-                yield from files_of(entry, f"{path}{name}.")
+                yield from iterate_files(entry, f"{path}{name}.")
 
 
 def require_files(experiment: Any, where: str) -> None:
     """Raise PartError if a data file of an experiment is missing or has changed."""
-    for path, file in files_of(experiment):
+    for path, file in iterate_files(experiment):
         try:
             file.read()
         except PartError as error:
             raise PartError(f"{path} of {experiment.name}{where}: {error}") from None
 
 
-def _content(path: str) -> bytes:
+def _read_content(path: str) -> bytes:
     try:
         return read_bytes(Path(path), DATA_FILE)
     except (OSError, ValueError) as error:

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from baldwinlab.experiment.fields import brief, plain
+from baldwinlab.experiment.fields import shorten, to_plain_data
 
-LEFT = 'style="text-align: left; vertical-align: top"'
+LEFT_STYLE = 'style="text-align: left; vertical-align: top"'
 
 
 class Row(NamedTuple):
@@ -27,38 +27,40 @@ class Row(NamedTuple):
         return self.value != self.default
 
 
-def rows(table: BaseModel, default: Any = None, path: str = "") -> Iterator[Row]:
+def iterate_rows(table: BaseModel, default: Any = None, path: str = "") -> Iterator[Row]:
     """Yield a row per setting below `path`. `default` is the table with default values."""
     # A table of a model that is not loaded has values without fields.
     for name, value in table:
         info = type(table).model_fields.get(name)
         usual = (
-            default[name] if isinstance(default, dict) and name in default else _default_of(info)
+            default[name] if isinstance(default, dict) and name in default else _find_default(info)
         )
         if isinstance(value, BaseModel):
-            yield from rows(value, plain(usual), f"{path}{name}.")
+            yield from iterate_rows(value, to_plain_data(usual), f"{path}{name}.")
         elif isinstance(value, tuple) and value and isinstance(value[0], BaseModel):
             for number, entry in enumerate(value):
-                yield from rows(entry, None, f"{path}{name}.{number}.")
+                yield from iterate_rows(entry, None, f"{path}{name}.{number}.")
         else:
-            usually = "–" if usual is PydanticUndefined else _text(usual)
-            yield Row(f"{path}{name}", _text(value), usually, (info and info.description) or "")
+            usually = "–" if usual is PydanticUndefined else _format_value(usual)
+            yield Row(
+                f"{path}{name}", _format_value(value), usually, (info and info.description) or ""
+            )
 
 
-def _default_of(info: Any) -> Any:
+def _find_default(info: Any) -> Any:
     return PydanticUndefined if info is None else info.get_default(call_default_factory=True)
 
 
-def _text(value: Any) -> str:
+def _format_value(value: Any) -> str:
     """Return a value as JSON, but texts without quotes, and cut if it is long."""
     if value is None:
         return "not set"
-    return brief(value if isinstance(value, str) else json.dumps(plain(value)))
+    return shorten(value if isinstance(value, str) else json.dumps(to_plain_data(value)))
 
 
-def html(experiment: BaseModel, name: str, model: str) -> str:
+def format_html(experiment: BaseModel, name: str, model: str) -> str:
     """Return the fields of an experiment as two tables: changed fields, and all fields, folded."""
-    settings = [row for row in rows(experiment) if row.path not in ("name", "model")]
+    settings = [row for row in iterate_rows(experiment) if row.path not in ("name", "model")]
     changed = [row for row in settings if row.differs]
     title = f"<strong>{escape(name)}</strong>, an experiment of the model {escape(model)}"
     summary = (
@@ -67,21 +69,24 @@ def html(experiment: BaseModel, name: str, model: str) -> str:
         else "all fields are at their defaults."
     )
     return (
-        f"<div><p>{title}; {summary}</p>{_table(changed) if changed else ''}"
-        f"<details><summary>all fields</summary>{_table(settings)}</details></div>"
+        f"<div><p>{title}; {summary}</p>{_format_table(changed) if changed else ''}"
+        f"<details><summary>all fields</summary>{_format_table(settings)}</details></div>"
     )
 
 
-def _table(shown: list[Row]) -> str:
-    head = "".join(f"<th {LEFT}>{name}</th>" for name in ("field", "value", "default", "meaning"))
+def _format_table(shown: list[Row]) -> str:
+    head = "".join(
+        f"<th {LEFT_STYLE}>{name}</th>" for name in ("field", "value", "default", "meaning")
+    )
     body = "".join(
-        f"<tr>{''.join(f'<td {LEFT}>{cell}</td>' for cell in _cells(row))}</tr>" for row in shown
+        f"<tr>{''.join(f'<td {LEFT_STYLE}>{cell}</td>' for cell in _format_cells(row))}</tr>"
+        for row in shown
     )
     table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     return f'<div style="overflow-x: auto">{table}</div>'
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _format_cells(row: Row) -> tuple[str, ...]:
     path, value, default, meaning = map(escape, row)
     return (
         f"<code>{path}</code>",

@@ -17,7 +17,7 @@ from pydantic import Field, field_validator, model_validator
 from baldwinlab.experiment.base import BaseExperiment
 from baldwinlab.experiment.fields import Fields, refuse_fields
 from baldwinlab.experiment.registry import PartChoice
-from baldwinlab.experiment.schedule import SCHEDULE, Change
+from baldwinlab.experiment.schedule import SCHEDULE_FIELD, Change
 from baldwinlab.experiment.tables import Evolution, Name, Population, Record
 
 Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
@@ -26,7 +26,7 @@ BodyName = Annotated[str, PartChoice("body")]
 NetworkName = Annotated[str, PartChoice("network")]
 RuleName = Annotated[str, PartChoice("learning rule")]
 FeatureName = Annotated[str, PartChoice("world feature")]
-LONGEST_LIFE: Final = 100_000_000
+MAX_LIFETIME_STEPS: Final = 100_000_000
 """Maximum number of steps of a lifetime."""
 
 
@@ -190,7 +190,7 @@ class Learning(Fields):
     steps: int | None = Field(
         None,
         ge=0,
-        le=LONGEST_LIFE,
+        le=MAX_LIFETIME_STEPS,
         description=("Number of steps after which learning stops. Not set: learning never stops."),
     )
     teacher: Literal["inherited", "shuffled", "fresh"] = Field(
@@ -216,11 +216,13 @@ class Learning(Fields):
     @classmethod
     def _for_life(cls, steps: int | None) -> int | None:
         """Read the steps of the longest lifetime, which older files contain, as None."""
-        return None if steps == LONGEST_LIFE else steps
+        return None if steps == MAX_LIFETIME_STEPS else steps
 
 
 class Lifetime(Fields):
-    steps: int = Field(5000, ge=1, le=LONGEST_LIFE, description="Number of steps of a lifetime.")
+    steps: int = Field(
+        5000, ge=1, le=MAX_LIFETIME_STEPS, description="Number of steps of a lifetime."
+    )
     update: Literal["simultaneous", "sequential"] = Field(
         "simultaneous",
         description=(
@@ -250,7 +252,7 @@ class Experiment(BaseExperiment):
     evolution: Evolution = Evolution()
     lifetime: Lifetime = Lifetime()
     record: Record = Record()
-    schedule: tuple[Change, ...] = SCHEDULE
+    schedule: tuple[Change, ...] = SCHEDULE_FIELD
 
     @model_validator(mode="after")
     def _reach_within_the_map(self) -> Self:

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from baldwinlab.core.files import parse_toml
-from baldwinlab.experiment.fields import ExperimentError, plain, renamed
+from baldwinlab.experiment.fields import ExperimentError, renamed_message, to_plain_data
 from baldwinlab.experiment.renamed import new_path
 
 
@@ -35,11 +35,11 @@ def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
         elif isinstance(value, tuple) and step.isdecimal() and int(step) < len(value):
             value = value[int(step)]
         else:
-            raise ExperimentError(_absent(plain(value), step, path))
+            raise ExperimentError(_absent_message(to_plain_data(value), step, path))
     return value, meaning
 
 
-def name_of(path: str, *experiments: BaseModel) -> str:
+def short_name(path: str, *experiments: BaseModel) -> str:
     """Return a short name of a setting, for an axis: "learning rate, per step".
 
     The name of a number is the first clause of its description, without the number of a variant.
@@ -53,7 +53,7 @@ def name_of(path: str, *experiments: BaseModel) -> str:
             if isinstance(value, str):
                 return path.replace(".", ": ").replace("_", " ")
             if meaning:
-                return _first_clause(meaning) + _which(path, experiment)
+                return _first_clause(meaning) + _region_suffix(path, experiment)
     return path
 
 
@@ -65,7 +65,7 @@ def _first_clause(description: str) -> str:
     return clause[0].lower() + clause[1:] if is_word else clause
 
 
-def _which(path: str, experiment: BaseModel) -> str:
+def _region_suffix(path: str, experiment: BaseModel) -> str:
     """Return the number of a region, for example ", food 2", or "" for a single region."""
     steps = path.split(".")
     for number, step in enumerate(steps):
@@ -94,12 +94,12 @@ def _key(table: Any, step: str, path: str) -> str | int:
         return int(step)
     if isinstance(table, dict) and step in table:
         return step
-    raise ExperimentError(_absent(table, step, path))
+    raise ExperimentError(_absent_message(table, step, path))
 
 
-def _absent(table: Any, step: str, path: str) -> str:
+def _absent_message(table: Any, step: str, path: str) -> str:
     if current := new_path(path):
-        return renamed(path, current)
+        return renamed_message(path, current)
     names: Any = ()
     if isinstance(table, dict):
         names = list(table)

@@ -160,14 +160,14 @@ class PartChoice(NamedTuple):
         return name
 
 
-def packaged(kind: str) -> dict[str, str]:
+def package_parts(kind: str) -> dict[str, str]:
     """Return module and class of each part of the package, by name."""
     return {**BUILT_IN[kind], **LIBRARY.get(kind, {})}
 
 
 def names(kind: str) -> list[str]:
     """Return the names of all parts of a kind."""
-    return [*packaged(kind), *_CUSTOM[kind]]
+    return [*package_parts(kind), *_CUSTOM[kind]]
 
 
 def is_available(kind: str, name: str) -> bool:
@@ -180,7 +180,7 @@ def custom_parts() -> dict[tuple[str, str], type]:
     return {(kind, name): part for kind, parts in _CUSTOM.items() for name, part in parts.items()}
 
 
-def find(kind: str, name: str) -> Any:
+def find_class(kind: str, name: str) -> Any:
     """Return the class of a part. Raises KeyError if it does not exist."""
     if name in _CUSTOM[kind]:
         return _CUSTOM[kind][name]
@@ -196,7 +196,7 @@ def is_built_in(kind: str, name: str, module: str) -> bool:
     ValueError
         If a custom part has the name of a built-in part.
     """
-    location = packaged(kind).get(name)
+    location = package_parts(kind).get(name)
     if current := new_name(kind, name):
         raise ValueError(f"{name!r} is the old name of the {kind} {current!r}; choose another name")
     if location is None:
@@ -227,10 +227,10 @@ def unknown_part_message(kind: str, name: str) -> str:
 
 def settings_class(kind: str, name: str) -> Any:
     """Return the class of a part with settings, or None for a part without settings."""
-    part: Any = find(kind, name) if name in LIBRARY.get(kind, {}) else _CUSTOM[kind].get(name)
+    part: Any = find_class(kind, name) if name in LIBRARY.get(kind, {}) else _CUSTOM[kind].get(name)
     return part if part is not None and part.model_fields else None
 
 
-def key_of(name: str) -> str:
+def table_name(name: str) -> str:
     """Return the name of the table of a part: the name of the part with underscores."""
     return name.replace("-", "_")

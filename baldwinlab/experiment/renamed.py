@@ -11,19 +11,19 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 # Kind of part -> old name of a part -> new name.
-PARTS: Final[Mapping[str, Mapping[str, str]]] = {"network": {"growing": "neat"}}
+RENAMED_PARTS: Final[Mapping[str, Mapping[str, str]]] = {"network": {"growing": "neat"}}
 # Old name of a condition of a built-in paper -> new name.
-CONDITIONS: Final[Mapping[str, str]] = {
+RENAMED_CONDITIONS: Final[Mapping[str, str]] = {
     "auto-teaching-twin": "auto-teaching-rate-0",
     "evo+self-taught-twin": "evo+self-taught-rate-0",
     "predicting-twin": "predicting-rate-0",
 }
 # Path of the setting that chooses a renamed part -> kind of part.
-CHOICES: Final[Mapping[str, str]] = {"network.kind": "network"}
+KINDS_OF_RENAMED_PARTS: Final[Mapping[str, str]] = {"network.kind": "network"}
 # Path of a part's table -> its new path.
-TABLES: Final[Mapping[str, str]] = {"network.growing": "network.neat"}
+RENAMED_TABLES: Final[Mapping[str, str]] = {"network.growing": "network.neat"}
 # Path of a part's table -> old name of a setting -> new name.
-SETTINGS: Final[Mapping[str, Mapping[str, str]]] = {
+RENAMED_SETTINGS: Final[Mapping[str, Mapping[str, str]]] = {
     "cell_foragers": {
         "rate": "learning_rate",
         "hidden": "hidden_units",
@@ -186,21 +186,21 @@ SETTINGS: Final[Mapping[str, Mapping[str, str]]] = {
 def new_path(path: str) -> str | None:
     """Return the new dotted path of a renamed setting or table, and None for any other path."""
     table, _, name = path.rpartition(".")
-    table_now = TABLES.get(table, table)
-    name_now = SETTINGS.get(table_now, {}).get(name, name)
-    current = TABLES.get(path, f"{table_now}.{name_now}" if table else name)
+    table_now = RENAMED_TABLES.get(table, table)
+    name_now = RENAMED_SETTINGS.get(table_now, {}).get(name, name)
+    current = RENAMED_TABLES.get(path, f"{table_now}.{name_now}" if table else name)
     return None if current == path else current
 
 
 def new_name(kind: str, name: str) -> str | None:
     """Return the new name of a renamed part of a kind, and None for any other part."""
-    return PARTS.get(kind, {}).get(name)
+    return RENAMED_PARTS.get(kind, {}).get(name)
 
 
 def new_condition(name: str) -> str | None:
     """Return the new name of a renamed condition, with the map of `name`, and None for others."""
     condition, slash, map_name = name.partition("/")
-    current = CONDITIONS.get(condition)
+    current = RENAMED_CONDITIONS.get(condition)
     return None if current is None else f"{current}{slash}{map_name}"
 
 
@@ -230,7 +230,9 @@ def upgrade(tree: Mapping[str, Any], path: str = "") -> dict[str, Any]:
 
 
 def _upgrade_value(path: str, value: Any) -> Any:
-    current = new_name(CHOICES.get(path, ""), value) if isinstance(value, str) else None
+    current = (
+        new_name(KINDS_OF_RENAMED_PARTS.get(path, ""), value) if isinstance(value, str) else None
+    )
     return current or value
 
 

@@ -18,7 +18,7 @@ from baldwinlab.core import variables
 from baldwinlab.experiment.fields import ExperimentError, Fields
 
 # Tables and fields that describe the whole run: its size, its records and the layout of genomes.
-FIXED: Final = ("name", "model", "population", "record", "schedule", "network")
+FIXED_TABLES: Final = ("name", "model", "population", "record", "schedule", "network")
 FIXED_FIELDS: Final = ("evolution.generations", "evolution.founders", "lifetime.steps")
 
 
@@ -35,7 +35,7 @@ class Change(Fields, extra="allow"):
         return dict(self.model_extra or {})
 
 
-SCHEDULE: Any = Field(
+SCHEDULE_FIELD: Any = Field(
     (),
     max_length=1000,
     description="Settings that change at a generation. []: the settings hold for all generations.",
@@ -122,7 +122,7 @@ def _find_fixed_settings(changes: Sequence[Change]) -> Iterator[str]:
         if not change.settings:
             yield f"schedule.{number}: generation {change.generation} changes no setting"
         for path in change.settings:
-            if path.split(".")[0] in FIXED or path.startswith(FIXED_FIELDS):
+            if path.split(".")[0] in FIXED_TABLES or path.startswith(FIXED_FIELDS):
                 yield (
                     f"schedule.{number}: {path} cannot change during a run; settings of the world, "
                     "of learning and of evolution can"
@@ -142,7 +142,7 @@ def _require_same_layout(experiment: Any, changed: Any, generation: int) -> None
             f"{', '.join(modules)} with {changed.genome_length} genes, and those of the "
             f"experiment have {', '.join(experiment.modules)} with {experiment.genome_length}"
         )
-    if variables.of_record(changed).keys() != variables.of_record(experiment).keys():
+    if variables.record_variables(changed).keys() != variables.record_variables(experiment).keys():
         raise ExperimentError(
             f"schedule, generation {generation}: the runs would have other recorded variables"
         )
@@ -161,20 +161,20 @@ def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, A
     """
     replaced = dict(_flatten(changes))
     # Only the name of a part is a text, for example that of `learning.rule`.
-    sections = {_parent(path) for path, value in replaced.items() if isinstance(value, str)}
+    sections = {_parent_path(path) for path, value in replaced.items() if isinstance(value, str)}
     remaining = []
     for change in schedule:
         settings = {
             path: value
             for path, value in change.items()
-            if path not in replaced and _parent(_parent(path) or ".") not in sections
+            if path not in replaced and _parent_path(_parent_path(path) or ".") not in sections
         }
         if len(settings) > 1:
             remaining.append(settings)
     return remaining
 
 
-def _parent(path: str) -> str:
+def _parent_path(path: str) -> str:
     return path.rpartition(".")[0]
 
 

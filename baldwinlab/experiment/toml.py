@@ -75,7 +75,7 @@ def from_toml(text: str, where: str, lenient: bool = False) -> Experiment:
         If the text is no valid experiment.
     """
     tree = parse_tree(text, where)
-    with faults_in(where):
+    with name_source_in_errors(where):
         made: Experiment = validate(tree, lenient)
     return made
 
@@ -89,7 +89,7 @@ def parse_tree(text: str, where: str) -> dict[str, Any]:
 
 
 @contextmanager
-def faults_in(where: str) -> Iterator[None]:
+def name_source_in_errors(where: str) -> Iterator[None]:
     """Name a file in each line of an ExperimentError."""
     try:
         yield

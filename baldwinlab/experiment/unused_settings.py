@@ -15,19 +15,19 @@ from baldwinlab.experiment.miniworld import Experiment
 from baldwinlab.experiment.paths import look_up
 
 
-def idle_fields(experiment: BaseExperiment) -> dict[str, str]:
+def list_unused_settings(experiment: BaseExperiment) -> dict[str, str]:
     """Return the settings without effect in an experiment, with the reason of each."""
-    return _of_variation(experiment) | (
-        _of_foragers(experiment) if isinstance(experiment, Experiment) else {}
+    return _unused_mutation_settings(experiment) | (
+        _unused_miniworld_settings(experiment) if isinstance(experiment, Experiment) else {}
     )
 
 
-def idle_settings(
+def list_changed_unused_settings(
     experiment: BaseExperiment, origin: BaseExperiment | None = None
 ) -> dict[str, str]:
     """Return the settings without effect whose values differ from those of the origin."""
     origin = validate({"model": experiment.model}) if origin is None else origin
-    fields = idle_fields(experiment)
+    fields = list_unused_settings(experiment)
     return {
         path: why
         for path, why in fields.items()
@@ -35,7 +35,7 @@ def idle_settings(
     }
 
 
-def _of_variation(experiment: BaseExperiment) -> dict[str, str]:
+def _unused_mutation_settings(experiment: BaseExperiment) -> dict[str, str]:
     """Return the settings of mutation that the variation does not use."""
     name = experiment.evolution.variation
     part = experiment.part("evolution.variation")
@@ -49,7 +49,7 @@ def _of_variation(experiment: BaseExperiment) -> dict[str, str]:
     }
 
 
-def _of_foragers(experiment: Experiment) -> dict[str, str]:
+def _unused_miniworld_settings(experiment: Experiment) -> dict[str, str]:
     reasons: dict[str, str] = {}
     rule = f'learning.rule = "{experiment.learning.rule}"'
     if not experiment.learns:
@@ -84,13 +84,15 @@ def require_effect(
         With one line for every idle setting.
     """
     pairs = zip(experiments, origins or [None] * len(experiments), strict=True)
-    idle = [idle_settings(experiment, origin) for experiment, origin in pairs]
+    idle = [list_changed_unused_settings(experiment, origin) for experiment, origin in pairs]
     paths = [path for path in idle[0] if all(path in reasons for reasons in idle)]
     if paths:
-        raise ExperimentError("\n".join(describe_idle(path, idle[0][path]) for path in paths))
+        raise ExperimentError(
+            "\n".join(describe_unused_setting(path, idle[0][path]) for path in paths)
+        )
 
 
-def describe_idle(path: str, reason: str) -> str:
+def describe_unused_setting(path: str, reason: str) -> str:
     """Return the sentence about a setting without effect, such as with `learning.rule = "none"`."""
     choice = reason.partition(" = ")[0]
     return f"{path}: does nothing with {reason}; leave it out, or change {choice}"

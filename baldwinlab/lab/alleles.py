@@ -17,7 +17,7 @@ from baldwinlab.lab import Lab, MissingError, binary_frames, model_displays, stu
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.life_query import MAX_RESPONSE_BYTES
 from baldwinlab.lab.query import Query, read_number, read_text
-from baldwinlab.simulation.reevaluation import stored_genomes
+from baldwinlab.simulation.reevaluation import iterate_genomes
 from baldwinlab.simulation.replay import recompute_genomes
 
 
@@ -51,7 +51,7 @@ def pack_stored_frequencies(lab: Lab, query: Query) -> bytes:
     study_access.require_run(lab, study, name, run)
 
     def make() -> bytes:
-        genomes = stored_genomes(experiment, study.record(name, run))
+        genomes = iterate_genomes(experiment, study.record(name, run))
         frequencies = compute_allele_frequencies(experiment, genomes)
         return binary_frames.pack(_make_header(experiment, 0), {"share": frequencies})
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.class_builder import choosing_fields
-from baldwinlab.experiment.registry import BUILT_IN, key_of
+from baldwinlab.experiment.registry import BUILT_IN, table_name
 from baldwinlab.lab.schema import find_field, make_schema
 from baldwinlab.models.miniworld.backends.browser_layout import COMMON_INHERITANCES, ModuleLayout
 from baldwinlab.parts.networks import Network
@@ -110,7 +110,7 @@ def _list_compiled_fields(experiment: Experiment) -> Iterator[str]:
         for part in experiment.parts(path):
             if type(part).name not in BUILT_IN[kind]:
                 numeric = numeric_fields(type(part))
-                table = f"{path.rpartition('.')[0]}.{key_of(type(part).name)}"
+                table = f"{path.rpartition('.')[0]}.{table_name(type(part).name)}"
                 fields = type(part).model_fields
                 yield from (f"{table}.{name}" for name in fields if name not in numeric)
     constants = _format_layout(experiment)

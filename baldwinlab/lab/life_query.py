@@ -16,7 +16,7 @@ from baldwinlab.lab import Lab, MissingError, study_access
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.presets import load_preset
 from baldwinlab.lab.query import Query, read_number, read_text
-from baldwinlab.simulation.reevaluation import stored_genome
+from baldwinlab.simulation.reevaluation import restore_genomes
 from baldwinlab.simulation.replay import recompute_genomes, simulate_energy_before
 from baldwinlab.simulation.simulate import check_seed
 
@@ -165,7 +165,7 @@ def _find_stored_life(lab: Lab, query: Query, generation: int) -> Life:
 
     def load_start_data() -> StartData:
         record = study.record(name, run)
-        return StartData(stored_genome(experiment, record, generation), record.energy)
+        return StartData(restore_genomes(experiment, record, generation), record.energy)
 
     study_access.require_run(lab, study, name, run)
     return Life(experiment, GenerationKey(study.seed, run, generation), load_start_data)

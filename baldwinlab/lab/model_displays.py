@@ -22,7 +22,7 @@ def read_views(experiment: BaseExperiment) -> Mapping[str, View]:
 
 def describe_model(experiment: BaseExperiment) -> str:
     """Return the docstring of a model without a world, on one line."""
-    return " ".join((type(experiment.of_model).__doc__ or "").split())
+    return " ".join((type(experiment.model_part).__doc__ or "").split())
 
 
 def is_viewable(experiment: BaseExperiment) -> bool:

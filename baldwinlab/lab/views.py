@@ -22,7 +22,7 @@ from baldwinlab.lab import (
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.query import Query, read_number, read_text
 from baldwinlab.parts.views import GridView, MatrixView, View, ViewData, arrays_of
-from baldwinlab.simulation.reevaluation import stored_genome
+from baldwinlab.simulation.reevaluation import restore_genomes
 
 
 def make_routes(lab: Lab) -> list[BaseRoute]:
@@ -61,9 +61,9 @@ def pack_view(lab: Lab, query: Query) -> bytes:
         record = study.record(name, run)
         fittest_agent = int(record.energy.values[generation].argmax())
         agent = fittest_agent if requested_agent is None else requested_agent
-        genomes = stored_genome(experiment, record, generation)
+        genomes = restore_genomes(experiment, record, generation)
         data = view.of(
-            experiment.of_model, GenerationKey(study.seed, run, generation), genomes, agent
+            experiment.model_part, GenerationKey(study.seed, run, generation), genomes, agent
         )
         header = {
             "meaning": view.meaning,

@@ -27,7 +27,7 @@ class _ModelSimulator:
     """The simulator of a model that is a part."""
 
     def __init__(self, experiment: BaseExperiment, seed: int, runs: Sequence[int]) -> None:
-        self._model = experiment.of_model
+        self._model = experiment.model_part
         self._seed = seed
         self._runs = runs
 

@@ -241,12 +241,12 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
     def share_of_zero(self, experiment: Any) -> float:
         """Return the share of 0 among mutated alleles. It equals the share of 1."""
         if self.mutation_law == "founders":
-            return float((1 - experiment.of_model.initial_unset_share) / 2)
+            return float((1 - experiment.model_part.initial_unset_share) / 2)
         return 1 / 3
 
     def check(self, experiment: Any) -> None:
         has_shares = experiment.model != "miniworld" and hasattr(
-            experiment.of_model, "initial_unset_share"
+            experiment.model_part, "initial_unset_share"
         )
         if self.mutation_law == "founders" and not has_shares:
             raise ValueError(

@@ -29,7 +29,7 @@ from pydantic import Field, field_validator
 from baldwinlab.core.suggestions import list_names, suggest
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.factors import Factors
-from baldwinlab.experiment.fields import renamed
+from baldwinlab.experiment.fields import renamed_message
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.renamed import new_condition, upgrade
 from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, ClaimComparison, read_claims
@@ -154,7 +154,7 @@ class Paper:
                 return {"description": "the paper without changes"}
             current = new_condition(name)
             if current in (*self.names("conditions"), *self.names("controls")):
-                raise ExperimentError(renamed(name, current))
+                raise ExperimentError(renamed_message(name, current))
             raise ExperimentError(
                 f"there is no {kind.removesuffix('s')} {name!r}{suggest(name, names)}"
             )

@@ -27,9 +27,9 @@ from baldwinlab.experiment import (
     validate,
 )
 from baldwinlab.experiment.factors import Factors
-from baldwinlab.experiment.fields import renamed
+from baldwinlab.experiment.fields import renamed_message
 from baldwinlab.experiment.renamed import new_condition
-from baldwinlab.experiment.toml import faults_in, parse_tree
+from baldwinlab.experiment.toml import name_source_in_errors, parse_tree
 from baldwinlab.papers.paper import KINDS, STANDARD, Paper
 
 __all__ = ["KINDS", "changes", "describe", "factors", "load", "names", "paper"]
@@ -139,7 +139,7 @@ def _load_preset(text: str, variant: str) -> Experiment:
 def _unknown_name_error(name: str) -> ExperimentError:
     """Return the error for an unknown name, which says whether condition or map is wrong."""
     if current := new_condition(name):
-        return ExperimentError(renamed(name, current))
+        return ExperimentError(renamed_message(name, current))
     for candidate in papers.built_in().values():
         if candidate.lacks_map(name):
             return candidate.missing_map(name)
@@ -185,9 +185,9 @@ def _load_file(path: Path, chain: tuple[Path, ...] = ()) -> Loaded:
                 f"{path}: model = {tree['model']!r}: the base {base!r} is of the model "
                 f"{origin.model!r}; remove model, or choose another base"
             )
-        with faults_in(str(path)):
+        with name_source_in_errors(str(path)):
             return Loaded(origin.replace(**tree), origin)
-    with faults_in(str(path)):
+    with name_source_in_errors(str(path)):
         experiment: Experiment = validate(tree)
     if isinstance(experiment, Experiment) and "food" not in tree.get("world", {}):
         _warn_of_missing_food(experiment, path)
@@ -203,7 +203,7 @@ def _load_base(base: Any, path: Path, chain: tuple[Path, ...]) -> Experiment:
         paper_name, colon, name = base.rpartition(":")
         folder = path.parent / paper_name
         is_custom_paper = bool(colon) and folder.is_dir()
-        with faults_in(where):
+        with name_source_in_errors(where):
             return _load_preset(f"{folder}:{name}" if is_custom_paper else base, STANDARD)
     base_path = path.parent / base
     if base_path.resolve() in [file.resolve() for file in chain]:
@@ -211,7 +211,7 @@ def _load_base(base: Any, path: Path, chain: tuple[Path, ...]) -> Experiment:
         raise ExperimentError(f"{where}: the bases form a cycle: {cycle}")
     if len(chain) > MAX_BASES:
         raise ExperimentError(f"{where}: more than {MAX_BASES} files are based on each other")
-    with faults_in(where):
+    with name_source_in_errors(where):
         origin: Experiment = _load_file(base_path, chain).experiment
     return origin
 

@@ -87,7 +87,7 @@ def _code(experiment: BaseExperiment) -> tuple[Any, ...]:
     ]
     if isinstance(experiment, Experiment):
         return (*cpu.code_key(experiment), *evolution)
-    return (type(experiment.of_model), *evolution)
+    return (type(experiment.model_part), *evolution)
 
 
 def _shorten(experiment: BaseExperiment) -> BaseExperiment:

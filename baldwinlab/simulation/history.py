@@ -69,7 +69,7 @@ class History:
         agents that were born during a lifetime. The next generation can depend on them.
         """
         last = record.sizes["generation"] - 1
-        declared = variables.of_record(self.experiment)
+        declared = variables.record_variables(self.experiment)
         for name in declared.keys() - STRUCTURE:
             self._allocate(name, record[name].values)[:last] = record[name].values[:last]
         self._energy[:last] = record["energy"].values[:last]
@@ -159,7 +159,7 @@ class History:
         The dataset is bit-identical to the run of an experiment with this number of generations. It
         shares its arrays with the history: copy it if the simulation continues.
         """
-        return variables.from_storage(self.record())
+        return variables.as_run(self.record())
 
     def record(self) -> xr.Dataset:
         """Return the run in its storage form: the variables of `core.variables.of_record`."""
@@ -167,22 +167,24 @@ class History:
         arrays = {name: self.recorded_values(name) for name in self._records}
         arrays |= {"energy": self.energy, "parents": self.parents}
         experiment = self.experiment.replace(evolution={"generations": self.n_generations})
-        declared = variables.of_record(experiment)
-        attributes = provenance(experiment, self.seed, self.run)
-        dataset = variables.dataset(declared, arrays, attributes)
+        declared = variables.record_variables(experiment)
+        attributes = provenance_attributes(experiment, self.seed, self.run)
+        dataset = variables.make_dataset(declared, arrays, attributes)
         _, agents, _, weights = genomes.shape
         labelled = dataset.assign_coords(
             generation=np.arange(self.n_generations, dtype=np.int32),
             agent=np.arange(agents, dtype=np.int32),
-            parent=list(variables.PARENTS),
+            parent=list(variables.PARENT_NAMES),
             module=list(self.experiment.modules),
             weight=np.arange(weights, dtype=np.int32),
             kept_generation=np.array(list(self._saved_genomes), np.int32),
         )
-        return labelled.assign(variables.dataset(declared, {"kept_genome": genomes}, {}).data_vars)
+        return labelled.assign(
+            variables.make_dataset(declared, {"kept_genome": genomes}, {}).data_vars
+        )
 
 
-def provenance(experiment: BaseExperiment, seed: int, run: int) -> dict[str, Any]:
+def provenance_attributes(experiment: BaseExperiment, seed: int, run: int) -> dict[str, Any]:
     """Return the attributes that are required to reproduce a result."""
     return {
         "experiment": to_toml(experiment),

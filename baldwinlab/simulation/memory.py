@@ -16,61 +16,67 @@ from typing import Final
 import numpy as np
 
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.resources import NOTHING, Need, amount
-from baldwinlab.core.variables import PARENTS, RECORD, Variable, of_record, of_trace
+from baldwinlab.core.resources import NO_NEED, Need, format_bytes
+from baldwinlab.core.variables import (
+    PARENT_NAMES,
+    RECORD_VARIABLES,
+    Variable,
+    record_variables,
+    trace_variables,
+)
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.allocation import array_dimensions, state_bytes
 
 # Bytes of compiled code and of the compiler.
-ENGINE: Final = 200 * 2**20
+ENGINE_BYTES: Final = 200 * 2**20
 # Copies of the genomes of a batch: at birth, during learning, after learning, and of the offspring.
-GENOMES: Final = 4
+GENOME_COPIES: Final = 4
 # Copies of a record while it is stored: arrays, dataset, netCDF and bytes.
-STORING: Final = 4
+STORED_RECORD_COPIES: Final = 4
 # Copies of a record while it is read.
-READING: Final = 3
+READ_RECORD_COPIES: Final = 3
 # Copies of a trace while it is recorded.
-TRACING: Final = 3
+TRACE_COPIES: Final = 3
 # Copies of all records without genomes while they are concatenated.
-TABLES: Final = 3
+TABLE_COPIES: Final = 3
 # Bytes of a run in a list of tasks.
-A_RUN: Final = 64
+RUN_BYTES: Final = 64
 # Bytes of a file in addition to its variables and its experiment.
-HEADER: Final = 2300
+HEADER_BYTES: Final = 2300
 # Maximum size of a variable in a netCDF file of version 3, in bytes.
-LARGEST: Final = 2**31 - 1
+MAX_VARIABLE_BYTES: Final = 2**31 - 1
 
 # Experiments, each with its number of runs.
-Runs = Sequence[tuple[BaseExperiment, int]]
+PlannedRuns = Sequence[tuple[BaseExperiment, int]]
 
 
 def dimension_sizes(experiment: BaseExperiment) -> dict[str, int]:
     """Return the sizes of the dimensions of records and traces."""
-    sizes = _of_record(experiment)
+    sizes = _record_sizes(experiment)
     if isinstance(experiment, Experiment):
         sizes |= {"step": experiment.lifetime.steps, "item": array_dimensions(experiment)["items"]}
         sizes |= {"side": len(experiment.inputs), "action": len(experiment.actions)}
     return sizes
 
 
-def _of_record(experiment: BaseExperiment) -> dict[str, int]:
+def _record_sizes(experiment: BaseExperiment) -> dict[str, int]:
     """Return the sizes of the dimensions of records."""
     last = experiment.evolution.generations - 1
     every = experiment.record.genome_every
-    sizes = _of_table(experiment)
+    sizes = _table_sizes(experiment)
     sizes["module"] = len(experiment.modules)
     sizes["weight"] = experiment.genome_length
     sizes["kept_generation"] = last // every + 1 + (last % every > 0)
     return sizes
 
 
-def _of_table(experiment: BaseExperiment) -> dict[str, int]:
+def _table_sizes(experiment: BaseExperiment) -> dict[str, int]:
     """Return the sizes that do not depend on loaded parts."""
     return {
         "generation": experiment.evolution.generations,
         "agent": experiment.population.size,
-        "parent": len(PARENTS),
+        "parent": len(PARENT_NAMES),
     }
 
 
@@ -84,17 +90,17 @@ def variable_bytes(declared: Mapping[str, Variable], sizes: Mapping[str, int]) -
 
 def record_bytes(experiment: BaseExperiment) -> int:
     """Return the bytes of the variables of a record."""
-    return sum(variable_bytes(of_record(experiment), _of_record(experiment)).values())
+    return sum(variable_bytes(record_variables(experiment), _record_sizes(experiment)).values())
 
 
 def dataset_bytes(experiment: BaseExperiment) -> int:
     """Return the bytes of a run with the genomes of all generations, as `simulate` returns it."""
     sizes = dimension_sizes(experiment)
     omitted_generations = sizes["generation"] - sizes["kept_generation"]
-    return record_bytes(experiment) + omitted_generations * _genomes(experiment)
+    return record_bytes(experiment) + omitted_generations * _genome_bytes(experiment)
 
 
-def _genomes(experiment: BaseExperiment) -> int:
+def _genome_bytes(experiment: BaseExperiment) -> int:
     """Return the bytes of the genomes of one generation."""
     return variable_bytes(
         {"genome": Variable(("agent", "module", "weight"), np.float32, "", "")},
@@ -105,25 +111,27 @@ def _genomes(experiment: BaseExperiment) -> int:
 def simulation_bytes(experiment: BaseExperiment, worlds: int) -> int:
     """Return the memory for a generation of `worlds` parallel runs."""
     of_state = state_bytes(experiment, worlds) if isinstance(experiment, Experiment) else 0
-    return of_state + GENOMES * worlds * _genomes(experiment)
+    return of_state + GENOME_COPIES * worlds * _genome_bytes(experiment)
 
 
-def _batch(experiment: BaseExperiment, worlds: int) -> int:
+def _batch_bytes(experiment: BaseExperiment, worlds: int) -> int:
     """Return the memory for `worlds` parallel runs until they are stored."""
-    return simulation_bytes(experiment, worlds) + (worlds + STORING) * record_bytes(experiment)
+    return simulation_bytes(experiment, worlds) + (worlds + STORED_RECORD_COPIES) * record_bytes(
+        experiment
+    )
 
 
 def estimate_simulation(experiment: BaseExperiment) -> Need:
     """Estimate one run that is returned; its conversion to a dataset needs a second copy."""
     return Need(
-        ENGINE
+        ENGINE_BYTES
         + simulation_bytes(experiment, 1)
         + record_bytes(experiment)
         + 2 * dataset_bytes(experiment)
     )
 
 
-def estimate_runs(planned: Runs, workers: int, worlds: int) -> Need:
+def estimate_runs(planned: PlannedRuns, workers: int, worlds: int) -> Need:
     """Estimate runs that are simulated in batches and stored.
 
     Parameters
@@ -142,19 +150,19 @@ def estimate_runs(planned: Runs, workers: int, worlds: int) -> Need:
     """
     total = sum(runs for _, runs in planned)
     if not total:
-        return NOTHING
+        return NO_NEED
     size = max(1, min(worlds, total // workers))
     tasks = [
-        (_batch(experiment, min(size, runs)), -(-runs // size))
+        (_batch_bytes(experiment, min(size, runs)), -(-runs // size))
         for experiment, runs in planned
         if runs
     ]
     memory = largest_total(tasks, workers)
     # All experiments of a study have about the same length.
-    header = HEADER + len(to_toml(planned[0][0]).encode())
+    header = HEADER_BYTES + len(to_toml(planned[0][0]).encode())
     # A study also stores each experiment in a separate file.
     disk = sum(runs * (record_bytes(experiment) + header) + header for experiment, runs in planned)
-    return Need(ENGINE + memory + A_RUN * total, disk)
+    return Need(ENGINE_BYTES + memory + RUN_BYTES * total, disk)
 
 
 def largest_total(tasks: Iterable[tuple[int, int]], workers: int) -> int:
@@ -174,34 +182,40 @@ def largest_total(tasks: Iterable[tuple[int, int]], workers: int) -> int:
     return memory
 
 
-def estimate_tables(stored: Runs) -> Need:
+def estimate_tables(stored: PlannedRuns) -> Need:
     """Estimate one dataset of all stored runs without genomes, padded to the largest run."""
-    declared = {name: variable for name, variable in RECORD.items() if name != "kept_genome"}
+    declared = {
+        name: variable for name, variable in RECORD_VARIABLES.items() if name != "kept_genome"
+    }
     experiments = [experiment for experiment, runs in stored if runs]
     tables = [
-        sum(variable_bytes(declared, _of_table(experiment)).values()) for experiment in experiments
+        sum(variable_bytes(declared, _table_sizes(experiment)).values())
+        for experiment in experiments
     ]
     largest_record = 0
     # The size of a genome is unknown if a part is not loaded.
     with suppress(ExperimentError):
         largest_record = max(map(record_bytes, experiments), default=0)
     total_runs = sum(runs for _, runs in stored)
-    return Need(TABLES * max(tables, default=0) * total_runs + READING * largest_record)
+    return Need(
+        TABLE_COPIES * max(tables, default=0) * total_runs + READ_RECORD_COPIES * largest_record
+    )
 
 
 def estimate_replay(experiment: Experiment, lives: int = 1) -> Need:
     """Estimate traces of `lives` lifetimes, one of which is stored."""
-    trace = sum(variable_bytes(of_trace(experiment), dimension_sizes(experiment)).values())
+    trace = sum(variable_bytes(trace_variables(experiment), dimension_sizes(experiment)).values())
     return Need(
-        ENGINE + simulation_bytes(experiment, 1) + (lives + TRACING) * trace, trace + HEADER
+        ENGINE_BYTES + simulation_bytes(experiment, 1) + (lives + TRACE_COPIES) * trace,
+        trace + HEADER_BYTES,
     )
 
 
 def require_storable(declared: Mapping[str, Variable], sizes: Mapping[str, int], what: str) -> None:
     """Raise RefusedError if a variable exceeds the limit of a netCDF file."""
     for name, size in variable_bytes(declared, sizes).items():
-        if size > LARGEST:
+        if size > MAX_VARIABLE_BYTES:
             raise RefusedError(
-                f"{what}: {name} would take {amount(size)}, "
+                f"{what}: {name} would take {format_bytes(size)}, "
                 "and netCDF files hold at most 2 GiB of a variable"
             )

@@ -19,7 +19,7 @@ Lanes = slice | int  # agents of a batch, world after world
 Array = npt.NDArray[Any]
 
 # Functions that read a variable. The first axis of agents' variables is the lane.
-VARIABLES: Mapping[str, Callable[[Batch, Lanes], Array]] = {
+VARIABLE_READERS: Mapping[str, Callable[[Batch, Lanes], Array]] = {
     "x": lambda batch, lanes: batch.state.positions[0, lanes],
     "y": lambda batch, lanes: batch.state.positions[1, lanes],
     "heading": lambda batch, lanes: batch.state.heading[0, lanes],  # turns
@@ -89,7 +89,7 @@ class Series:
         """Store the result of `transform` as `dtype`, or unchanged without one."""
         self.times = times
         self.values: Array
-        self._read = VARIABLES[variable]
+        self._read = VARIABLE_READERS[variable]
         self._lanes = lanes
         self._dtype = dtype
         self._transform = transform

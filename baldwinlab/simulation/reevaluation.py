@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.core.variables import to_storage
+from baldwinlab.core.variables import as_record
 from baldwinlab.evolution import GenerationKey, Genome, fitness, make_generation, needs_simulation
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models import make_simulator
@@ -98,12 +98,12 @@ def _make_outcomes(
     return Outcomes(np.stack(fitness_of_runs), weights, has_learned_weights)
 
 
-def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: int) -> Genome:
+def restore_genomes(experiment: BaseExperiment, record: xr.Dataset, generation: int) -> Genome:
     """Return the genomes of a generation of a stored run, [agent, module, weight].
 
     Genomes that are not stored are recomputed from the last stored generation before.
     """
-    record = to_storage(record)
+    record = as_record(record)
     stored_generations = record["kept_generation"].values
     # The founders are always stored, so there is a generation before.
     index = int(np.searchsorted(stored_generations, generation, side="right")) - 1
@@ -117,15 +117,15 @@ def stored_genome(experiment: BaseExperiment, record: xr.Dataset, generation: in
     )
 
 
-def stored_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:
+def iterate_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:
     """Yield the genomes of each generation of a stored run, each recomputed from the one before."""
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
-    record = to_storage(record)
-    genome = stored_genome(experiment, record, 0)
+    record = as_record(record)
+    genome = restore_genomes(experiment, record, 0)
     stored_generations = set(record["kept_generation"].values.tolist())
     for generation in range(record.sizes["generation"]):
         if generation in stored_generations or needs_simulation(experiment):
-            genome = stored_genome(experiment, record, generation)
+            genome = restore_genomes(experiment, record, generation)
         else:
             genome, _ = make_generation(
                 experiment,

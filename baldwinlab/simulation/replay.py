@@ -10,7 +10,7 @@ import xarray as xr
 
 from baldwinlab.core import variables
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.resources import Need, require
+from baldwinlab.core.resources import Need, require_resources
 from baldwinlab.evolution import (
     GenerationKey,
     Genome,
@@ -23,7 +23,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.appearance import appearance_json, describe_appearance
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
-from baldwinlab.simulation.history import provenance
+from baldwinlab.simulation.history import provenance_attributes
 from baldwinlab.simulation.memory import estimate_replay, estimate_simulation
 from baldwinlab.simulation.recorder import Series, record_batch
 from baldwinlab.simulation.simulate import check_seed, simulate_batch
@@ -60,7 +60,8 @@ def replay(
     Returns
     -------
     xarray.Dataset
-        The variables of `baldwinlab.core.variables.TRACE`, with the dimensions `step` and `agent`.
+        The variables of `baldwinlab.core.variables.TRACE_VARIABLES`, with the dimensions `step` and
+        `agent`.
 
     Raises
     ------
@@ -76,7 +77,7 @@ def replay(
             f"generation = {generation} must be at least 0 and less than "
             f"{experiment.evolution.generations}"
         )
-    require(
+    require_resources(
         f"a lifetime of {experiment.name}",
         _need(experiment, 0 if energy is not None else generation),
         force=force,
@@ -123,7 +124,7 @@ def replay_genomes(
     check_seed(generation)
     _require_world(experiment)
     key = GenerationKey(seed, run, generation)
-    require(f"a lifetime of {experiment.name}", _need(experiment, 0), force=force)
+    require_resources(f"a lifetime of {experiment.name}", _need(experiment, 0), force=force)
     return _trace_lifetime(experiment, genome, key)
 
 
@@ -146,11 +147,11 @@ def _trace_lifetime(experiment: Experiment, genome: Genome, key: GenerationKey) 
     arrays["weight_birth"] = genome
     arrays["weight_death"] = genome.copy()
     arrays["weight_death"][:, 0, : current.weight_count] = batch.weights()[0]
-    attributes = provenance(experiment, seed, run) | {
+    attributes = provenance_attributes(experiment, seed, run) | {
         "generation": generation,
         "appearance": appearance_json(current),
     }
-    trace = variables.dataset(variables.of_trace(current), arrays, attributes)
+    trace = variables.make_dataset(variables.trace_variables(current), arrays, attributes)
     return trace.assign_coords(
         side=list(describe_appearance(current).inputs), module=list(current.modules)
     )
@@ -234,7 +235,9 @@ def _record(experiment: Experiment, batch: CpuBatch) -> dict[str, npt.NDArray[An
         "y": Series("y", before, agents),
         "heading": Series("heading", before, agents),
         "items": Series("items", before, agents),
-        "sensor": Series("inputs", after, agents, variables.of_trace(experiment)["sensor"].dtype),
+        "sensor": Series(
+            "inputs", after, agents, variables.trace_variables(experiment)["sensor"].dtype
+        ),
         "output": Series("outputs", after, agents),
         "action": Series("action", after, agents, np.int8),
         "eaten": Series("eaten_in_life", after, agents),

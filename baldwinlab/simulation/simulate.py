@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.core.errors import ArgumentError
-from baldwinlab.core.resources import require
+from baldwinlab.core.resources import require_resources
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.models import make_simulator
@@ -46,8 +46,8 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        The variables of `baldwinlab.core.variables.RUN`, with the dimensions `generation` and
-        `agent`. The attributes name the experiment, the seed and the versions.
+        The variables of `baldwinlab.core.variables.RUN_VARIABLES`, with the dimensions `generation`
+        and `agent`. The attributes name the experiment, the seed and the versions.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def simulate(
         The backend cannot be used on this machine, or too little memory is free.
     """
     require_effect([experiment])
-    require(experiment.name, estimate_simulation(experiment), force=force)
+    require_resources(experiment.name, estimate_simulation(experiment), force=force)
     return simulate_batch(experiment, seed, [run], choose_backend(backend))[0]
 
 

@@ -147,7 +147,8 @@ def read_longest(
     Returns
     -------
     xarray.Dataset or None
-        The variables of `baldwinlab.core.variables.RECORD`; None if no generation is stored.
+        The variables of `baldwinlab.core.variables.RECORD_VARIABLES`; None if no generation is
+        stored.
     """
     paths = (
         checkpoint_path(directory, experiment.name, run),

@@ -8,10 +8,10 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from baldwinlab.core.file_writing import write_exclusively
-from baldwinlab.core.files import PARTIAL, STUDY, is_local, require_inside_study
-from baldwinlab.core.output_paths import is_study, owner
+from baldwinlab.core.files import PARTIAL_SUFFIX, STUDY_FILE_NAME, is_local, require_inside_study
+from baldwinlab.core.output_paths import enclosing_study, is_study
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.factors import CONDITIONS, Factors, Kind
+from baldwinlab.experiment.factors import CONDITIONS, Factors, StudyKind
 from baldwinlab.experiment.file import require_files
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.studies import part_sources
@@ -27,7 +27,7 @@ def create_study(
     directory: Path,
     experiments: Sequence[Experiment],
     seed: int,
-    kind: Kind = CONDITIONS,
+    kind: StudyKind = CONDITIONS,
     *,
     factors: Mapping[str, Factors] = MappingProxyType({}),
     paper: str = "",
@@ -72,7 +72,7 @@ def create_study(
             raise StudyError(
                 f"no condition can be called {name!r}: a study has files with such endings"
             )
-    if is_local(directory) and (folder := owner(directory)):
+    if is_local(directory) and (folder := enclosing_study(directory)):
         raise StudyError(f"{directory} is inside the study {folder}. Choose another path.")
     is_new = False
     if not is_study(directory):
@@ -107,7 +107,7 @@ def _write_study(
         _write_experiment(directory, experiment)
     part_sources.save_sources(directory, sources)
     try:
-        write_exclusively(directory / STUDY, text.encode())
+        write_exclusively(directory / STUDY_FILE_NAME, text.encode())
     except FileExistsError:
         return False
     return True
@@ -136,7 +136,7 @@ def require_available(directory: Path) -> None:
 def _is_study_entry(entry: Path) -> bool:
     """Return whether an unfinished study, or a study inside it, can have created this entry."""
     is_entry = entry.name in ("runs", "parts", "founders")
-    return is_entry or entry.name.endswith(PARTIAL) or (entry / "runs").is_dir()
+    return is_entry or entry.name.endswith(PARTIAL_SUFFIX) or (entry / "runs").is_dir()
 
 
 def _require_same(

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Final
 
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import STUDY
+from baldwinlab.core.files import STUDY_FILE_NAME
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import CONDITIONS
 from baldwinlab.experiment.toml import to_toml
@@ -90,4 +90,4 @@ def _add_change(study: StudyStore, experiments: dict[str, Experiment], change: s
         changes=[*changes, change],
         sources=sources,
     )
-    write_atomically(study.directory / STUDY, add_checksum(text).encode())
+    write_atomically(study.directory / STUDY_FILE_NAME, add_checksum(text).encode())

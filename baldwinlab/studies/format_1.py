@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE, SWEEP, Factors, Kind
+from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE, SWEEP, Factors, StudyKind
 
 LEARNERS = {
     "evo", "evo+self-taught", "self-taught", "evo+costly-learning", "evo+drift",
@@ -25,7 +25,7 @@ VARIANTS = {
 }  # fmt: skip
 
 
-def kind_and_factors(directory: Path, names: Sequence[str]) -> tuple[Kind, dict[str, Factors]]:
+def kind_and_factors(directory: Path, names: Sequence[str]) -> tuple[StudyKind, dict[str, Factors]]:
     """Return the kind and the factors of a study of format 1 with these conditions."""
     if (directory / "sweep.toml").exists():
         return SWEEP, dict.fromkeys(names, Factors())

@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.core.files import parse_location
-from baldwinlab.core.variables import DIMENSIONS, PARENTS, RUN
+from baldwinlab.core.variables import DIMENSION_MEANINGS, PARENT_NAMES, RUN_VARIABLES
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.factors import coordinates
+from baldwinlab.experiment.factors import factor_coordinates
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.studies.store import StudyStore
 
@@ -30,12 +30,12 @@ def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) ->
     Returns
     -------
     xarray.Dataset
-        The variables of `baldwinlab.core.variables.RUN`, with the dimensions `condition`, `run`,
-        `generation` and `agent`. Missing values are NaN where conditions differ in their numbers of
-        runs, generations or agents. `experiment` is each condition as TOML. `learner`, `map` and
-        `variant` are coordinates of `condition` if a condition has them. Write `data["map"]`:
-        `data.map` is a method of xarray. The attributes of a variable are its `units` and
-        `long_name`.
+        The variables of `baldwinlab.core.variables.RUN_VARIABLES`, with the dimensions `condition`,
+        `run`, `generation` and `agent`. Missing values are NaN where conditions differ in their
+        numbers of runs, generations or agents. `experiment` is each condition as TOML. `learner`,
+        `map` and `variant` are coordinates of `condition` if a condition has them. Write
+        `data["map"]`: `data.map` is a method of xarray. The attributes of a variable are its
+        `units` and `long_name`.
 
     Raises
     ------
@@ -76,11 +76,11 @@ def concat_conditions(
     data = xr.concat(
         opened, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop"
     )
-    factors = coordinates([study.factors[name] for name in names])
+    factors = factor_coordinates([study.factors[name] for name in names])
     data = data.assign_coords(condition=list(names)).assign_coords(factors)
     for name in data.data_vars:
         data[name].attrs = _common_attributes(name, opened)
-    for name, meaning in DIMENSIONS.items():
+    for name, meaning in DIMENSION_MEANINGS.items():
         data[name].attrs = {"long_name": meaning}
     # The encoding of the records has integer types, which cannot store missing values.
     data = data.drop_encoding()
@@ -115,19 +115,19 @@ def make_empty_dataset(experiment: Experiment) -> xr.Dataset:
         "run": 0,
         "generation": experiment.evolution.generations,
         "agent": experiment.population.size,
-        "parent": len(PARENTS),
+        "parent": len(PARENT_NAMES),
     }
     names = (
         ("food_eaten", "energy", "parents")
         if isinstance(experiment, Experiment)
         else ("energy", "parents")
     )
-    arrays = {name: ("run", *RUN[name].dims) for name in names}
+    arrays = {name: ("run", *RUN_VARIABLES[name].dims) for name in names}
     empty = {
-        name: (dims, np.empty([sizes[dim] for dim in dims], RUN[name].dtype))
+        name: (dims, np.empty([sizes[dim] for dim in dims], RUN_VARIABLES[name].dtype))
         for name, dims in arrays.items()
     }
     coords = {
         dim: np.arange(size, dtype=np.int32) for dim, size in sizes.items() if dim != "parent"
     }
-    return xr.Dataset(empty, coords | {"parent": list(PARENTS)})
+    return xr.Dataset(empty, coords | {"parent": list(PARENT_NAMES)})

@@ -19,9 +19,15 @@ import xarray as xr
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import FileKind, is_local, read_bytes
-from baldwinlab.core.netcdf import DamagedError, attributes, from_bytes, to_bytes, verify
+from baldwinlab.core.netcdf import (
+    DamagedError,
+    decode_attributes,
+    from_bytes,
+    to_bytes,
+    verify_checksum,
+)
 from baldwinlab.core.output_paths import is_study
-from baldwinlab.core.variables import RECORD, to_storage
+from baldwinlab.core.variables import RECORD_VARIABLES, as_record
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.simulation.memory import record_bytes
@@ -49,7 +55,7 @@ class DamagedRecordError(StudyError):
 
 def encode(run: xr.Dataset) -> bytes:
     """Return the bytes of the record of a run."""
-    return to_bytes(to_storage(run))
+    return to_bytes(as_record(run))
 
 
 def require_record_identity(
@@ -127,7 +133,7 @@ def _is_declared(name: str, record: xr.Dataset) -> bool:
     variable = record.get(name)
     return (
         variable is not None
-        and variable.dims == RECORD[name].dims
+        and variable.dims == RECORD_VARIABLES[name].dims
         and variable.dtype.kind in NUMBERS
         and {*variable.dims} <= {*record.coords}
     )
@@ -160,7 +166,7 @@ def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int
     Returns
     -------
     xarray.Dataset
-        The variables of `baldwinlab.core.variables.RECORD`.
+        The variables of `baldwinlab.core.variables.RECORD_VARIABLES`.
 
     Raises
     ------
@@ -186,7 +192,7 @@ def read_attributes(
 ) -> dict[str, Any]:
     """Read the attributes of a record without its arrays. Raises as `read_record` does."""
     with _read_bytes(record_path(directory, experiment.name, run), experiment) as raw:
-        stored = attributes(raw)
+        stored = decode_attributes(raw)
         require_record_identity(stored, experiment, seed, run)
     return stored
 
@@ -209,7 +215,7 @@ def _read_bytes(path: Path, experiment: BaseExperiment) -> Iterator[bytes]:
             raw = read_bytes(path, kind)
         except ValueError as error:
             raise DamagedRecordError(str(error)) from None
-        verify(raw)
+        verify_checksum(raw)
         yield raw
     except FileNotFoundError:
         count = len(list(stored_runs(path.parent)))

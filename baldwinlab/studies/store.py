@@ -29,10 +29,10 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import append_line, require_writable_path, write_atomically
 from baldwinlab.core.files import (
     EXPERIMENT_FILE,
-    PARTIAL,
+    PARTIAL_SUFFIX,
     SESSIONS_FILE,
-    STUDY,
     STUDY_FILE,
+    STUDY_FILE_NAME,
     is_local,
     parse_toml,
     read_bytes,
@@ -40,7 +40,7 @@ from baldwinlab.core.files import (
 )
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.suggestions import suggest
-from baldwinlab.core.variables import from_storage
+from baldwinlab.core.variables import as_run
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.studies import part_sources
@@ -97,7 +97,7 @@ class StudyStore:
     def __init__(self, directory: Path) -> None:
         """Open the study. Raises StudyError if the directory holds no readable study."""
         self.directory = directory
-        path = directory / STUDY
+        path = directory / STUDY_FILE_NAME
         try:
             text = read_text_of_study(path, STUDY_FILE)
             facts = parse_toml(text)
@@ -196,7 +196,7 @@ class StudyStore:
         Returns
         -------
         xarray.Dataset
-            The variables of `baldwinlab.core.variables.RUN`.
+            The variables of `baldwinlab.core.variables.RUN_VARIABLES`.
 
         Raises
         ------
@@ -205,7 +205,7 @@ class StudyStore:
         """
         record = self.record(condition, run)
         if genomes:
-            return from_storage(record)
+            return as_run(record)
         return record.drop_dims("kept_generation").drop_vars(["module", "weight"])
 
     def record(self, condition: str, run: int) -> xr.Dataset:
@@ -242,7 +242,7 @@ class StudyStore:
         if not is_local(self.directory):
             return
         # A running writer renames its file within seconds, so files older than a minute are stale.
-        for leftover in self.directory.rglob(f".*{PARTIAL}"):
+        for leftover in self.directory.rglob(f".*{PARTIAL_SUFFIX}"):
             if time.time() - leftover.stat().st_mtime > 60:
                 leftover.unlink(missing_ok=True)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from baldwinlab.core.files import FileKind, is_local, read_text
 from baldwinlab.experiment import NAME_PATTERN
-from baldwinlab.experiment.factors import KINDS, SWEEP, Factors, Kind
+from baldwinlab.experiment.factors import STUDY_KINDS, SWEEP, Factors, StudyKind
 from baldwinlab.studies import format_1, part_sources
 from baldwinlab.studies.records import RUN_LIMIT
 
@@ -22,7 +22,9 @@ FORMAT = 3
 _SEAL = "# SHA-256 of the lines above, as they were when the study was made: "
 
 
-def kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, dict[str, Factors]]:
+def kind_and_factors(
+    facts: Mapping[str, Any], directory: Path
+) -> tuple[StudyKind, dict[str, Factors]]:
     """Return the kind and the factors in the content of `study.toml`.
 
     Raises KeyError or ValueError for invalid content.
@@ -37,8 +39,8 @@ def kind_and_factors(facts: Mapping[str, Any], directory: Path) -> tuple[Kind, d
             raise ValueError(
                 f"it has format {unknown}, and this version reads formats 1 to {FORMAT}"
             )
-    if kind not in KINDS:
-        raise ValueError(f"kind = {kind!r} must be one of {', '.join(KINDS)}")
+    if kind not in STUDY_KINDS:
+        raise ValueError(f"kind = {kind!r} must be one of {', '.join(STUDY_KINDS)}")
     for name in tables:
         if unknown := set(tables[name]) - set(Factors._fields):
             allowed = ", ".join(Factors._fields)
@@ -116,7 +118,7 @@ def describe_changes(changes: Sequence[str]) -> str:
 def format_study(
     names: Sequence[str],
     seed: int,
-    kind: Kind,
+    kind: StudyKind,
     *,
     factors: Mapping[str, Factors],
     paper: str,

@@ -196,7 +196,7 @@ def eat(setting: Setting, world: World, time: jax.Array, key: jax.Array) -> Worl
 
 
 def trace(setting: Setting, genomes: Genomes, seed: int) -> dict[str, Any]:
-    """Return one lifetime by step, with the names of `baldwinlab.core.variables.TRACE`."""
+    """Return one lifetime by step, with the names of `core.variables.TRACE_VARIABLES`."""
 
     def record(
         before: World, after: World, inputs: jax.Array, outputs: jax.Array, action: jax.Array

@@ -178,7 +178,7 @@ class Worlds:
 
 
 def trace(setting: Setting, genomes: Genomes, seed: int) -> dict[str, Any]:
-    """Return one lifetime by step, with the names of `baldwinlab.core.variables.TRACE`."""
+    """Return one lifetime by step, with the names of `core.variables.TRACE_VARIABLES`."""
     birth = np.asarray(genomes[:1], np.float32)
     worlds = Worlds(setting, birth, np.random.default_rng(seed))
     rows = []

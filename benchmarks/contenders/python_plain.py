@@ -192,7 +192,7 @@ class World:
 
 
 def trace(setting: Setting, genomes: Genomes, seed: int) -> dict[str, Any]:
-    """Return one lifetime by step, with the names of `baldwinlab.core.variables.TRACE`."""
+    """Return one lifetime by step, with the names of `core.variables.TRACE_VARIABLES`."""
     world = World(setting, genomes[0], Random(seed))
     names = ("x", "y", "heading", "item_x", "item_y", "sensor", "output", "action", "eaten")
     rows: dict[str, Any] = {name: [] for name in names}

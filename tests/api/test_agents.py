@@ -12,7 +12,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.experiment import Experiment, assign
-from baldwinlab.experiment.registry import packaged
+from baldwinlab.experiment.registry import package_parts
 
 SHORT = {
     "lifetime.steps": 200,
@@ -96,7 +96,7 @@ def test_a_network_gives_the_outputs_of_a_life_without_learning(
 
 def test_every_built_in_kind_of_network_is_tested() -> None:
     tested = {change.removeprefix("network.kind=") for changes in KINDS for change in changes}
-    assert set(packaged("network")) - tested == {"feed-forward"}
+    assert set(package_parts("network")) - tested == {"feed-forward"}
 
 
 def test_compiled_lives_give_the_same_outputs(study: bl.Study) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.core.variables import TRACE, dataset
+from baldwinlab.core.variables import TRACE_VARIABLES, make_dataset
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
@@ -59,7 +59,7 @@ CASES = {
 def test_every_step_of_a_contender_agrees_with_the_oracle(name: str, case: str) -> None:
     experiment = CASES[case]
     trace = contender(name).trace(from_experiment(experiment), genomes(experiment, seed=7), seed=7)
-    counts = Comparison(experiment, dataset(TRACE, trace, {})).compare()
+    counts = Comparison(experiment, make_dataset(TRACE_VARIABLES, trace, {})).compare()
     assert counts["eaten"] > 5 or case == "nothing to eat"
     assert counts["skipped"] < 0.15 * counts["steps"]
 

@@ -21,7 +21,7 @@ from rich.console import Console
 from baldwinlab import cli
 from baldwinlab.cli import lab
 from baldwinlab.core import console
-from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.lab.access import Access
 from baldwinlab.papers.presets import load
 from tests.lab.client import CLIENT, LabServer
@@ -70,7 +70,7 @@ def test_without_its_extra_the_lab_prints_the_installation_command(
 ) -> None:
     monkeypatch.setattr(lab, "find_spec", lambda name: None)
     message = refusal_message([], capsys, monkeypatch)
-    assert message == f"baldwinlab: {missing_extra('lab', 'the lab')}\n"
+    assert message == f"baldwinlab: {missing_extra_error('lab', 'the lab')}\n"
 
 
 def test_the_lab_listens_only_on_the_loopback_address() -> None:

@@ -11,8 +11,8 @@ from covertable import make
 
 from baldwinlab.experiment import assign, registry
 from baldwinlab.experiment.fields import ExperimentError
-from baldwinlab.experiment.registry import key_of
-from baldwinlab.experiment.unused_settings import idle_settings
+from baldwinlab.experiment.registry import table_name
+from baldwinlab.experiment.unused_settings import list_changed_unused_settings
 from baldwinlab.papers.presets import load
 from tests.worlds import make_small_experiment
 
@@ -38,28 +38,28 @@ SETTINGS_FOR_SMALL_MAP: Final[Mapping[str, Settings]] = {
     "walls": {"world.walls.boxes": [[70, 80, 20, 60]]},
 }
 BREEDING: Final = {
-    "evolution.selection": registry.packaged("selection"),
-    "evolution.variation": registry.packaged("variation"),
-    "evolution.inheritance": registry.packaged("inheritance"),
-    "evolution.fitness": registry.packaged("fitness"),
+    "evolution.selection": registry.package_parts("selection"),
+    "evolution.variation": registry.package_parts("variation"),
+    "evolution.inheritance": registry.package_parts("inheritance"),
+    "evolution.fitness": registry.package_parts("fitness"),
     "evolution.elite": [0, 2],
     "evolution.lamarckian_share": [0, 0.5],
     "evolution.mutation_gate": ["weight", "child"],
     "evolution.mutation_rate": [0.3, 1],
 }
 FORAGERS: Final = {
-    "senses.kinds": registry.packaged("sense"),
-    "motor.body": registry.packaged("body"),
-    "network.kind": registry.packaged("network"),
-    "learning.rule": registry.packaged("learning rule"),
-    "world.features": [NONE, *registry.packaged("world feature")],
+    "senses.kinds": registry.package_parts("sense"),
+    "motor.body": registry.package_parts("body"),
+    "network.kind": registry.package_parts("network"),
+    "learning.rule": registry.package_parts("learning rule"),
+    "world.features": [NONE, *registry.package_parts("world feature")],
     "lifetime.update": ["simultaneous", "sequential"],
     "learning.teacher": ["inherited", "shuffled", "fresh"],
     "learning.evolved_rate": [False, True],
     "network.biases": [False, True],
     "population.size": [5, 2, 17],
 }
-MODELS: Final = {"model": [name for name in registry.packaged("model") if name != "miniworld"]}
+MODELS: Final = {"model": [name for name in registry.package_parts("model") if name != "miniworld"]}
 DEFAULTS: Final = {
     "model": "nk-climbers",
     **{
@@ -116,8 +116,11 @@ def make_experiment(row: Settings) -> Any:
     """
     if "model" in row:
         name = row["model"]
-        fields = {**registry.find("model", name).check_settings, **SHORT_LIFETIMES.get(name, {})}
-        table = {key_of(name): fields} if fields else {}
+        fields = {
+            **registry.find_class("model", name).check_settings,
+            **SHORT_LIFETIMES.get(name, {}),
+        }
+        table = {table_name(name): fields} if fields else {}
         base = load(name).replace(
             population={"size": 5}, evolution={"generations": 3, "elite": 0}, **table
         )
@@ -129,7 +132,7 @@ def make_experiment(row: Settings) -> Any:
         if path != "model" and value != DEFAULTS.get(path)
     }
     experiment = assign(base, [f"{path}={value}" for path, value in _to_assignments(given).items()])
-    idle = idle_settings(experiment).keys() & row.keys()
+    idle = list_changed_unused_settings(experiment).keys() & row.keys()
     if idle:
         return make_experiment({path: value for path, value in row.items() if path not in idle})
     return experiment
@@ -169,7 +172,7 @@ def add_required_parts(row: Settings) -> Settings:
     if breeding & GRAPH_PARTS:
         row["network.kind"] = "neat"
     if row["network.kind"] == "neat":
-        needed = registry.find("network", "neat").required_settings
+        needed = registry.find_class("network", "neat").required_settings
         row |= {path: value for path, value in needed.items() if path != "evolution.selection"}
         row |= {
             "learning.teacher": "inherited",

@@ -12,7 +12,7 @@ import pytest
 
 import baldwinlab
 from baldwinlab.core import extras
-from baldwinlab.core.extras import installation_command, missing_extra, missing_packages
+from baldwinlab.core.extras import installation_command, missing_extra_error, missing_packages
 
 
 def record_installation(folder: Path, origin: dict[str, Any] | None) -> None:
@@ -90,14 +90,14 @@ def test_the_error_names_only_the_missing_packages(site_folder: Path) -> None:
     (site_folder / "numpy-2.dist-info" / "METADATA").write_text(
         "Metadata-Version: 2.1\nName: numpy\nVersion: 2\n"
     )
-    assert str(missing_extra("lab", "the lab")) == (
+    assert str(missing_extra_error("lab", "the lab")) == (
         "the lab needs the extra 'lab' (not installed: no-such-package): "
         'pip install "baldwinlab[lab]"'
     )
 
 
 def test_every_extra_with_a_purpose_is_declared() -> None:
-    assert extras.PURPOSES.keys() < extras.required_packages().keys()
+    assert extras.EXTRA_PURPOSES.keys() < extras.required_packages().keys()
 
 
 def test_only_one_module_formats_the_command() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify
+from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.records import encode
 from tests.small_studies import shorten_preset
@@ -17,7 +17,7 @@ def test_a_dataset_is_read_from_its_bytes_unchanged() -> None:
         {"height": ("person", np.arange(2.0))}, {"person": ["Ada", "B\u00e9la"]}, {"seed": 3}
     )
     raw = to_bytes(data)
-    verify(raw)
+    verify_checksum(raw)
     xr.testing.assert_identical(from_bytes(raw).assign_attrs(seed=3), data)
 
 
@@ -28,10 +28,10 @@ def test_a_change_of_any_byte_of_a_record_is_detected() -> None:
         damaged = bytearray(raw)
         damaged[position] ^= 1 << rng.integers(8)
         with pytest.raises(DamagedError):
-            verify(bytes(damaged))
+            verify_checksum(bytes(damaged))
     for length in (0, 10, len(raw) // 2, len(raw) - 1):
         with pytest.raises(DamagedError):
-            verify(raw[:length])
+            verify_checksum(raw[:length])
 
 
 @pytest.mark.parametrize("raw", [b"", b"CDF", b"nothing of the kind", b"CDF\x01" + b"\xff" * 400])

@@ -15,12 +15,12 @@ from baldwinlab.core import resources
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.resources import (
     Need,
-    amount,
     available_memory,
+    format_bytes,
     free_disk,
-    memory_of_groups,
+    free_memory_of_groups,
     peak_memory,
-    require,
+    require_resources,
 )
 
 GIB = 2**30
@@ -44,33 +44,33 @@ def write_cgroup(folder: Path, files: dict[str, str]) -> None:
 
 def available_in_cgroups(tmp_path: Path, membership: str) -> list[int]:
     (tmp_path / "membership").write_text(membership)
-    return list(memory_of_groups(tmp_path / "groups", tmp_path / "membership"))
+    return list(free_memory_of_groups(tmp_path / "groups", tmp_path / "membership"))
 
 
 def test_a_request_for_too_much_memory_is_refused_with_both_amounts(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(resources, "available_memory", lambda: 8 * GIB)
-    require("evo/A", Need(memory=8 * GIB))
+    require_resources("evo/A", Need(memory=8 * GIB))
     with pytest.raises(RefusedError) as refused:
-        require("evo/A", Need(memory=48 * 10**9))
+        require_resources("evo/A", Need(memory=48 * 10**9))
     assert str(refused.value) == (
         "evo/A: needs about 44.7 GiB of memory, but only 8.0 GiB are free on this machine. "
         "Reduce the request or add --force."
     )
-    require("evo/A", Need(memory=48 * 10**9), force=True)
+    require_resources("evo/A", Need(memory=48 * 10**9), force=True)
 
 
 def test_a_request_for_too_much_disk_space_is_refused_before_a_folder_is_created(
     tmp_path: Path,
 ) -> None:
     folder = tmp_path / "results" / "study"
-    require("runs: 3", Need(disk=1), folder)
+    require_resources("runs: 3", Need(disk=1), folder)
     with pytest.raises(
         RefusedError,
         match=r"runs: 3: needs about 1024\.0 TiB of disk, but only .* are free for .*study",
     ):
-        require("runs: 3", Need(disk=2**50 - 1), folder)
+        require_resources("runs: 3", Need(disk=2**50 - 1), folder)
     assert free_disk(folder) == pytest.approx(shutil.disk_usage(tmp_path).free, rel=0.1)
     assert not list(tmp_path.iterdir())
 
@@ -79,9 +79,9 @@ def test_unknown_free_disk_space_and_memory_are_not_checked(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     upath = pytest.importorskip("upath")
-    require("runs: 3", Need(disk=2**60), upath.UPath("memory://study"))
+    require_resources("runs: 3", Need(disk=2**60), upath.UPath("memory://study"))
     monkeypatch.setattr(resources, "available_memory", lambda: None)
-    require("evo/A", Need(memory=2**60))
+    require_resources("evo/A", Need(memory=2**60))
 
 
 @pytest.mark.skipif(
@@ -114,7 +114,7 @@ def test_a_control_group_provides_its_limit_minus_its_usage_without_file_caches(
 def test_a_missing_limit_or_missing_control_groups_give_no_value(tmp_path: Path) -> None:
     write_cgroup(tmp_path / "groups", CGROUP_V2 | {"memory.max": "max\n"})
     assert available_in_cgroups(tmp_path, "0::/\n") == []
-    assert list(memory_of_groups(tmp_path / "groups", tmp_path / "nothing")) == []
+    assert list(free_memory_of_groups(tmp_path / "groups", tmp_path / "nothing")) == []
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_a_missing_limit_or_missing_control_groups_give_no_value(tmp_path: Path)
     [(0, "0.0 bytes"), (1023, "1023.0 bytes"), (48 * 10**9, "44.7 GiB"), (10**102, "8.88e+86 PiB")],
 )
 def test_amounts_have_a_unit(count: int, text: str) -> None:
-    assert amount(count) == text
+    assert format_bytes(count) == text
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Python does not report peak memory")

@@ -12,7 +12,7 @@ from scipy.stats import chisquare
 
 from baldwinlab.evolution import GenerationKey, Genome, Parents, breed, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError, assign, registry
-from baldwinlab.experiment.unused_settings import idle_settings
+from baldwinlab.experiment.unused_settings import list_changed_unused_settings
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import Selection
 from baldwinlab.parts.breeding import ITSELF
@@ -22,7 +22,9 @@ from tests.worlds import make_small_experiment
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 5.0])
 # The four fittest agents. Agents 2 and 7 have the same fitness.
 BEST_FIRST = [5, 2, 7, 0]
-SCHEMES = [name for name in registry.packaged("selection") if name not in ("neutral", "species")]
+SCHEMES = [
+    name for name in registry.package_parts("selection") if name not in ("neutral", "species")
+]
 
 
 def experiment_of(elite: int, selection: str = "roulette", **changes: Any) -> Experiment:
@@ -120,7 +122,7 @@ def test_an_elite_larger_than_the_population_is_refused() -> None:
 
 def test_an_elite_is_an_unused_setting_if_genomes_are_not_inherited() -> None:
     experiment = assign(load("self-taught/A"), ["evolution.elite=1"])
-    assert "evolution.elite" in idle_settings(experiment)
+    assert "evolution.elite" in list_changed_unused_settings(experiment)
 
 
 @pytest.fixture

@@ -18,8 +18,8 @@ from baldwinlab.parts.part import overridden_hooks
 VARIATIONS_OF_ONE_MODEL = {"one-point-of-units": "cue-learners"}
 VARIATIONS = [
     name
-    for name in registry.packaged("variation")
-    if "vary" in overridden_hooks(registry.find("variation", name))
+    for name in registry.package_parts("variation")
+    if "vary" in overridden_hooks(registry.find_class("variation", name))
     and name not in VARIATIONS_OF_ONE_MODEL
 ]
 SETTINGS = [

@@ -393,7 +393,7 @@ def test_the_genomes_of_survivors_do_not_change_with_a_gene_pool() -> None:
 
 @pytest.mark.parametrize("name", NAMES["selection"])
 def test_parents_equal_the_oracle_for_any_fitness_and_number_of_agents(name: str) -> None:
-    part = registry.find("selection", name)
+    part = registry.find_class("selection", name)
     experiment = experiment_with(selection=name)
     if name == "best-copies":
         experiment = experiment.replace(evolution={"best_copies": {"two_parent_share": 0.3}})
@@ -408,14 +408,14 @@ def test_parents_equal_the_oracle_for_any_fitness_and_number_of_agents(name: str
 
 
 def test_the_parts_pass_the_quick_checks() -> None:
-    parts = [registry.find(kind, name) for kind, names in NAMES.items() for name in names]
+    parts = [registry.find_class(kind, name) for kind, names in NAMES.items() for name in names]
     findings = bl.check_part(parts, requirements=["fields", "limits", "arithmetic", "oracle"])
     assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))
 
 
 @pytest.mark.nightly
 def test_the_parts_pass_all_compiled_checks() -> None:
-    parts = [registry.find(kind, name) for kind, names in NAMES.items() for name in names]
+    parts = [registry.find_class(kind, name) for kind, names in NAMES.items() for name in names]
     findings = bl.check_part(
         parts,
         requirements=[

@@ -6,7 +6,7 @@ import tomllib
 from typing import Any
 
 from baldwinlab.experiment import BaseExperiment, validate
-from baldwinlab.experiment.html import html, rows
+from baldwinlab.experiment.html import format_html, iterate_rows
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import load
 
@@ -22,7 +22,7 @@ def field_paths(tree: Any, path: str = "") -> set[str]:
 
 def test_every_field_has_a_row_with_its_value_and_meaning() -> None:
     experiment = load("evo+self-taught/B")
-    rows_by_path = {row.path: row for row in rows(experiment)}
+    rows_by_path = {row.path: row for row in iterate_rows(experiment)}
     assert set(rows_by_path) == field_paths(tomllib.loads(to_toml(experiment))) | {"learning.steps"}
     # TOML has no null value.
     assert rows_by_path["learning.steps"].value == "not set"
@@ -33,7 +33,7 @@ def test_every_field_has_a_row_with_its_value_and_meaning() -> None:
 def test_changed_fields_are_listed_first_and_bold() -> None:
     experiment = load("evo/A").replace(network={"biases": True}, lifetime={"steps": 200})
     first, _, folded = experiment._repr_html_().partition("<details>")
-    assert [row.path for row in rows(experiment) if row.differs] == [
+    assert [row.path for row in iterate_rows(experiment) if row.differs] == [
         *("name", "world.food.0.x", "world.food.0.y", "network.biases", "lifetime.steps")
     ]
     for text in (
@@ -50,10 +50,17 @@ def test_changed_fields_are_listed_first_and_bold() -> None:
 
 def test_defaults_come_from_the_model_and_its_parts() -> None:
     guessing = load("guessing").replace(hinton_nowlan={"trials": 10})
-    assert [row.path for row in rows(guessing) if row.differs] == ["name", "hinton_nowlan.trials"]
-    assert {row.default for row in rows(guessing) if row.path == "population.size"} == {"1000"}
+    assert [row.path for row in iterate_rows(guessing) if row.differs] == [
+        "name",
+        "hinton_nowlan.trials",
+    ]
+    assert {row.default for row in iterate_rows(guessing) if row.path == "population.size"} == {
+        "1000"
+    }
     rewarded = load("evo/A").replace(learning={"rule": "crbp"})
-    assert "learning.crbp.punishment" in {row.path for row in rows(rewarded) if not row.differs}
+    assert "learning.crbp.punishment" in {
+        row.path for row in iterate_rows(rewarded) if not row.differs
+    }
 
 
 def test_an_experiment_with_a_missing_part_is_shown_with_its_values() -> None:
@@ -70,4 +77,4 @@ def test_an_experiment_with_a_missing_part_is_shown_with_its_values() -> None:
 def test_every_experiment_has_an_html_representation() -> None:
     for name in ("evo/A", "guessing"):
         experiment = load(name)
-        assert experiment._repr_html_() == html(experiment, name, experiment.model)
+        assert experiment._repr_html_() == format_html(experiment, name, experiment.model)

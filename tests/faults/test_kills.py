@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from baldwinlab.core.netcdf import verify
+from baldwinlab.core.netcdf import verify_checksum
 from baldwinlab.studies.store import StudyStore
 from tests.faults.amount import amount
 
@@ -129,7 +129,7 @@ def require_sound(folder: Path, expected: dict[str, bytes]) -> None:
     for name, content in reproducible_files(folder).items():
         # An exported trace has no checksum.
         if name.startswith("study/") and name.endswith(".nc"):
-            verify(content)
+            verify_checksum(content)
         assert name not in expected or content == expected[name], name
     for page in folder.rglob("*.html"):
         assert page.read_text().rstrip().endswith("</html>")

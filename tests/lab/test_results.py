@@ -12,7 +12,7 @@ import pytest
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.api.publish import lab_results
 from baldwinlab.core.netcdf import to_bytes
-from baldwinlab.core.variables import AS_EVOLVED
+from baldwinlab.core.variables import UNCHANGED_SETTING
 from baldwinlab.studies.open import open_runs
 from tests.analysis.assays.artificial_assays import assign_to_study, reaction
 from tests.lab.client import LabServer, get_error, get_json
@@ -78,7 +78,7 @@ def test_reaction_norms_are_the_medians_of_the_assay_with_the_evolved_value(
         food = assay["energy"].mean("agent")
         settings = [
             (assay["field"] == "world.food.0.count") & (assay["value"] == "10"),
-            assay["field"] == AS_EVOLVED,
+            assay["field"] == UNCHANGED_SETTING,
         ]
         medians = [float(food.where(setting, drop=True).median()) for setting in settings]
         assert count["norms"]["evo/A"]["median"][:2] == pytest.approx(medians)

@@ -13,7 +13,7 @@ import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import assign, registry, validate
 from baldwinlab.experiment.toml import from_toml, to_toml
-from baldwinlab.experiment.unused_settings import idle_settings
+from baldwinlab.experiment.unused_settings import list_changed_unused_settings
 from baldwinlab.parts import load_file
 from baldwinlab.simulation.simulate import simulate_histories
 
@@ -32,7 +32,7 @@ def load_example() -> Iterator[None]:
 
 
 def make_model(**fields: Any) -> Any:
-    return registry.find("model", "bit-strings")(**fields)
+    return registry.find_class("model", "bit-strings")(**fields)
 
 
 def simulate_strings(strings: list[list[float]], times: int = 1, **fields: Any) -> Any:
@@ -172,8 +172,10 @@ def test_a_mutation_setting_without_effect_is_refused(tmp_path: Path) -> None:
         match=r'^evolution.mutation_size: does nothing with evolution.variation = "one-point"',
     ):
         bl.run("bit-strings", runs=1, out=tmp_path / "out", set={"evolution.mutation_size": 0.5})
-    assert not idle_settings(make_small_experiment().replace(evolution={"mutation_rate": 0.5}))
+    assert not list_changed_unused_settings(
+        make_small_experiment().replace(evolution={"mutation_rate": 0.5})
+    )
     crossed = make_small_experiment().replace(
         evolution={"variation": "crossover", "mutation_rate": 0.1, "mutation_gate": "child"}
     )
-    assert not idle_settings(crossed)
+    assert not list_changed_unused_settings(crossed)

@@ -121,7 +121,7 @@ def test_the_change_of_a_normal_population_matches_theory(
         "slope_climbers.initial_std=0.3",
     ]
     experiment = assign(bl.load(f"{condition}/{name}"), changes)
-    slope = experiment.of_model
+    slope = experiment.model_part
     genomes = draw_genomes(experiment, GenerationKey(1, 0, 0))
     energy = slope.simulate(1, [0], 0, genomes[None]).energy[0]
     children, _ = breed(experiment, genomes, energy, GenerationKey(1, 0, 1))
@@ -140,7 +140,7 @@ def test_several_generations_follow_the_recursion() -> None:
         experiment = assign(
             bl.load(f"{condition}/convex"), ["population.size=10000", "evolution.generations=11"]
         )
-        slope = experiment.of_model
+        slope = experiment.model_part
         mean = slope.initial_mean
         variance = slope.initial_std**2
         for _ in range(10):

@@ -73,7 +73,7 @@ def test_a_changed_model_is_marked_in_the_study_report_claims_and_terminal(
     (study,) = Path("results").iterdir()
     assert study.name == "needle-hinton_nowlan.loci=4-population.size=30"
     experiments = StudyStore(study).experiments.values()
-    settings = {(condition.of_model.loci, condition.population.size) for condition in experiments}
+    settings = {(condition.model_part.loci, condition.population.size) for condition in experiments}
     assert settings == {(4, 30)}
     assert list(StudyStore(study).changes) == CHANGES
     assert report_heading(study) == "On needles: a changed model"

@@ -14,7 +14,7 @@ from baldwinlab import papers
 from baldwinlab.analysis.assays.criteria import load_criteria
 from baldwinlab.analysis.statistics.fitness import MEASURES
 from baldwinlab.analysis.statistics.rules import RULES
-from baldwinlab.core.variables import ASSAYS
+from baldwinlab.core.variables import ASSAY_VARIABLES
 from baldwinlab.papers import PaperError, presets
 from baldwinlab.papers.claims import OF_ALL
 from baldwinlab.papers.claims import RULES as RULE_DESCRIPTIONS
@@ -112,7 +112,7 @@ def test_the_default_paper_is_valid_and_complete() -> None:
 def test_papers_can_name_all_rules_measures_assays_and_criteria() -> None:
     assert RULE_DESCRIPTIONS.keys() == RULES.keys()
     assert set(OF_ALL) == {*MEASURES, "most"}
-    assert get_args(Assay) == tuple(ASSAYS)
+    assert get_args(Assay) == tuple(ASSAY_VARIABLES)
     assert set(get_args(Inference.model_fields["question"].annotation)) == {
         criterion.id for criterion in load_criteria()
     }

@@ -10,7 +10,7 @@ import pytest
 
 import baldwinlab
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.variables import of_record
+from baldwinlab.core.variables import record_variables
 from baldwinlab.experiment import BaseExperiment, assign
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.allocation import iterate_arrays, make_state, state_bytes
@@ -37,13 +37,13 @@ from baldwinlab.parts import load_file
 from baldwinlab.core.resources import peak_memory
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
-from baldwinlab.studies.store import create
+from baldwinlab.studies.creation import create_study
 from tests.small_studies import ignore_message, ignore_progress
 from baldwinlab.studies.run import find_missing_runs, run_study
 
 def of_runs(experiment):
     with tempfile.TemporaryDirectory() as folder:
-        study = create(Path(folder) / "study", [experiment], 0)
+        study = create_study(Path(folder) / "study", [experiment], 0)
         missing = find_missing_runs(study, 4, ignore_message)
         run_study(study, missing, 1, ignore_progress, ignore_message)
 
@@ -116,7 +116,7 @@ def test_memory_is_estimated_within_a_factor_of_two(
     # The first process may compile, which takes more memory than most simulations.
     measured = min(measure_peak_memory(task, experiment) for _ in range(2))
     # The estimate includes the memory of the compiler.
-    assert measured / 2 < estimates[task]().memory < 2 * measured + memory.ENGINE
+    assert measured / 2 < estimates[task]().memory < 2 * measured + memory.ENGINE_BYTES
 
 
 @pytest.mark.parametrize(
@@ -169,8 +169,8 @@ def test_the_sizes_of_runs_and_tables_are_the_sizes_of_their_variables(
     variables = tables.drop_vars("experiment").data_vars.values()
     table_bytes = sum(variable.nbytes for variable in variables)
     estimated = memory.estimate_tables([(experiment, 2)]).memory
-    reading = memory.READING * memory.record_bytes(experiment)
-    assert estimated - reading == memory.TABLES * table_bytes
+    reading = memory.READ_RECORD_COPIES * memory.record_bytes(experiment)
+    assert estimated - reading == memory.TABLE_COPIES * table_bytes
 
 
 def test_the_estimate_counts_only_the_runs_that_are_simulated_at_the_same_time() -> None:
@@ -180,7 +180,7 @@ def test_the_estimate_counts_only_the_runs_that_are_simulated_at_the_same_time()
     sequential = memory.estimate_runs([(large, 1), (small, 40)], workers=1, worlds=1).memory
     assert sequential < single_run + 10_000
     parallel = memory.estimate_runs([(large, 40)], workers=8, worlds=1).memory
-    assert parallel - memory.ENGINE > 7 * (single_run - memory.ENGINE)
+    assert parallel - memory.ENGINE_BYTES > 7 * (single_run - memory.ENGINE_BYTES)
     assert memory.estimate_runs([(large, 0)], workers=8, worlds=1) == (0, 0)
 
 
@@ -190,9 +190,9 @@ def test_a_record_larger_than_the_netcdf_limit_is_refused() -> None:
         RefusedError,
         match=r"mine: kept_genome would take 2\.7 GiB, and netCDF files hold at most 2 GiB",
     ):
-        memory.require_storable(of_record(large), memory.dimension_sizes(large), "mine")
+        memory.require_storable(record_variables(large), memory.dimension_sizes(large), "mine")
     memory.require_storable(
-        of_record(shorten_preset()), memory.dimension_sizes(shorten_preset()), "mine"
+        record_variables(shorten_preset()), memory.dimension_sizes(shorten_preset()), "mine"
     )
 
 

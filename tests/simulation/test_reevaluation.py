@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.simulation.reevaluation import reevaluate, stored_genome, stored_genomes
+from baldwinlab.simulation.reevaluation import iterate_genomes, reevaluate, restore_genomes
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from tests.worlds import make_small_experiment
@@ -55,5 +55,7 @@ def test_genomes_that_were_not_stored_are_recomputed(inherited: float) -> None:
     every = simulate(experiment, seed=3, run=1)
     some = simulate(experiment.replace(record={"genome_every": 4}), seed=3, run=1)
     for generation in range(6):
-        assert np.array_equal(stored_genome(experiment, some, generation), every.genome[generation])
-    assert np.array_equal(list(stored_genomes(experiment, some)), every.genome)
+        assert np.array_equal(
+            restore_genomes(experiment, some, generation), every.genome[generation]
+        )
+    assert np.array_equal(list(iterate_genomes(experiment, some)), every.genome)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.core.variables import TRACE
+from baldwinlab.core.variables import TRACE_VARIABLES
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from tests.small_studies import shorten_preset
@@ -30,8 +30,8 @@ def test_a_trace_is_identical_to_its_run(condition: str) -> None:
 
 def test_a_trace_contains_the_declared_variables() -> None:
     trace = replay(shorten_preset(), seed=1)
-    assert {*trace.data_vars, "action"} == set(TRACE)
-    for name, variable in TRACE.items():
+    assert {*trace.data_vars, "action"} == set(TRACE_VARIABLES)
+    for name, variable in TRACE_VARIABLES.items():
         assert trace[name].dims == variable.dims
         assert trace[name].dtype == variable.dtype
     assert trace.sizes["step"] == 300

@@ -10,7 +10,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, make_generation
 from baldwinlab.simulation.history import History
-from baldwinlab.simulation.reevaluation import reevaluate, stored_genome
+from baldwinlab.simulation.reevaluation import reevaluate, restore_genomes
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import continue_histories, simulate, simulate_histories
 
@@ -64,7 +64,7 @@ def test_a_scheduled_run_is_replayed_bred_again_and_continued_with_the_same_bits
     run = history.dataset()
     trace = replay(scheduled, seed=2, generation=4, energy=run["energy"])
     np.testing.assert_array_equal(trace["eaten"].sum("step").values, run["food_eaten"].values[4])
-    genome = stored_genome(scheduled, run, 4)
+    genome = restore_genomes(scheduled, run, 4)
     np.testing.assert_array_equal(genome[:, :1], trace["weight_birth"].values)
     (part,) = simulate_histories(scheduled.replace(evolution={"generations": 4}), 2, [0])
     continued = History(scheduled, 2, 0, part.record())

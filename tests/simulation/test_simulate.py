@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.core.variables import RUN
+from baldwinlab.core.variables import RUN_VARIABLES
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.simulate import simulate, simulate_batch, simulate_histories
@@ -19,8 +19,8 @@ from tests.small_studies import shorten_preset
 
 def test_a_run_contains_the_declared_variables_with_dimensions_types_and_units() -> None:
     run = simulate(shorten_preset(), seed=1)
-    assert set(run.data_vars) == set(RUN)
-    for name, variable in RUN.items():
+    assert set(run.data_vars) == set(RUN_VARIABLES)
+    for name, variable in RUN_VARIABLES.items():
         assert run[name].dims == variable.dims
         assert run[name].dtype == variable.dtype
         assert run[name].attrs["units"] == variable.unit

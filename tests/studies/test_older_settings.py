@@ -10,7 +10,13 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.experiment import Experiment, ExperimentError, assign, validate
-from baldwinlab.experiment.renamed import PARTS, SETTINGS, TABLES, new_path, upgrade
+from baldwinlab.experiment.renamed import (
+    RENAMED_PARTS,
+    RENAMED_SETTINGS,
+    RENAMED_TABLES,
+    new_path,
+    upgrade,
+)
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.file import read, read_stored
 from tests.commands import Command
@@ -95,7 +101,9 @@ def test_a_stored_sweep_is_read_with_current_names(tmp_path: Path) -> None:
     assert sweep.fixed == {"network.neat.sigmoid_slope": 3.0}
 
 
-RENAMED = [(table, old, new) for table, names in SETTINGS.items() for old, new in names.items()]
+RENAMED = [
+    (table, old, new) for table, names in RENAMED_SETTINGS.items() for old, new in names.items()
+]
 
 
 @pytest.mark.parametrize(("table", "old", "new"), RENAMED)
@@ -126,9 +134,11 @@ def test_an_assignment_with_an_old_name_is_refused(settings: list[str], sentence
         assign(bl.load("evo/A"), settings)
 
 
-@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("table", RENAMED_TABLES)
 def test_a_file_with_an_old_table_is_refused(table: str) -> None:
     section, _, name = table.partition(".")
-    kind = next(names[name] for names in PARTS.values() if name in names)
-    with pytest.raises(ExperimentError, match=f"^{table} was renamed to {TABLES[table]}: use"):
+    kind = next(names[name] for names in RENAMED_PARTS.values() if name in names)
+    with pytest.raises(
+        ExperimentError, match=f"^{table} was renamed to {RENAMED_TABLES[table]}: use"
+    ):
         validate({section: {"kind": kind, name: {"steepness": 2.0}}})

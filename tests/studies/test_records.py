@@ -15,7 +15,7 @@ import xarray as xr
 from scipy.io import netcdf_file
 
 from baldwinlab.core.netcdf import from_bytes, to_bytes
-from baldwinlab.core.variables import from_storage
+from baldwinlab.core.variables import as_run
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies import records
 from baldwinlab.studies.creation import create_study
@@ -36,7 +36,7 @@ from tests.small_studies import (
 def test_a_run_is_read_from_its_record_unchanged() -> None:
     for stride in (1, 2, 100):
         run = simulate(shorten_preset().replace(record={"genome_every": stride}), seed=2**31 - 1)
-        xr.testing.assert_identical(from_storage(from_bytes(encode(run))), run)
+        xr.testing.assert_identical(as_run(from_bytes(encode(run))), run)
 
 
 def test_a_record_can_be_read_with_scipy(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import xarray as xr
 
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
-from baldwinlab.experiment.registry import key_of
+from baldwinlab.experiment.registry import table_name
 
 
 def evolves_and_learns(experiment: BaseExperiment, innate: xr.Dataset | None) -> bool:
@@ -49,7 +49,7 @@ def _is_without_learning(experiment: BaseExperiment, candidate: BaseExperiment) 
         return bool(control == candidate.to_dict())
     # The model is not loaded.
     except ExperimentError:
-        key = key_of(experiment.model)
+        key = table_name(experiment.model)
         tree = experiment.to_dict()
         candidate_tree = candidate.to_dict()
         shared = {"name": experiment.name, key: tree[key]}

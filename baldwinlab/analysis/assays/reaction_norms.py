@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.assays.values import parse_experiments, read_factors
-from baldwinlab.core.variables import AS_EVOLVED
-from baldwinlab.experiment.paths import name_of
+from baldwinlab.core.variables import UNCHANGED_SETTING
+from baldwinlab.experiment.paths import short_name
 
 
 class Panel(NamedTuple):
@@ -60,7 +60,7 @@ def make_reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
         values = tuple(sorted(distinct, key=_sort_key))
         return Panel(
             field,
-            name_of(field, *experiments.values()),
+            short_name(field, *experiments.values()),
             map_name,
             values,
             frozenset(evolved.values()),
@@ -71,7 +71,7 @@ def make_reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
         str(field)
         for data in stored.values()
         for field in data["field"].values
-        if field != AS_EVOLVED
+        if field != UNCHANGED_SETTING
     )
     distinct_maps = dict.fromkeys(maps.values())
     return [make_panel(field, map_name) for field in fields for map_name in distinct_maps]
@@ -100,8 +100,8 @@ def _read_norm(data: xr.Dataset, field: str, evolved: str) -> dict[str, xr.DataA
     norm = {}
     settings = zip(data["field"].values, data["value"].values, strict=True)
     for number, (name, value) in enumerate(settings):
-        if name in (field, AS_EVOLVED):
-            label = evolved if name == AS_EVOLVED else str(value)
+        if name in (field, UNCHANGED_SETTING):
+            label = evolved if name == UNCHANGED_SETTING else str(value)
             norm[label] = fitness.isel(setting=number)
     return norm if len(norm) > 1 else {}
 

@@ -13,7 +13,13 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from baldwinlab.core.variables import AS_EVOLVED, EVOLVED, LIVES, NEWBORNS, RANDOM
+from baldwinlab.core.variables import (
+    EVOLVED_NEWBORNS,
+    LIFE_KINDS,
+    NEUTRAL_NEWBORNS,
+    RANDOM_NEWBORNS,
+    UNCHANGED_SETTING,
+)
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
@@ -64,7 +70,7 @@ def mean_fitness(innate: xr.Dataset) -> xr.DataArray:
     xr.DataArray
         Fitness (run, generation, life), NaN for kinds of life that were not simulated.
     """
-    return innate["energy"].mean("agent").reindex(life=list(LIVES))
+    return innate["energy"].mean("agent").reindex(life=list(LIFE_KINDS))
 
 
 def weight_distances(innate: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -110,7 +116,7 @@ def count_steps(within_life: xr.Dataset) -> int:
 
 def latest_newborns(within_life: xr.Dataset) -> str:
     """Return the newborns of the latest measured generation, or "" if there are none."""
-    generations = [str(name) for name in within_life["newborns"].values if name != RANDOM]
+    generations = [str(name) for name in within_life["newborns"].values if name != RANDOM_NEWBORNS]
     return max(generations, key=lambda name: int(name.split()[-1]), default="")
 
 
@@ -160,7 +166,7 @@ def _split_windows(values: xr.DataArray, last: int) -> dict[str, xr.DataArray]:
 
 def _innate_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     for window, fitness in _split_windows(mean_fitness(data), last).items():
-        fitness_by_life = {name: fitness.sel(life=name) for name in LIVES}
+        fitness_by_life = {name: fitness.sel(life=name) for name in LIFE_KINDS}
         average = {name: values.mean("generation") for name, values in fitness_by_life.items()}
         for name, values in average.items():
             yield (name, window), values
@@ -180,7 +186,7 @@ def _innate_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 def _neutral_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     energy = _split_windows(data["energy"], last)["last"].mean(("agent", "generation"))
-    for newborns in NEWBORNS:
+    for newborns in NEUTRAL_NEWBORNS:
         off = energy.sel(newborns=newborns, life="off")
         on = energy.sel(newborns=newborns, life="on")
         yield ("off, neutral assay", newborns), off
@@ -190,7 +196,10 @@ def _neutral_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]
 
 def _within_life_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     steps = count_steps(data)
-    for agents, name in ((RANDOM, RANDOM), (EVOLVED, latest_newborns(data))):
+    for agents, name in (
+        (RANDOM_NEWBORNS, RANDOM_NEWBORNS),
+        (EVOLVED_NEWBORNS, latest_newborns(data)),
+    ):
         # No generation was measured if `name` is "".
         if name not in data["newborns"].values:
             continue
@@ -215,16 +224,18 @@ def _reaction_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues
     fitness = data["energy"].mean("agent")
     settings = zip(data["field"].values, data["value"].values, strict=True)
     names = [name_setting(field, value) for field, value in settings]
-    base = fitness.isel(setting=names.index(AS_EVOLVED)) if AS_EVOLVED in names else None
+    base = (
+        fitness.isel(setting=names.index(UNCHANGED_SETTING)) if UNCHANGED_SETTING in names else None
+    )
     for number, name in enumerate(names):
         yield ("setting", name), fitness.isel(setting=number)
-        if base is not None and name != AS_EVOLVED:
+        if base is not None and name != UNCHANGED_SETTING:
             yield ("setting, relative", name), compute_share(fitness.isel(setting=number), base)
 
 
 def name_setting(field: str, value: str) -> str:
     """Return the name of a changed setting, or of the setting of evolution."""
-    return AS_EVOLVED if field == AS_EVOLVED else f"{field} = {value}"
+    return UNCHANGED_SETTING if field == UNCHANGED_SETTING else f"{field} = {value}"
 
 
 def _descent_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:

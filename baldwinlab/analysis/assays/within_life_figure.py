@@ -20,7 +20,7 @@ from baldwinlab.analysis.assays.panels import (
 from baldwinlab.analysis.assays.values import Assays, count_steps
 from baldwinlab.analysis.figures.style import LINE_STYLES, MARKERS, SeriesStyle, styled
 from baldwinlab.analysis.palette import NEWBORN_COLORS
-from baldwinlab.core.variables import RANDOM
+from baldwinlab.core.variables import RANDOM_NEWBORNS
 
 NEWBORN_STYLES: Final = [
     SeriesStyle(color, line, marker)
@@ -81,7 +81,7 @@ def _draw_first_meals(axes: Axes, first_meals: np.ndarray, steps: int, style: Se
 def _sort_newborns(data: xr.Dataset) -> list[str]:
     """Return the kinds of newborns: random genomes first, then by generation."""
     names = [str(name) for name in data["newborns"].values]
-    return sorted(names, key=lambda name: -1 if name == RANDOM else int(name.split()[-1]))
+    return sorted(names, key=lambda name: -1 if name == RANDOM_NEWBORNS else int(name.split()[-1]))
 
 
 def _compute_meal_rate(eaten: xr.DataArray, steps: int) -> xr.DataArray:

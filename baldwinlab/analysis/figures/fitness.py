@@ -24,7 +24,7 @@ from baldwinlab.analysis.figures.style import (
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
-from baldwinlab.experiment.factors import of_study
+from baldwinlab.experiment.factors import read_factors
 
 # Brackets above each other. More would hide the boxes.
 MAX_BRACKETS = 6
@@ -46,7 +46,7 @@ class PlottedCondition(NamedTuple):
 
 def plotted_conditions(dataset: xr.Dataset) -> list[PlottedCondition]:
     """Return the conditions in the order of the study; a learner looks the same on every map."""
-    factors = of_study(dataset)
+    factors = read_factors(dataset)
     learners = list(dict.fromkeys(levels.learner for levels in factors.values()))
     return [
         PlottedCondition(

@@ -9,7 +9,7 @@ from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figure_data import format_replay_command, tabulate_generations
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.factors import of_study
+from baldwinlab.experiment.factors import read_factors
 from baldwinlab.papers import load
 
 
@@ -18,7 +18,7 @@ def draw_maps(report: ReportData) -> ReportFigure | None:
     conditions = select_foragers(report.experiments)
     if not conditions:
         return None
-    titles = title_worlds(conditions, of_study(report.data))
+    titles = title_worlds(conditions, read_factors(report.data))
     worlds = {title: conditions[name].world for title, name in titles.items()}
     looks = {title: report.looks[name] for title, name in titles.items() if name in report.looks}
     starts = [
@@ -74,7 +74,7 @@ def draw_networks(report: ReportData) -> ReportFigure | None:
     paper = report.paper or load()
     experiments = select_foragers(report.experiments)
     kinds: dict[str, figures.AgentKind] = {}
-    for name, factors in of_study(report.data).items():
+    for name, factors in read_factors(report.data).items():
         if name in report.looks and name in experiments:
             kind = _make_kind(factors.learner, experiments[name], report.looks[name])
             kinds.setdefault(factors.learner, kind)

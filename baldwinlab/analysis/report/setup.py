@@ -12,7 +12,7 @@ from baldwinlab.analysis.report.content import count_runs, format_range, select_
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.analysis.report.settings import describe_variant
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.factors import Factors, of_study
+from baldwinlab.experiment.factors import Factors, read_factors
 from baldwinlab.papers import Paper
 
 # Above this number of conditions, a report lists learners and maps instead of conditions.
@@ -45,7 +45,7 @@ def summarize_setup(
     variants = [describe_variant(experiment, paper) for experiment in foraging] if paper else []
     models = ", ".join(dict.fromkeys(experiment.model for experiment in experiments))
     rows = [
-        *describe_conditions(of_study(data)),
+        *describe_conditions(read_factors(data)),
         ("models", "" if models == "miniworld" else models),
         ("runs per condition", format_range(count_runs(data).values())),
         (

@@ -19,7 +19,7 @@ from baldwinlab.analysis.statistics.sample_sizes import (
     describe_too_few,
     smallest_corrected_p,
 )
-from baldwinlab.experiment.factors import Factors, of_study
+from baldwinlab.experiment.factors import Factors, read_factors
 
 COMPARED_MEASURES = ("mean", "best")
 COMPARISON_COLUMNS = (
@@ -160,7 +160,7 @@ def compare_conditions(dataset: xr.Dataset, last: int = 10, baseline: str = "") 
     ValueError
         If `last` is below 1.
     """
-    return compare_final_values(final_values(dataset, last), of_study(dataset), last, baseline)
+    return compare_final_values(final_values(dataset, last), read_factors(dataset), last, baseline)
 
 
 def compare_final_values(

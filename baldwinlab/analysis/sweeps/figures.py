@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 
-from baldwinlab.analysis.figures.style import BLACK, BLUE, GRAY, FIGURE_WIDTH, styled
+from baldwinlab.analysis.figures.style import BLACK, BLUE, FIGURE_WIDTH, GRAY, styled
 from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.analysis import Group, Response
 

@@ -10,7 +10,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import PATHS, PartGroup
 from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.experiment.registry import key_of
+from baldwinlab.experiment.registry import table_name
 from baldwinlab.parts.part import Part
 
 
@@ -100,5 +100,5 @@ def _outside(part: type[Part]) -> Iterator[tuple[str, float]]:
 def _table(part: type[Part]) -> str:
     """Return the dotted path of the table of a part."""
     if part.kind == "model":
-        return key_of(part.name)
-    return f"{PATHS[part.kind].rpartition('.')[0]}.{key_of(part.name)}"
+        return table_name(part.name)
+    return f"{PATHS[part.kind].rpartition('.')[0]}.{table_name(part.name)}"

@@ -15,7 +15,7 @@ import numpy as np
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import BaseExperiment, Experiment, assign, validate
 from baldwinlab.experiment.class_builder import choosing_fields
-from baldwinlab.experiment.registry import key_of
+from baldwinlab.experiment.registry import table_name
 from baldwinlab.models.miniworld.allocation import make_state
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.model_part import Model
@@ -130,7 +130,7 @@ def _group_of_model(
     settings: dict[str, Any] = {"model": model.name, **COMMON_SETTINGS}
     settings["evolution"] = {"generations": 2} | {part.kind: part.name for part in breeding}
     if model.check_settings:
-        settings[key_of(model.name)] = dict(model.check_settings)
+        settings[table_name(model.name)] = dict(model.check_settings)
     return PartGroup((model, *breeding), validate(settings), seed)
 
 

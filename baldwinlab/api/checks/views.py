@@ -26,9 +26,9 @@ def check_views(group: PartGroup) -> str:
     FailsError
         If a view is invalid.
     """
-    if is_of_miniworld(group.experiment) or not group.experiment.of_model.views:
+    if is_of_miniworld(group.experiment) or not group.experiment.model_part.views:
         return "it declares none"
-    model = group.experiment.of_model
+    model = group.experiment.model_part
     key = GenerationKey(group.seed, 0, 0)
     genomes = draw_genomes(group.experiment, key)
     for name, view in model.views.items():

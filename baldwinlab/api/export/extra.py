@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.extras import missing_extra_error
 
 
 @contextmanager
@@ -25,4 +25,4 @@ def require_extra(feature: str) -> Iterator[None]:
     try:
         yield
     except ImportError:
-        raise missing_extra("exchange", feature) from None
+        raise missing_extra_error("exchange", feature) from None

@@ -17,8 +17,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab._version import __version__
-from baldwinlab.core.variables import DIMENSIONS, OF_AGENT
-from baldwinlab.experiment.factors import SWEEP, coordinates
+from baldwinlab.core.variables import DIMENSION_MEANINGS, OF_AGENT
+from baldwinlab.experiment.factors import SWEEP, factor_coordinates
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_path
 
@@ -170,7 +170,7 @@ def _labels(study: StudyStore) -> dict[str, dict[str, Label]]:
     columns: dict[str, Any] = {"condition": names}
     columns |= {
         name: values
-        for name, (_, values) in coordinates([study.factors[name] for name in names]).items()
+        for name, (_, values) in factor_coordinates([study.factors[name] for name in names]).items()
     }
     if study.kind == SWEEP:
         columns |= settings_by_path(study)
@@ -182,11 +182,11 @@ def _labels(study: StudyStore) -> dict[str, dict[str, Label]]:
 
 def _index_columns() -> Iterator[Column]:
     for name in KEY[1:]:
-        yield Column(name, np.dtype(np.int32), "", DIMENSIONS[name])
+        yield Column(name, np.dtype(np.int32), "", DIMENSION_MEANINGS[name])
 
 
 def _meaning(name: str) -> str:
-    return DIMENSIONS.get(name) or f"the condition's {name}"
+    return DIMENSION_MEANINGS.get(name) or f"the condition's {name}"
 
 
 def _columns(variable: xr.DataArray) -> Iterator[tuple[str, npt.NDArray[Any]]]:

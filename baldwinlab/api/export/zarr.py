@@ -16,7 +16,7 @@ from baldwinlab.api.export.extra import require_extra
 from baldwinlab.api.export.table import MARK
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path
-from baldwinlab.core.output_paths import owner
+from baldwinlab.core.output_paths import enclosing_study
 from baldwinlab.core.variables import OF_AGENT
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.studies.open import concat_conditions, make_empty_dataset
@@ -79,7 +79,7 @@ def write_zarr(study: StudyStore, path: Path) -> None:
     with require_extra("a Zarr store"):
         import zarr
         from zarr.storage import LocalStore
-    if folder := owner(path):
+    if folder := enclosing_study(path):
         raise RefusedError(f"--out {path} is inside the study {folder}. Choose another path.")
     if not path.parent.is_dir():
         raise RefusedError(

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from baldwinlab.api.integrations.steered_worlds import SteeredWorlds
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.external_actions import Numbers
 
@@ -24,7 +24,7 @@ try:
     import gymnasium
     from gymnasium.vector import AutoresetMode, VectorEnv
 except ImportError:
-    raise missing_extra("rl", "an environment") from None
+    raise missing_extra_error("rl", "an environment") from None
 
 
 class SingleForager(gymnasium.Env[Numbers, Any]):

@@ -105,7 +105,7 @@ class Problem:
         """
         if isinstance(self.experiment, Experiment):
             return ("x", "y")
-        return tuple(self.experiment.of_model.records)
+        return tuple(self.experiment.model_part.records)
 
     def founders(self, count: int) -> npt.NDArray[np.float32]:
         """Return random genomes like those of a first generation.
@@ -218,7 +218,7 @@ def _require_numeric_genomes(experiment: BaseExperiment) -> None:
     if isinstance(experiment, Experiment):
         part = experiment.part("network.kind")
     else:
-        part = experiment.of_model
+        part = experiment.model_part
     if getattr(part, "graphs", False):
         raise RefusedError(
             f"the genomes of {experiment.name} are graphs that grow, not arrays of weights; choose "

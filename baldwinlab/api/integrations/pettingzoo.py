@@ -19,14 +19,14 @@ import numpy.typing as npt
 
 from baldwinlab.api.integrations.steered_worlds import SteeredWorlds
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.external_actions import Numbers
 
 try:
     from pettingzoo import ParallelEnv
 except ImportError:
-    raise missing_extra("rl", "an environment") from None
+    raise missing_extra_error("rl", "an environment") from None
 
 
 # ParallelEnv has no types.

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.errors import RefusedError, require_positive
-from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.models.miniworld.external_actions import Numbers, SteeredBatch
@@ -16,7 +16,7 @@ from baldwinlab.models.miniworld.external_actions import Numbers, SteeredBatch
 try:
     from gymnasium import spaces
 except ImportError:
-    raise missing_extra("rl", "an environment") from None
+    raise missing_extra_error("rl", "an environment") from None
 
 SEED_LIMIT: Final = 2**31
 """Seeds are less than this limit."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from baldwinlab.analysis.report import emergence_generations
-from baldwinlab.core.resources import NOTHING, Need
+from baldwinlab.core.resources import NO_NEED, Need
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE
 from baldwinlab.papers import Paper, of_study
@@ -119,7 +119,7 @@ def required_memory(plan: ReportPlan) -> Need:
     for name, experiment in study.experiments.items():
         group = groups.setdefault(study.factors[name].variant, [])
         group.append((experiment, len(study.runs(name))))
-    tables = max((estimate_tables(group) for group in groups.values()), default=NOTHING)
+    tables = max((estimate_tables(group) for group in groups.values()), default=NO_NEED)
     if plan.emergence_condition is None:
         return tables
     return tables.add_later(replay_memory(study.experiments[plan.emergence_condition]))
@@ -134,6 +134,6 @@ def replay_memory(experiment: BaseExperiment) -> Need:
         The experiment.
     """
     if not isinstance(experiment, Experiment):
-        return NOTHING
+        return NO_NEED
     lives = len(emergence_generations(experiment.evolution.generations))
     return Need(estimate_replay(experiment, lives).memory)

@@ -52,7 +52,9 @@ from baldwinlab.parts.breeding import ITSELF, copy_genome
 def _genome_part(experiment: Any) -> Any:
     """Return the part that defines the format of genomes: a network or a model."""
     return (
-        experiment.part("network.kind") if experiment.model == "miniworld" else experiment.of_model
+        experiment.part("network.kind")
+        if experiment.model == "miniworld"
+        else experiment.model_part
     )
 
 

@@ -25,7 +25,7 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
     derived: ClassVar[Mapping[str, Any]] = {
         "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
-        "units": lambda part, experiment: int(experiment.of_model.units),
+        "units": lambda part, experiment: int(experiment.model_part.units),
     }
 
     def check(self, experiment: Any) -> None:

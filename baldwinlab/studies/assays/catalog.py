@@ -26,7 +26,7 @@ class Assay(Protocol):
         """Return the number of simulated generations per run."""
 
     def measure(self, sample: Sample) -> Arrays:
-        """Return the variables that `variables.ASSAYS` declares."""
+        """Return the variables that `variables.ASSAY_VARIABLES` declares."""
 
 
 ASSAYS: Mapping[str, Assay] = {

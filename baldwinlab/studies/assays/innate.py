@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.variables import LIVES
+from baldwinlab.core.variables import LIFE_KINDS
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
@@ -31,7 +31,7 @@ MAX_COSTLY_GENERATIONS = 10
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
     experiment = study.experiments[condition]
     generations = np.array(assayed_generations(experiment), np.int32)
-    return {"generation": generations, "life": list(LIVES), "layer": layer_names(experiment)}
+    return {"generation": generations, "life": list(LIFE_KINDS), "layer": layer_names(experiment)}
 
 
 def count_lives(study: Conditions, condition: str) -> int:
@@ -52,7 +52,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     runs = len(sample.runs)
     agents = experiment.population.size
     layers = len(layer_names(experiment))
-    energy = np.full((len(generations), len(LIVES), runs, agents), np.nan)
+    energy = np.full((len(generations), len(LIFE_KINDS), runs, agents), np.nan)
     distance = np.full((len(generations), layers, runs, agents), np.nan, np.float32)
     measure_generation = _learned if experiment.learns else _innate_alone
     for number, generation in enumerate(generations):
@@ -64,7 +64,7 @@ def _innate_alone(
     sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]
 ) -> None:
     """Copy the stored energy: agents that do not learn have one kind of lifetime."""
-    energy[LIVES.index("off")] = sample.energy(generation)
+    energy[LIFE_KINDS.index("off")] = sample.energy(generation)
 
 
 def _learned(
@@ -74,10 +74,10 @@ def _learned(
     genomes = sample.genomes(generation)
     without = sample.experiment.without_learning()
     learned = sample.simulate_as_evolved(generation, genomes)
-    energy[LIVES.index("on")] = learned.energy
-    energy[LIVES.index("off")] = sample.simulate(without, generation, genomes).energy
+    energy[LIFE_KINDS.index("on")] = learned.energy
+    energy[LIFE_KINDS.index("off")] = sample.simulate(without, generation, genomes).energy
     if generation in drift_generations(sample.experiment):
-        energy[LIVES.index("drift")] = sample.simulate(
+        energy[LIFE_KINDS.index("drift")] = sample.simulate(
             with_drift(sample.experiment), generation, genomes
         ).energy
     if not learned.has_learned_weights:
@@ -85,7 +85,7 @@ def _learned(
     count = learned.weights.shape[-1]
     frozen = genomes.copy()
     frozen[:, :, 0, :count] = learned.weights
-    energy[LIVES.index("frozen")] = sample.simulate(without, generation, frozen).energy
+    energy[LIFE_KINDS.index("frozen")] = sample.simulate(without, generation, frozen).energy
     distance[:] = weight_distances(sample.experiment, genomes[:, :, 0, :count], learned.weights)
 
 

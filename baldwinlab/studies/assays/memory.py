@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final, NamedTuple
 
 from baldwinlab.core import variables
-from baldwinlab.core.resources import NOTHING, Need
+from baldwinlab.core.resources import NO_NEED, Need
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import to_toml
@@ -82,8 +82,8 @@ def estimate_assays(
             disk += stored + len(names) * header
             results = max(results, stored)
     if not tasks:
-        return NOTHING
-    return Need(memory.ENGINE + memory.largest_total(tasks, workers) + COPIES * results, disk)
+        return NO_NEED
+    return Need(memory.ENGINE_BYTES + memory.largest_total(tasks, workers) + COPIES * results, disk)
 
 
 def _task(experiment: Experiment, names: Sequence[str], worlds: int) -> int:
@@ -105,4 +105,4 @@ def _stored(study: Conditions, condition: str, name: str, runs: int) -> int:
     coords = ASSAYS[name].coordinates(study, condition)
     sizes = {"run": runs, "agent": study.experiments[condition].population.size}
     sizes |= {dim: len(values) for dim, values in coords.items()}
-    return sum(memory.variable_bytes(variables.ASSAYS[name], sizes).values())
+    return sum(memory.variable_bytes(variables.ASSAY_VARIABLES[name], sizes).values())

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.variables import LIVES, NEWBORNS
+from baldwinlab.core.variables import LIFE_KINDS, NEUTRAL_NEWBORNS
 from baldwinlab.evolution import (
     GenerationKey,
     Genome,
@@ -30,12 +30,16 @@ from baldwinlab.studies.assays.sample import Conditions, Sample
 
 # Several generations, because the performance of one depends on its initial positions.
 MAX_GENERATIONS = 10
-OFF, ON = (LIVES.index(life) for life in ("off", "on"))
+OFF, ON = (LIFE_KINDS.index(life) for life in ("off", "on"))
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
     generations = np.array(assayed_generations(study.experiments[condition]), np.int32)
-    return {"generation": generations, "newborns": list(NEWBORNS), "life": [LIVES[OFF], LIVES[ON]]}
+    return {
+        "generation": generations,
+        "newborns": list(NEUTRAL_NEWBORNS),
+        "life": [LIFE_KINDS[OFF], LIFE_KINDS[ON]],
+    }
 
 
 def count_lives(study: Conditions, condition: str) -> int:
@@ -55,7 +59,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """
     experiment = sample.experiment
     compared = assayed_generations(experiment)
-    shape = (len(compared), len(NEWBORNS), 2, len(sample.runs), experiment.population.size)
+    shape = (len(compared), len(NEUTRAL_NEWBORNS), 2, len(sample.runs), experiment.population.size)
     energy = np.full(shape, np.nan)
     control = experiment.neutral_control()
     genomes = np.stack(

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.variables import AS_EVOLVED
+from baldwinlab.core.variables import UNCHANGED_SETTING
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.studies.assays.sample import Conditions, OnMap, Sample
 
@@ -62,7 +62,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
 
 def list_settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[ChangedSetting]:
     """Return the settings of a condition: the original first, then each distinct change."""
-    distinct = [ChangedSetting(AS_EVOLVED, "", experiment)]
+    distinct = [ChangedSetting(UNCHANGED_SETTING, "", experiment)]
     on_maps = (ChangedSetting("map", name, on_map) for name, on_map in maps)
     for setting in (*on_maps, *_other_values(experiment)):
         if all(setting.experiment != earlier.experiment for earlier in distinct):

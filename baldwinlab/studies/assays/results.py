@@ -35,7 +35,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        The variables of `baldwinlab.core.variables.ASSAYS[assay]`.
+        The variables of `baldwinlab.core.variables.ASSAY_VARIABLES[assay]`.
 
     Raises
     ------

@@ -180,12 +180,12 @@ def _store(
     runs = np.array([run for task, _ in measured for run in task.runs], np.int32)
     agents = np.arange(study.experiments[condition].population.size, dtype=np.int32)
     for name in names:
-        declared = variables.ASSAYS[name]
+        declared = variables.ASSAY_VARIABLES[name]
         arrays = {
             variable: np.concatenate([results[name][variable] for _, results in measured])
             for variable in declared
         }
-        data = variables.dataset(declared, arrays, _provenance(study, condition))
+        data = variables.make_dataset(declared, arrays, _provenance(study, condition))
         data = data.assign_coords(run=runs)
         data = data.assign_coords(ASSAYS[name].coordinates(study, condition))
         if "agent" in data.dims:

@@ -14,7 +14,7 @@ import xarray as xr
 from baldwinlab.evolution import GenerationKey, Genome, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
-from baldwinlab.simulation.reevaluation import Outcomes, reevaluate, stored_genome
+from baldwinlab.simulation.reevaluation import Outcomes, reevaluate, restore_genomes
 from baldwinlab.studies.records import StudyError, record_path
 
 # Energy [run, agent].
@@ -66,7 +66,7 @@ class Sample:
     def genomes(self, generation: int) -> Genome:
         """Return the genomes of a generation [run, agent, module, weight]."""
         return np.stack(
-            [stored_genome(self.experiment, record, generation) for record in self.records]
+            [restore_genomes(self.experiment, record, generation) for record in self.records]
         )
 
     def random_genomes(self) -> Genome:

@@ -9,8 +9,8 @@ from typing import Any, Final, Protocol
 import xarray as xr
 
 from baldwinlab.core.files import ASSAY_FILE, read_bytes
-from baldwinlab.core.netcdf import DamagedError, from_bytes, verify
-from baldwinlab.core.variables import ASSAYS, NEWBORNS, RANDOM, Variable
+from baldwinlab.core.netcdf import DamagedError, from_bytes, verify_checksum
+from baldwinlab.core.variables import ASSAY_VARIABLES, NEUTRAL_NEWBORNS, RANDOM_NEWBORNS, Variable
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
@@ -18,7 +18,7 @@ from baldwinlab.experiment.toml import from_toml
 # Format of the file of an assay.
 FORMAT: Final = 2
 # Names of newborns in files of older versions.
-OLD_NEWBORNS: Final = {"blank slate": RANDOM, "neutral twin": NEWBORNS[1]}
+OLD_NEWBORNS: Final = {"blank slate": RANDOM_NEWBORNS, "neutral twin": NEUTRAL_NEWBORNS[1]}
 
 
 class AssayedStudy(Protocol):
@@ -46,7 +46,7 @@ def assay_path(directory: Path, assay: str, condition: str) -> Path:
 
 
 def read_assays(
-    study: AssayedStudy, names: Iterable[str] = tuple(ASSAYS)
+    study: AssayedStudy, names: Iterable[str] = tuple(ASSAY_VARIABLES)
 ) -> dict[str, dict[str, xr.Dataset]]:
     """Read the stored assays of a study.
 
@@ -103,11 +103,11 @@ def read_assay(study: AssayedStudy, assay: str, condition: str) -> xr.Dataset:
         data = from_bytes(raw)
         # Format 1 may lack a checksum.
         if data.attrs.pop("format", 1) != 1 or b"checksum" in raw:
-            verify(raw)
+            verify_checksum(raw)
     except DamagedError as error:
         raise ValueError(f"{path} is damaged: {error}; {remedy}") from None
     data = _upgrade_names(data)
-    if not _is_declared(data, ASSAYS[assay]):
+    if not _is_declared(data, ASSAY_VARIABLES[assay]):
         raise ValueError(f"{path} is not what the assay {assay!r} stores; {remedy}")
     if mismatch := _find_mismatch(data, study, condition):
         if condition not in study.experiments:

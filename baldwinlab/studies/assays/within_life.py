@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.variables import RANDOM
+from baldwinlab.core.variables import RANDOM_NEWBORNS
 from baldwinlab.evolution import Genome
 from baldwinlab.simulation.recorder import FirstTime, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
@@ -23,7 +23,7 @@ def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
     compared = first_middle_last(experiment.evolution.generations)
     windows = np.arange(0, experiment.lifetime.steps, WINDOW, dtype=np.int32)
     return {
-        "newborns": [RANDOM, *(f"generation {number}" for number in compared)],
+        "newborns": [RANDOM_NEWBORNS, *(f"generation {number}" for number in compared)],
         "window": windows,
     }
 

@@ -25,10 +25,10 @@ import xarray as xr
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
 from baldwinlab.experiment.factors import SWEEP
-from baldwinlab.experiment.fields import lines
-from baldwinlab.experiment.miniworld import LONGEST_LIFE
-from baldwinlab.experiment.paths import name_of
-from baldwinlab.experiment.unused_settings import describe_idle, idle_fields
+from baldwinlab.experiment.fields import format_faults
+from baldwinlab.experiment.miniworld import MAX_LIFETIME_STEPS
+from baldwinlab.experiment.paths import short_name
+from baldwinlab.experiment.unused_settings import describe_unused_setting, list_unused_settings
 from baldwinlab.papers import presets
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
@@ -72,7 +72,9 @@ def expand_sweep(sweep: Sweep, path: Path) -> list[Experiment]:
                 # Report each fault only for its first point.
                 faults.setdefault(line, name)
     if faults:
-        raise ExperimentError(lines([f"{path}: {name}: {line}" for line, name in faults.items()]))
+        raise ExperimentError(
+            format_faults([f"{path}: {name}: {line}" for line, name in faults.items()])
+        )
     _require_different(sweep, points, path)
     _require_effect(sweep, points, path)
     return points
@@ -151,7 +153,7 @@ def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
     """
     try:
         value, meaning = look_up(experiment, path)
-        return LONGEST_LIFE if value is None else value, meaning
+        return MAX_LIFETIME_STEPS if value is None else value, meaning
     except ExperimentError as error:
         raise ExperimentError(f"fields.{error}") from None
 
@@ -185,7 +187,7 @@ def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> N
 
     A field may lack effect at some points: a sweep over parts also sweeps the fields of these.
     """
-    reasons = [idle_fields(point) for point in points]
+    reasons = [list_unused_settings(point) for point in points]
     given = {f"set.{field}": field for field in sweep.fixed}
     given |= {f"fields.{field}": field for field in sweep.fields}
     idle = {
@@ -194,8 +196,11 @@ def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> N
         if all(field in point_reasons for point_reasons in reasons)
     }
     if idle:
-        faults = [f"{path}: {describe_idle(key, reasons[0][field])}" for key, field in idle.items()]
-        raise ExperimentError(lines(faults))
+        faults = [
+            f"{path}: {describe_unused_setting(key, reasons[0][field])}"
+            for key, field in idle.items()
+        ]
+        raise ExperimentError(format_faults(faults))
 
 
 def require_same_size(directory: Path, points: Sequence[Experiment]) -> None:
@@ -264,7 +269,7 @@ def label_points(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
     if sweep.design == "grid":
         data = _as_grid(data, list(labels))
     for field in labels:
-        data[field].attrs["long_name"] = name_of(field, points[0])
+        data[field].attrs["long_name"] = short_name(field, points[0])
     return data.assign_attrs(
         design=sweep.design,
         fields=list(labels),
@@ -279,7 +284,9 @@ def settings(study: StudyStore) -> dict[str, list[int | float] | list[str]]:
     The result is empty if sweep.toml does not exist.
     """
     points = list(study.experiments.values())
-    return {name_of(field, points[0]): values for field, values in settings_by_path(study).items()}
+    return {
+        short_name(field, points[0]): values for field, values in settings_by_path(study).items()
+    }
 
 
 def settings_by_path(study: StudyStore) -> dict[str, list[int | float] | list[str]]:

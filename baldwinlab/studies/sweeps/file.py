@@ -12,7 +12,7 @@ from pydantic import Discriminator, Field, Tag, ValidationError, field_validator
 
 from baldwinlab.core.files import SWEEP_FILE, parse_toml, read_text
 from baldwinlab.experiment import ExperimentError, Fields
-from baldwinlab.experiment.fields import brief, lines
+from baldwinlab.experiment.fields import format_faults, shorten
 from baldwinlab.experiment.renamed import upgrade_swept
 from baldwinlab.simulation.simulate import SEED_LIMIT
 
@@ -196,7 +196,7 @@ def validate(tree: Mapping[str, Any], where: str) -> Sweep:
         return Sweep.model_validate(tree)
     except ValidationError as error:
         raise ExperimentError(
-            lines(error.errors(), lambda fault: f"{where}: {_sentence(fault)}")
+            format_faults(error.errors(), lambda fault: f"{where}: {_sentence(fault)}")
         ) from None
 
 
@@ -205,7 +205,7 @@ def _sentence(fault: Any) -> str:
     if location[:1] == ["fields"]:
         # pydantic adds the tag of the union: "values" or "range".
         del location[2:3]
-    where = brief(".".join(location))
+    where = shorten(".".join(location))
     message = str(fault["msg"]).removeprefix("Value error, ")
     if fault["type"] == "extra_forbidden":
         part = Range if len(location) > 1 else Sweep
@@ -215,4 +215,4 @@ def _sentence(fault: Any) -> str:
         return f"{where}: is missing"
     if not where or isinstance(fault["input"], dict):
         return f"{where}: {message}" if where else message
-    return f"{where} = {brief(repr(fault['input']))}: {message[0].lower()}{message[1:]}"
+    return f"{where} = {shorten(repr(fault['input']))}: {message[0].lower()}{message[1:]}"

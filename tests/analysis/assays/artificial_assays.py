@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from baldwinlab.core.variables import ASSAYS, LIVES, dataset
-from baldwinlab.core.variables import NEWBORNS as NEWBORNS_COMPARED
+from baldwinlab.core.variables import ASSAY_VARIABLES, LIFE_KINDS, make_dataset
+from baldwinlab.core.variables import NEUTRAL_NEWBORNS as NEWBORNS_COMPARED
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import to_toml
@@ -89,7 +89,7 @@ def _make_dataset(
         "seed": 1,
         **factors()[condition]._asdict(),
     }
-    return dataset(ASSAYS[assay], arrays, provenance).assign_coords(
+    return make_dataset(ASSAY_VARIABLES[assay], arrays, provenance).assign_coords(
         coords | {"run": np.arange(runs)}
     )
 
@@ -107,14 +107,16 @@ def innate(
     """Make the innate assay. Kinds of life without an argument have no values."""
     progress = np.linspace(0, 1, GENERATIONS)
     distance = distance or constant(1)
-    energy = np.full((runs, GENERATIONS, len(LIVES), AGENTS), np.nan)
+    energy = np.full((runs, GENERATIONS, len(LIFE_KINDS), AGENTS), np.nan)
     for life, course in lives.items():
         values = np.array([course(progress_value) for progress_value in progress])
-        energy[:, :, LIVES.index(life), :] = values[:, None] * spread(runs, GENERATIONS, AGENTS)
+        energy[:, :, LIFE_KINDS.index(life), :] = values[:, None] * spread(
+            runs, GENERATIONS, AGENTS
+        )
     moved = np.array([distance(progress_value) for progress_value in progress])[
         :, None, None
     ] * spread(runs, GENERATIONS, len(LAYERS), AGENTS)
-    coords = {"generation": np.arange(GENERATIONS), "life": list(LIVES), "layer": list(LAYERS)}
+    coords = {"generation": np.arange(GENERATIONS), "life": list(LIFE_KINDS), "layer": list(LAYERS)}
     arrays = {"energy": energy} | ({"distance": moved} if "on" in lives else {})
     return _make_dataset("innate", condition, arrays, coords)
 
@@ -132,7 +134,7 @@ def neutral(
     coords = {
         "generation": np.arange(GENERATIONS - 10, GENERATIONS),
         "newborns": list(NEWBORNS_COMPARED),
-        "life": list(LIVES[:2]),
+        "life": list(LIFE_KINDS[:2]),
     }
     return _make_dataset("neutral", condition, {"energy": energy}, coords)
 

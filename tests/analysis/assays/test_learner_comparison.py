@@ -12,7 +12,7 @@ from baldwinlab.analysis.assays.analysis import evaluate_assays
 from baldwinlab.analysis.assays.learner_comparison import LearnerComparison, compare_learners
 from baldwinlab.analysis.assays.learner_report import make_summary
 from baldwinlab.analysis.claims import evaluate_claims
-from baldwinlab.experiment.factors import of_study
+from baldwinlab.experiment.factors import read_factors
 from baldwinlab.papers.claims import Claim
 from tests.analysis.assays.artificial_assays import constant, innate, neutral
 from tests.analysis.statistics.studies import RUNS, Claims, study
@@ -49,7 +49,7 @@ def compare(
     data = study(eaten)
     return compare_learners(
         evaluate_claims(data, 10, Claims(tuple(claims))),
-        of_study(data),
+        read_factors(data),
         evaluate_assays(assays) if assays else None,
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.experiment.factors import Factors, coordinates
+from baldwinlab.experiment.factors import Factors, factor_coordinates
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.appearance import appearance_json
 from baldwinlab.papers.claims import Claim
@@ -66,7 +66,7 @@ def study(
         "energy": (dims, food.copy()),
         "experiment": ("condition", texts),
     }
-    return xr.Dataset(data, coords | coordinates(factors), {"seed": 7})
+    return xr.Dataset(data, coords | factor_coordinates(factors), {"seed": 7})
 
 
 def experiment(name: str, generations: int, agents: int) -> Experiment:

@@ -31,7 +31,7 @@ def test_every_pair_of_values_of_two_settings_occurs() -> None:
     ],
 )
 def test_the_worlds_of_a_part_differ_in_modules_and_items(kind: str, name: str) -> None:
-    (group,) = group_parts([registry.find(kind, name)])
+    (group,) = group_parts([registry.find_class(kind, name)])
     worlds = list(make_cases(group))
     assert len(worlds) == len(SETTINGS)
     assert {len(case.experiment.modules) for case in worlds} == {1, 2}
@@ -40,7 +40,7 @@ def test_the_worlds_of_a_part_differ_in_modules_and_items(kind: str, name: str) 
 
 
 def test_the_worlds_of_a_learning_rule_do_not_change_the_rule() -> None:
-    (group,) = group_parts([registry.find("learning rule", "self-taught")])
+    (group,) = group_parts([registry.find_class("learning rule", "self-taught")])
     worlds = list(make_cases(group))
     assert {case.experiment.learning.rule for case in worlds} == {"self-taught"}
     assert {case.agents for case in worlds} == FACTORS[0]

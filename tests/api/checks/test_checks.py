@@ -69,7 +69,9 @@ def failures(path: Path, *requirements: str) -> str:
 def built_in_parts() -> list[Any]:
     kinds = [kind for kind in BUILT_IN if kind != "model"]
     return [
-        registry.find(kind, name) for kind in kinds for name in sorted(BUILT_IN[kind], reverse=True)
+        registry.find_class(kind, name)
+        for kind in kinds
+        for name in sorted(BUILT_IN[kind], reverse=True)
     ]
 
 

@@ -76,7 +76,9 @@ def test_an_oracle_with_the_arguments_of_its_kind_verifies_a_hook(
 
 def test_every_oracle_of_the_package_has_the_arguments_of_its_kind() -> None:
     kinds = [kind for kind in registry.BUILT_IN if kind != "model"]
-    parts = [registry.find(kind, name) for kind in kinds for name in registry.packaged(kind)]
+    parts = [
+        registry.find_class(kind, name) for kind in kinds for name in registry.package_parts(kind)
+    ]
     with_oracle = [part for part in parts if hasattr(part, "oracle")]
     for part in with_oracle:
         require_signature(part)

@@ -17,7 +17,7 @@ from rocrate.rocrate import ROCrate
 import baldwinlab as bl
 from baldwinlab import Study
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.studies.creation import create_study
 from tests.api.export.validators import validate
 from tests.commands import Command
@@ -191,6 +191,6 @@ def test_without_the_library_the_error_has_the_command_that_installs_it(
 ) -> None:
     monkeypatch.setitem(sys.modules, "rocrate.rocrate", None)
     with pytest.raises(
-        RefusedError, match=re.escape(str(missing_extra("exchange", "an RO-Crate")))
+        RefusedError, match=re.escape(str(missing_extra_error("exchange", "an RO-Crate")))
     ):
         copy.to_ro_crate()

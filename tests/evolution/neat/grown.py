@@ -85,7 +85,7 @@ def neat_experiment(agents: int, neat_fields: dict[str, Any] | None = None, **ch
 def part_values_of(part: str = "neat", **fields: Any) -> Any:
     """Return the fields of a part in the form in which its hooks read them."""
     kind = "variation" if part == "neat" else "selection"
-    part_values = registry.find(kind, part)(**fields)
+    part_values = registry.find_class(kind, part)(**fields)
     return SimpleNamespace(**part_values.model_dump(), blind=False, loops=False)
 
 

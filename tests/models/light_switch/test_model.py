@@ -218,7 +218,7 @@ def test_a_fifth_of_the_children_have_bits_of_two_parents_with_one_cut() -> None
     """Founders are all 0 or all 1. Without mutation, children of different parents change once."""
     paper = papers.load("floreano-urzelai-2000").experiment("rules-of-neurons")
     experiment = paper.replace(population={"size": 4000}, evolution={"mutation_rate": 0})
-    bits = experiment.of_model.weights()
+    bits = experiment.model_part.weights()
     genome = np.repeat(np.arange(4000) % 2, bits).reshape(4000, 1, bits).astype(np.float32)
     children, parents = breed(experiment, genome, np.arange(4000.0), GenerationKey(0, 0, 1))
     changes = (np.diff(children[:, 0]) != 0).sum(axis=1)
@@ -236,7 +236,7 @@ def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:
     without = paper.experiment("rules-of-neurons", variant="no-crossover")
     genome = (
         np.random.default_rng(2)
-        .integers(0, 2, (100, 1, without.of_model.weights()))
+        .integers(0, 2, (100, 1, without.model_part.weights()))
         .astype(np.float32)
     )
     flipped = [

@@ -18,7 +18,7 @@ from baldwinlab.evolution.neat.genome import HEAD_SIZE, SPECIES, STALE
 from baldwinlab.evolution.neat.operators import Neat, Species
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.experiment.toml import from_toml, to_toml
-from baldwinlab.experiment.unused_settings import idle_settings
+from baldwinlab.experiment.unused_settings import list_changed_unused_settings
 from baldwinlab.models.neat.xor import ANSWERS, QUESTIONS, NeatXor
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.commands import Command
@@ -205,7 +205,7 @@ def test_settings_are_assigned_written_and_validated() -> None:
         ["evolution.neat.compatibility_threshold=4", "evolution.species.stagnation_generations=9"],
     )
     assert from_toml(to_toml(changed), where="file") == changed
-    assert not idle_settings(changed)
+    assert not list_changed_unused_settings(changed)
     with pytest.raises(
         ExperimentError,
         match=r"^neat_xor\.max_links = 2: input should be greater than or equal to 3",

@@ -157,6 +157,6 @@ def test_the_part_passes_all_checks() -> None:
 
 
 def test_the_double_maze_and_homing_are_maps() -> None:
-    assert bl.load("modulated-plasticity/double").of_model.turning_points == 2
-    assert bl.load("modulated-plasticity/homing").of_model.homing
+    assert bl.load("modulated-plasticity/double").model_part.turning_points == 2
+    assert bl.load("modulated-plasticity/homing").model_part.homing
     assert assign(bl.load("plain-plasticity/single"), ["t_mazes.trips=10"]).steps == 40

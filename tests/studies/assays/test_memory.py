@@ -9,9 +9,9 @@ from baldwinlab.analysis.statistics.sample_sizes import PlannedTest
 from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.resources import NOTHING
+from baldwinlab.core.resources import NO_NEED
 from baldwinlab.papers.presets import load
-from baldwinlab.simulation.memory import ENGINE
+from baldwinlab.simulation.memory import ENGINE_BYTES
 from baldwinlab.studies.assays.catalog import ASSAYS, why_not_applicable
 from baldwinlab.studies.assays.memory import PlannedStudy, estimate_assays
 from baldwinlab.studies.assays.storage import read_assays as open_assays
@@ -45,14 +45,14 @@ def test_the_number_of_statistical_tests_is_planned_before_the_runs(study: Study
 
 def test_stored_assays_need_no_memory_or_disk(study: StudyStore) -> None:
     missing = dict.fromkeys(APPLICABLE, ())
-    assert estimate_assays(study, missing, dict.fromkeys(APPLICABLE, 3), workers=2) == NOTHING
+    assert estimate_assays(study, missing, dict.fromkeys(APPLICABLE, 3), workers=2) == NO_NEED
 
 
 def test_memory_grows_with_the_number_of_agents_and_workers(study: StudyStore) -> None:
     def memory(agents: int, workers: int) -> int:
         large = load("evo+self-taught/A").replace(population={"size": agents})
         factors = {large.name: study.factors["evo+self-taught/A"]}
-        return PlannedStudy({large.name: large}, factors).need(40, workers).memory - ENGINE
+        return PlannedStudy({large.name: large}, factors).need(40, workers).memory - ENGINE_BYTES
 
     assert memory(10_000, 1) > 5 * memory(1000, 1)
     assert memory(1000, 4) > 2 * memory(1000, 1)

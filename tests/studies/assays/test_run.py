@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.core.variables import ASSAYS as DECLARED
+from baldwinlab.core.variables import ASSAY_VARIABLES as DECLARED
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.studies.assays.catalog import ASSAYS

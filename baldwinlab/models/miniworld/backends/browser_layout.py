@@ -17,7 +17,7 @@ from baldwinlab.engine import wasm
 from baldwinlab.evolution.founders import list_module_purposes
 from baldwinlab.evolution.inheritance import Darwinian
 from baldwinlab.experiment import Experiment, registry
-from baldwinlab.experiment.registry import key_of
+from baldwinlab.experiment.registry import table_name
 from baldwinlab.models.miniworld.allocation import (
     item_kinds,
     item_regions,
@@ -245,7 +245,7 @@ class ModuleLayout:
         leaves = {}
         table = path.rpartition(".")[0]
         for name in numeric_fields(type(part)):
-            source = setting_source(f"{table}.{key_of(type(part).name)}.{name}")
+            source = setting_source(f"{table}.{table_name(type(part).name)}.{name}")
             leaves[prefix + name] = {"type": type_code(getattr(values, name)), "value": source}
         for name, derive in type(part).derived.items():
             value = getattr(values, name)

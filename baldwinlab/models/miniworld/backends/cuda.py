@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import config, cuda
 
-from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.engine.gpu import COMPILING, without_contraction
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import make_model, make_state
@@ -35,7 +35,7 @@ def unavailable_reason() -> str | None:
     if config.ENABLE_CUDASIM:
         return None
     if importlib.util.find_spec("numba_cuda") is None:
-        return str(missing_extra("cuda", "backend cuda"))
+        return str(missing_extra_error("cuda", "backend cuda"))
     # A driver can raise any exception.
     try:
         is_available = cuda.is_available()

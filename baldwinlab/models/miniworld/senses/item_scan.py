@@ -11,7 +11,7 @@ from pydantic import Field
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
 from baldwinlab.engine.simd import Lane, Value, any_of, get, lanes_in_block, simd_block
-from baldwinlab.experiment.registry import key_of
+from baldwinlab.experiment.registry import table_name
 from baldwinlab.models.miniworld.allocation import item_kinds, kind_number
 from baldwinlab.models.miniworld.items import (
     find_cells_within,
@@ -99,6 +99,7 @@ class ItemSense(Sense):
     def check(self, experiment: Any) -> None:
         if self.target_kind not in (kinds := item_kinds(experiment)):
             raise ValueError(
-                f"senses.{key_of(self.name)}.target_kind = {self.target_kind!r} must be one of the "
+                f"senses.{table_name(self.name)}.target_kind = {self.target_kind!r} "
+                "must be one of the "
                 f"kinds of items: {', '.join(kinds)}"
             )

@@ -17,7 +17,7 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab
-from baldwinlab.core.extras import missing_extra
+from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.engine.gpu import without_contraction
 from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.experiment import Experiment
@@ -317,7 +317,7 @@ def test_a_block_has_one_lane_on_a_gpu_and_sixteen_on_a_cpu(h200: None) -> None:
 
 def test_an_unavailable_backend_is_refused_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    extra = str(missing_extra("cuda", "backend cuda"))
+    extra = str(missing_extra_error("cuda", "backend cuda"))
     assert cuda.unavailable_reason() == extra
     with pytest.raises(ValueError, match=re.escape(extra)):
         choose_backend("cuda")

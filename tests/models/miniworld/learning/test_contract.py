@@ -17,5 +17,5 @@ PARTS = [(kind, name) for kind in ("learning rule", "inheritance") for name in L
 @pytest.mark.nightly
 @pytest.mark.parametrize(("kind", "name"), PARTS)
 def test_a_part_passes_all_checks(kind: str, name: str) -> None:
-    findings = bl.check_part(registry.find(kind, name), requirements=CHECKED)
+    findings = bl.check_part(registry.find_class(kind, name), requirements=CHECKED)
     assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))

@@ -15,7 +15,7 @@ from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
-RULES = [name for name in registry.packaged("learning rule") if name != "none"]
+RULES = [name for name in registry.package_parts("learning rule") if name != "none"]
 CONTROLS = [
     "evolution.selection=neutral",
     "evolution.lamarckian_share=1",
@@ -50,7 +50,7 @@ def test_a_rule_agrees_with_its_oracle_and_reads_only_its_own_lane(rule: str) ->
     """Check the rule in plain Python. A nightly test checks the compiled rule."""
     with np.errstate(all="ignore"):
         findings = bl.check_part(
-            registry.find("learning rule", rule),
+            registry.find_class("learning rule", rule),
             requirements=["fields", "limits", "isolation", "oracle"],
         )
     assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))

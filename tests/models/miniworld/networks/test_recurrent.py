@@ -304,7 +304,7 @@ def test_the_compiled_network_is_bit_identical_to_plain_python_in_a_world_withou
 # Each network is compiled with a rule, for both updates and for a SIMD block.
 @pytest.mark.nightly
 def test_the_parts_pass_all_checks() -> None:
-    parts = [registry.find("network", name) for name in NAMES]
+    parts = [registry.find_class("network", name) for name in NAMES]
     requirements = [name for name in REQUIREMENTS if name != "speed"]
     findings = bl.check_part(parts, requirements=requirements)
     assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))
