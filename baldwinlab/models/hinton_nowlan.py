@@ -233,8 +233,7 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
     derived: ClassVar[Mapping[str, Any]] = {
         "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
-        # Three times the share of 0: the number is exactly 1 if the three alleles are equally
-        # likely.
+        # Three times the share of 0. `vary` compares it with a number from (0, 3).
         "zero": lambda part, experiment: 3 * part.share_of_zero(experiment),
     }
 

@@ -1,10 +1,10 @@
 """Senses, networks, learning, actions and reproduction of an agent.
 
 A genome has 336 bits: 84 weights of four bits each. The first 28 weights are those of the
-evaluation network, the other 56 are those of the action network. The evaluation network evaluates
-the inputs. If the evaluation is better than in the step before, the last action becomes more
-likely, otherwise less likely (complementary reinforcement backpropagation, CRBP). Learned weights
-are not inherited.
+evaluation network, the other 56 are those of the action network. The evaluation network computes a
+number from the inputs. If this number is larger than in the previous step, the last action becomes
+more likely, otherwise less likely (complementary reinforcement backpropagation, CRBP). Learned
+weights are not inherited.
 
 From memory are the inputs, the networks and the bits. Our choices are the range of a weight and the
 interactions between agents. The mate is the nearest agent within ten cells. Crossover has two cuts.
@@ -41,17 +41,18 @@ from baldwinlab.models.erl.world import (
     WALL,
     ErlWorld,
     clear_cell,
+    draw_empty_cell,
     draw_uniforms,
     neighbor_cell,
-    random_empty_cell,
 )
 
-# Six kinds of cells in four directions, health, energy, whether the agent is in a tree, and a bias.
+# Number of inputs: six kinds of cells in four directions, health, energy, whether the agent is in a
+# tree, and a bias.
 N_INPUTS = 4 * N_SENSED_KINDS + 4
 N_OUTPUTS = 2
 BITS_PER_WEIGHT: Final = 4
 N_BITS: Final = BITS_PER_WEIGHT * N_INPUTS * (1 + N_OUTPUTS)
-# Largest distance to a mate, in cells.
+# In cells.
 MAX_MATE_DISTANCE: Final = 10
 ONE = np.float32(1)
 ZERO = np.float32(0)
@@ -59,9 +60,11 @@ ZERO = np.float32(0)
 
 @compiled
 def sense(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
-    """Fill `inputs` [input] with the nearness of the nearest cell of each kind in each direction.
+    """Fill `inputs` [input].
 
-    The nearness is 1 in the next cell, 0.5 at the limit of sight, and 0 without such a cell.
+    The first inputs are the nearness of the nearest cell of each kind in each direction. Nearness
+    is 1 for a neighboring cell, 0.5 at the limit of sight, and 0 if no cell of the kind is in
+    sight.
     """
     for number in range(N_INPUTS):
         inputs[number] = ZERO
@@ -73,10 +76,9 @@ def sense(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
                 cell = neighbor_cell(rules, cell, direction)
                 kind = int(world.kind[cell])
                 is_blocked = kind == WALL
-                if kind != EMPTY and inputs[direction * N_SENSED_KINDS + kind] == ZERO:
-                    inputs[direction * N_SENSED_KINDS + kind] = np.float32(
-                        1.0 - distance / (2.0 * (AGENT_SIGHT - 1))
-                    )
+                number = direction * N_SENSED_KINDS + kind
+                if kind != EMPTY and inputs[number] == ZERO:
+                    inputs[number] = np.float32(1.0 - distance / (2.0 * (AGENT_SIGHT - 1)))
     inputs[4 * N_SENSED_KINDS] = np.float32(world.health[agent])
     inputs[4 * N_SENSED_KINDS + 1] = np.float32(world.energy[agent])
     inputs[4 * N_SENSED_KINDS + 2] = ONE if world.kind[world.position[agent]] == TREE else ZERO
@@ -96,7 +98,8 @@ def activate(weights: Any, inputs: Any) -> Any:
 def reinforce(weights: Any, inputs: Any, action: Any, is_better: bool, rate: Any) -> None:
     """Do one step of CRBP for one output.
 
-    The target is the output's last action after an improvement, otherwise the opposite.
+    After an improvement, the target is `action`, the last action of the output: 0 or 1. Otherwise
+    the target is the opposite action.
     """
     activation = activate(weights, inputs)
     target = np.float32(action) if is_better else ONE - np.float32(action)
@@ -107,21 +110,19 @@ def reinforce(weights: Any, inputs: Any, action: Any, is_better: bool, rate: Any
 
 @compiled
 def step_agent(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
-    """Sense, learn from the last action, choose a random direction and go there.
+    """Simulate one step of an agent: sense, learn from the last action, choose an action, and act.
 
     `inputs` is scratch.
     """
-    drawn = draw_uniforms(world)
+    draws = draw_uniforms(world)
     if rules.walks:
-        _move_or_attack(rules, world, agent, int(drawn[0] * np.float32(4)))
+        random_direction = int(draws[0] * np.float32(4))
+        _move_or_attack(rules, world, agent, random_direction)
         return
     sense(rules, world, agent, inputs)
     evaluation = activate(world.evaluation_weights[agent], inputs)
-    if (
-        rules.learns
-        and world.last_action[agent, 0] >= 0
-        and evaluation != world.last_evaluation[agent]
-    ):
+    has_acted = world.last_action[agent, 0] >= 0
+    if rules.learns and has_acted and evaluation != world.last_evaluation[agent]:
         is_better = evaluation > world.last_evaluation[agent]
         for output in range(N_OUTPUTS):
             rate = rules.positive_learning_rate if is_better else rules.negative_learning_rate
@@ -135,14 +136,14 @@ def step_agent(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
         world.counts[LEARNED] += 1
     for output in range(N_OUTPUTS):
         world.last_action[agent, output] = int(
-            drawn[output] < activate(world.action_weights[agent, output], inputs)
+            draws[output] < activate(world.action_weights[agent, output], inputs)
         )
     for number in range(N_INPUTS):
         world.last_inputs[agent, number] = inputs[number]
     world.last_evaluation[agent] = evaluation
-    _move_or_attack(
-        rules, world, agent, 2 * int(world.last_action[agent, 0]) + int(world.last_action[agent, 1])
-    )
+    # The two binary outputs are the number of a direction.
+    direction = 2 * int(world.last_action[agent, 0]) + int(world.last_action[agent, 1])
+    _move_or_attack(rules, world, agent, direction)
 
 
 @compiled
@@ -157,6 +158,7 @@ def _move_or_attack(rules: Any, world: ErlWorld, agent: int, direction: int) -> 
         world.health[occupant] -= rules.attack_damage
     elif kind == CARNIVORE:
         world.carnivore_health[occupant] -= rules.attack_damage
+    # A tree is free if it has no occupant.
     elif kind != TREE or occupant == NO_NUMBER:
         gain = 0.0
         if kind == PLANT:
@@ -183,9 +185,9 @@ def leave_cell(world: ErlWorld, agent: int) -> None:
 
 @compiled
 def place_founders(rules: Any, world: ErlWorld, genomes: Any) -> None:
-    """Add the founders with the bits `genomes` [founder, bit] in random cells."""
+    """Add the founders with the bits `genomes` [founder, bit] in random empty cells."""
     for number in range(genomes.shape[0]):
-        cell = random_empty_cell(rules, world)
+        cell = draw_empty_cell(rules, world)
         if cell >= 0:
             for bit in range(N_BITS):
                 world.bits[world.counts[AGENTS], bit] = int(genomes[number, bit] > ZERO)
@@ -213,7 +215,7 @@ def add_agent(rules: Any, world: ErlWorld, cell: int) -> None:
 
 @compiled
 def decode_weight(rules: Any, bits: Any, number: int) -> Any:
-    """Return a weight from its four bits: one of sixteen values in [-range, range]."""
+    """Return weight `number` from its four bits: one of 16 values in [-range, range]."""
     value = 0
     for bit in range(BITS_PER_WEIGHT):
         value = 2 * value + int(bits[BITS_PER_WEIGHT * number + bit])
@@ -222,17 +224,18 @@ def decode_weight(rules: Any, bits: Any, number: int) -> Any:
 
 @compiled
 def reproduce(rules: Any, world: ErlWorld, agent: int) -> None:
-    """Add a child next to an agent that has the energy, if a cell is empty.
+    """Add a child next to an agent if the agent has enough energy and a neighboring cell is empty.
 
     The parents are the agent and the nearest mate. Without a mate, the agent is the single parent.
     """
     child = world.counts[AGENTS]
     if world.energy[agent] < rules.reproduction_threshold or child == rules.max_agents:
         return
+    # The first empty cell of the four neighbors, from a random direction on.
     cell = NO_NUMBER
-    first = int(draw_uniforms(world)[0] * np.float32(4))
+    first_direction = int(draw_uniforms(world)[0] * np.float32(4))
     for turn in range(4):
-        neighbor = neighbor_cell(rules, world.position[agent], (first + turn) % 4)
+        neighbor = neighbor_cell(rules, world.position[agent], (first_direction + turn) % 4)
         cell = neighbor if cell == NO_NUMBER and world.kind[neighbor] == EMPTY else cell
     if cell == NO_NUMBER:
         return
@@ -240,9 +243,9 @@ def reproduce(rules: Any, world: ErlWorld, agent: int) -> None:
         _cross(rules, world, agent, _nearest_mate(rules, world, agent), child)
     else:
         for first_bit in range(0, N_BITS, 4):
-            drawn = draw_uniforms(world)
-            for bit in range(4):
-                world.bits[child, first_bit + bit] = int(drawn[bit] < np.float32(0.5))
+            draws = draw_uniforms(world)
+            for number in range(4):
+                world.bits[child, first_bit + number] = int(draws[number] < np.float32(0.5))
     world.energy[agent] -= rules.reproduction_cost
     world.counts[BORN] += 1
     add_agent(rules, world, cell)
@@ -250,33 +253,36 @@ def reproduce(rules: Any, world: ErlWorld, agent: int) -> None:
 
 @compiled
 def _nearest_mate(rules: Any, world: ErlWorld, agent: int) -> int:
-    """Return the nearest other agent within reach, or the agent itself if there is none."""
+    """Return the nearest agent within the maximum distance, or the agent itself without mates."""
     mate = agent
-    nearest = MAX_MATE_DISTANCE * MAX_MATE_DISTANCE + 1
+    nearest_squared = MAX_MATE_DISTANCE * MAX_MATE_DISTANCE + 1
     x = world.position[agent] % rules.grid_size
     y = world.position[agent] // rules.grid_size
     for candidate in range(world.counts[AGENTS]):
         dx = world.position[candidate] % rules.grid_size - x
         dy = world.position[candidate] // rules.grid_size - y
-        if candidate != agent and dx * dx + dy * dy < nearest:
+        if candidate != agent and dx * dx + dy * dy < nearest_squared:
             mate = candidate
-            nearest = dx * dx + dy * dy
+            nearest_squared = dx * dx + dy * dy
     return mate
 
 
 @compiled
 def _cross(rules: Any, world: ErlWorld, first: int, second: int, child: int) -> None:
-    """Copy the bits of `first`, with those of `second` between two cuts, and mutate each bit."""
-    drawn = draw_uniforms(world)
-    cuts = int(drawn[0] * np.float32(N_BITS + 1)), int(drawn[1] * np.float32(N_BITS + 1))
+    """Write the bits of a child: the bits of `first`, and between two cuts the bits of `second`.
+
+    Each bit can mutate.
+    """
+    draws = draw_uniforms(world)
+    cuts = int(draws[0] * np.float32(N_BITS + 1)), int(draws[1] * np.float32(N_BITS + 1))
     for first_bit in range(0, N_BITS, 4):
-        flips = draw_uniforms(world)
+        # A call draws the numbers of four bits.
+        draws_of_bits = draw_uniforms(world)
         for number in range(4):
             bit = first_bit + number
             parent = second if min(cuts) <= bit < max(cuts) else first
-            world.bits[child, bit] = world.bits[parent, bit] ^ int(
-                flips[number] < rules.mutation_rate
-            )
+            mutates = int(draws_of_bits[number] < rules.mutation_rate)
+            world.bits[child, bit] = world.bits[parent, bit] ^ mutates
 
 
 @compiled
@@ -285,6 +291,7 @@ def remove_dead_agents(world: ErlWorld) -> None:
 
     An agent in a tree leaves no corpse. The last agent gets the number of the removed agent.
     """
+    # The order is descending, because the last agent changes its number.
     for agent in range(world.counts[AGENTS] - 1, -1, -1):
         if world.energy[agent] <= 0.0 or world.health[agent] <= 0.0:
             cell = world.position[agent]
@@ -299,6 +306,7 @@ def remove_dead_agents(world: ErlWorld) -> None:
 
 @compiled
 def _renumber(world: ErlWorld, old: int, new: int) -> None:
+    """Move the data of an agent from row `old` to row `new`."""
     world.position[new] = world.position[old]
     world.energy[new] = world.energy[old]
     world.health[new] = world.health[old]

@@ -1,11 +1,11 @@
-"""A population that is simulated until it is extinct, as one lifetime of the laboratory.
+"""The model `erl-populations`: settings, records and measures.
 
     baldwinlab reproduce ackley-littman-1991
 
-Births and deaths occur at any time, so there are no generations. An agent of the laboratory is an
-entire population here. Its genome has the bits of all founders, and its fitness is the number of
-steps that the population survives. The runs of a study are populations. Selection is part of the
-world: agents that collect energy have children.
+Births and deaths occur at any time, so there are no generations. Therefore, an entire population of
+this model has the role of an agent of the package. The genome of this agent has the bits of all
+founders. Its fitness is the number of steps that the population survives. Each run of a study
+simulates one population. Selection is part of the world: agents that collect energy have children.
 
 The five strategies are: ERL evolves and learns; E only evolves; L learns, and each newborn has a
 random genome; F does neither, with random genomes; B moves at random. All other settings are the
@@ -21,80 +21,26 @@ Ackley and Littman 1991.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.engine import poison
-from baldwinlab.engine.jit import compiled, jit_entry_point
-from baldwinlab.models.erl.agents import (
-    N_BITS,
-    N_INPUTS,
-    N_OUTPUTS,
-    place_founders,
-    remove_dead_agents,
-    reproduce,
-    step_agent,
-)
-from baldwinlab.models.erl.world import (
-    AGENTS,
-    BORN,
-    CARNIVORE_INTERVAL,
-    CARNIVORES,
-    DRAWN,
-    MAX_CARNIVORES,
-    STEP,
-    ErlWorld,
-    add_carnivore,
-    grow_plants,
-    init_world,
-    random_empty_cell,
-    remove_dead_carnivores,
-    step_carnivore,
-)
+from baldwinlab.models.erl.agents import N_BITS, N_INPUTS, N_OUTPUTS
+from baldwinlab.models.erl.simulation import Rules, simulate_population
+from baldwinlab.models.erl.world import MAX_CARNIVORES, ErlWorld
 from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
 
 
-class Rules(NamedTuple):
-    """Numbers of a world for compiled code, from the settings and the strategy of the model."""
-
-    grid_size: int
-    max_agents: int
-    initial_plants: int
-    sprouts_per_step: int
-    growth_checks_per_step: int
-    trees: int
-    initial_carnivores: int
-    plant_energy: float
-    meat_energy: float
-    cost_per_step: float
-    initial_energy: float
-    reproduction_threshold: float
-    reproduction_cost: float
-    healing_per_step: float
-    wall_damage: float
-    attack_damage: float
-    bite_damage: float
-    carnivore_meat_energy: float
-    carnivore_cost_per_step: float
-    mutation_rate: np.float32
-    weight_range: np.float32
-    positive_learning_rate: np.float32
-    negative_learning_rate: np.float32
-    learns: bool
-    inherits: bool
-    walks: bool
-
-
 def _mean_of_last_generation(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a record of the population of each run."""
+    """Return a function of runs: the mean of a record in the last generation."""
     return lambda runs: runs[record].isel(generation=-1).mean("agent")
 
 
 def _survives(runs: xr.Dataset) -> xr.DataArray:
-    """Return whether the population of each run survives the last step."""
+    """Return for each run whether its population survives the last step."""
     return _mean_of_last_generation("extinct")(runs) < 1
 
 
@@ -238,18 +184,16 @@ class ErlPopulations(Model, name="erl-populations"):
         return self.max_steps
 
     def without_learning(self) -> ErlPopulations:
-        return self.model_copy(
-            update={"strategy": {"ERL": "E", "L": "F"}.get(self.strategy, self.strategy)}
-        )
+        strategies = {"ERL": "E", "L": "F"}
+        return self.model_copy(update={"strategy": strategies.get(self.strategy, self.strategy)})
 
     def weights(self) -> int:
         return self.initial_agents * N_BITS
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         """Draw the bits of all founders of each population, as one row per population."""
-        bits: npt.NDArray[np.float32] = (
-            key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0] < 0.5
-        ).astype(np.float32)
+        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
+        bits: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)
         return bits
 
     def rules(self) -> Rules:
@@ -259,7 +203,8 @@ class ErlPopulations(Model, name="erl-populations"):
             "inherits": self.strategy in ("ERL", "E"),
             "walks": self.strategy == "B",
         }
-        single = {
+        # These numbers are float32 in compiled code.
+        single_precision = {
             name: np.float32(getattr(self, name))
             for name in (
                 "mutation_rate",
@@ -268,18 +213,13 @@ class ErlPopulations(Model, name="erl-populations"):
                 "negative_learning_rate",
             )
         }
-        return Rules(
-            **{
-                name: getattr(self, name)
-                for name in Rules._fields
-                if name in type(self).model_fields
-            }
-            | single
-            | strategy
-        )
+        settings = {
+            name: getattr(self, name) for name in Rules._fields if name in type(self).model_fields
+        }
+        return Rules(**settings | single_precision | strategy)
 
     def world(self, *key: int) -> ErlWorld:
-        """Allocate a world. `key` is seed, run, generation and number of the population."""
+        """Allocate a world. `key` has four numbers: seed, run, generation and population."""
         cells = self.grid_size * self.grid_size
         agents = self.max_agents
         carnivores = MAX_CARNIVORES
@@ -306,7 +246,7 @@ class ErlPopulations(Model, name="erl-populations"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         shape = genomes.shape[:2]
-        survived = poison.empty(shape, np.int64)
+        survived_steps = poison.empty(shape, np.int64)
         totals = np.zeros((*shape, 3))
         rules = self.rules()
         inputs = poison.empty(N_INPUTS, np.float32)
@@ -314,71 +254,15 @@ class ErlPopulations(Model, name="erl-populations"):
             for number in range(shape[1]):
                 bits = np.ascontiguousarray(genomes[row, number, 0]).reshape(-1, N_BITS)
                 world = self.world(seed, run, generation, number)
-                survived[row, number] = simulate_population(
+                survived_steps[row, number] = simulate_population(
                     rules, world, bits, self.max_steps, inputs, totals[row, number]
                 )
-        energy = survived.astype(np.float64)
-        means = (totals[..., 1:] / np.maximum(1, survived)[..., None]).astype(np.float32)
+        energy = survived_steps.astype(np.float64)
+        means = (totals[..., 1:] / np.maximum(1, survived_steps)[..., None]).astype(np.float32)
         records = {
-            "extinct": (survived < self.max_steps).astype(np.int32),
+            "extinct": (survived_steps < self.max_steps).astype(np.int32),
             "born": totals[..., 0].astype(np.int32),
             "living": means[..., 0],
             "hunters": means[..., 1],
         }
         return LifeResults(energy, np.zeros_like(energy), None, records)
-
-
-@jit_entry_point
-def simulate_population(
-    rules: Rules, world: ErlWorld, genomes: Any, max_steps: int, inputs: Any, totals: Any
-) -> int:
-    """Simulate a population and return the number of steps that it survives.
-
-    Parameters
-    ----------
-    rules : Rules
-        Numbers of the world.
-    world : World
-        The world. All its arrays are overwritten.
-    genomes : array of shape (founders, bits)
-        Bits of the founders.
-    max_steps : int
-        Maximum number of steps.
-    inputs : array of shape (inputs,)
-        Scratch.
-    totals : array of shape (3,)
-        Output: the number of births, and the numbers of agents and carnivores, added up over the
-        steps.
-    """
-    init_world(rules, world)
-    place_founders(rules, world, genomes)
-    step = 0
-    while step < max_steps and world.counts[AGENTS] > 0:
-        world.counts[STEP] = step + 1
-        world.counts[DRAWN] = 0
-        step_world(rules, world, inputs)
-        totals[1] += world.counts[AGENTS]
-        totals[2] += world.counts[CARNIVORES]
-        step += int(world.counts[AGENTS] > 0)
-    totals[0] = world.counts[BORN]
-    return step
-
-
-@compiled
-def step_world(rules: Rules, world: ErlWorld, inputs: Any) -> None:
-    """Simulate one step: plants, agents, carnivores, deaths, then births."""
-    grow_plants(rules, world)
-    if world.counts[STEP] % CARNIVORE_INTERVAL == 0:
-        add_carnivore(rules, world, random_empty_cell(rules, world))
-    for agent in range(world.counts[AGENTS]):
-        if world.health[agent] > 0.0:
-            step_agent(rules, world, agent, inputs)
-            world.energy[agent] -= rules.cost_per_step
-    for carnivore in range(world.counts[CARNIVORES]):
-        if world.carnivore_health[carnivore] > 0.0:
-            step_carnivore(rules, world, carnivore)
-    remove_dead_carnivores(world)
-    remove_dead_agents(world)
-    for agent in range(world.counts[AGENTS]):
-        world.health[agent] = min(1.0, world.health[agent] + rules.healing_per_step)
-        reproduce(rules, world, agent)

@@ -1,13 +1,13 @@
-"""A grid of cells with walls, plants, trees, corpses, and carnivores that follow a fixed rule.
+"""World of cells with walls, plants, trees, corpses, and carnivores that follow a fixed rule.
 
-All arrays of a world are allocated before the first step, because compiled code allocates none. A
-cell is a number. Its neighbors differ by 1 and by `grid_size`. `kind` is the content of a cell.
-`occupant` is the number of the agent or carnivore in the cell, or -1.
+All arrays of a world are allocated before the first step, because compiled code allocates no
+memory. Cells are numbered row by row, so the neighbors of cell c are c - 1, c + 1, c - `grid_size`
+and c + `grid_size`.
 
 From memory are the cells, the kinds, the sight of agents and carnivores, one additional carnivore
 every 200 steps, and a minimum of 50 plants. Our choices are as follows. Plants grow next to plants.
-A carnivore goes to the nearest agent or corpse straight ahead, destroys plants and eats corpses. It
-reproduces at full energy, and starves without food. Walls are only at the edges.
+A carnivore goes to the nearest agent or corpse in one of the four directions, destroys plants and
+eats corpses. It reproduces at full energy, and starves without food. Walls are only at the edges.
 
 References
 ----------
@@ -24,27 +24,30 @@ import numpy.typing as npt
 from baldwinlab.engine.jit import compiled
 from baldwinlab.parts import LIFE, philox, unit
 
+# Kinds of cells, by their content.
 WALL, PLANT, TREE, AGENT, CARNIVORE, CORPSE, EMPTY = range(7)
 # Number of kinds that agents sense. EMPTY is not sensed.
 N_SENSED_KINDS: Final = 6
-# Cells that agents and carnivores see straight ahead, in four directions.
+# Distance at which agents and carnivores see, in cells, in each of the four directions.
 AGENT_SIGHT = 4
 CARNIVORE_SIGHT = 6
+# Minimum number of plants after each step.
 MIN_PLANTS = 50
 # Steps between two additional carnivores.
 CARNIVORE_INTERVAL = 200
 MAX_CARNIVORES = 200
-# Instead of the number of a cell or of an occupant.
+# Value that marks a missing cell or occupant.
 NO_NUMBER: Final = -1
 
-# Entries of `World.counts`.
+# Entries of `ErlWorld.counts`.
 AGENTS, CARNIVORES, PLANTS, DRAWN, STEP, BORN, LEARNED = range(7)
 
 
 class ErlWorld(NamedTuple):
     """State of a world. Agents and carnivores use the first rows of their arrays."""
 
-    # Numbers as named above. DRAWN is the number of random draws in this step.
+    # [entry]: the numbers of agents, carnivores and plants; the number of random draws in this step
+    # (DRAWN); the number of the step; the numbers of births and of learning steps.
     counts: npt.NDArray[np.int64]
     # Seed, run, generation and number of the population.
     key: npt.NDArray[np.int64]
@@ -80,21 +83,21 @@ class ErlWorld(NamedTuple):
 
 @compiled
 def draw_uniforms(world: ErlWorld) -> Any:
-    """Draw four uniform numbers in (0, 1). Each call returns different numbers."""
+    """Draw four uniform numbers in (0, 1), different ones in each call."""
     world.counts[DRAWN] += 1
     seed = world.key[0]
     run = world.key[1]
     generation = world.key[2]
-    number = world.key[3]
-    drawn = philox(
-        world.counts[DRAWN], world.counts[STEP], generation, LIFE + (number << 16), seed, run
-    )
-    return unit(drawn[0]), unit(drawn[1]), unit(drawn[2]), unit(drawn[3])
+    population = world.key[3]
+    # Each population has its stream of random numbers.
+    purpose = LIFE + (population << 16)
+    words = philox(world.counts[DRAWN], world.counts[STEP], generation, purpose, seed, run)
+    return unit(words[0]), unit(words[1]), unit(words[2]), unit(words[3])
 
 
 @compiled
 def neighbor_cell(rules: Any, cell: int, direction: int) -> Any:
-    """Return the next cell in a direction: 0 north, 1 east, 2 south, 3 west."""
+    """Return the neighbor of a cell in a direction: 0 north, 1 east, 2 south, 3 west."""
     if direction == 0:
         return cell - rules.grid_size
     if direction == 1:
@@ -105,18 +108,18 @@ def neighbor_cell(rules: Any, cell: int, direction: int) -> Any:
 
 
 @compiled
-def random_cell(rules: Any, world: ErlWorld) -> Any:
-    drawn = draw_uniforms(world)
-    return int(drawn[0] * np.float32(rules.grid_size)) * rules.grid_size + int(
-        drawn[1] * np.float32(rules.grid_size)
-    )
+def draw_cell(rules: Any, world: ErlWorld) -> Any:
+    draws = draw_uniforms(world)
+    row = int(draws[0] * np.float32(rules.grid_size))
+    column = int(draws[1] * np.float32(rules.grid_size))
+    return row * rules.grid_size + column
 
 
 @compiled
-def random_empty_cell(rules: Any, world: ErlWorld) -> Any:
+def draw_empty_cell(rules: Any, world: ErlWorld) -> Any:
     """Return a random empty cell, or -1 after a hundred failed draws."""
     for _ in range(100):
-        cell = random_cell(rules, world)
+        cell = draw_cell(rules, world)
         if world.kind[cell] == EMPTY:
             return cell
     return NO_NUMBER
@@ -133,17 +136,18 @@ def init_world(rules: Any, world: ErlWorld) -> None:
         world.kind[cell] = EMPTY if is_inside else WALL
         world.occupant[cell] = NO_NUMBER
     for _ in range(rules.trees):
-        cell = random_empty_cell(rules, world)
+        cell = draw_empty_cell(rules, world)
         if cell >= 0:
             world.kind[cell] = TREE
     for _ in range(rules.initial_plants):
-        add_plant(rules, world, random_empty_cell(rules, world))
+        add_plant(rules, world, draw_empty_cell(rules, world))
     for _ in range(rules.initial_carnivores):
-        add_carnivore(rules, world, random_empty_cell(rules, world))
+        add_carnivore(rules, world, draw_empty_cell(rules, world))
 
 
 @compiled
 def add_plant(rules: Any, world: ErlWorld, cell: int) -> None:
+    """Add a plant in a cell if the cell is empty. `cell` can be -1."""
     if cell >= 0 and world.kind[cell] == EMPTY:
         world.kind[cell] = PLANT
         world.counts[PLANTS] += 1
@@ -151,31 +155,28 @@ def add_plant(rules: Any, world: ErlWorld, cell: int) -> None:
 
 @compiled
 def grow_plants(rules: Any, world: ErlWorld) -> None:
-    """Add plants in random cells and next to plants, at least up to the minimum number."""
+    """Add plants in random cells and next to plants, then up to the minimum number."""
     for _ in range(rules.sprouts_per_step):
-        add_plant(rules, world, random_cell(rules, world))
+        add_plant(rules, world, draw_cell(rules, world))
     for _ in range(rules.growth_checks_per_step):
-        cell = random_cell(rules, world)
+        cell = draw_cell(rules, world)
         if world.kind[cell] == PLANT:
-            add_plant(
-                rules,
-                world,
-                neighbor_cell(rules, cell, int(draw_uniforms(world)[0] * np.float32(4))),
-            )
+            direction = int(draw_uniforms(world)[0] * np.float32(4))
+            add_plant(rules, world, neighbor_cell(rules, cell, direction))
     for _ in range(MIN_PLANTS - world.counts[PLANTS]):
-        add_plant(rules, world, random_empty_cell(rules, world))
+        add_plant(rules, world, draw_empty_cell(rules, world))
 
 
 @compiled
 def clear_cell(world: ErlWorld, cell: int) -> None:
-    """Empty a cell and count its plant as removed."""
+    """Empty a cell. If it has a plant, the number of plants decreases."""
     world.counts[PLANTS] -= int(world.kind[cell] == PLANT)
     world.kind[cell] = EMPTY
 
 
 @compiled
 def add_carnivore(rules: Any, world: ErlWorld, cell: int) -> None:
-    """Add a carnivore in a cell, if the maximum number is not reached."""
+    """Add a carnivore in a cell if the maximum number is not reached. `cell` can be -1."""
     carnivore = world.counts[CARNIVORES]
     if cell >= 0 and carnivore < MAX_CARNIVORES:
         world.kind[cell] = CARNIVORE
@@ -192,14 +193,14 @@ def step_carnivore(rules: Any, world: ErlWorld, carnivore: int) -> None:
 
     It bites an agent and eats a corpse. It reproduces at full energy.
     """
-    drawn = draw_uniforms(world)
-    direction = int(drawn[0] * np.float32(4))
-    nearest = CARNIVORE_SIGHT + 1
+    draws = draw_uniforms(world)
+    direction = int(draws[0] * np.float32(4))
+    nearest_distance = CARNIVORE_SIGHT + 1
     for candidate in range(4):
         distance = _prey_distance(rules, world, world.carnivore_position[carnivore], candidate)
-        if distance < nearest:
+        if distance < nearest_distance:
             direction = candidate
-            nearest = distance
+            nearest_distance = distance
     cell = neighbor_cell(rules, world.carnivore_position[carnivore], direction)
     kind = world.kind[cell]
     if kind == AGENT:
@@ -217,6 +218,7 @@ def step_carnivore(rules: Any, world: ErlWorld, carnivore: int) -> None:
         world.occupant[cell] = carnivore
         world.carnivore_position[carnivore] = cell
         if world.carnivore_energy[carnivore] >= 1.0 and world.counts[CARNIVORES] < MAX_CARNIVORES:
+            # Parent and child have half of the energy each.
             world.carnivore_energy[carnivore] = 0.5
             add_carnivore(rules, world, old_cell)
     world.carnivore_energy[carnivore] -= rules.carnivore_cost_per_step
@@ -241,8 +243,9 @@ def _prey_distance(rules: Any, world: ErlWorld, cell: int, direction: int) -> in
 def remove_dead_carnivores(world: ErlWorld) -> None:
     """Replace each dead carnivore by a corpse.
 
-    The last carnivore gets the number of the removed one.
+    The last carnivore gets the number of the removed carnivore.
     """
+    # The order is descending, because the last carnivore changes its number.
     for carnivore in range(world.counts[CARNIVORES] - 1, -1, -1):
         if world.carnivore_energy[carnivore] <= 0.0 or world.carnivore_health[carnivore] <= 0.0:
             cell = world.carnivore_position[carnivore]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.engine import poison
-from baldwinlab.models.light_switch.lifetimes import N_INPUTS, drive
+from baldwinlab.models.light_switch.lifetimes import N_INPUTS, simulate_lifetimes
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
@@ -23,12 +23,12 @@ from baldwinlab.parts import (
     uniforms,
 )
 
-# Bits per neuron or per synapse.
+# Number of bits of a gene, which belongs to a neuron or to a synapse.
 BITS_PER_GENE: Final = 5
-# Largest weight at birth.
+# Upper limit of a weight at birth.
 MAX_INITIAL_WEIGHT: Final = 0.1
-# Positions of the stripe and of the lamp (x and y each), strength of the senses, and speed of the
-# left wheel as a share of full speed.
+# Layout of a world: x and y of the stripe, x and y of the lamp, strength of the senses, and speed
+# of the left wheel as a share of full speed.
 STANDARD_WORLD: Final = (1.0, 0.5, 0.15, 0.5, 1.0, 1.0)
 CHANGED_WORLDS: Final = {
     "places": (0.5, 1.0, 0.85, 0.15, 1.0, 1.0),
@@ -37,9 +37,9 @@ CHANGED_WORLDS: Final = {
 }
 
 
-def _last(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return the mean of a record over the last ten generations."""
-    return lambda runs: runs[name].isel(generation=slice(-10, None)).mean(("generation", "agent"))
+def _mean_of_last_generations(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Return a function of runs: the mean of a record over the last ten generations."""
+    return lambda runs: runs[record].isel(generation=slice(-10, None)).mean(("generation", "agent"))
 
 
 class LightSwitch(Model, name="light-switch"):
@@ -94,12 +94,13 @@ class LightSwitch(Model, name="light-switch"):
     measures: ClassVar[Mapping[str, Measure]] = {
         "changed": Measure(
             "share of steps under the lit lamp in a changed world, last ten generations",
-            _last("changed"),
+            _mean_of_last_generations("changed"),
         ),
         "retained": Measure(
             ("share of the score that remains in a changed world, last ten generations"),
             lambda runs: (
-                _last("changed")(runs) / _last("score")(runs).where(lambda score: score > 0)
+                _mean_of_last_generations("changed")(runs)
+                / _mean_of_last_generations("score")(runs).where(lambda score: score > 0)
             ),
         ),
     }
@@ -120,14 +121,18 @@ class LightSwitch(Model, name="light-switch"):
         return self.neurons * (N_INPUTS + self.neurons)
 
     @property
-    def coded(self) -> int:
-        """Return the number of units with five bits each: neurons or synapses."""
+    def n_genes(self) -> int:
+        """Return the number of genes: of neurons or of synapses."""
         return self.neurons if self.encoding == "neurons" else self.synapses
 
+    @property
+    def _has_input_signs(self) -> bool:
+        return self.encoding == "neurons" and self.sign == "source"
+
     def weights(self) -> int:
-        return BITS_PER_GENE * self.coded + (
-            N_INPUTS if self.encoding == "neurons" and self.sign == "source" else 0
-        )
+        # Inputs have no genes of their own. If signs belong to sources, each input has a sign bit.
+        n_input_signs = N_INPUTS if self._has_input_signs else 0
+        return BITS_PER_GENE * self.n_genes + n_input_signs
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
@@ -141,25 +146,25 @@ class LightSwitch(Model, name="light-switch"):
         signs, rules, rates, weights = self._decode(
             seed, runs, generation, (genomes[:, :, 0] > 0.5).astype(np.int64)
         )
-        begin = np.stack(
+        initial_draws = np.stack(
             [uniforms(seed, run, generation, LIFE, (1, 1))[0, 0] for run in runs]
         ).astype(np.float32)
         shares = []
         for world in (STANDARD_WORLD, CHANGED_WORLDS[self.change]):
-            lit = poison.empty(shape, np.int64)
+            lit_steps = poison.empty(shape, np.int64)
             values = poison.empty((2, N_INPUTS + self.neurons), np.float32)
-            drive(
+            simulate_lifetimes(
                 self.steps_per_life,
                 np.array(world, np.float32),
-                begin,
+                initial_draws,
                 signs,
                 rules,
                 rates,
                 weights.copy(),
                 values,
-                lit,
+                lit_steps,
             )
-            shares.append(lit / self.steps_per_life)
+            shares.append(lit_steps / self.steps_per_life)
         score, changed = shares
         records = {"score": score.astype(np.float32), "changed": changed.astype(np.float32)}
         return LifeResults(score, np.zeros(shape), None, records)
@@ -171,20 +176,21 @@ class LightSwitch(Model, name="light-switch"):
 
         Each returned array has the shape [run, agent, neuron, source].
         """
-        synapses = (*bits.shape[:2], self.neurons, N_INPUTS + self.neurons)
-        genes = bits[..., : BITS_PER_GENE * self.coded].reshape(*synapses[:3], -1, BITS_PER_GENE)
-        negative = genes[..., 0]
-        if self.encoding == "neurons" and self.sign == "source":
-            negative = np.concatenate(
-                [bits[..., BITS_PER_GENE * self.coded :], negative[..., 0]], axis=-1
-            )[:, :, None]
+        shape = (*bits.shape[:2], self.neurons, N_INPUTS + self.neurons)
+        genes = bits[..., : BITS_PER_GENE * self.n_genes].reshape(*shape[:3], -1, BITS_PER_GENE)
+        is_negative = genes[..., 0]
+        if self._has_input_signs:
+            input_signs = bits[..., BITS_PER_GENE * self.n_genes :]
+            source_signs = np.concatenate([input_signs, is_negative[..., 0]], axis=-1)
+            # The same signs for all target neurons.
+            is_negative = source_signs[:, :, None]
         rates = (0.3 * self.learns * (2 * genes[..., 3] + genes[..., 4])).astype(np.float32)
-        of_synapses = (
-            (1 - 2 * negative).astype(np.float32),
+        properties = (
+            (1 - 2 * is_negative).astype(np.float32),
             2 * genes[..., 1] + genes[..., 2],
             rates,
         )
-        signs, rules, rates = (np.broadcast_to(values, synapses).copy() for values in of_synapses)
+        signs, rules, rates = (np.broadcast_to(values, shape).copy() for values in properties)
         if self.encoding == "strengths":
             strengths = ((genes[..., 1:] * (8, 4, 2, 1)).sum(axis=-1) / 15).astype(np.float32)
             return signs, rules, rates, strengths
@@ -196,5 +202,5 @@ class LightSwitch(Model, name="light-switch"):
             signs,
             rules,
             rates,
-            (MAX_INITIAL_WEIGHT * np.stack(draws)).astype(np.float32).reshape(synapses),
+            (MAX_INITIAL_WEIGHT * np.stack(draws)).astype(np.float32).reshape(shape),
         )

@@ -14,7 +14,8 @@ from baldwinlab.models.erl.agents import (
     add_agent,
     place_founders,
 )
-from baldwinlab.models.erl.model import ErlPopulations, step_world
+from baldwinlab.models.erl.model import ErlPopulations
+from baldwinlab.models.erl.simulation import step_world
 from baldwinlab.models.erl.world import (
     AGENTS,
     DRAWN,
