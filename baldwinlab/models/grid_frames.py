@@ -1,4 +1,4 @@
-"""Frames of lifetimes on a grid, one per step, for the views of models."""
+"""Frames of lifetimes on a grid, one frame per step, for the views of models."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ import numpy.typing as npt
 
 from baldwinlab.parts import GridView
 
-# Entry of a position that the agent does not reach.
+# Action at a position that the agent does not reach.
 NOT_REACHED: Final = -2
+# Quarter turns clockwise from the right.
 UP_HEADING: Final = 3
 # Change of row and column in a step, by heading.
 STEP_BY_HEADING: Final = ((0, 1), (1, 0), (0, -1), (-1, 0))
+# Kinds of cells in a maze.
 WALL: Final = 1
 HIGH: Final = 2
 LOW: Final = 3
@@ -59,10 +61,10 @@ def make_foraging_frames(
 
 def make_maze_frames(
     turns: int,
-    high: Sequence[int],
+    high_ends: Sequence[int],
     actions: npt.NDArray[Any],
-    at_end: npt.NDArray[Any],
-    in_all: npt.NDArray[Any],
+    rewards_at_end: npt.NDArray[Any],
+    total_rewards: npt.NDArray[Any],
 ) -> GridView:
     """Return the frames of trips in T-mazes with one or two turning points between home and an end.
 
@@ -72,29 +74,29 @@ def make_maze_frames(
     ----------
     turns : int
         Number of turning points on the way to an end, 1 or 2.
-    high : sequence of int
+    high_ends : sequence of int
         End with the high reward, by trip. Ends are numbered from left to right, from 0.
     actions : array of shape (trips, positions)
         Actions at the positions of a trip: corridor, turning point, ..., end, corridor, turning
         point, ..., home. -1 is left, 0 is straight on, 1 is right, or NOT_REACHED.
-    at_end : array of shape (trips,)
-        Reward that is shown from the end of the maze on.
-    in_all : array of shape (trips,)
-        Reward that is shown in the last step.
+    rewards_at_end : array of shape (trips,)
+        Reward of each trip, shown from the step at the end of the maze.
+    total_rewards : array of shape (trips,)
+        Total reward of each trip, shown in its last step.
     """
-    paths = [_path(turns, trip[trip != NOT_REACHED].tolist()) for trip in actions]
+    paths = [_trip_path(turns, trip[trip != NOT_REACHED].tolist()) for trip in actions]
     steps = [len(path) for path in paths]
     gained = [
-        np.where(np.arange(count) > 2 * turns, worth, 0.0)
-        for count, worth in zip(steps, at_end, strict=True)
+        np.where(np.arange(count) > 2 * turns, reward, 0.0)
+        for count, reward in zip(steps, rewards_at_end, strict=True)
     ]
-    for trip, worth in zip(gained, in_all, strict=True):
-        trip[-1] = worth
-    mazes = np.stack([_t_maze(turns, end) for end in range(2**turns)])
+    for trip, reward in zip(gained, total_rewards, strict=True):
+        trip[-1] = reward
+    mazes = np.stack([_draw_maze(turns, end) for end in range(2**turns)])
     row, column, heading = np.concatenate(paths).T
     return GridView(
         marks={"wall": "edge", "high reward": "green", "low reward": "orange"},
-        cells=np.repeat(mazes[high], steps, axis=0),
+        cells=np.repeat(mazes[high_ends], steps, axis=0),
         position=np.stack([row, column], axis=-1),
         heading=heading,
         gained=np.concatenate(gained),
@@ -103,7 +105,7 @@ def make_maze_frames(
     )
 
 
-def _path(turns: int, actions: Sequence[int]) -> list[tuple[int, int, int]]:
+def _trip_path(turns: int, actions: Sequence[int]) -> list[tuple[int, int, int]]:
     """Return row, column and heading at home and after each action."""
     row = 2 * turns + 1
     column = 3
@@ -122,10 +124,10 @@ def _path(turns: int, actions: Sequence[int]) -> list[tuple[int, int, int]]:
     return path
 
 
-def _t_maze(turns: int, high: int) -> npt.NDArray[np.uint8]:
+def _draw_maze(turns: int, high: int) -> npt.NDArray[np.uint8]:
     """Return the content of each cell [row, column] if the end `high` has the high reward."""
     paths = [
-        _path(turns, [action for turn in route for action in (0, turn)] + [0])
+        _trip_path(turns, [action for turn in route for action in (0, turn)] + [0])
         for route in product((-1, 1), repeat=turns)
     ]
     maze = np.full((2 * turns + 3, 7), WALL, np.uint8)

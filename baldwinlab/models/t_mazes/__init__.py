@@ -1,4 +1,4 @@
-"""T-mazes in which the high reward moves, and networks whose synapses change during life.
+"""The model of T-mazes in which the high reward moves, and of networks with plastic synapses.
 
     baldwinlab reproduce soltoggio-2008
 
@@ -9,11 +9,11 @@ agent goes straight on if the output is within 1/3 of 0, otherwise right or left
 a corridor or at a turning point is a crash, which costs 0.4 and ends the trip. With `homing`, the
 agent must also return home. Otherwise it loses 0.3.
 
-Four inputs are 1 at a turning point, at an end, at home, and always. The fifth is the reward. The
-activation of a neuron is tanh(a / 2), where a is the sum over inputs and the last values of
-standard neurons. The modulatory neurons are updated first, then the standard neurons, the output
-last. After each step, each synapse from an input or a standard neuron with the activation x to a
-neuron with the activation y changes by
+Three inputs are 1 at a turning point, at an end, and at home. The fourth input is the reward, and
+the fifth is always 1. The activation of a neuron is tanh(a / 2), where a is the weighted sum of the
+inputs and of the latest values of the standard neurons. The modulatory neurons are updated first,
+then the standard neurons, the output last. After each step, each synapse from an input or a
+standard neuron with the activation x to a neuron with the activation y changes by
 
     tanh(m / 2) rate (A x y + B x + C y + D)
 
@@ -22,9 +22,9 @@ modulatory neurons, the factor tanh(m / 2) is 1. Weights are limited to [-10, 10
 
 The rule, the rewards and the trips are from memory. Our choices are as follows. The number of
 neurons is given and all neurons are connected; in the paper, neurons are inserted, duplicated and
-deleted. Synapses of modulatory neurons do not change. Activations last for a trip (`memory`), so
-only weights carry information between trips. A position takes one step. All agents of a generation
-of a run have the same maze.
+deleted. Synapses from modulatory neurons do not change. Activations are reset after each trip (the
+setting `memory`), so only weights carry information between trips. A position takes one step. All
+agents of a generation of a run have the same maze.
 
 `model` has the settings and records, and `trips` the mazes and the networks.
 

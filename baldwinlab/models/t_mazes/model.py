@@ -1,4 +1,4 @@
-"""The model of T-mazes: settings, records and views."""
+"""The model `t-mazes`: settings, records and views."""
 
 from __future__ import annotations
 
@@ -61,7 +61,8 @@ def total_reward(counts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
     return reward
 
 
-def _trips(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> GridView:
+def _view_trips(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> GridView:
+    """Return the trips of an agent in its maze."""
     trips = min(model.trips, MAX_SHOWN_TRIPS)
     agent_genome = genomes[None, [agent]]
     results = model.explore(
@@ -70,16 +71,20 @@ def _trips(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int
     maze = model.maze(key.seed, key.run, key.generation)
     high = [high_reward_end(maze, trip) for trip in range(trips)]
     counts = results.counts[0, 0]
+    # Without the costs of crashes and of lost agents.
+    reward_at_end = total_reward(counts * [1, 1, 0, 0])
     return make_maze_frames(
         model.turning_points,
         high,
         results.actions,
-        total_reward(counts * [1, 1, 0, 0]),
+        reward_at_end,
         total_reward(counts),
     )
 
 
-def _returns(model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> PathView:
+def _view_returns(
+    model: TMazes, key: Any, genomes: npt.NDArray[np.float32], agent: int
+) -> PathView:
     trips = min(model.trips, MAX_SHOWN_TRIPS)
     results = model.explore(
         key.seed, [key.run], key.generation, genomes[None], trips=trips, slots=trips
@@ -142,14 +147,14 @@ class TMazes(Model, name="t-mazes"):
             "An agent in its maze, cell by cell, for each trip. After a crash it "
             "faces the wall. The position of the high reward, and its change, are "
             "drawn for each generation.",
-            _trips,
+            _view_trips,
         ),
         "returns": View(
             (
                 "Gain of an agent after each trip, compared with the average and the best"
                 " of its generation."
             ),
-            _returns,
+            _view_returns,
         ),
     }
 
@@ -174,8 +179,8 @@ class TMazes(Model, name="t-mazes"):
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
-        drawn: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
-        return drawn
+        genomes: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
+        return genomes
 
     def maze(self, seed: int, run: int, generation: int) -> tuple[int, int, int]:
         """Draw the maze of a generation.
@@ -194,9 +199,11 @@ class TMazes(Model, name="t-mazes"):
         ]
         ends = 2**self.turning_points
         first_end = int(first_draw * ends)
+        # The high reward moves between 35 % and 65 % of the lifetime.
         earliest = self.trips * 35 // 100
         latest = self.trips * 65 // 100
         change = earliest + int(change_draw * (latest - earliest + 1))
+        # Any end except the first.
         second_end = (first_end + 1 + int(second_draw * (ends - 1))) % ends
         return first_end, change, second_end
 
@@ -222,17 +229,18 @@ class TMazes(Model, name="t-mazes"):
     ) -> MazeResults:
         """Simulate the first trips of lifetimes.
 
-        `trips` is the number of trips, and `slots` that of the results per agent. The last slot has
-        the sum of the remaining trips.
+        `trips` is the number of trips. `slots` is the number of results per agent: one for each of
+        the first trips. The last result has the sum of all remaining trips.
         """
-        sizes = np.full(self.weights(), MAX_WEIGHT)
-        sizes[-N_RULE_GENES:] = 1, 1, 1, 1, MAX_RATE
-        weights = np.clip(genomes[:, :, 0], -ONE, ONE) * sizes
+        gene_limits = np.full(self.weights(), MAX_WEIGHT)
+        gene_limits[-N_RULE_GENES:] = 1, 1, 1, 1, MAX_RATE
+        weights = np.clip(genomes[:, :, 0], -ONE, ONE) * gene_limits
         network = self.neurons, self.modulatory_neurons, self.plasticity, RESET_PERIODS[self.memory]
-        numbers = np.array([*network, self.turning_points, self.homing, trips])
+        # In the order of the indices in `trips`.
+        settings = np.array([*network, self.turning_points, self.homing, trips])
         mazes = np.array([self.maze(seed, run, generation) for run in runs])
         counts = np.zeros((*genomes.shape[:2], slots, 4), np.int64)
         actions = np.full((slots, 4 * self.turning_points + 2), NOT_REACHED, np.int64)
         scratch = poison.empty(N_INPUTS + self.neurons, np.float32), poison.empty(4, np.int64)
-        explore(numbers, mazes, weights, *scratch, counts, actions)
-        return MazeResults(weights / sizes, counts, actions)
+        explore(settings, mazes, weights, *scratch, counts, actions)
+        return MazeResults(weights / gene_limits, counts, actions)

@@ -11,32 +11,41 @@ from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.engine.simd import clamp
 
 N_INPUTS: Final = 5
+# Indices of the inputs.
 TURNING, END, HOME, REWARD, BIAS = range(N_INPUTS)
 # Position at which only the bias input is 1.
 CORRIDOR: Final = -1
-# Number of genes after those of the weights: A, B, C, D and the rate.
+# Number of genes of the learning rule, after the genes of the weights: A, B, C, D and the rate.
 N_RULE_GENES: Final = 5
 # Limits of a weight and of the rate. A gene is a share of the limit.
 MAX_WEIGHT = np.float32(10)
 MAX_RATE = np.float32(100)
-# Events that are counted.
+# Indices of the counted events of trips: high reward, low reward, crash, lost on the way home.
 HIGH, LOW, CRASHES, LOST = range(4)
-# Periods after which activations are reset.
+# Indices of the settings: numbers of neurons and of modulatory neurons, whether synapses change,
+# period of the reset of activations, number of turning points, whether to return home, and number
+# of trips.
+NEURONS, MODULATORY, PLASTICITY, RESET_PERIOD, TURNING_POINTS, HOMING, TRIPS = range(7)
+# Periods after which activations are reset, see `TMazes.memory`.
 STEP, TRIP, LIFETIME = range(3)
-ZERO, ONE, TWO, THIRD, LOW_REWARD = (np.float32(number) for number in (0, 1, 2, 1 / 3, 0.2))
+ZERO, ONE, TWO = (np.float32(number) for number in range(3))
+# An output above the threshold is a turn to the right, below minus the threshold to the left.
+TURN_THRESHOLD = np.float32(1 / 3)
+# Low reward, as the value of the input.
+LOW_REWARD = np.float32(0.2)
 
 
 @jit_entry_point
 def explore(
-    numbers: Any, mazes: Any, weights: Any, values: Any, events: Any, counts: Any, actions: Any
+    settings: Any, mazes: Any, weights: Any, values: Any, events: Any, counts: Any, actions: Any
 ) -> None:
     """Simulate the trips of all agents.
 
     Parameters
     ----------
-    numbers : array of shape (7,)
-        Number of neurons and of modulatory neurons, whether synapses change, period of the reset of
-        activations, number of turning points, whether to return home, and number of trips.
+    settings : array of shape (7,)
+        In the order of `NEURONS`, `MODULATORY`, `PLASTICITY`, `RESET_PERIOD`, `TURNING_POINTS`,
+        `HOMING` and `TRIPS`.
     mazes : array of shape (runs, 3)
         Mazes, as returned by `TMazes.maze`.
     weights : array of shape (runs, agents, weights)
@@ -50,32 +59,36 @@ def explore(
     actions : array of shape (slots, positions)
         Output: the actions of the last simulated agent.
     """
-    # An agent without state between trips repeats its actions until the reward moves.
     values[:] = ZERO
-    is_stateless = numbers[2] == 0 and numbers[3] != LIFETIME
+    # An agent without memory between trips repeats its actions while the high reward does not move.
+    is_memoryless = settings[PLASTICITY] == 0 and settings[RESET_PERIOD] != LIFETIME
     for run in range(mazes.shape[0]):
         for agent in range(weights.shape[1]):
             _reset_activations(values)
-            for trip in range(numbers[6]):
+            for trip in range(settings[TRIPS]):
                 slot = min(trip, actions.shape[0] - 1)
                 high = high_reward_end(mazes[run], trip)
-                if is_stateless and trip > 0 and high == high_reward_end(mazes[run], trip - 1):
+                has_moved = trip == 0 or high != high_reward_end(mazes[run], trip - 1)
+                if is_memoryless and not has_moved:
                     for position in range(actions.shape[1]):
                         actions[slot, position] = actions[max(slot - 1, 0), position]
                 else:
-                    if numbers[3] == TRIP:
+                    if settings[RESET_PERIOD] == TRIP:
                         _reset_activations(values)
                     events[:] = 0
-                    _make_trip(numbers, high, weights[run, agent], values, events, actions[slot])
-                    _choose_action(numbers, weights[run, agent], values, HOME, ZERO)
+                    _make_trip(settings, high, weights[run, agent], values, events, actions[slot])
+                    _choose_action(settings, weights[run, agent], values, HOME, ZERO)
                 for kind in range(events.size):
                     counts[run, agent, slot, kind] += events[kind]
 
 
 @compiled
 def high_reward_end(maze: Any, trip: Any) -> int:
-    """Return the end that has the high reward in a trip."""
-    return maze[0] if trip < maze[1] else maze[2]  # type: ignore[no-any-return]
+    """Return the end that has the high reward in a trip. `maze` is as returned by `TMazes.maze`."""
+    first_end = maze[0]
+    change = maze[1]
+    second_end = maze[2]
+    return first_end if trip < change else second_end  # type: ignore[no-any-return]
 
 
 @compiled
@@ -86,65 +99,70 @@ def _reset_activations(values: Any) -> None:
 
 @compiled
 def _make_trip(
-    numbers: Any, high: Any, weights: Any, values: Any, counts: Any, actions: Any
+    settings: Any, high: Any, weights: Any, values: Any, counts: Any, actions: Any
 ) -> None:
     """Simulate one trip.
 
-    Its positions are a corridor and a turning point for each turn, the end, the same positions on
-    the way back, and home.
+    The positions are a corridor and a turning point for each turn, then the end. On the way back,
+    the same positions follow in reverse order, then home.
     """
-    out = 2 * numbers[4]
+    # Number of positions before the end.
+    n_outbound = 2 * settings[TURNING_POINTS]
     end = 0
-    for position in range(out):
-        turning = position % 2
+    for position in range(n_outbound):
+        is_turning_point = position % 2
         actions[position] = _choose_action(
-            numbers, weights, values, TURNING if turning else CORRIDOR, ZERO
+            settings, weights, values, TURNING if is_turning_point else CORRIDOR, ZERO
         )
-        if (actions[position] != 0) != turning:
+        if (actions[position] != 0) != is_turning_point:
             counts[CRASHES] += 1
             return
-        if turning:
+        if is_turning_point:
+            # A binary digit of the end: 0 for left, 1 for right.
             end = 2 * end + (actions[position] + 1) // 2
     counts[HIGH if end == high else LOW] += 1
-    actions[out] = _choose_action(numbers, weights, values, END, ONE if end == high else LOW_REWARD)
-    if numbers[5] == 1:
-        for position in range(out + 1, 2 * out + 1):
-            turning = 1 - position % 2
+    actions[n_outbound] = _choose_action(
+        settings, weights, values, END, ONE if end == high else LOW_REWARD
+    )
+    if settings[HOMING] == 1:
+        for position in range(n_outbound + 1, 2 * n_outbound + 1):
+            is_turning_point = 1 - position % 2
             actions[position] = _choose_action(
-                numbers, weights, values, TURNING if turning else CORRIDOR, ZERO
+                settings, weights, values, TURNING if is_turning_point else CORRIDOR, ZERO
             )
-            if actions[position] != turning * (1 - 2 * (end & 1)):
+            # An agent that turned left on the way out (digit 0) must turn right on the way back.
+            if actions[position] != is_turning_point * (1 - 2 * (end & 1)):
                 counts[LOST] += 1
                 return
-            end >>= turning
-        actions[2 * out + 1] = 0
+            end >>= is_turning_point
+        actions[2 * n_outbound + 1] = 0
 
 
 @compiled
-def _choose_action(numbers: Any, weights: Any, values: Any, position: Any, reward: Any) -> int:
+def _choose_action(settings: Any, weights: Any, values: Any, position: Any, reward: Any) -> int:
     """Update the network at a position and return the action: 1 right, -1 left, 0 straight on.
 
-    `position` is the index of the input that is 1.
+    `position` is the index of the input that is 1, or `CORRIDOR`.
     """
-    neurons = numbers[0]
-    modulatory = numbers[1]
-    for i in range(N_INPUTS):
-        values[i] = ONE if i in (position, BIAS) else ZERO
+    neurons = settings[NEURONS]
+    modulatory = settings[MODULATORY]
+    for number in range(N_INPUTS):
+        values[number] = ONE if number in (position, BIAS) else ZERO
     values[REWARD] = reward
-    if numbers[3] == STEP:
+    if settings[RESET_PERIOD] == STEP:
         _reset_activations(values)
     for neuron in range(neurons):
         first = neuron * values.size
-        sensed = _weighted_sum(weights, first, values, 0, N_INPUTS)
-        values[N_INPUTS + neuron] = _activate(
-            sensed + _weighted_sum(weights, first, values, N_INPUTS + modulatory, values.size)
-        )
-    if numbers[2] == 1:
+        from_inputs = _weighted_sum(weights, first, values, 0, N_INPUTS)
+        first_standard = N_INPUTS + modulatory
+        from_neurons = _weighted_sum(weights, first, values, first_standard, values.size)
+        values[N_INPUTS + neuron] = _activate(from_inputs + from_neurons)
+    if settings[PLASTICITY] == 1:
         _update_synapses(neurons, modulatory, weights, values)
     output = values[values.size - 1]
-    if output > THIRD:
+    if output > TURN_THRESHOLD:
         return 1
-    return -1 if output < -THIRD else 0
+    return -1 if output < -TURN_THRESHOLD else 0
 
 
 @compiled
@@ -165,6 +183,7 @@ def _activate(total: Any) -> Any:
 @compiled
 def _update_synapses(neurons: Any, modulatory: Any, weights: Any, values: Any) -> None:
     """Update each synapse from an input or a standard neuron, gated by the modulatory neurons."""
+    # The genes of the learning rule follow those of the weights.
     rule = neurons * values.size
     a = weights[rule]
     b = weights[rule + 1]
@@ -174,8 +193,8 @@ def _update_synapses(neurons: Any, modulatory: Any, weights: Any, values: Any) -
     for neuron in range(neurons):
         first = neuron * values.size
         y = values[N_INPUTS + neuron]
-        sent = _weighted_sum(weights, first, values, N_INPUTS, N_INPUTS + modulatory)
-        gate = rate * _activate(sent) if modulatory > 0 else rate
+        modulation = _weighted_sum(weights, first, values, N_INPUTS, N_INPUTS + modulatory)
+        gate = rate * _activate(modulation) if modulatory > 0 else rate
         for begin, end in ((0, N_INPUTS), (N_INPUTS + modulatory, values.size)):
             for source in range(begin, end):
                 x = values[source]
