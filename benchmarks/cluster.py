@@ -30,8 +30,8 @@ from baldwinlab.papers.presets import load, paper
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.simulate import simulate_batch
 from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.executors import THREADS, Executor, choose, dask
-from baldwinlab.studies.records import encode
+from baldwinlab.studies.executors import THREADS, Executor, choose_executor, dask
+from baldwinlab.studies.records import encode_record
 from baldwinlab.studies.run import MAX_TASKS, RunTask, find_missing_runs, plan_tasks
 from benchmarks.machine import provenance
 from benchmarks.tables import table
@@ -143,7 +143,7 @@ def measure_run() -> Run:
             simulate, store, check = (after - before for before, after in pairwise(times))
             is_stored = record.generation.isin([0, record.generation[-1]])
             small = record.assign(genome=record.genome.where(is_stored))
-            sizes = (len(encode(record)), len(encode(small)))
+            sizes = (len(encode_record(record)), len(encode_record(small)))
             costs.append(Run(simulate / CPU.worlds, store, check, *sizes))
     return Run(*map(mean, zip(*costs, strict=True)))
 
@@ -181,8 +181,8 @@ def measure_workers() -> dict[str, list[Duration]]:
         executors = {
             "1 thread": (THREADS, 1, []),
             "2 threads": (THREADS, 2, []),
-            "1 worker process": (choose(f"dask:{first_address}"), 1, [first, *single]),
-            "2 worker processes": (choose(f"dask:{second_address}"), 2, [second, *pair]),
+            "1 worker process": (choose_executor(f"dask:{first_address}"), 1, [first, *single]),
+            "2 worker processes": (choose_executor(f"dask:{second_address}"), 2, [second, *pair]),
         }
         for executor in executors.values():
             small_study(*executor)
@@ -258,7 +258,7 @@ def measure_scheduler() -> Costs:
             began = time.perf_counter()
             with (
                 patch.object(dask, "_run_task", do_nothing),
-                closing(choose(f"dask:{address}").run(study, tasks, 2, CPU)) as amounts,
+                closing(choose_executor(f"dask:{address}").run(study, tasks, 2, CPU)) as amounts,
             ):
                 assert sum(amounts) == sum(task.agent_steps for task in tasks)
             seconds = time.perf_counter() - began
@@ -269,7 +269,7 @@ def measure_scheduler() -> Costs:
             wait_until_idle(process)
             event = (process.cpu() - scheduled) / EVENTS
         empty = process.mib()
-        waiting = client.map(do_nothing, orders, pure=False, batch_size=dask.BATCH)
+        waiting = client.map(do_nothing, orders, pure=False, batch_size=dask.TASKS_PER_MESSAGE)
         wait_until_idle(process)
         wait = (process.mib() - empty) * 2**20 / len(waiting)
     count = len(tasks)

@@ -118,7 +118,7 @@ def main(quick: bool) -> int:
             experiment = load(condition).replace(world=start)
             for worlds in WORLDS[-3:-1] if quick else WORLDS:
                 for threads in (128,) if quick or worlds < 5280 else THREADS:
-                    cuda.THREADS = threads  # type: ignore[misc]
+                    cuda.THREADS_PER_BLOCK = threads  # type: ignore[misc]
                     rate = f"{speed(experiment, worlds):.3g} agent-steps/s"
                     setting = f"{worlds} worlds, {threads} threads"
                     print(f"{condition}, {title}: {setting}: {rate}", flush=True)

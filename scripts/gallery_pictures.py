@@ -22,7 +22,7 @@ from baldwinlab import papers
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.claim_samples import Samples
 from baldwinlab.analysis.report import content
-from baldwinlab.papers.paper import CARD
+from baldwinlab.papers.paper import CARD_FILE
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
 # Pixels of a card.
@@ -84,7 +84,9 @@ def main() -> None:
         paper = papers.load(name)
         if name in CUT:
             picture, edges = CUT[name]
-            (paper.folder / CARD).write_bytes(_small(Image.open(PICTURES / picture).crop(edges)))
+            (paper.folder / CARD_FILE).write_bytes(
+                _small(Image.open(PICTURES / picture).crop(edges))
+            )
             continue
         experiments = paper.experiments()
         with TemporaryDirectory() as folder:
@@ -92,7 +94,7 @@ def main() -> None:
             figure = DRAWN[name](bl.open_runs(Path(folder) / "study"), experiments)
             figures.save_figure(figure, Path(folder), name)
             (PICTURES / f"{name}.png").write_bytes((Path(folder) / f"{name}.png").read_bytes())
-        (paper.folder / CARD).write_bytes(_card(figure, PANEL.get(name, 0)))
+        (paper.folder / CARD_FILE).write_bytes(_card(figure, PANEL.get(name, 0)))
 
 
 def _card(figure: Figure, panel: int) -> bytes:

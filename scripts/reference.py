@@ -15,8 +15,8 @@ from baldwinlab.cli.options import app
 from baldwinlab.core import variables
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.class_builder import choosing_fields
-from baldwinlab.papers.claims import OF_ALL, RULES
-from baldwinlab.papers.paper import CARD, KINDS, Paper
+from baldwinlab.papers.claims import COMMON_MEASURES, RULES
+from baldwinlab.papers.paper import CARD_FILE, PRESET_KINDS, Paper
 from baldwinlab.papers.texts import Assay, Figure
 from scripts import part_reference
 from scripts.described import (
@@ -222,7 +222,7 @@ A rule decides the verdict of a claim.
 {rules}
 ## Measures
 
-Every model has the measures {_code_list(OF_ALL)}.
+Every model has the measures {_code_list(COMMON_MEASURES)}.
 A model can have [further measures](models.md).
 
 ## Figures
@@ -258,7 +258,11 @@ def short_citation(paper: Paper) -> str:
 
 def _paper(paper: Paper) -> str:
     page = Path("../..") / (paper.folder / "README.md").relative_to(ROOT)
-    card = f"![]({(page.parent / CARD).as_posix()})" if (paper.folder / CARD).exists() else ""
+    card = (
+        f"![]({(page.parent / CARD_FILE).as_posix()})"
+        if (paper.folder / CARD_FILE).exists()
+        else ""
+    )
     text = f"""
 ## {paper.metadata.title}
 
@@ -274,7 +278,7 @@ Source: {paper.metadata.citation}
     if paper.claims:
         rows = [(claim.id, f"{claim.title}: {claim.text}") for claim in paper.claims]
         text += table(("claim", "text"), rows)
-    for kind in KINDS:
+    for kind in PRESET_KINDS:
         rows = [(f"`{name}`", paper.describe(kind, name)) for name in paper.names(kind)]
         text += "\n" + table((kind.removesuffix("s"), "description"), rows) if rows else ""
     return text

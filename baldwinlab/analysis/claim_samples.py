@@ -12,7 +12,7 @@ import xarray as xr
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.survival import Survival
 from baldwinlab.papers import load
-from baldwinlab.papers.claims import OF_ALL, Claim, ClaimComparison
+from baldwinlab.papers.claims import COMMON_MEASURES, Claim, ClaimComparison
 
 
 class ClaimSource(Protocol):
@@ -80,20 +80,20 @@ class Samples:
         return {
             comparison.measure
             for comparison in claim.comparisons
-            if comparison.measure not in OF_ALL
+            if comparison.measure not in COMMON_MEASURES
             and any(self.source.measures(name) is None for name in comparison.conditions)
         }
 
     def meaning(self, comparison: ClaimComparison) -> str:
         """Return the meaning of a measure that a model defines, or ""."""
-        if comparison.measure in OF_ALL:
+        if comparison.measure in COMMON_MEASURES:
             return ""
         measures = self.source.measures(comparison.a) or {}
         return measures[comparison.measure].meaning if comparison.measure in measures else ""
 
     def get(self, condition: str, measure: str, first: bool = False) -> xr.DataArray:
         """Return one value per run; no values if the model of the measure is not loaded."""
-        if measure in OF_ALL:
+        if measure in COMMON_MEASURES:
             values = self._initial_values if first else self._final_values
             return values[measure].sel(condition=condition).dropna("run").astype(np.float64)
         key = (condition, measure)

@@ -29,7 +29,7 @@ from baldwinlab.analysis.statistics.sample_sizes import (
 from baldwinlab.analysis.statistics.summary import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.analysis.statistics.survival import compare_survival
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.papers.claims import FIRST, Claim, ClaimComparison
+from baldwinlab.papers.claims import FIRST_GENERATIONS, Claim, ClaimComparison
 
 STATISTICS_COLUMNS = ("claim", *COMPARISON_COLUMNS)
 
@@ -179,7 +179,7 @@ def _single_sample(
 
 def _compare(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:
     """Compare two conditions, or the last generations of a condition with its first ones."""
-    compares_with_first = comparison.b == FIRST
+    compares_with_first = comparison.b == FIRST_GENERATIONS
     condition_b = comparison.a if compares_with_first else comparison.b
     a = samples.get(comparison.a, comparison.measure)
     b = samples.get(condition_b, comparison.measure, first=compares_with_first)

@@ -14,7 +14,7 @@ from baldwinlab.api.tables import make_claims_table
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.experiment import Experiment
-from baldwinlab.papers import PaperError, load, of_study
+from baldwinlab.papers import PaperError, load, load_stored_paper
 from baldwinlab.papers.claims import Claim, read_claims
 from baldwinlab.papers.paper import require_existing_names
 from baldwinlab.studies.open import open_conditions
@@ -107,7 +107,7 @@ def _select_claims(study: StudyStore, file: Path | None, paper: str) -> tuple[st
                 f"{study.directory} was made by no paper. Give claims by --claims FILE or "
                 "--paper NAME."
             )
-        chosen = load(paper) if paper else of_study(study.directory, study.paper)
+        chosen = load(paper) if paper else load_stored_paper(study.directory, study.paper)
         return f"The claims of {chosen.name}", chosen
     claims = read_claims(file)
     if not claims:

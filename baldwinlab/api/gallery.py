@@ -110,6 +110,6 @@ def reproduce_all(
     for number, name in enumerate(names, 1):
         console.info(f"{name}, paper {number} of {len(names)}")
         has_foragers = are_foragers(papers.load(name).experiments())
-        directory = Path(folder) / ("paper" if name == papers.DEFAULT else name)
+        directory = Path(folder) / ("paper" if name == papers.DEFAULT_PAPER else name)
         reproduce(name, out=directory, steps=steps if has_foragers else None, last=last, **options)
     return compare_papers(folder, last=last)

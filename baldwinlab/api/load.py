@@ -12,7 +12,7 @@ from baldwinlab.core.suggestions import list_names
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.papers import presets
-from baldwinlab.papers.paper import STANDARD
+from baldwinlab.papers.paper import STANDARD_VARIANT
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,7 +36,7 @@ def load_installed_parts() -> None:
         load_entry_points()
 
 
-def load(experiment: str | Path, variant: str = STANDARD) -> Experiment:
+def load(experiment: str | Path, variant: str = STANDARD_VARIANT) -> Experiment:
     """Return an experiment by its name or from a file.
 
     Parameters

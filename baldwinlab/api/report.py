@@ -25,7 +25,7 @@ from baldwinlab.core.output_paths import REPORT_MARK, require_writable
 from baldwinlab.core.resources import require_resources
 from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE
 from baldwinlab.papers import Paper
-from baldwinlab.studies.claims_file import CLAIMS
+from baldwinlab.studies.claims_file import CLAIMS_FILE
 from baldwinlab.studies.store import StudyStore
 
 
@@ -82,7 +82,7 @@ def report(
     if out is not None and is_local(out):
         require_writable("--out", out, REPORT_MARK.encode(), force=force)
     # The other files of the report are in the folders of these two files.
-    for path in (study.directory / CLAIMS, study.directory / "figures" / "fitness.svg"):
+    for path in (study.directory / CLAIMS_FILE, study.directory / "figures" / "fitness.svg"):
         require_writable_path(path)
     plan = plan_report(study, page, last, baseline, paper)
     require_resources(f"the report of {study.directory}", required_memory(plan), force=force)

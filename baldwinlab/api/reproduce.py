@@ -26,7 +26,7 @@ from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.unused_settings import require_effect
-from baldwinlab.papers.paper import STANDARD
+from baldwinlab.papers.paper import STANDARD_VARIANT
 from baldwinlab.studies.assays.results import find_missing_assays
 
 MAX_FOLDER_NAME: Final = 120
@@ -59,7 +59,7 @@ class Reproduction:
 
     paper: papers.Paper
     assignments: Sequence[str] = ()
-    variant: str = STANDARD
+    variant: str = STANDARD_VARIANT
     runs: int | None = None
     seed: int = 0
     out: str | Path | None = None
@@ -78,8 +78,8 @@ class Reproduction:
     @property
     def folder_name(self) -> str:
         """Return the default name of the directory: the paper, then each changed setting."""
-        words = ["paper" if self.paper.name == papers.DEFAULT else self.paper.name]
-        if self.variant != STANDARD:
+        words = ["paper" if self.paper.name == papers.DEFAULT_PAPER else self.paper.name]
+        if self.variant != STANDARD_VARIANT:
             words.append(self.variant)
         for assignment in self.assignments:
             path, _, value = assignment.partition("=")
@@ -92,13 +92,13 @@ class Reproduction:
 
 
 def reproduce(
-    paper: str | Path = papers.DEFAULT,
+    paper: str | Path = papers.DEFAULT_PAPER,
     *,
     runs: int | None = None,
     generations: int | None = None,
     steps: int | None = None,
     seed: int = 0,
-    variant: str = STANDARD,
+    variant: str = STANDARD_VARIANT,
     out: str | Path | None = None,
     last: int = 10,
     workers: int | None = None,

@@ -21,7 +21,7 @@ from baldwinlab.core.suggestions import suggest
 from baldwinlab.experiment import BaseExperiment, assign
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.unused_settings import require_effect
-from baldwinlab.papers.presets import Loaded, factors, load_with_origin
+from baldwinlab.papers.presets import LoadedExperiment, factors, load_with_origin
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -119,12 +119,14 @@ def run(
     )
 
 
-def _load(source: str | Path | BaseExperiment) -> Loaded:
-    return Loaded(source) if isinstance(source, BaseExperiment) else load_with_origin(source)
+def _load(source: str | Path | BaseExperiment) -> LoadedExperiment:
+    return (
+        LoadedExperiment(source) if isinstance(source, BaseExperiment) else load_with_origin(source)
+    )
 
 
 def run_loaded(
-    loaded: Sequence[Loaded],
+    loaded: Sequence[LoadedExperiment],
     assignments: Sequence[str],
     options: RunOptions,
     *,

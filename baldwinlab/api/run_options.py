@@ -66,7 +66,7 @@ class RunOptions:
                 "a callback runs on this machine only: leave it out, or use 'threads', "
                 f"not {self.executor!r}"
             )
-        return executors.choose(self.executor, self.workers)
+        return executors.choose_executor(self.executor, self.workers)
 
     def make_callback(self) -> Callable[[xr.Dataset], None] | None:
         """Return the callback, of which one call runs at a time."""

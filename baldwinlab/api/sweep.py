@@ -18,8 +18,8 @@ from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.simulation.memory import estimate_tables
-from baldwinlab.studies.sweeps.design import FILE, expand_sweep, require_same_size
-from baldwinlab.studies.sweeps.file import read, validate
+from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep, require_same_size
+from baldwinlab.studies.sweeps.file import read_sweep, validate_sweep
 
 
 def sweep(
@@ -81,10 +81,10 @@ def sweep(
         # Errors in the plan name this path.
         path = Path("sweep")
         content = tomlkit.dumps(plan).encode()
-        design = validate(plan, str(path))
+        design = validate_sweep(plan, str(path))
     else:
         path = Path(plan)
-        design = read(path)
+        design = read_sweep(path)
         content = path.read_bytes()
     directory = Path("results") / path.stem if out is None else parse_location(out)
     points = expand_sweep(design, path)
@@ -96,7 +96,7 @@ def sweep(
         runs=design.runs,
         seed=design.seed,
         kind=SWEEP,
-        extra_files={FILE: content},
+        extra_files={SWEEP_FILE_NAME: content},
         later_need=estimate_tables([(point, design.runs) for point in points]),
     )
     return Study(run_missing(request, RunOptions(workers, backend, executor, force)))

@@ -23,7 +23,7 @@ from baldwinlab.core.files import parse_location
 from baldwinlab.core.output_paths import EXPORT_MARK, is_study, require_writable
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.unused_settings import require_effect
-from baldwinlab.papers.presets import Loaded, load_with_origin
+from baldwinlab.papers.presets import LoadedExperiment, load_with_origin
 from baldwinlab.studies.store import StudyStore
 
 Format = Literal["csv", "parquet", "zarr", "phylogeny", "ro-crate", "page"]
@@ -251,7 +251,7 @@ def _load_experiments(source: str, assignments: list[str]) -> tuple[list[Experim
     store = StudyStore(Path(source)) if is_study(Path(source)) else None
     if store:
         stored = [store.experiment(name) for name in store.experiments]
-        loaded = [Loaded(experiment, experiment) for experiment in stored]
+        loaded = [LoadedExperiment(experiment, experiment) for experiment in stored]
     else:
         loaded = [load_with_origin(source)]
     experiments = [assign(item.experiment, assignments) for item in loaded]

@@ -63,7 +63,7 @@ def _describe_paper(paper: Paper) -> list[str]:
 def _list_presets() -> None:
     for paper in papers.built_in().values():
         console.info(f"{paper.name}: {paper.metadata.title}")
-        for kind in presets.KINDS:
+        for kind in presets.PRESET_KINDS:
             _list_presets_of_kind(paper, kind)
     console.info(
         "An experiment is CONDITION/MAP, such as evo+self-taught/B, or PAPER:CONDITION/MAP. "

@@ -29,7 +29,7 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import require_positive
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment.factors import MULTIVERSE
-from baldwinlab.papers import DEFAULT, Paper, PaperError, load
+from baldwinlab.papers import DEFAULT_PAPER, Paper, PaperError, load
 from baldwinlab.studies.multiverse import (
     Variant,
     combine_all_choices,
@@ -48,7 +48,7 @@ def multiverse(
     paper: Annotated[
         str,
         Parameter(help="A paper, see `baldwinlab list papers`, or the folder of a custom paper."),
-    ] = DEFAULT,
+    ] = DEFAULT_PAPER,
     /,
     *,
     part: Parts = None,
@@ -88,7 +88,7 @@ def multiverse(
     """
     load_parts(part)
     require_positive("last", last_generations)
-    chosen = None if paper == DEFAULT else load(paper)
+    chosen = None if paper == DEFAULT_PAPER else load(paper)
     variants = _list_variants(chosen, all_combinations)
     out = out or _default_directory(chosen, all_combinations)
     request = StudyRequest(

@@ -27,8 +27,8 @@ from baldwinlab.cli.options import (
     load_parts,
 )
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.papers import DEFAULT, load
-from baldwinlab.papers.paper import STANDARD
+from baldwinlab.papers import DEFAULT_PAPER, load
+from baldwinlab.papers.paper import STANDARD_VARIANT
 
 
 def reproduce(
@@ -37,7 +37,7 @@ def reproduce(
         Parameter(
             help="A paper, see `baldwinlab list papers`; the folder of a custom paper; or all."
         ),
-    ] = DEFAULT,
+    ] = DEFAULT_PAPER,
     /,
     *,
     part: Parts = None,
@@ -54,7 +54,7 @@ def reproduce(
         Parameter(help="Number of steps of a forager's life. Default: as in the paper."),
     ] = None,
     seed: Seed = 0,
-    variant: Variant = STANDARD,
+    variant: Variant = STANDARD_VARIANT,
     assignments: Assignments = None,
     workers: Workers = None,
     out: Annotated[
@@ -116,7 +116,7 @@ def _require_one_paper(assignments: list[str] | None, variant: str) -> None:
             f"--set {' '.join(assignments)} applies to one paper only; replace {ALL} by the name "
             "of a paper"
         )
-    if variant != STANDARD:
+    if variant != STANDARD_VARIANT:
         raise RefusedError(
             f"--variant {variant} applies to one paper only; {ALL} uses the standard variant of "
             "each paper"

@@ -151,7 +151,7 @@ def _make_program(name: str, experiment: Experiment) -> dict[str, Any]:
 def _make_preset(experiment: Experiment) -> dict[str, Any]:
     description = ""
     with suppress(ExperimentError, StopIteration):
-        kind = next(kind for kind in presets.KINDS if experiment.name in presets.names(kind))
+        kind = next(kind for kind in presets.PRESET_KINDS if experiment.name in presets.names(kind))
         description = presets.describe(kind, experiment.name)
     return {
         "name": experiment.name,

@@ -24,7 +24,7 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.design import FILE
+from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME
 
 
 class LiveSweep:
@@ -122,7 +122,7 @@ class Sweeps:
                 )
             directory = choose_study_directory(root, name)
             study = create_study(directory, plan.points, plan.sweep.seed, SWEEP)
-            write_atomically(directory / FILE, plan.toml.encode())
+            write_atomically(directory / SWEEP_FILE_NAME, plan.toml.encode())
             self.last = LiveSweep(plan, study, name)
         return self.last
 

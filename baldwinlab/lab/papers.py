@@ -16,8 +16,8 @@ from baldwinlab.core.suggestions import suggest
 from baldwinlab.lab import Lab, MissingError, model_displays, study_access
 from baldwinlab.lab.query import read_text
 from baldwinlab.papers import Paper, PaperError
-from baldwinlab.papers.paper import CARD
-from baldwinlab.studies.claims_file import CLAIMS, read_claims
+from baldwinlab.papers.paper import CARD_FILE
+from baldwinlab.studies.claims_file import CLAIMS_FILE, read_claims
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
@@ -45,7 +45,7 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         name = read_text(request.query_params, "paper")
         if name not in available:
             raise MissingError(_format_unknown_paper(name, available))
-        path = available[name].folder / CARD
+        path = available[name].folder / CARD_FILE
         if not path.is_file():
             raise MissingError(f"the paper {name} has no picture")
         return FileResponse(path)
@@ -87,7 +87,7 @@ def _load_stored_paper(lab: Lab, study: StudyStore) -> Paper:
 
     Raise StudyError if a link leads out of the served folder, and PaperError if it cannot be read.
     """
-    paper = papers.of_study(study.directory, study.paper)
+    paper = papers.load_stored_paper(study.directory, study.paper)
     for path in (paper.folder, *paper.folder.rglob("*")):
         study_access.require_inside(lab.root, path)
     # Reading the claims checks them.
@@ -102,7 +102,7 @@ def _make_card(lab: Lab, paper: Paper, paper_studies: Studies) -> dict[str, Any]
     counts = {
         "conditions": len(paper.study_names()),
         "claims": len(paper.claims),
-        "picture": (paper.folder / CARD).is_file(),
+        "picture": (paper.folder / CARD_FILE).is_file(),
     }
     summaries = [
         _summarize_study(lab, name, study)
@@ -150,7 +150,7 @@ def _choose_live_preset(paper: Paper) -> str | None:
 def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, int], str | None]:
     """Return the number of claims with each verdict, or an error if the claims are not valid."""
     try:
-        study_access.require_inside(lab.root, study.directory / CLAIMS)
+        study_access.require_inside(lab.root, study.directory / CLAIMS_FILE)
         counts = Counter(claim["verdict"] for claim in read_claims(study))
     except StudyError as error:
         return {}, str(error)

@@ -21,7 +21,7 @@ from baldwinlab.lab.study_access import (
     list_study_names,
     require_inside,
 )
-from baldwinlab.studies.claims_file import CLAIMS, read_claims
+from baldwinlab.studies.claims_file import CLAIMS_FILE, read_claims
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
@@ -108,7 +108,7 @@ def _find_main_condition(study: StudyStore) -> str:
     The page shows this condition first.
     """
     try:
-        return papers.of_study(study.directory, study.paper).metadata.emergence
+        return papers.load_stored_paper(study.directory, study.paper).metadata.emergence
     except papers.PaperError:
         return ""
 
@@ -154,8 +154,8 @@ def load_results(lab: Lab, name: str) -> bytes:
         for condition in study.experiments
         for run in study.runs(condition)
     ]
-    claims = study.directory / CLAIMS
-    derived = (study.directory / results_cache.FILE, study.directory / sweeps.FILE)
+    claims = study.directory / CLAIMS_FILE
+    derived = (study.directory / results_cache.FILE, study.directory / sweeps.SWEEP_FILE_NAME)
     for path in (*records, claims, *derived):
         require_inside(lab.root, path)
     files = (*records, claims)

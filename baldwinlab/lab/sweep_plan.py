@@ -22,8 +22,8 @@ from baldwinlab.simulation import memory
 from baldwinlab.simulation.compilation import available_cores, compile_experiments
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.run import count_agent_steps
-from baldwinlab.studies.sweeps.design import FILE, expand_sweep
-from baldwinlab.studies.sweeps.file import Sweep, validate
+from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep
+from baldwinlab.studies.sweeps.file import Sweep, validate_sweep
 
 # One core stays free for the page.
 WORKERS: Final = max(1, available_cores() - 1)
@@ -119,10 +119,10 @@ def make_sweep_plan(order: Mapping[str, Any]) -> SweepPlan:
     if changes:
         tree["set"] = changes
     tree["fields"] = fields
-    sweep = validate(tree, FILE)
+    sweep = validate_sweep(tree, SWEEP_FILE_NAME)
     n_points = math.prod(len(values) for values in sweep.lists.values())
     check_sweep_runs(runs * n_points)
-    plan = SweepPlan(sweep, expand_sweep(sweep, Path(FILE)), tomlkit.dumps(tree))
+    plan = SweepPlan(sweep, expand_sweep(sweep, Path(SWEEP_FILE_NAME)), tomlkit.dumps(tree))
     check_sweep(plan.points, runs, plan.disk)
     return plan
 

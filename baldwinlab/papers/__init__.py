@@ -14,20 +14,20 @@ from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import PAPER_FILE, read_bytes, require_inside_study
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.papers.loading import PaperError
-from baldwinlab.papers.paper import CARD, KINDS, Paper, check, open_paper
+from baldwinlab.papers.paper import CARD_FILE, PRESET_KINDS, Paper, check_paper, open_paper
 
 __all__ = [
     "COPY_FOLDER",
-    "DEFAULT",
+    "DEFAULT_PAPER",
     "Paper",
     "PaperError",
     "built_in",
     "load",
-    "of_study",
+    "load_stored_paper",
     "save_copy",
 ]
 
-DEFAULT = "le-2019"
+DEFAULT_PAPER = "le-2019"
 # Folder of a study with a copy of its custom paper.
 COPY_FOLDER = "paper"
 
@@ -38,11 +38,11 @@ def built_in() -> dict[str, Paper]:
     available = [open_paper(path.parent) for path in Path(__file__).parent.glob("*/paper.toml")]
     return {
         paper.name: paper
-        for paper in sorted(available, key=lambda paper: (paper.name != DEFAULT, paper.name))
+        for paper in sorted(available, key=lambda paper: (paper.name != DEFAULT_PAPER, paper.name))
     }
 
 
-def load(paper: str | Path = DEFAULT) -> Paper:
+def load(paper: str | Path = DEFAULT_PAPER) -> Paper:
     """Return the paper with a name, or the paper in a folder.
 
     Raises PaperError if there is no such paper, or if the folder is not a valid paper.
@@ -55,7 +55,7 @@ def load(paper: str | Path = DEFAULT) -> Paper:
         raise PaperError(
             f"there is no paper {str(paper)!r}{suggestion}, and any folder with a paper.toml"
         )
-    custom = check(open_paper(folder))
+    custom = check_paper(open_paper(folder))
     if custom.name in built_in():
         raise PaperError(
             f"{folder / 'paper.toml'}: name {custom.name!r} is that of a paper of baldwinlab; "
@@ -74,8 +74,8 @@ def save_copy(paper: Paper, directory: Path) -> None:
     pages = (
         "*.toml",
         "README.md",
-        CARD,
-        *(f"{paper.preset_folder(kind).name}/*.toml" for kind in KINDS),
+        CARD_FILE,
+        *(f"{paper.preset_folder(kind).name}/*.toml" for kind in PRESET_KINDS),
     )
     files = {
         path.relative_to(paper.folder): read_bytes(path, PAPER_FILE)
@@ -90,7 +90,7 @@ def save_copy(paper: Paper, directory: Path) -> None:
         write_atomically(copy / name, content)
 
 
-def of_study(directory: Path, name: str) -> Paper:
+def load_stored_paper(directory: Path, name: str) -> Paper:
     """Return the paper of a study by `name`, or the default paper if the study has none.
 
     Raises PaperError if the paper is neither in the study nor in baldwinlab.
@@ -98,9 +98,9 @@ def of_study(directory: Path, name: str) -> Paper:
     copy = directory / COPY_FOLDER
     if (copy / "paper.toml").exists():
         return open_paper(copy, is_stored=True)
-    if (name or DEFAULT) not in built_in():
+    if (name or DEFAULT_PAPER) not in built_in():
         raise PaperError(
             f"{directory} is a study of the paper {name!r}, but {copy} contains no copy of this "
             "paper"
         )
-    return built_in()[name or DEFAULT]
+    return built_in()[name or DEFAULT_PAPER]

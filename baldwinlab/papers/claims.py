@@ -12,17 +12,17 @@ from typing import Any, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from baldwinlab.core.suggestions import suggest
-from baldwinlab.papers.loading import Declared, PaperError, declared, read
+from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, validate_tables
 
 # Instead of the name of a condition: the same condition in its first generations.
-FIRST = "first"
+FIRST_GENERATIONS = "first"
 
 Rule = Literal[
     "greater", "lower", "close", "survives_longer", "zero",
     "at_least", "within", "mean_within", "mean_at_most", "every_at_most", "every_at_least",
 ]  # fmt: skip
 # Measures of every model. A model can declare more, in `measures`.
-OF_ALL = ("best", "mean", "share", "most")
+COMMON_MEASURES = ("best", "mean", "share", "most")
 
 RULES: Mapping[Rule, str] = {
     "greater": (
@@ -69,7 +69,7 @@ _BETWEEN: tuple[Rule, ...] = ("within", "mean_within")
 _BOUNDED: tuple[Rule, ...] = ("at_least", "mean_at_most", "every_at_most", "every_at_least")
 
 
-class ClaimComparison(Declared):
+class ClaimComparison(DeclaredTable):
     """Comparison of the condition `a` with the condition `b`, or with `bound` without `b`."""
 
     a: str = Field(min_length=1)
@@ -84,7 +84,7 @@ class ClaimComparison(Declared):
     @field_validator("a")
     @classmethod
     def _names_a_condition(cls, name: str) -> str:
-        if name == FIRST:
+        if name == FIRST_GENERATIONS:
             raise ValueError("'first' is allowed for b only; a must name a condition")
         return name
 
@@ -110,7 +110,7 @@ class ClaimComparison(Declared):
             "lower": (bool(self.b), "a and b"),
             "close": (bool(self.b) and isinstance(self.bound, float), "a, b and a bound"),
             "survives_longer": (
-                bool(self.b) and not self.paired and self.measure not in OF_ALL,
+                bool(self.b) and not self.paired and self.measure not in COMMON_MEASURES,
                 "a and b, a measure of the model, and runs that are not paired",
             ),
             "zero": (self.measure == "most" and not self.b, "the measure 'most', and no b"),
@@ -128,7 +128,7 @@ class ClaimComparison(Declared):
         is_met, requirement = needs[self.rule]
         if not is_met:
             raise ValueError(f"the rule {self.rule!r} needs {requirement}")
-        if self.b == FIRST and self.measure not in ("best", "mean", "share"):
+        if self.b == FIRST_GENERATIONS and self.measure not in ("best", "mean", "share"):
             raise ValueError(
                 f"the measure {self.measure!r} is of a whole run, so b cannot be 'first'"
             )
@@ -139,7 +139,7 @@ class ClaimComparison(Declared):
         """Return the name of the condition or bound with which `a` is compared."""
         if not self.b:
             return self.limit
-        return f"{self.a}, first generations" if self.b == FIRST else self.b
+        return f"{self.a}, first generations" if self.b == FIRST_GENERATIONS else self.b
 
     @property
     def limit(self) -> str:
@@ -152,10 +152,10 @@ class ClaimComparison(Declared):
 
     @property
     def conditions(self) -> set[str]:
-        return {self.a, self.b} - {"", FIRST}
+        return {self.a, self.b} - {"", FIRST_GENERATIONS}
 
 
-class OpenChoice(Declared):
+class OpenChoice(DeclaredTable):
     """A choice that the paper leaves open."""
 
     # Key in the file.
@@ -165,7 +165,7 @@ class OpenChoice(Declared):
     text: str
 
 
-class Claim(Declared):
+class Claim(DeclaredTable):
     """A claim of a paper, with the comparisons that decide it."""
 
     id: str
@@ -215,11 +215,11 @@ class Claim(Declared):
         return set().union(*(comparison.conditions for comparison in self.comparisons))
 
 
-class _Choices(Declared):
+class _Choices(DeclaredTable):
     choices: dict[str, OpenChoice]
 
 
-class _Claims(Declared):
+class _Claims(DeclaredTable):
     claims: tuple[Claim, ...]
 
 
@@ -227,10 +227,10 @@ def read_claims(path: Path) -> tuple[Claim, ...]:
     """Return the claims in a file, or none if the file does not exist. Raises PaperError."""
     if not path.exists():
         return ()
-    tree = read(path)
-    named = declared(_Choices, {"choices": tree.pop("choices", {})}, path).choices
+    tree = read_tables(path)
+    named = validate_tables(_Choices, {"choices": tree.pop("choices", {})}, path).choices
     choices = {name: choice.model_copy(update={"id": name}) for name, choice in named.items()}
-    claims = declared(_Claims, tree, path, choices).claims
+    claims = validate_tables(_Claims, tree, path, choices).claims
     ids = [claim.id for claim in claims]
     if twice := [name for name in ids if ids.count(name) > 1]:
         raise PaperError(f"{path}: two claims have the id {twice[0]!r}")

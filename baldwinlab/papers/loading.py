@@ -16,7 +16,7 @@ class PaperError(BaldwinLabError, ValueError):
     """Unknown or invalid paper."""
 
 
-class Declared(BaseModel):
+class DeclaredTable(BaseModel):
     """A table of a file, with these fields and no others."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -38,7 +38,7 @@ class Declared(BaseModel):
 M = TypeVar("M", bound=BaseModel)
 
 
-def read(path: Path) -> dict[str, Any]:
+def read_tables(path: Path) -> dict[str, Any]:
     """Return the tables of a TOML file. Raises PaperError."""
     try:
         return parse_toml(read_text(path, PAPER_FILE))
@@ -52,7 +52,7 @@ def read(path: Path) -> dict[str, Any]:
         raise PaperError(f"{path} cannot be read: {error}") from None
 
 
-def declared(model: type[M], tree: dict[str, Any], path: Path, context: Any = None) -> M:
+def validate_tables(model: type[M], tree: dict[str, Any], path: Path, context: Any = None) -> M:
     """Validate the tables of a file. Raises PaperError with the first error.
 
     `context` is passed to the validators of the model.

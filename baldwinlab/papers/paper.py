@@ -32,21 +32,27 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.fields import renamed_message
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.renamed import new_condition, upgrade
-from baldwinlab.papers.claims import FIRST, OF_ALL, Claim, ClaimComparison, read_claims
-from baldwinlab.papers.loading import Declared, PaperError, declared, read
-from baldwinlab.papers.texts import FIGURES, Assay, Figure, Words, read_words
+from baldwinlab.papers.claims import (
+    COMMON_MEASURES,
+    FIRST_GENERATIONS,
+    Claim,
+    ClaimComparison,
+    read_claims,
+)
+from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, validate_tables
+from baldwinlab.papers.texts import DEFAULT_FIGURES, Assay, Figure, ReportTexts, read_texts
 
-KINDS = ("conditions", "controls", "maps", "variants")
+PRESET_KINDS = ("conditions", "controls", "maps", "variants")
 # Names of folders in papers of version 0.1.
 OLD_FOLDERS = {"variants": "readings"}
-CARD = "card.png"
+CARD_FILE = "card.png"
 # Maximum number of runs in a study.
-MOST_RUNS = 2**31
+MAX_RUNS = 2**31
 # Default variant.
-STANDARD = "standard"
+STANDARD_VARIANT = "standard"
 
 
-class PaperMetadata(Declared):
+class PaperMetadata(DeclaredTable):
     """The fields of `paper.toml`."""
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
@@ -63,8 +69,8 @@ class PaperMetadata(Declared):
     conditions: tuple[str, ...] = ()
     maps: tuple[str, ...] = ()
     # Runs of each condition.
-    runs: int = Field(30, ge=1, le=MOST_RUNS)
-    figures: tuple[Figure, ...] = FIGURES
+    runs: int = Field(30, ge=1, le=MAX_RUNS)
+    figures: tuple[Figure, ...] = DEFAULT_FIGURES
     # Assays of `reproduce`.
     assays: tuple[Assay, ...] = get_args(Assay)
     # Experiment of the figure "emergence". Default: the first.
@@ -113,14 +119,14 @@ class Paper:
         return read_claims(self.folder / "claims.toml")
 
     @cached_property
-    def words(self) -> Words:
-        return read_words(self.folder / "words.toml")
+    def texts(self) -> ReportTexts:
+        return read_texts(self.folder / "words.toml")
 
     @cached_property
     def _named(self) -> dict[str, list[str]]:
         return {
             kind: sorted(path.stem for path in self.preset_folder(kind).glob("*.toml"))
-            for kind in KINDS
+            for kind in PRESET_KINDS
         }
 
     def preset_folder(self, kind: str) -> Path:
@@ -130,8 +136,11 @@ class Paper:
         return old_folder if old_folder.is_dir() and not folder.is_dir() else folder
 
     def names(self, kind: str) -> list[str]:
-        """Return the names of the presets of a kind of `KINDS`, the standard variant first."""
-        return sorted(self._named[kind], key=lambda name: name != STANDARD)
+        """Return the names of the presets of a kind, the standard variant first.
+
+        `kind` is one of `PRESET_KINDS`.
+        """
+        return sorted(self._named[kind], key=lambda name: name != STANDARD_VARIANT)
 
     def describe(self, kind: str, name: str) -> str:
         """Return the description of a preset."""
@@ -150,7 +159,7 @@ class Paper:
         """
         names = self.names(kind)
         if name not in names:
-            if (kind, name) == ("variants", STANDARD):
+            if (kind, name) == ("variants", STANDARD_VARIANT):
                 return {"description": "the paper without changes"}
             current = new_condition(name)
             if current in (*self.names("conditions"), *self.names("controls")):
@@ -159,7 +168,7 @@ class Paper:
                 f"there is no {kind.removesuffix('s')} {name!r}{suggest(name, names)}"
             )
         path = self.preset_folder(kind) / f"{name}.toml"
-        layer = read(path)
+        layer = read_tables(path)
         if not isinstance(layer.get("description"), str):
             raise PaperError(f"{path}: description is missing: one line that describes the preset")
         if "name" in layer:
@@ -182,7 +191,7 @@ class Paper:
         """Return the names of all experiments, those of the paper first."""
         return list(self.factors())
 
-    def experiment(self, name: str, variant: str = STANDARD) -> Experiment:
+    def experiment(self, name: str, variant: str = STANDARD_VARIANT) -> Experiment:
         """Return an experiment by name, under a variant.
 
         Raises ExperimentError if there is no such name, and PaperError if its files are not a valid
@@ -191,7 +200,7 @@ class Paper:
         condition, slash, map_name = name.rpartition("/") if self.names("maps") else (name, "/", "")
         if not slash:
             if self.lacks_map(name):
-                raise self.missing_map(name)
+                raise self.missing_map_error(name)
             raise ExperimentError(
                 f"there is no preset {name!r}{suggest(name, self.experiment_names())}"
             )
@@ -220,7 +229,7 @@ class Paper:
             *self.names("controls"),
         )
 
-    def missing_map(self, name: str) -> ExperimentError:
+    def missing_map_error(self, name: str) -> ExperimentError:
         """Return the error for a name without its map."""
         maps = self.metadata.maps or self.names("maps")
         return ExperimentError(
@@ -248,7 +257,7 @@ class Paper:
             else list(conditions)
         )
 
-    def experiments(self, variant: str = STANDARD) -> list[Experiment]:
+    def experiments(self, variant: str = STANDARD_VARIANT) -> list[Experiment]:
         """Return the experiments of the study, in order."""
         return [self.experiment(name, variant) for name in self.study_names()]
 
@@ -256,10 +265,10 @@ class Paper:
 def open_paper(folder: Path, is_stored: bool = False) -> Paper:
     """Return the paper in a folder; only its paper.toml is checked. Raises PaperError."""
     path = folder / "paper.toml"
-    return Paper(folder, declared(PaperMetadata, read(path), path), is_stored)
+    return Paper(folder, validate_tables(PaperMetadata, read_tables(path), path), is_stored)
 
 
-def check(paper: Paper) -> Paper:
+def check_paper(paper: Paper) -> Paper:
     """Check all files of a paper and return it. Raises PaperError with the first error."""
     if not paper.names("conditions"):
         raise PaperError(
@@ -268,14 +277,14 @@ def check(paper: Paper) -> Paper:
         )
     _require_distinct_names(paper)
     for kind, listed in (("conditions", paper.metadata.conditions), ("maps", paper.metadata.maps)):
-        _require(listed, paper.names(kind), f"{paper.folder / 'paper.toml'}: {kind}")
+        _require_names(listed, paper.names(kind), f"{paper.folder / 'paper.toml'}: {kind}")
     names = paper.experiment_names()
     experiments = [paper.experiment(name) for name in names]
     for variant in paper.names("variants"):
         paper.experiment(names[0], variant)
     emergence = [paper.metadata.emergence] if paper.metadata.emergence else []
-    _require(emergence, names, f"{paper.folder / 'paper.toml'}: emergence")
-    _require(paper.metadata.compared, names, f"{paper.folder / 'paper.toml'}: compared")
+    _require_names(emergence, names, f"{paper.folder / 'paper.toml'}: emergence")
+    _require_names(paper.metadata.compared, names, f"{paper.folder / 'paper.toml'}: compared")
     require_existing_names(paper.claims, paper.folder / "claims.toml", names, paper.measures)
     for claim in paper.claims:
         for choice in claim.choices:
@@ -285,7 +294,7 @@ def check(paper: Paper) -> Paper:
                 f"{paper.folder / 'claims.toml'}: {claim.id}, choice {choice.id}",
             )
     # Reading the texts checks them.
-    paper.words  # noqa: B018
+    paper.texts  # noqa: B018
     return paper
 
 
@@ -296,10 +305,10 @@ def _require_distinct_names(paper: Paper) -> None:
             f"{paper.folder / 'controls' / name}.toml: {name!r} is also the name of a condition; "
             "choose another name for the control"
         )
-    if FIRST in paper.experiment_names():
+    if FIRST_GENERATIONS in paper.experiment_names():
         raise PaperError(
-            f"{paper.folder}: no condition can be named {FIRST!r}, because claims use this name "
-            "for the first generations; rename its file"
+            f"{paper.folder}: no condition can be named {FIRST_GENERATIONS!r}, because claims use "
+            "this name for the first generations; rename its file"
         )
 
 
@@ -315,7 +324,9 @@ def require_existing_names(
     to `COMMON_VARIABLES`, or None if its model is not loaded.
     """
     for claim in claims:
-        _require(sorted(claim.conditions), conditions, f"{path}: {claim.id} names a condition")
+        _require_names(
+            sorted(claim.conditions), conditions, f"{path}: {claim.id} names a condition"
+        )
         for comparison in claim.comparisons:
             for name in sorted(comparison.conditions):
                 model_measures = measures(name)
@@ -329,7 +340,9 @@ def _require_measure(
 ) -> None:
     """Raise PaperError if the measure of a comparison does not exist or does not fit its rule."""
     measure = comparison.measure
-    _require([measure], [*OF_ALL, *measures], f"{location}: a measure of {condition}")
+    _require_names(
+        [measure], [*COMMON_MEASURES, *measures], f"{location}: a measure of {condition}"
+    )
     if comparison.rule == "survives_longer" and not measures[measure].censored:
         raise PaperError(
             f"{location}: the rule 'survives_longer' needs a measure with censored runs, "
@@ -337,7 +350,7 @@ def _require_measure(
         )
 
 
-def _require(names: Iterable[str], existing: list[str], location: str) -> None:
+def _require_names(names: Iterable[str], existing: list[str], location: str) -> None:
     for name in names:
         if name not in existing:
             raise PaperError(f"{location} {name!r}, which does not exist{suggest(name, existing)}")

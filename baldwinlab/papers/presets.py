@@ -30,17 +30,23 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.fields import renamed_message
 from baldwinlab.experiment.renamed import new_condition
 from baldwinlab.experiment.toml import name_source_in_errors, parse_tree
-from baldwinlab.papers.paper import KINDS, STANDARD, Paper
+from baldwinlab.papers.paper import PRESET_KINDS, STANDARD_VARIANT, Paper
 
-__all__ = ["KINDS", "changes", "describe", "factors", "load", "names", "paper"]
+__all__ = ["PRESET_KINDS", "changes", "describe", "factors", "load", "names", "paper"]
 
 
 MAX_BASES: Final = 20  # files in a chain of bases
-ALL_NAMES: Final = "`baldwinlab list presets` lists all; an experiment file ends in .toml"
+LIST_HINT: Final = "`baldwinlab list presets` lists all; an experiment file ends in .toml"
 
 
 def names(kind: str) -> list[str]:
-    """Return the presets of a kind (one of `KINDS`) of all papers, the standard variant first."""
+    """Return the presets of a kind of all papers, the standard variant first.
+
+    Parameters
+    ----------
+    kind
+        One of `PRESET_KINDS`.
+    """
     by_paper = [paper.names(kind) for paper in papers.built_in().values()]
     return list(dict.fromkeys(name for names_of_paper in by_paper for name in names_of_paper))
 
@@ -64,7 +70,7 @@ def _find_paper(kind: str, name: str) -> Paper:
     return next((paper for paper in candidates if name in paper.names(kind)), papers.load())
 
 
-class Loaded(NamedTuple):
+class LoadedExperiment(NamedTuple):
     """An experiment and its origin.
 
     Attributes
@@ -80,7 +86,7 @@ class Loaded(NamedTuple):
     origin: BaseExperiment | None = None
 
 
-def load(experiment: str | Path, variant: str = STANDARD) -> Experiment:
+def load(experiment: str | Path, variant: str = STANDARD_VARIANT) -> Experiment:
     """Return an experiment by its name or from a file.
 
     Parameters
@@ -107,11 +113,11 @@ def load(experiment: str | Path, variant: str = STANDARD) -> Experiment:
     return loaded
 
 
-def load_with_origin(experiment: str | Path, variant: str = STANDARD) -> Loaded:
+def load_with_origin(experiment: str | Path, variant: str = STANDARD_VARIANT) -> LoadedExperiment:
     """Return an experiment and its origin. Raise as `load`."""
     if not is_file(experiment):
         preset = _load_preset(str(experiment), variant)
-        return Loaded(preset, preset)
+        return LoadedExperiment(preset, preset)
     loaded = _load_file(Path(experiment))
     return loaded._replace(experiment=loaded.experiment.replace(**changes(variant)))
 
@@ -131,7 +137,7 @@ def _load_preset(text: str, variant: str) -> Experiment:
     candidates = [paper for paper in papers.built_in().values() if name in paper.experiment_names()]
     if not candidates:
         raise _unknown_name_error(name)
-    if variant in (STANDARD, *candidates[0].names("variants")):
+    if variant in (STANDARD_VARIANT, *candidates[0].names("variants")):
         return candidates[0].experiment(name, variant)
     return candidates[0].experiment(name).replace(**changes(variant))
 
@@ -142,7 +148,7 @@ def _unknown_name_error(name: str) -> ExperimentError:
         return ExperimentError(renamed_message(name, current))
     for candidate in papers.built_in().values():
         if candidate.lacks_map(name):
-            return candidate.missing_map(name)
+            return candidate.missing_map_error(name)
     presets = factors()
     learner, slash, map_name = name.rpartition("/")
     maps = sorted(
@@ -155,9 +161,9 @@ def _unknown_name_error(name: str) -> ExperimentError:
     if slash:
         learners = sorted({preset.learner for preset in presets.values() if preset.map})
         return ExperimentError(
-            f"there is no condition {learner!r}{suggest(learner, learners)}; {ALL_NAMES}"
+            f"there is no condition {learner!r}{suggest(learner, learners)}; {LIST_HINT}"
         )
-    return ExperimentError(f"there is no preset {name!r}{suggest(name, presets)}; {ALL_NAMES}")
+    return ExperimentError(f"there is no preset {name!r}{suggest(name, presets)}; {LIST_HINT}")
 
 
 def factors() -> dict[str, Factors]:
@@ -169,7 +175,7 @@ def factors() -> dict[str, Factors]:
     return by_name
 
 
-def _load_file(path: Path, chain: tuple[Path, ...] = ()) -> Loaded:
+def _load_file(path: Path, chain: tuple[Path, ...] = ()) -> LoadedExperiment:
     """Read an experiment file. `chain` are the files whose bases led to it."""
     try:
         content = read_text(path, EXPERIMENT_FILE)
@@ -186,12 +192,12 @@ def _load_file(path: Path, chain: tuple[Path, ...] = ()) -> Loaded:
                 f"{origin.model!r}; remove model, or choose another base"
             )
         with name_source_in_errors(str(path)):
-            return Loaded(origin.replace(**tree), origin)
+            return LoadedExperiment(origin.replace(**tree), origin)
     with name_source_in_errors(str(path)):
         experiment: Experiment = validate(tree)
     if isinstance(experiment, Experiment) and "food" not in tree.get("world", {}):
         _warn_of_missing_food(experiment, path)
-    return Loaded(experiment)
+    return LoadedExperiment(experiment)
 
 
 def _load_base(base: Any, path: Path, chain: tuple[Path, ...]) -> Experiment:
@@ -204,7 +210,7 @@ def _load_base(base: Any, path: Path, chain: tuple[Path, ...]) -> Experiment:
         folder = path.parent / paper_name
         is_custom_paper = bool(colon) and folder.is_dir()
         with name_source_in_errors(where):
-            return _load_preset(f"{folder}:{name}" if is_custom_paper else base, STANDARD)
+            return _load_preset(f"{folder}:{name}" if is_custom_paper else base, STANDARD_VARIANT)
     base_path = path.parent / base
     if base_path.resolve() in [file.resolve() for file in chain]:
         cycle = " -> ".join(str(file) for file in (*chain, base_path))
@@ -231,6 +237,6 @@ def _warn_of_missing_food(experiment: Experiment, path: Path) -> None:
         )
 
 
-def paper(variant: str = STANDARD) -> list[Experiment]:
+def paper(variant: str = STANDARD_VARIANT) -> list[Experiment]:
     """Return the six conditions of the default paper, le-2019."""
     return papers.load().experiments(variant)

@@ -8,13 +8,13 @@ from typing import Literal
 
 from pydantic import Field
 
-from baldwinlab.papers.loading import Declared, declared, read
+from baldwinlab.papers.loading import DeclaredTable, read_tables, validate_tables
 
 Figure = Literal[
     "overview", "fitness", "final-fitness", "emergence", "networks", "senses", "maps", "shares",
     "clocks", "measures", "survival",
 ]  # fmt: skip
-FIGURES: tuple[Figure, ...] = (
+DEFAULT_FIGURES: tuple[Figure, ...] = (
     "fitness",
     "final-fitness",
     "emergence",
@@ -29,7 +29,7 @@ Question = Literal[
 ]  # fmt: skip
 
 
-class Inference(Declared):
+class Inference(DeclaredTable):
     """Inference of the Baldwin effect in a paper, and the question with the same comparison."""
 
     question: Question
@@ -39,7 +39,7 @@ class Inference(Declared):
     limit: str = ""
 
 
-class Words(Declared):
+class ReportTexts(DeclaredTable):
     """Texts that a paper adds to its report."""
 
     # Heading of the report.
@@ -49,6 +49,6 @@ class Words(Declared):
     inference: Inference | None = None
 
 
-def read_words(path: Path) -> Words:
+def read_texts(path: Path) -> ReportTexts:
     """Return the texts in a file, or none if the file does not exist. Raises PaperError."""
-    return declared(Words, read(path), path) if path.exists() else Words()
+    return validate_tables(ReportTexts, read_tables(path), path) if path.exists() else ReportTexts()

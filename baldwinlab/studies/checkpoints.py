@@ -20,14 +20,14 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.simulation.history import History
 from baldwinlab.studies.records import (
     StudyError,
-    encode,
+    encode_record,
     read_record_file,
     record_path,
     write_in_study,
 )
 
-SUFFIX: Final = ".checkpoint"
-INTERVAL: Final = re.compile(r"([1-9][0-9]{0,8})(s?)")
+CHECKPOINT_SUFFIX: Final = ".checkpoint"
+INTERVAL_PATTERN: Final = re.compile(r"([1-9][0-9]{0,8})(s?)")
 
 
 class Interval(NamedTuple):
@@ -53,7 +53,7 @@ class Interval(NamedTuple):
         ArgumentError
             The text is neither.
         """
-        match = INTERVAL.fullmatch(text)
+        match = INTERVAL_PATTERN.fullmatch(text)
         if match is None:
             raise ArgumentError(
                 "checkpoint", text, "must be a number of generations or of seconds: 100 or 60s"
@@ -94,7 +94,7 @@ class Checkpointer:
             return
         for history in histories:
             path = checkpoint_path(self._directory, history.experiment.name, history.run)
-            write_in_study(self._directory, path, encode(history.record()))
+            write_in_study(self._directory, path, encode_record(history.record()))
         self._written_at = time.monotonic()
         self.has_saved = True
 
@@ -106,7 +106,7 @@ class Checkpointer:
 
 def checkpoint_path(directory: Path, condition: str, run: int) -> Path:
     """Return the file of the checkpoint of a run."""
-    return record_path(directory, condition, run).with_suffix(SUFFIX)
+    return record_path(directory, condition, run).with_suffix(CHECKPOINT_SUFFIX)
 
 
 def remove_checkpoint(directory: Path, condition: str, run: int) -> None:
@@ -126,7 +126,7 @@ def runs_to_continue(directory: Path, condition: str, runs: Iterable[int]) -> li
     ]
 
 
-def read_longest(
+def read_longest_record(
     directory: Path, experiment: BaseExperiment, seed: int, run: int
 ) -> xr.Dataset | None:
     """Return the stored generations of a run: its checkpoint or its record, whichever has more.

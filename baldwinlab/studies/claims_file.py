@@ -13,7 +13,7 @@ from baldwinlab.core.netcdf import stored_checksum
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
-CLAIMS: Final = "claims.json"
+CLAIMS_FILE: Final = "claims.json"
 # First bytes of a record, which contain its checksum.
 CHECKSUM_BYTES: Final = 65536
 
@@ -23,7 +23,7 @@ def write_claims(study: StudyStore, claims: Sequence[Mapping[str, Any]]) -> None
     content = {"records": digest_records(study), "claims": list(claims)}
     sealed = {"checksum": _checksum(content), **content}
     text = json.dumps(sealed, indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(study.directory / CLAIMS, f"{text}\n".encode())
+    write_atomically(study.directory / CLAIMS_FILE, f"{text}\n".encode())
 
 
 def read_claims(study: StudyStore) -> list[dict[str, Any]]:
@@ -40,7 +40,7 @@ def read_claims(study: StudyStore) -> list[dict[str, Any]]:
         If the file is damaged, changed or from an older version, or if the stored runs have
         changed since.
     """
-    path = study.directory / CLAIMS
+    path = study.directory / CLAIMS_FILE
     remedy = f"`baldwinlab report {study.directory}` makes it again"
     if not path.exists():
         return []

@@ -19,7 +19,7 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.study_file import add_checksum, format_study
 
-FIELD: Final = "evolution.generations"
+GENERATIONS_FIELD: Final = "evolution.generations"
 
 
 def extend_study(study: StudyStore, generations: int) -> StudyStore:
@@ -57,7 +57,7 @@ def extend_study(study: StudyStore, generations: int) -> StudyStore:
         path = study.directory / "runs" / name / "experiment.toml"
         write_atomically(path, add_checksum(to_toml(experiment)).encode())
     if study.paper:
-        _add_change(study, extended, f"{FIELD}={generations}")
+        _add_change(study, extended, f"{GENERATIONS_FIELD}={generations}")
     return StudyStore(study.directory)
 
 
@@ -78,7 +78,7 @@ def _require_extendable(study: StudyStore, generations: int) -> None:
 
 def _add_change(study: StudyStore, experiments: dict[str, Experiment], change: str) -> None:
     """Record that the study of a paper has another number of generations than the paper."""
-    changes = [text for text in study.changes if not text.startswith(f"{FIELD}=")]
+    changes = [text for text in study.changes if not text.startswith(f"{GENERATIONS_FIELD}=")]
     names = list(experiments)
     sources = part_sources.collect_sources(list(experiments.values()))
     text = format_study(

@@ -17,7 +17,7 @@ LEARNERS = {
     "evo+motor-noise", "evo+random-headings", "evo+shuffled-teacher",
 }  # fmt: skip
 MAPS = {"A", "B"}
-STANDARD = "standard"
+STANDARD_VARIANT = "standard"
 VARIANTS = {
     "biases", "contact-2", "contact-5", "contact-square", "literal", "mutation-per-child",
     "open-boundaries", "population-100", "rank", "sequential", "tournament", "truncation",
@@ -46,4 +46,4 @@ def _factors(name: str) -> Factors:
 
 
 def _is_variant(name: str) -> bool:
-    return name == STANDARD or VARIANTS.issuperset(name.split("+"))
+    return name == STANDARD_VARIANT or VARIANTS.issuperset(name.split("+"))

@@ -21,8 +21,8 @@ from baldwinlab.experiment import Experiment, merge
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.papers import Paper, load, presets
 
-STANDARD = "standard"
-SEPARATOR = "+"
+STANDARD_VARIANT = "standard"
+VARIANT_SEPARATOR = "+"
 
 
 @cache
@@ -42,7 +42,7 @@ def alternatives(paper: Paper | None = None) -> Mapping[str, tuple[str, ...]]:
     paper = paper or load()
     variants: dict[str, tuple[str, ...]] = {}
     for name in paper.names("variants"):
-        if name != STANDARD:
+        if name != STANDARD_VARIANT:
             choice = paper.describe("variants", name).partition(":")[0]
             variants[choice] = (*variants.get(choice, ()), name)
     return MappingProxyType(dict(sorted(variants.items())))
@@ -65,7 +65,7 @@ class Variant(NamedTuple):
     @property
     def name(self) -> str:
         """Name of the variant: `standard`, `contact-5` or `contact-5+rank`."""
-        return SEPARATOR.join(self.parts) or STANDARD
+        return VARIANT_SEPARATOR.join(self.parts) or STANDARD_VARIANT
 
     @property
     def choices(self) -> dict[str, str]:
@@ -96,7 +96,9 @@ class Variant(NamedTuple):
     def description(self) -> str:
         """The descriptions of the alternatives in one line."""
         paper = self.paper or load()
-        return "; ".join(paper.describe("variants", name) for name in self.parts or (STANDARD,))
+        return "; ".join(
+            paper.describe("variants", name) for name in self.parts or (STANDARD_VARIANT,)
+        )
 
 
 def vary_one_at_a_time(paper: Paper | None = None) -> list[Variant]:
@@ -165,7 +167,7 @@ def group_by_variant(
     """
     groups: dict[Variant, dict[str, str]] = {}
     for name, (learner, map_name, variant) in conditions.items():
-        parts = () if variant == STANDARD else tuple(variant.split(SEPARATOR))
+        parts = () if variant == STANDARD_VARIANT else tuple(variant.split(VARIANT_SEPARATOR))
         paper_name = f"{learner}/{map_name}" if map_name else learner
         groups.setdefault(Variant(parts, paper), {})[name] = paper_name
     return groups

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
 # Digits of a hash in a message.
-DIGITS = 12
+HASH_DIGITS = 12
 
 
 class PartRecord(NamedTuple):
@@ -116,7 +116,9 @@ def _require_parts(where: Path, stored: Sequence[PartRecord], chosen: set[tuple[
     for kind, name in sorted(chosen):
         stored_hash = hashes.get((kind, name))
         origin = (
-            f" of {where} (SHA-256 {stored_hash[:DIGITS]}...)" if stored_hash else f" of {where}"
+            f" of {where} (SHA-256 {stored_hash[:HASH_DIGITS]}...)"
+            if stored_hash
+            else f" of {where}"
         )
         try:
             loaded_hash = source_of(kind, name).sha256
@@ -127,6 +129,6 @@ def _require_parts(where: Path, stored: Sequence[PartRecord], chosen: set[tuple[
         if stored_hash and loaded_hash != stored_hash:
             raise PartError(
                 f"the {kind} {name!r}{origin} differs from the loaded one "
-                f"({loaded_hash[:DIGITS]}...): load the original file with --part FILE, "
+                f"({loaded_hash[:HASH_DIGITS]}...): load the original file with --part FILE, "
                 "or choose another --out"
             )

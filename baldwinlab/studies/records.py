@@ -37,12 +37,12 @@ RUN_LIMIT: Final = 2**31
 # Variables in the records of every model.
 COMMON_VARIABLES: Final = ("energy", "parents", "kept_genome")
 # Kinds of NumPy types that are numbers.
-NUMBERS: Final = ("i", "f")
+NUMERIC_KINDS: Final = ("i", "f")
 # Maximum size of names, meanings and the experiment in a record, in bytes.
-HEADER: Final = 4 * 2**20
+HEADER_BYTES: Final = 4 * 2**20
 # Maximum size of a record if its model is not loaded, in bytes.
 # A netCDF variable has at most 2 GiB.
-MAX_RECORD: Final = 8 * 2**30
+MAX_RECORD_BYTES: Final = 8 * 2**30
 
 
 class StudyError(BaldwinLabError):
@@ -53,7 +53,7 @@ class DamagedRecordError(StudyError):
     """Damaged record: its content differs from its checksum."""
 
 
-def encode(run: xr.Dataset) -> bytes:
+def encode_record(run: xr.Dataset) -> bytes:
     """Return the bytes of the record of a run."""
     return to_bytes(as_record(run))
 
@@ -84,7 +84,7 @@ def require_record_identity(
         raise DamagedRecordError(
             f"it is {origin}, and run {run} of {experiment.name} with seed {seed} belongs there"
         )
-    fields = _fields(str(attributes.get("experiment", "")), type(experiment))
+    fields = _parse_fields(str(attributes.get("experiment", "")), type(experiment))
     if not _is_same_run(fields, experiment.to_dict()):
         raise DamagedRecordError(
             f"the experiment that it was made with is not that of {experiment.name} in this study"
@@ -108,7 +108,7 @@ def require_content(record: xr.Dataset, experiment: BaseExperiment) -> None:
     A record has the number of generations that its own experiment states. It is less than that of
     the study if the study has been extended since.
     """
-    fields = _fields(str(record.attrs["experiment"]), type(experiment))
+    fields = _parse_fields(str(record.attrs["experiment"]), type(experiment))
     generations = fields["evolution"]["generations"]
     agents = experiment.population.size
     is_complete = all(_is_declared(name, record) for name in COMMON_VARIABLES)
@@ -134,13 +134,13 @@ def _is_declared(name: str, record: xr.Dataset) -> bool:
     return (
         variable is not None
         and variable.dims == RECORD_VARIABLES[name].dims
-        and variable.dtype.kind in NUMBERS
+        and variable.dtype.kind in NUMERIC_KINDS
         and {*variable.dims} <= {*record.coords}
     )
 
 
 @lru_cache(maxsize=64)
-def _fields(text: str, read_as: type[BaseExperiment]) -> dict[str, Any]:
+def _parse_fields(text: str, read_as: type[BaseExperiment]) -> dict[str, Any]:
     """Return the fields of the experiment of a record.
 
     The experiment is parsed once for all runs of a condition. The loaded parts decide its class, so
@@ -200,10 +200,10 @@ def read_attributes(
 def _max_record_bytes(experiment: BaseExperiment) -> int:
     """Return the maximum size of a record in bytes: twice its variables, and a header."""
     try:
-        return 2 * record_bytes(experiment) + HEADER
+        return 2 * record_bytes(experiment) + HEADER_BYTES
     except ExperimentError:
         # The model is not loaded.
-        return MAX_RECORD
+        return MAX_RECORD_BYTES
 
 
 @contextmanager
@@ -270,7 +270,7 @@ def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) 
 
     Raises OSError, also if the study no longer exists.
     """
-    write_in_study(directory, record_path(directory, condition, run), encode(record))
+    write_in_study(directory, record_path(directory, condition, run), encode_record(record))
 
 
 def write_in_study(directory: Path, path: Path, content: bytes) -> None:

@@ -20,7 +20,7 @@ from baldwinlab.studies.checkpoints import (
     EVERY_MINUTE,
     Checkpointer,
     Interval,
-    read_longest,
+    read_longest_record,
     remove_checkpoint,
     runs_to_continue,
 )
@@ -103,7 +103,7 @@ class RunTask(NamedTuple):
         for run in self.runs:
             record = None
             if self.n_stored:
-                record = read_longest(directory, self.experiment, seed, run)
+                record = read_longest_record(directory, self.experiment, seed, run)
             history = History(self.experiment, seed, run, record)
             by_generations.setdefault(history.n_generations, []).append(history)
         return list(by_generations.values())
@@ -143,7 +143,7 @@ def find_missing_runs(
             try:
                 record = study.record(condition, run)
             except DamagedRecordError as error:
-                damaged = study.set_aside(condition, run)
+                damaged = study.rename_damaged(condition, run)
                 consequence = f"run {run} is not done again, as --runs is {runs}"
                 if run < runs:
                     consequence = "the run is done again"
@@ -218,7 +218,7 @@ def _group_by_stored(
     for run in runs:
         record = None
         if run in started:
-            record = read_longest(study.directory, experiment, study.seed, run)
+            record = read_longest_record(study.directory, experiment, study.seed, run)
         n_stored = 0 if record is None else record.sizes["generation"] - 1
         groups.setdefault(n_stored, []).append(run)
     return groups

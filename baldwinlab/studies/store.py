@@ -64,7 +64,7 @@ from baldwinlab.studies.study_file import (
 if TYPE_CHECKING:
     pass
 
-SESSIONS = "sessions.jsonl"
+SESSIONS_FILE_NAME = "sessions.jsonl"
 # Numeric fields of a session.
 SESSION_NUMBERS = ("seconds", "compile_seconds", "workers", "agent_steps")
 
@@ -224,7 +224,7 @@ class StudyStore:
         """Read the attributes of a record without its arrays. Raises as `record` does."""
         return read_attributes(self.directory, self.experiment(condition), self.seed, run)
 
-    def set_aside(self, condition: str, run: int) -> Path:
+    def rename_damaged(self, condition: str, run: int) -> Path:
         """Rename a damaged record to *.damaged and return the new path."""
         path = self.path(condition, run)
         damaged = path.with_name(f"{path.name}.damaged")
@@ -248,7 +248,7 @@ class StudyStore:
 
     def require_writable(self, paths: Iterable[Path]) -> None:
         """Raise RefusedError if one of these files of the study cannot be written."""
-        sessions = self.directory / SESSIONS
+        sessions = self.directory / SESSIONS_FILE_NAME
         if is_local(sessions) and sessions.is_symlink():
             raise RefusedError(f"{sessions} cannot be written: it is a link; remove it")
         for path in (*paths, sessions):
@@ -256,7 +256,7 @@ class StudyStore:
 
     def add_session(self, facts: dict[str, Any]) -> None:
         """Append a session to the sessions of the study."""
-        append_line(self.directory / SESSIONS, json.dumps(facts), SESSIONS_FILE)
+        append_line(self.directory / SESSIONS_FILE_NAME, json.dumps(facts), SESSIONS_FILE)
 
     def sessions(self) -> Iterator[dict[str, Any]]:
         """Yield the stored sessions of the study.
@@ -264,7 +264,7 @@ class StudyStore:
         Invalid lines are skipped: a killed process can leave a partial line. Raises StudyError if
         the file cannot be read.
         """
-        path = self.directory / SESSIONS
+        path = self.directory / SESSIONS_FILE_NAME
         try:
             content = read_bytes(path, SESSIONS_FILE) if path.exists() else b""
         except (OSError, ValueError) as error:

@@ -18,7 +18,7 @@ from baldwinlab.studies.records import RUN_LIMIT
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
-FORMAT = 3
+STUDY_FORMAT = 3
 _SEAL = "# SHA-256 of the lines above, as they were when the study was made: "
 
 
@@ -37,7 +37,7 @@ def kind_and_factors(
             tables = {name: _rename_factors(table) for name, table in facts["factors"].items()}
         case unknown:
             raise ValueError(
-                f"it has format {unknown}, and this version reads formats 1 to {FORMAT}"
+                f"it has format {unknown}, and this version reads formats 1 to {STUDY_FORMAT}"
             )
     if kind not in STUDY_KINDS:
         raise ValueError(f"kind = {kind!r} must be one of {', '.join(STUDY_KINDS)}")
@@ -128,7 +128,7 @@ def format_study(
     """Return the text of `study.toml`."""
     # A TOML library takes a minute for thousands of conditions. A JSON string is valid TOML.
     lines = [
-        f"format = {FORMAT}",
+        f"format = {STUDY_FORMAT}",
         f'kind = "{kind}"',
         f"seed = {seed}",
         f"conditions = {json.dumps(names)}",

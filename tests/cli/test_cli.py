@@ -21,7 +21,7 @@ from PIL import Image
 
 import baldwinlab as bl
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.papers.presets import KINDS, load, names
+from baldwinlab.papers.presets import PRESET_KINDS, load, names
 from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.sweeps.design import open_sweep
@@ -40,7 +40,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_list_presets_describes_every_preset(command: Command) -> None:
     result = command("list", "presets")
     assert result.code == 0
-    for kind in KINDS:
+    for kind in PRESET_KINDS:
         for name in names(kind):
             rows = [line.split() for line in result.out.splitlines()]
             assert any(row[:1] == [name] and len(row) > 3 for row in rows)

@@ -8,7 +8,7 @@ import xarray as xr
 
 from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
 from baldwinlab.simulation.simulate import simulate
-from baldwinlab.studies.records import encode
+from baldwinlab.studies.records import encode_record
 from tests.small_studies import shorten_preset
 
 
@@ -22,7 +22,7 @@ def test_a_dataset_is_read_from_its_bytes_unchanged() -> None:
 
 
 def test_a_change_of_any_byte_of_a_record_is_detected() -> None:
-    raw = encode(simulate(shorten_preset("evo/A"), seed=1))
+    raw = encode_record(simulate(shorten_preset("evo/A"), seed=1))
     rng = np.random.default_rng(0)
     for position in [0, 3, len(raw) - 1, *rng.integers(0, len(raw), 200)]:
         damaged = bytearray(raw)

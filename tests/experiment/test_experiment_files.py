@@ -11,7 +11,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.studies.sweeps.design import expand_sweep
-from baldwinlab.studies.sweeps.file import read
+from baldwinlab.studies.sweeps.file import read_sweep
 from tests.commands import Command
 
 Write = Callable[[str, str], Path]
@@ -175,5 +175,5 @@ def test_a_sweep_and_an_exported_page_start_from_a_file_with_a_base(
 ) -> None:
     write("near.toml", 'base = "evo/A"\nlifetime.steps = 5')
     sweep = write("sweep.toml", 'experiment = "near.toml"\n[fields]\npopulation.size = [2, 3]')
-    assert [point.steps for point in expand_sweep(read(sweep), sweep)] == [5, 5]
+    assert [point.steps for point in expand_sweep(read_sweep(sweep), sweep)] == [5, 5]
     assert command("export", "near.toml", "--out", "page.html").code == 0

@@ -16,7 +16,7 @@ from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.sweeps.design import expand_sweep, open_sweep
-from baldwinlab.studies.sweeps.file import read
+from baldwinlab.studies.sweeps.file import read_sweep
 from tests.small_studies import rewrite_in_format_1
 
 OLD_NUMBER = 100_000_000
@@ -75,7 +75,7 @@ def test_a_sweep_uses_the_old_number_for_learning_for_life(tmp_path: Path) -> No
     )
     path = tmp_path / "mine.toml"
     path.write_text(text)
-    plan = read(path)
+    plan = read_sweep(path)
     assert [point.learning.steps for point in expand_sweep(plan, path)] == [10, None]
     sweep(path, out=tmp_path / "sweep")
     assert open_sweep(tmp_path / "sweep")["learning.steps"].values.tolist() == [10, OLD_NUMBER]

@@ -16,7 +16,7 @@ from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.lab.export import render_live_page
 from baldwinlab.lab.history import trace_ancestor_line
 from baldwinlab.papers import presets
-from baldwinlab.papers.paper import STANDARD
+from baldwinlab.papers.paper import STANDARD_VARIANT
 from baldwinlab.simulation.simulate import simulate
 from tests.axe import find_violations
 from tests.lab.test_page_history import rows_of
@@ -43,7 +43,7 @@ def shorten(experiment: Experiment, **changes: Any) -> Experiment:
 def all_presets() -> list[Experiment]:
     """Return the presets of the packaged modules, and the variants of `evo+self-taught/A`."""
     paper = papers.load()
-    variants = [variant for variant in paper.names("variants") if variant != STANDARD]
+    variants = [variant for variant in paper.names("variants") if variant != STANDARD_VARIANT]
     experiments = [
         *map(paper.experiment, paper.experiment_names()),
         *(paper.experiment("evo+self-taught/A", variant) for variant in variants),

@@ -15,7 +15,7 @@ import baldwinlab as bl
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.simulation.simulate import simulate
-from baldwinlab.studies.claims_file import CLAIMS, write_claims
+from baldwinlab.studies.claims_file import CLAIMS_FILE, write_claims
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import LabServer, get_json
@@ -45,7 +45,7 @@ def stored_claims(lab_server: LabServer) -> Iterator[None]:
     study = StudyStore(lab_server.root / "small")
     write_claims(study, [CLAIM, CLAIM | {"id": "C2", "verdict": "undecided"}])
     yield
-    (study.directory / CLAIMS).unlink()
+    (study.directory / CLAIMS_FILE).unlink()
 
 
 def read_query(page: Page) -> dict[str, str]:
@@ -200,7 +200,7 @@ def test_custom_claims_of_a_study_have_no_published_value(
 def test_manually_changed_claims_are_not_shown(
     page: Page, lab_server: LabServer, stored_claims: None
 ) -> None:
-    path = lab_server.root / "small" / CLAIMS
+    path = lab_server.root / "small" / CLAIMS_FILE
     path.write_text(path.read_text().replace('"undecided"', '"holds"'))
     open_results(page)
     section = page.get_by_test_id("claims")

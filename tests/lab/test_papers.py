@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from baldwinlab import papers
-from baldwinlab.papers.paper import CARD, open_paper
+from baldwinlab.papers.paper import CARD_FILE, open_paper
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.store import StudyStore
@@ -127,7 +127,7 @@ def test_a_link_out_of_the_folder_is_not_read_and_damaged_claims_hide_no_card(
     (tmp_path / "root" / "first" / "claims.json").write_text("[1, {")
     outside.mkdir()
     (outside / "paper.toml").write_text(CUSTOM_PAPER)
-    (outside / CARD).write_bytes(b"secret")
+    (outside / CARD_FILE).write_bytes(b"secret")
     (study / "paper").symlink_to(outside)
     with run_server(tmp_path / "root") as server:
         assert [card["name"] for card in get_json(server.address, "papers")["papers"]] == [
@@ -139,7 +139,7 @@ def test_a_link_out_of_the_folder_is_not_read_and_damaged_claims_hide_no_card(
         (study / "paper").unlink()
         (study / "paper").mkdir()
         (study / "paper" / "paper.toml").write_text(CUSTOM_PAPER)
-        (study / "paper" / CARD).symlink_to(outside / CARD)
+        (study / "paper" / CARD_FILE).symlink_to(outside / CARD_FILE)
         assert "there is no paper 'tiny'" in get_error(
             server.address, "papers/picture", 404, paper="tiny"
         )
@@ -149,7 +149,7 @@ def test_a_study_contains_the_card_of_its_custom_paper(tmp_path: Path) -> None:
     folder = tmp_path / "mine"
     folder.mkdir()
     (folder / "paper.toml").write_text(CUSTOM_PAPER)
-    shutil.copy(papers.load("mayley-1996").folder / CARD, folder)
+    shutil.copy(papers.load("mayley-1996").folder / CARD_FILE, folder)
     papers.save_copy(open_paper(folder), tmp_path / "study")
-    copy = tmp_path / "study" / papers.COPY_FOLDER / CARD
-    assert copy.read_bytes() == (folder / CARD).read_bytes()
+    copy = tmp_path / "study" / papers.COPY_FOLDER / CARD_FILE
+    assert copy.read_bytes() == (folder / CARD_FILE).read_bytes()

@@ -16,9 +16,9 @@ from baldwinlab.analysis.statistics.fitness import MEASURES
 from baldwinlab.analysis.statistics.rules import RULES
 from baldwinlab.core.variables import ASSAY_VARIABLES
 from baldwinlab.papers import PaperError, presets
-from baldwinlab.papers.claims import OF_ALL
+from baldwinlab.papers.claims import COMMON_MEASURES
 from baldwinlab.papers.claims import RULES as RULE_DESCRIPTIONS
-from baldwinlab.papers.paper import KINDS, check
+from baldwinlab.papers.paper import PRESET_KINDS, check_paper
 from baldwinlab.papers.texts import Assay, Inference
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
@@ -97,21 +97,21 @@ def test_variants_are_read_from_a_folder_with_the_old_name_readings(tmp_path: Pa
 
 
 def test_the_default_paper_is_valid_and_complete() -> None:
-    paper = check(papers.load())
+    paper = check_paper(papers.load())
     assert list(papers.built_in()) == [
-        papers.DEFAULT,
-        *sorted({*papers.built_in()} - {papers.DEFAULT}),
+        papers.DEFAULT_PAPER,
+        *sorted({*papers.built_in()} - {papers.DEFAULT_PAPER}),
     ]
     assert [claim.id for claim in paper.claims] == [f"C{number}" for number in range(1, 10)]
     assert paper.experiments("literal") == presets.paper("literal")
     assert "arXiv 1906.08854" in paper.metadata.citation
     assert (paper.folder / "README.md").exists()
-    assert all(paper.names(kind) for kind in KINDS)
+    assert all(paper.names(kind) for kind in PRESET_KINDS)
 
 
 def test_papers_can_name_all_rules_measures_assays_and_criteria() -> None:
     assert RULE_DESCRIPTIONS.keys() == RULES.keys()
-    assert set(OF_ALL) == {*MEASURES, "most"}
+    assert set(COMMON_MEASURES) == {*MEASURES, "most"}
     assert get_args(Assay) == tuple(ASSAY_VARIABLES)
     assert set(get_args(Inference.model_fields["question"].annotation)) == {
         criterion.id for criterion in load_criteria()
@@ -141,7 +141,7 @@ def test_a_paper_can_have_no_maps_and_no_claims(
     paper = papers.load(write_paper(tmp_path, "maps", "claims", "words", "README", "variants"))
     assert [experiment.name for experiment in paper.experiments()] == ["plain", "taught"]
     assert paper.claims == ()
-    assert not paper.words.heading
+    assert not paper.texts.heading
 
 
 @pytest.mark.parametrize(

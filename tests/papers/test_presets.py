@@ -11,7 +11,7 @@ from baldwinlab.experiment import Experiment, ExperimentError, merge
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.registry import LIBRARY
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.papers.presets import KINDS, describe, factors, load, names, paper
+from baldwinlab.papers.presets import PRESET_KINDS, describe, factors, load, names, paper
 
 
 def test_the_paper_has_three_conditions_on_two_maps() -> None:
@@ -82,7 +82,7 @@ def test_a_variant_can_be_applied_to_a_control() -> None:
 
 
 def test_every_preset_has_a_description() -> None:
-    for kind in KINDS:
+    for kind in PRESET_KINDS:
         for name in names(kind):
             assert len(describe(kind, name)) > 20
 

@@ -13,7 +13,7 @@ from baldwinlab.core.variables import RUN_VARIABLES
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.simulate import simulate, simulate_batch, simulate_histories
-from baldwinlab.studies.records import encode
+from baldwinlab.studies.records import encode_record
 from tests.small_studies import shorten_preset
 
 
@@ -73,7 +73,7 @@ def test_a_history_contains_only_the_genomes_to_store() -> None:
         experiment, seed=1, runs=[2], after_generation=record_generations
     )
     assert stored_generations == [[0], [0, 1], [0, 2], [0, 3], [0, 3, 4], [0, 3, 5], [0, 3, 6]]
-    assert encode(history.record()) == encode(history.dataset())
+    assert encode_record(history.record()) == encode_record(history.dataset())
 
 
 def test_energy_comes_from_items_and_determines_the_parents() -> None:

@@ -15,7 +15,7 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.simulate import continue_histories, simulate_histories
-from baldwinlab.studies.checkpoints import Interval, checkpoint_path, read_longest
+from baldwinlab.studies.checkpoints import Interval, checkpoint_path, read_longest_record
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.run import find_missing_runs, plan_tasks, run_study
@@ -109,7 +109,7 @@ def test_a_damaged_checkpoint_is_ignored(tmp_path: Path, content: bytes | None) 
     stop_after_generations(study, runs=1, count=3)
     path = checkpoint_path(study.directory, experiment.name, 0)
     path.write_bytes(path.read_bytes()[:-50] if content is None else content)
-    assert read_longest(study.directory, experiment, 5, 0) is None
+    assert read_longest_record(study.directory, experiment, 5, 0) is None
     run_study(
         study, find_missing_runs(study, 1, ignore_message), 1, ignore_progress, ignore_message
     )

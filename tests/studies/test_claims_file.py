@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from baldwinlab.studies.claims_file import CLAIMS, read_claims, write_claims
+from baldwinlab.studies.claims_file import CLAIMS_FILE, read_claims, write_claims
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import make_small_study, shorten_preset
@@ -35,7 +35,7 @@ def test_claims_are_read_as_they_were_written(study: StudyStore) -> None:
 @pytest.mark.parametrize("change", ["verdict", "effect", "claim added", "records"])
 def test_a_manually_changed_file_is_refused(study: StudyStore, change: str) -> None:
     write_claims(study, VERDICTS)
-    path = study.directory / CLAIMS
+    path = study.directory / CLAIMS_FILE
     stored = json.loads(path.read_text())
     match change:
         case "verdict":
@@ -63,7 +63,7 @@ def test_claims_about_different_runs_are_refused(study: StudyStore, tmp_path: Pa
         read_claims(grown)
     second = make_small_study(tmp_path / "other", [shorten_preset("evo/A")], runs=3, seed=6)
     write_claims(second, VERDICTS)
-    shutil.copy(second.directory / CLAIMS, grown.directory / CLAIMS)
+    shutil.copy(second.directory / CLAIMS_FILE, grown.directory / CLAIMS_FILE)
     with pytest.raises(
         StudyError, match="was decided by other runs than those that are stored now"
     ):
@@ -73,7 +73,7 @@ def test_claims_about_different_runs_are_refused(study: StudyStore, tmp_path: Pa
 def test_claims_of_an_older_version_are_refused_with_the_command_that_writes_them(
     study: StudyStore,
 ) -> None:
-    (study.directory / CLAIMS).write_text(json.dumps(VERDICTS))
+    (study.directory / CLAIMS_FILE).write_text(json.dumps(VERDICTS))
     with pytest.raises(
         StudyError,
         match=f"by an older version, .*; `baldwinlab report {study.directory}` makes it again",
@@ -83,14 +83,14 @@ def test_claims_of_an_older_version_are_refused_with_the_command_that_writes_the
 
 @pytest.mark.parametrize("content", [5, {}, {"claims": 5}, {"claims": [5]}, None, "claims"])
 def test_json_with_unexpected_content_is_refused(study: StudyStore, content: Any) -> None:
-    (study.directory / CLAIMS).write_text(json.dumps(content))
+    (study.directory / CLAIMS_FILE).write_text(json.dumps(content))
     with pytest.raises(StudyError, match="is not what a report has written"):
         read_claims(study)
 
 
 def test_huge_claims_are_refused_before_they_are_read(study: StudyStore) -> None:
-    (study.directory / CLAIMS).touch()
-    os.truncate(study.directory / CLAIMS, 20 * 10**9)
+    (study.directory / CLAIMS_FILE).touch()
+    os.truncate(study.directory / CLAIMS_FILE, 20 * 10**9)
     with pytest.raises(
         StudyError,
         match="cannot be read: it has 20,000,000,000 bytes, and a JSON file of results may",

@@ -25,7 +25,7 @@ from baldwinlab.studies.assays.catalog import ASSAYS
 from baldwinlab.studies.assays.results import find_missing_assays
 from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.executors import THREADS, Executor, ExecutorError, choose, dask
+from baldwinlab.studies.executors import THREADS, Executor, ExecutorError, choose_executor, dask
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import find_missing_runs, plan_tasks
 from baldwinlab.studies.store import StudyStore
@@ -52,7 +52,7 @@ def cluster() -> Iterator[Any]:
 
 @pytest.fixture
 def on_dask(cluster: Any) -> Executor:
-    return choose(f"dask:{cluster.scheduler_address}")
+    return choose_executor(f"dask:{cluster.scheduler_address}")
 
 
 def longer_experiment(name: str) -> Experiment:
@@ -258,7 +258,7 @@ def test_all_executors_name_a_damaged_record(tmp_path: Path, on_dask: Executor) 
 def test_workers_with_a_different_engine_refuse_tasks(
     tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dask, "ENGINE", "engine-of-yesterday")
+    monkeypatch.setattr(dask, "ENGINE_HASH", "engine-of-yesterday")
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5)
     with pytest.raises(StudyError, match="has another version of baldwinlab or Numba"):
         list(simulated_steps(on_dask, study, runs=2))
@@ -282,7 +282,7 @@ def test_a_lost_scheduler_raises_an_error_of_one_sentence(
     with distributed.LocalCluster(
         n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0"
     ) as empty:
-        steps = simulated_steps(choose(f"dask:{empty.scheduler_address}"), study, runs=2)
+        steps = simulated_steps(choose_executor(f"dask:{empty.scheduler_address}"), study, runs=2)
         empty.loop.call_later(0.5, empty.close)
         # The client also tries to connect again for this number of seconds.
         monkeypatch.setattr(dask, "CONNECTION_TIMEOUT", 1)
@@ -332,7 +332,7 @@ def test_slurm_requires_the_resources_of_a_job(monkeypatch: pytest.MonkeyPatch) 
         ValueError,
         match=r"needs jobqueue\.slurm\.cores and jobqueue\.slurm\.memory in Dask's configuration",
     ):
-        choose("slurm", 2)
+        choose_executor("slurm", 2)
 
 
 @pytest.mark.parametrize("module", ["distributed", "dask_jobqueue", "upath"])
@@ -340,10 +340,10 @@ def test_without_the_cluster_extra_only_threads_work_and_the_error_names_the_ext
     module: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
-    assert choose("threads", 3) == THREADS._replace(workers=3)
+    assert choose_executor("threads", 3) == THREADS._replace(workers=3)
     for request in (
-        lambda: choose("dask:tcp://127.0.0.1:9"),
-        lambda: choose("slurm", 2),
+        lambda: choose_executor("dask:tcp://127.0.0.1:9"),
+        lambda: choose_executor("slurm", 2),
         lambda: parse_location("s3://bucket/study"),
     ):
         with pytest.raises(ValueError, match=re.escape(installation_command("cluster"))):

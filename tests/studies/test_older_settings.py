@@ -18,7 +18,7 @@ from baldwinlab.experiment.renamed import (
     upgrade,
 )
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.file import read, read_stored
+from baldwinlab.studies.sweeps.file import read_stored_sweep, read_sweep
 from tests.commands import Command
 
 STORED = Path(__file__).parent / "stored_0_1"
@@ -94,8 +94,8 @@ def test_a_stored_study_can_be_read_reported_and_resumed(tmp_path: Path, command
 def test_a_stored_sweep_is_read_with_current_names(tmp_path: Path) -> None:
     path = tmp_path / "sweep.toml"
     path.write_text(SWEEP, "utf-8")
-    assert "world.births_and_deaths.oldest" in read(path).fields
-    sweep = read_stored(path)
+    assert "world.births_and_deaths.oldest" in read_sweep(path).fields
+    sweep = read_stored_sweep(path)
     assert sweep.fields["world.births_and_deaths.max_age"] == [10, 20]
     assert sweep.fields["network.kind"] == ["neat", "feed-forward"]
     assert sweep.fixed == {"network.neat.sigmoid_slope": 3.0}

@@ -20,7 +20,7 @@ from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies import records
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
-from baldwinlab.studies.records import DamagedRecordError, StudyError, encode, write_record
+from baldwinlab.studies.records import DamagedRecordError, StudyError, encode_record, write_record
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import (
@@ -36,13 +36,13 @@ from tests.small_studies import (
 def test_a_run_is_read_from_its_record_unchanged() -> None:
     for stride in (1, 2, 100):
         run = simulate(shorten_preset().replace(record={"genome_every": stride}), seed=2**31 - 1)
-        xr.testing.assert_identical(as_run(from_bytes(encode(run))), run)
+        xr.testing.assert_identical(as_run(from_bytes(encode_record(run))), run)
 
 
 def test_a_record_can_be_read_with_scipy(tmp_path: Path) -> None:
     path = tmp_path / "run.nc"
     run = simulate(shorten_preset(), seed=1)
-    path.write_bytes(encode(run))
+    path.write_bytes(encode_record(run))
     with netcdf_file(path, mmap=False) as file:
         assert np.array_equal(file.variables["food_eaten"][:], run.food_eaten.values)
         assert getattr(file, "condition") == b"evo+self-taught/A"  # noqa: B009
@@ -83,7 +83,7 @@ def write_different_record(seed: int = 5, generations: int = 4, rate: float = 0.
             evolution={"generations": generations, "mutation_rate": rate}
         )
         path = study.path("evo/A", 1)
-        path.write_bytes(encode(simulate(experiment, seed=seed, run=1)))
+        path.write_bytes(encode_record(simulate(experiment, seed=seed, run=1)))
         return path
 
     return put
@@ -134,7 +134,9 @@ def test_a_third_party_netcdf_file_with_a_checksum_is_reported(tmp_path: Path) -
     study = make_small_study(tmp_path)
     path = study.path("evo/A", 1)
     path.write_bytes(
-        encode(simulate(shorten_preset("evo/A"), seed=5, run=1)).replace(b"condition", b"kondition")
+        encode_record(simulate(shorten_preset("evo/A"), seed=5, run=1)).replace(
+            b"condition", b"kondition"
+        )
     )
     with pytest.raises(DamagedRecordError, match=r"0001\.nc is damaged"):
         open_runs(tmp_path)

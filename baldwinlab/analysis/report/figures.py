@@ -27,7 +27,7 @@ from baldwinlab.analysis.report.figure_data import (
     tabulate_shares,
 )
 from baldwinlab.analysis.report.phrases import format_number
-from baldwinlab.papers.texts import FIGURES, Figure
+from baldwinlab.papers.texts import DEFAULT_FIGURES, Figure
 
 # Figures that models other than MiniWorld record.
 OF_ANY_MODEL: Final = ("shares", "clocks", "measures", "survival")
@@ -54,8 +54,8 @@ def draw_figures(report: ReportData) -> Iterator[ReportFigure]:
     ReportFigure
         The figures that apply to the study: those of its paper, or the standard ones.
     """
-    names = report.paper.metadata.figures if report.paper else FIGURES
-    captions = report.paper.words.captions if report.paper else {}
+    names = report.paper.metadata.figures if report.paper else DEFAULT_FIGURES
+    captions = report.paper.texts.captions if report.paper else {}
     is_foraging = bool(select_foragers(report.experiments))
     for name in names:
         drawn = DRAW[name](report)

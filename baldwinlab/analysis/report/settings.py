@@ -14,7 +14,7 @@ from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.claims import OpenChoice
-from baldwinlab.papers.paper import STANDARD
+from baldwinlab.papers.paper import STANDARD_VARIANT
 
 
 def describe_variant(experiment: Experiment, paper: Paper) -> str:
@@ -33,15 +33,15 @@ def describe_variant(experiment: Experiment, paper: Paper) -> str:
         The name of the variant, or a phrase with all differences from the standard one.
     """
     differences = dict[str, list[str]]()
-    for name in dict.fromkeys([STANDARD, *paper.names("variants")]):
+    for name in dict.fromkeys([STANDARD_VARIANT, *paper.names("variants")]):
         # The paper may lack the condition, or the variant may not apply to it.
         with suppress(ExperimentError, PaperError):
             differences[name] = _list_changes(paper.experiment(experiment.name, name), experiment)
             if not differences[name]:
                 return name
-    if STANDARD not in differences:
+    if STANDARD_VARIANT not in differences:
         return f"{experiment.name} is not a condition of the paper"
-    return f"{experiment.name} is standard except for {', '.join(differences[STANDARD])}"
+    return f"{experiment.name} is standard except for {', '.join(differences[STANDARD_VARIANT])}"
 
 
 def _list_changes(base: Experiment, experiment: Experiment) -> list[str]:
@@ -131,7 +131,7 @@ def changed_settings(data: xr.Dataset, conditions: Experiments, paper: Paper) ->
     ]
     sentences = [f"{variant}." for variant in dict.fromkeys(variants) if " " in variant]
     for variant in dict.fromkeys(variants):
-        if " " not in variant and variant != STANDARD:
+        if " " not in variant and variant != STANDARD_VARIANT:
             description = paper.describe("variants", variant)
             sentences.append(f"The variant is {variant}: {description}.")
     counts = count_runs(data)

@@ -16,7 +16,7 @@ from baldwinlab.api.export.table import KEY, MARK, Block, Column, Table
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path, write_atomically
 from baldwinlab.core.output_paths import require_writable
-from baldwinlab.studies.assays.descent import HEADER, format_phylogeny
+from baldwinlab.studies.assays.descent import PHYLOGENY_HEADER, format_phylogeny
 from baldwinlab.studies.store import StudyStore
 
 MIN_ROWS: Final = 2**17
@@ -198,12 +198,12 @@ def write_phylogeny(
             f"--run {run} needs --condition, because every condition has a run {run}; "
             "add --condition"
         )
-    require_writable("--out", path, HEADER.encode(), force=force)
+    require_writable("--out", path, PHYLOGENY_HEADER.encode(), force=force)
     study.require_runs()
     names = list(study.experiments) if condition is None else [study.experiment(condition).name]
     count = 0
     with atomic_path(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
-        file.write(HEADER + ",condition,run" * (run is None) + "\n")
+        file.write(PHYLOGENY_HEADER + ",condition,run" * (run is None) + "\n")
         for name in names:
             for number in study.runs(name) if run is None else [run]:
                 parents = study.read(name, number, genomes=False).parents.values

@@ -21,7 +21,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import is_local
 from baldwinlab.core.output_paths import require_writable
-from baldwinlab.papers import of_study
+from baldwinlab.papers import load_stored_paper
 from baldwinlab.studies.store import StudyStore
 
 if TYPE_CHECKING:
@@ -169,7 +169,7 @@ def _variables(table: Table) -> Iterator[Entity]:
 
 
 def _article(study: StudyStore) -> Entity:
-    metadata = of_study(study.directory, study.paper).metadata
+    metadata = load_stored_paper(study.directory, study.paper).metadata
     properties = {
         "name": metadata.title,
         "creditText": metadata.citation,

@@ -12,7 +12,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.factors import CONDITIONS
-from baldwinlab.papers import DEFAULT, Paper, of_study
+from baldwinlab.papers import DEFAULT_PAPER, Paper, load_stored_paper
 from baldwinlab.studies.assays import storage
 from baldwinlab.studies.claims_file import read_claims
 from baldwinlab.studies.open import open_conditions
@@ -79,7 +79,7 @@ def find_studies(folder: Path) -> dict[str, StudyStore]:
         if not (directory.is_dir() and is_study(directory)):
             continue
         study = StudyStore(directory)
-        name = study.paper or (DEFAULT if directory.name == "paper" else "")
+        name = study.paper or (DEFAULT_PAPER if directory.name == "paper" else "")
         if study.kind != CONDITIONS or not name or not count_most_runs(study):
             continue
         if name not in studies or _rank(study) > _rank(studies[name]):
@@ -132,7 +132,7 @@ def read_entries(folder: Path, last: int, log: Callable[[str], None]) -> list[En
     entries = []
     for name, study in find_studies(folder).items():
         log(f"{study.directory}: {name}")
-        entries.append(_read_entry(study, of_study(study.directory, name), last))
+        entries.append(_read_entry(study, load_stored_paper(study.directory, name), last))
     return sorted(entries, key=lambda entry: (entry.paper.metadata.year, entry.paper.name))
 
 

@@ -18,7 +18,7 @@ from baldwinlab.studies.assays.storage import read_assays
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.design import settings
+from baldwinlab.studies.sweeps.design import settings_by_label
 
 MAX_POINTS: Final = 1_000_000
 """Limit on the number of runs times the number of generations of a condition."""
@@ -252,7 +252,8 @@ def distinguishing_factors(study: StudyStore, names: list[str]) -> dict[str, lis
     if study.kind == SWEEP:
         is_wanted = [name in names for name in study.experiments]
         columns = {
-            field: [*compress(values, is_wanted)] for field, values in settings(study).items()
+            field: [*compress(values, is_wanted)]
+            for field, values in settings_by_label(study).items()
         }
     else:
         columns = {

@@ -9,8 +9,8 @@ from baldwinlab.analysis.report import emergence_generations
 from baldwinlab.core.resources import NO_NEED, Need
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE
-from baldwinlab.papers import Paper, of_study
-from baldwinlab.papers.texts import FIGURES
+from baldwinlab.papers import Paper, load_stored_paper
+from baldwinlab.papers.texts import DEFAULT_FIGURES
 from baldwinlab.simulation.memory import estimate_replay, estimate_tables
 from baldwinlab.studies.store import StudyStore
 
@@ -72,14 +72,14 @@ def plan_report(
         The paper of the study cannot be read.
     """
     if paper is None and (study.paper or study.kind == MULTIVERSE):
-        paper = of_study(study.directory, study.paper)
+        paper = load_stored_paper(study.directory, study.paper)
     condition = _emergence_condition(study, paper) if study.kind == CONDITIONS else None
     return ReportPlan(study, out, last, baseline, paper, condition)
 
 
 def _emergence_condition(study: StudyStore, paper: Paper | None) -> str | None:
     """Return the condition of the figure of emergence: the paper's choice, or the first one."""
-    if "emergence" not in (paper.metadata.figures if paper else FIGURES):
+    if "emergence" not in (paper.metadata.figures if paper else DEFAULT_FIGURES):
         return None
     preferred = (paper.metadata.emergence if paper else "", *study.experiments)
     for name in preferred:

@@ -169,7 +169,7 @@ def _extra_sections(
     directory = plan.study.directory
     sections = []
     if analysis:
-        inference = plan.paper.words.inference if plan.paper else None
+        inference = plan.paper.texts.inference if plan.paper else None
         sections.append(
             assays.make_section(measured, directory, analysis.last, inference, analysis)
         )

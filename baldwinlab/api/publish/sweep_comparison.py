@@ -10,8 +10,8 @@ from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_va
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.design import FILE, settings_by_path
-from baldwinlab.studies.sweeps.file import Sweep, read_stored
+from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, settings_by_path
+from baldwinlab.studies.sweeps.file import Sweep, read_stored_sweep
 
 # With more points, the correction for multiple tests leaves few significant differences.
 MAX_COMPARED: Final = 100
@@ -54,8 +54,8 @@ def has_comparisons(study: StudyStore) -> bool:
     study
         The study.
     """
-    path = study.directory / FILE
-    return path.exists() and are_compared(read_stored(path), len(study.experiments))
+    path = study.directory / SWEEP_FILE_NAME
+    return path.exists() and are_compared(read_stored_sweep(path), len(study.experiments))
 
 
 def compare_points(

@@ -137,11 +137,11 @@ def trace_fitter_parents(parents: Parents, generation: int, agent: int) -> list[
     return couples
 
 
-HEADER = "id,ancestor_list,origin_time,destruction_time"
+PHYLOGENY_HEADER = "id,ancestor_list,origin_time,destruction_time"
 
 
 def format_phylogeny(parents: Parents, first: int = 0) -> Iterator[str]:
-    """Yield the lines of the phylogeny of a run in the ALife data standard, without `HEADER`.
+    """Yield the lines of the phylogeny of a run in the ALife data standard, without its header.
 
     The id of an agent is first + generation * agents + its number in the generation. Its origin
     time is its generation, and its destruction time is the next one. `ancestor_list` contains the

@@ -54,20 +54,20 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     layers = len(layer_names(experiment))
     energy = np.full((len(generations), len(LIFE_KINDS), runs, agents), np.nan)
     distance = np.full((len(generations), layers, runs, agents), np.nan, np.float32)
-    measure_generation = _learned if experiment.learns else _innate_alone
+    measure_generation = _measure_learners if experiment.learns else _copy_stored_energy
     for number, generation in enumerate(generations):
         measure_generation(sample, generation, energy[number], distance[number])
     return {"energy": np.moveaxis(energy, 2, 0), "distance": np.moveaxis(distance, 2, 0)}
 
 
-def _innate_alone(
+def _copy_stored_energy(
     sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]
 ) -> None:
     """Copy the stored energy: agents that do not learn have one kind of lifetime."""
     energy[LIFE_KINDS.index("off")] = sample.energy(generation)
 
 
-def _learned(
+def _measure_learners(
     sample: Sample, generation: int, energy: npt.NDArray[Any], distance: npt.NDArray[Any]
 ) -> None:
     """Fill `energy` [life, run, agent] and `distance` [layer, run, agent] of a generation."""
@@ -78,7 +78,7 @@ def _learned(
     energy[LIFE_KINDS.index("off")] = sample.simulate(without, generation, genomes).energy
     if generation in drift_generations(sample.experiment):
         energy[LIFE_KINDS.index("drift")] = sample.simulate(
-            with_drift(sample.experiment), generation, genomes
+            set_drift_rule(sample.experiment), generation, genomes
         ).energy
     if not learned.has_learned_weights:
         return
@@ -109,7 +109,7 @@ def drift_generations(experiment: BaseExperiment) -> list[int]:
     return _thin(assayed_generations(experiment), MAX_COSTLY_GENERATIONS)
 
 
-def with_drift(experiment: OfAnyModel) -> OfAnyModel:
+def set_drift_rule(experiment: OfAnyModel) -> OfAnyModel:
     """Return the experiment with random weight changes as large as those of learning."""
     return experiment.replace(learning={"rule": "drift"})
 

@@ -21,9 +21,9 @@ SAVED_STATES: Final = 10
 # Bytes of a child and its parents as Python objects.
 BYTES_PER_CHILD: Final = 150
 # Bytes of a file in addition to its variables and its experiment.
-HEADER: Final = 1000
+HEADER_BYTES: Final = 1000
 # Copies of the results: of single runs, of all runs, and as a file.
-COPIES: Final = 3
+RESULT_COPIES: Final = 3
 
 
 class PlannedStudy(NamedTuple):
@@ -76,17 +76,19 @@ def estimate_assays(
         if names:
             experiment = study.experiments[condition]
             # All experiments of a study have about the same length.
-            header = header or HEADER + len(to_toml(experiment).encode())
-            tasks.append((_task(experiment, names, size), -(-runs[condition] // size)))
-            stored = sum(_stored(study, condition, name, runs[condition]) for name in names)
+            header = header or HEADER_BYTES + len(to_toml(experiment).encode())
+            tasks.append((_task_bytes(experiment, names, size), -(-runs[condition] // size)))
+            stored = sum(_stored_bytes(study, condition, name, runs[condition]) for name in names)
             disk += stored + len(names) * header
             results = max(results, stored)
     if not tasks:
         return NO_NEED
-    return Need(memory.ENGINE_BYTES + memory.largest_total(tasks, workers) + COPIES * results, disk)
+    return Need(
+        memory.ENGINE_BYTES + memory.largest_total(tasks, workers) + RESULT_COPIES * results, disk
+    )
 
 
-def _task(experiment: Experiment, names: Sequence[str], worlds: int) -> int:
+def _task_bytes(experiment: Experiment, names: Sequence[str], worlds: int) -> int:
     """Return the memory of a task with some runs of a condition, in bytes."""
     simulation = memory.simulation_bytes(experiment, worlds) * (
         SAVED_STATES if "within-life" in names else 1
@@ -100,7 +102,7 @@ def _task(experiment: Experiment, names: Sequence[str], worlds: int) -> int:
     return worlds * memory.dataset_bytes(experiment) + max(simulation, pedigree)
 
 
-def _stored(study: Conditions, condition: str, name: str, runs: int) -> int:
+def _stored_bytes(study: Conditions, condition: str, name: str, runs: int) -> int:
     """Return the size of the variables of an assay in bytes."""
     coords = ASSAYS[name].coordinates(study, condition)
     sizes = {"run": runs, "agent": study.experiments[condition].population.size}

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
 BOTH_EVOLVED = "both evolved"
-MODULES = (
+MODULE_COMBINATIONS = (
     BOTH_EVOLVED,
     "evolved reinforcement, random action",
     "random reinforcement, evolved action",
@@ -20,11 +20,11 @@ MODULES = (
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
-    return {"modules": list(MODULES)}
+    return {"modules": list(MODULE_COMBINATIONS)}
 
 
 def count_lives(study: Conditions, condition: str) -> int:
-    return len(MODULES)
+    return len(MODULE_COMBINATIONS)
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:

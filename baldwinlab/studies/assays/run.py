@@ -23,7 +23,7 @@ from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.studies.assays import innate, reaction_norms
 from baldwinlab.studies.assays.catalog import ASSAYS, Arrays
 from baldwinlab.studies.assays.sample import OnMap, Sample
-from baldwinlab.studies.assays.storage import FORMAT, assay_path
+from baldwinlab.studies.assays.storage import ASSAY_FORMAT, assay_path
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.records import read_record, write_in_study
 from baldwinlab.studies.run import Progress
@@ -79,7 +79,7 @@ def _experiments_to_compile(
         if experiment.learns:
             yield experiment.without_learning()
             if "innate" in missing[experiment.name] and innate.drift_generations(experiment):
-                yield innate.with_drift(experiment)
+                yield innate.set_drift_rule(experiment)
         if "neutral" in missing[experiment.name]:
             yield experiment.neutral_control()
 
@@ -190,7 +190,7 @@ def _store(
         data = data.assign_coords(ASSAYS[name].coordinates(study, condition))
         if "agent" in data.dims:
             data = data.assign_coords(agent=agents)
-        content = to_bytes(data.assign_attrs(format=FORMAT))
+        content = to_bytes(data.assign_attrs(format=ASSAY_FORMAT))
         write_in_study(study.directory, assay_path(study.directory, name, condition), content)
 
 

@@ -16,7 +16,7 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
 
 # Format of the file of an assay.
-FORMAT: Final = 2
+ASSAY_FORMAT: Final = 2
 # Names of newborns in files of older versions.
 OLD_NEWBORNS: Final = {"blank slate": RANDOM_NEWBORNS, "neutral twin": NEUTRAL_NEWBORNS[1]}
 

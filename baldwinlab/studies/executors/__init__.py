@@ -12,12 +12,12 @@ from baldwinlab.simulation.compilation import available_cores
 from baldwinlab.studies.executors.tasks import Executor, ExecutorError, Task
 from baldwinlab.studies.executors.threads import THREADS
 
-__all__ = ["THREADS", "Executor", "ExecutorError", "Task", "available_cores", "choose"]
+__all__ = ["THREADS", "Executor", "ExecutorError", "Task", "available_cores", "choose_executor"]
 
-ADDRESS = re.compile(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:\d+")
+ADDRESS_PATTERN = re.compile(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:\d+")
 
 
-def choose(name: str, workers: int | None = None) -> Executor:
+def choose_executor(name: str, workers: int | None = None) -> Executor:
     """Return an executor by its name.
 
     Parameters
@@ -40,7 +40,7 @@ def choose(name: str, workers: int | None = None) -> Executor:
     if name == "threads":
         return THREADS if workers is None else THREADS._replace(workers=workers)
     kind, _, address = name.partition(":")
-    if name != "slurm" and (kind != "dask" or not ADDRESS.fullmatch(address)):
+    if name != "slurm" and (kind != "dask" or not ADDRESS_PATTERN.fullmatch(address)):
         raise ArgumentError("executor", name, "must be threads, dask:tcp://HOST:PORT or slurm")
     require_cluster_extra(f"--executor {name}")
     # Loading Dask takes long, so it is imported only when it is used.

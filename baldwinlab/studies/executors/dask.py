@@ -37,14 +37,14 @@ CONNECTION_TIMEOUT: Final = 10
 # Maximum rate of progress events of all tasks.
 EVENTS_PER_SECOND: Final = 100
 # Tasks in one message to the scheduler.
-BATCH: Final = 1000
+TASKS_PER_MESSAGE: Final = 1000
 # Minimum time between two events of a task, in seconds.
 EVENT_INTERVAL: Final = 2.0
 # Hash of the sources of the engine and the version of Numba.
-ENGINE: Final = sources_hash()
+ENGINE_HASH: Final = sources_hash()
 
 # The registry of parts belongs to the process, so one thread loads parts at a time.
-LOADING: Final = Lock()
+LOADING_LOCK: Final = Lock()
 
 
 class RemoteTask(NamedTuple):
@@ -163,7 +163,7 @@ def _run_tasks(
     futures = {
         future.key: future
         for future in client.map(
-            _run_task, orders, key=list(remaining), pure=False, batch_size=BATCH
+            _run_task, orders, key=list(remaining), pure=False, batch_size=TASKS_PER_MESSAGE
         )
     }
     try:
@@ -194,7 +194,7 @@ def _pack_tasks(
     sources = sources_of(experiment for task in tasks for experiment in task.experiments)
     parts = tuple((source, source.sha256) for source in sources)
     silence = max(EVENT_INTERVAL, len(tasks) / EVENTS_PER_SECOND)
-    common = (parts, study.seed, directory, backend.name, ENGINE, topic, silence)
+    common = (parts, study.seed, directory, backend.name, ENGINE_HASH, topic, silence)
     return [pickle.dumps(RemoteTask(pickle.dumps(task), *common)) for task in tasks]
 
 
@@ -219,7 +219,7 @@ def _run_task(sent: bytes) -> Any:
     """
     order: RemoteTask = pickle.loads(sent)
     worker = get_worker()
-    if order.engine != ENGINE:
+    if order.engine != ENGINE_HASH:
         raise StudyError(
             f"the worker {worker.address} has another version of baldwinlab or Numba "
             "than this process; install the same versions on all machines"
@@ -230,7 +230,7 @@ def _run_task(sent: bytes) -> Any:
             f"the worker {worker.address} cannot access {directory}: "
             "put the study where all workers can access it"
         )
-    with LOADING:
+    with LOADING_LOCK:
         _register_parts(order.parts)
         task: Task = pickle.loads(order.task)
     report_progress = _progress_reporter(worker, task.agent_steps, order.topic, order.silence)

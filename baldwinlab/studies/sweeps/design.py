@@ -33,9 +33,9 @@ from baldwinlab.papers import presets
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.file import Range, Sweep, read_stored
+from baldwinlab.studies.sweeps.file import Range, Sweep, read_stored_sweep
 
-FILE = "sweep.toml"
+SWEEP_FILE_NAME = "sweep.toml"
 
 
 def expand_sweep(sweep: Sweep, path: Path) -> list[Experiment]:
@@ -60,13 +60,13 @@ def expand_sweep(sweep: Sweep, path: Path) -> list[Experiment]:
     ExperimentError
         If the sweep is invalid. The message has a line for each fault.
     """
-    base = _base(sweep, path)
+    base = _load_base(sweep, path)
     points: list[Experiment] = []
     faults: dict[str, str] = {}
-    for number, point in enumerate(_points(sweep, base)):
+    for number, point in enumerate(_list_points(sweep, base)):
         name = f"point-{number:04d}"
         try:
-            points.append(assign(base, [f"name={name}", *_assignments(point)]))
+            points.append(assign(base, [f"name={name}", *_format_assignments(point)]))
         except ExperimentError as error:
             for line in str(error).splitlines():
                 # Report each fault only for its first point.
@@ -80,12 +80,12 @@ def expand_sweep(sweep: Sweep, path: Path) -> list[Experiment]:
     return points
 
 
-def _base(sweep: Sweep, path: Path) -> Experiment:
+def _load_base(sweep: Sweep, path: Path) -> Experiment:
     """Return the experiment of a sweep with its fixed settings."""
     name = sweep.experiment
     source = path.parent / name if name.endswith(".toml") else name
     try:
-        base: Experiment = assign(presets.load(source), _assignments(sweep.fixed))
+        base: Experiment = assign(presets.load(source), _format_assignments(sweep.fixed))
         for field, values in sweep.fields.items():
             value, _ = _look_up(base, field)
             if isinstance(values, Range):
@@ -100,7 +100,7 @@ def _require_number_in_range(field: str, value: Any, values: Range) -> None:
     """Raise ExperimentError if a range does not suit the type of a field."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ExperimentError(
-            f"fields.{field}: {_text(value)} is not a number; give a list of values"
+            f"fields.{field}: {_format_value(value)} is not a number; give a list of values"
         )
     if isinstance(value, int) and math.ceil(values.low) > math.floor(values.high):
         raise ExperimentError(
@@ -108,7 +108,7 @@ def _require_number_in_range(field: str, value: Any, values: Range) -> None:
         )
 
 
-def _points(sweep: Sweep, base: Experiment) -> Iterable[dict[str, Any]]:
+def _list_points(sweep: Sweep, base: Experiment) -> Iterable[dict[str, Any]]:
     rows: Iterable[Sequence[Any]]
     if sweep.samples is None:
         columns = sweep.lists.values()
@@ -142,7 +142,7 @@ def _pick(values: list[Any] | Range, share: float, is_integer: bool) -> Any:
     return values[int(share * len(values))]
 
 
-def _assignments(values: Mapping[str, Any]) -> list[str]:
+def _format_assignments(values: Mapping[str, Any]) -> list[str]:
     return [f"{path}={tomlkit.item(value).as_string()}" for path, value in values.items()]
 
 
@@ -158,25 +158,25 @@ def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
         raise ExperimentError(f"fields.{error}") from None
 
 
-def _text(value: Any) -> str:
+def _format_value(value: Any) -> str:
     if isinstance(value, str):
         return value
     text: str = tomlkit.item(list(value) if isinstance(value, tuple) else value).as_string()
     return text
 
 
-def _labels(points: Iterable[Experiment], field: str) -> list[int | float] | list[str]:
+def _setting_values(points: Iterable[Experiment], field: str) -> list[int | float] | list[str]:
     """Return the value of a field at each point: all as numbers, or all as TOML text."""
     values = [_look_up(point, field)[0] for point in points]
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         return values
-    return [_text(value) for value in values]
+    return [_format_value(value) for value in values]
 
 
 def _require_different(sweep: Sweep, points: Sequence[Experiment], path: Path) -> None:
     """Raise ExperimentError if two points of a grid are equal."""
     for field, values in sweep.lists.items():
-        if sweep.design == "grid" and len(set(_labels(points, field))) < len(values):
+        if sweep.design == "grid" and len(set(_setting_values(points, field))) < len(values):
             raise ExperimentError(
                 f"{path}: fields.{field} has a value twice; the values of a grid must differ"
             )
@@ -205,7 +205,7 @@ def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> N
 
 def require_same_size(directory: Path, points: Sequence[Experiment]) -> None:
     """Raise StudyError if the directory holds a sweep with a different number of points."""
-    if not (directory / FILE).exists():
+    if not (directory / SWEEP_FILE_NAME).exists():
         return
     stored_points = len(StudyStore(directory).experiments)
     if stored_points != len(points):
@@ -240,8 +240,8 @@ def open_sweep(directory: str | Path) -> xr.Dataset:
     """
     folder = parse_location(directory)
     study = StudyStore(folder)
-    if study.kind != SWEEP or not (folder / FILE).exists():
-        raise StudyError(f"{folder} is no sweep: it has no {FILE}")
+    if study.kind != SWEEP or not (folder / SWEEP_FILE_NAME).exists():
+        raise StudyError(f"{folder} is no sweep: it has no {SWEEP_FILE_NAME}")
     return label_points(study, open_conditions(study, list(study.experiments)))
 
 
@@ -260,25 +260,25 @@ def label_points(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
     xarray.Dataset
         The dataset with the dimensions that `open_sweep` describes.
     """
-    sweep = read_stored(study.directory / FILE)
+    sweep = read_stored_sweep(study.directory / SWEEP_FILE_NAME)
     points = list(study.experiments.values())
-    labels = {field: _labels(points, field) for field in sweep.fields}
+    labels = {field: _setting_values(points, field) for field in sweep.fields}
     coordinates: dict[str, Any] = {"point": np.arange(len(points), dtype=np.int32)}
     coordinates |= {field: ("point", labels[field]) for field in labels}
     data = data.rename(condition="point").assign_coords(coordinates)
     if sweep.design == "grid":
-        data = _as_grid(data, list(labels))
+        data = _unstack_grid(data, list(labels))
     for field in labels:
         data[field].attrs["long_name"] = short_name(field, points[0])
     return data.assign_attrs(
         design=sweep.design,
         fields=list(labels),
         base=sweep.experiment,
-        set=_assignments(sweep.fixed),
+        set=_format_assignments(sweep.fixed),
     )
 
 
-def settings(study: StudyStore) -> dict[str, list[int | float] | list[str]]:
+def settings_by_label(study: StudyStore) -> dict[str, list[int | float] | list[str]]:
     """Return the values of the swept fields at all points, by the readable name of the field.
 
     The result is empty if sweep.toml does not exist.
@@ -291,13 +291,16 @@ def settings(study: StudyStore) -> dict[str, list[int | float] | list[str]]:
 
 def settings_by_path(study: StudyStore) -> dict[str, list[int | float] | list[str]]:
     """Return the values of the swept fields at all points, by path, for example learning.rate."""
-    if not (study.directory / FILE).exists():
+    if not (study.directory / SWEEP_FILE_NAME).exists():
         return {}
     points = list(study.experiments.values())
-    return {field: _labels(points, field) for field in read_stored(study.directory / FILE).fields}
+    return {
+        field: _setting_values(points, field)
+        for field in read_stored_sweep(study.directory / SWEEP_FILE_NAME).fields
+    }
 
 
-def _as_grid(data: xr.Dataset, fields: Sequence[str]) -> xr.Dataset:
+def _unstack_grid(data: xr.Dataset, fields: Sequence[str]) -> xr.Dataset:
     """Replace the dimension `point` by one dimension per field, in the order of the file."""
     order = {field: list(dict.fromkeys(data[field].values)) for field in fields}
     if len(fields) == 1:

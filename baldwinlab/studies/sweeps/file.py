@@ -53,7 +53,7 @@ class Range(Fields):
         return min(max(value, low), high)
 
 
-def _kind(value: Any) -> str:
+def _choose_tag(value: Any) -> str:
     return "range" if isinstance(value, dict | Range) else "values"
 
 
@@ -72,7 +72,8 @@ class Sweep(Fields):
     fields: dict[
         str,
         Annotated[
-            Annotated[Values, Tag("values")] | Annotated[Range, Tag("range")], Discriminator(_kind)
+            Annotated[Values, Tag("values")] | Annotated[Range, Tag("range")],
+            Discriminator(_choose_tag),
         ],
     ]
 
@@ -80,7 +81,7 @@ class Sweep(Fields):
     @classmethod
     def _by_path(cls, tables: Any) -> Any:
         """Flatten tables: `[learning] rate = 1` becomes `"learning.rate" = 1`."""
-        return dict(_leaves(tables)) if isinstance(tables, dict) else tables
+        return dict(_flatten(tables)) if isinstance(tables, dict) else tables
 
     @model_validator(mode="after")
     def _fields_apart(self) -> Self:
@@ -101,7 +102,7 @@ class Sweep(Fields):
         by_path = {f"set.{path}": [value] for path, value in self.fixed.items()}
         by_path |= {f"fields.{path}": values for path, values in self.lists.items()}
         for path, values in by_path.items():
-            if not all(map(_plain, values)):
+            if not all(map(_is_plain, values)):
                 raise ValueError(
                     f"{path}: a value must be a number, true or false, a text, or a list of these"
                 )
@@ -144,21 +145,21 @@ class Sweep(Fields):
         }
 
 
-def _leaves(tables: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+def _flatten(tables: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
     for key, value in tables.items():
         if isinstance(value, dict) and not {"low", "high"} & value.keys():
-            yield from _leaves(value, f"{path}{key}.")
+            yield from _flatten(value, f"{path}{key}.")
         else:
             yield f"{path}{key}", value
 
 
-def _plain(value: Any) -> bool:
+def _is_plain(value: Any) -> bool:
     if isinstance(value, list):
-        return all(map(_plain, value))
+        return all(map(_is_plain, value))
     return isinstance(value, bool | int | float | str)
 
 
-def read(path: Path) -> Sweep:
+def read_sweep(path: Path) -> Sweep:
     """Return the sweep in a TOML file. Raises ExperimentError with a line for every fault."""
     try:
         tree = parse_toml(read_text(path, SWEEP_FILE))
@@ -167,17 +168,17 @@ def read(path: Path) -> Sweep:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise ExperimentError(f"cannot read {path}: {reason}") from None
-    return validate(tree, str(path))
+    return validate_sweep(tree, str(path))
 
 
-def read_stored(path: Path) -> Sweep:
+def read_stored_sweep(path: Path) -> Sweep:
     """Return the sweep of a study, with today's names of the swept fields."""
-    sweep = read(path)
+    sweep = read_sweep(path)
     swept = upgrade_swept(sweep.fields)
     return sweep.model_copy(update={"fields": swept, "fixed": upgrade_swept(sweep.fixed)})
 
 
-def validate(tree: Mapping[str, Any], where: str) -> Sweep:
+def validate_sweep(tree: Mapping[str, Any], where: str) -> Sweep:
     """Return the sweep that a parsed file describes.
 
     Parameters
@@ -196,11 +197,11 @@ def validate(tree: Mapping[str, Any], where: str) -> Sweep:
         return Sweep.model_validate(tree)
     except ValidationError as error:
         raise ExperimentError(
-            format_faults(error.errors(), lambda fault: f"{where}: {_sentence(fault)}")
+            format_faults(error.errors(), lambda fault: f"{where}: {_format_fault(fault)}")
         ) from None
 
 
-def _sentence(fault: Any) -> str:
+def _format_fault(fault: Any) -> str:
     location = [str(step) for step in fault["loc"]]
     if location[:1] == ["fields"]:
         # pydantic adds the tag of the union: "values" or "range".

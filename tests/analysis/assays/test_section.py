@@ -37,7 +37,7 @@ def text_on(**assays: xr.Dataset) -> str:
     stored: dict[str, Any] = {name.replace("_", "-"): {A: data} for name, data in assays.items()}
     analysis = evaluate_assays(stored)
     (result,) = analysis.results
-    inference = papers.load().words.inference
+    inference = papers.load().texts.inference
     assert inference is not None
     comparison = headlines.compare_with_paper(analysis, inference)
     sentences = wording.compose_sentences(analysis, result)

@@ -9,7 +9,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.api.publish.sweep_comparison import are_compared, describe_too_few_runs
-from baldwinlab.studies.sweeps.file import validate
+from baldwinlab.studies.sweeps.file import validate_sweep
 
 PLAN = {
     "experiment": "evo/A",
@@ -42,9 +42,9 @@ def test_points_are_compared_with_the_first_or_with_a_baseline(
 
 
 def test_samples_and_many_points_are_not_compared() -> None:
-    few, drawn = validate(PLAN, "it"), PLAN | {"design": "random", "samples": 5}
+    few, drawn = validate_sweep(PLAN, "it"), PLAN | {"design": "random", "samples": 5}
     assert are_compared(few, 100) and not are_compared(few, 101)
     assert (
-        not are_compared(validate(drawn, "it"), 5)
-        and describe_too_few_runs(validate(drawn, "it"), 5) == ""
+        not are_compared(validate_sweep(drawn, "it"), 5)
+        and describe_too_few_runs(validate_sweep(drawn, "it"), 5) == ""
     )

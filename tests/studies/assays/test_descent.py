@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from baldwinlab.studies.assays.descent import (
-    HEADER,
+    PHYLOGENY_HEADER,
     common_ancestor_ages,
     effective_ancestors,
     format_phylogeny,
@@ -87,7 +87,11 @@ def test_the_assay_is_null_without_inheritance(study: StudyStore) -> None:
 
 def phylogeny_table(study: StudyStore, condition: str) -> pd.DataFrame:
     return pd.read_csv(
-        StringIO("\n".join([HEADER, *format_phylogeny(study.read(condition, 0).parents.values)]))
+        StringIO(
+            "\n".join(
+                [PHYLOGENY_HEADER, *format_phylogeny(study.read(condition, 0).parents.values)]
+            )
+        )
     )
 
 

@@ -17,8 +17,8 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.design import FILE, expand_sweep
-from baldwinlab.studies.sweeps.file import Sweep, read
+from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep
+from baldwinlab.studies.sweeps.file import Sweep, read_sweep
 from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
 
 HEAD = """
@@ -50,7 +50,7 @@ def expand_text(text: str, folder: Path) -> list[Experiment]:
 def read_text(text: str, folder: Path) -> Sweep:
     path = folder / "sweep-file.toml"
     path.write_text(text)
-    return read(path)
+    return read_sweep(path)
 
 
 def run_sweep(text: str, folder: Path, runs: int) -> StudyStore:
@@ -58,7 +58,7 @@ def run_sweep(text: str, folder: Path, runs: int) -> StudyStore:
     plan = read_text(text, folder)
     points = expand_sweep(plan, folder / "sweep-file.toml")
     study = create_study(folder / "sweep", points, plan.seed, SWEEP)
-    (study.directory / FILE).write_text(text)
+    (study.directory / SWEEP_FILE_NAME).write_text(text)
     run_study(
         study, find_missing_runs(study, runs, ignore_message), 1, ignore_progress, ignore_message
     )
