@@ -1,4 +1,4 @@
-"""Agents that learn which color means food, with a noisy but constant smell as the teacher.
+"""The model of agents that learn which color means food, with smell as a noisy teacher.
 
     baldwinlab reproduce todd-miller-1991
 

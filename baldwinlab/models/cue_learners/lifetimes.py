@@ -16,7 +16,8 @@ from baldwinlab.parts import (
 
 # Kinds of units.
 RED, GREEN, SWEET, SOUR, HIDDEN, MOTOR = range(6)
-NOTHING: Final = -1
+# Kind of an unused unit.
+NO_KIND: Final = -1
 ONE = np.float32(1)
 HALF = np.float32(0.5)
 ZERO = np.float32(0)
@@ -45,7 +46,8 @@ class CueResults(NamedTuple):
 
     # Food minus poison.
     eaten: npt.NDArray[np.float64]
-    # Midpoint between the gain by smell and the gain by color.
+    # Midpoint between two gains: of an agent that eats by smell, and of an agent that eats by
+    # color.
     midpoint: npt.NDArray[np.float64]
     # 1 if the agent eats by color at death, else 0.
     by_color: npt.NDArray[np.int32]
@@ -54,7 +56,7 @@ class CueResults(NamedTuple):
 
 
 @jit_entry_point
-def eat(
+def simulate_lifetimes(
     settings: LifetimeSettings, runs: Any, genomes: Any, units: Units, results: CueResults
 ) -> None:
     """Simulate lifetimes and fill their results.
@@ -76,35 +78,34 @@ def eat(
         for agent in range(genomes.shape[1]):
             genome = genomes[run, agent]
             _read_kinds(genome, units)
-            patch = (
-                ONE
-                if unit(philox(0, agent, settings.generation, LIFE, settings.seed, runs[run])[0])
-                < HALF
-                else -ONE
-            )
+            word = philox(0, agent, settings.generation, LIFE, settings.seed, runs[run])[0]
+            # 1 if red is food in the patch of the agent, -1 if green is food.
+            patch = ONE if unit(word) < HALF else -ONE
             results.innate_by_color[run, agent] = _eats_by_color(genome, units, patch)
-            gained = ZERO
-            by_color = ZERO
-            by_smell = ZERO
+            gain = ZERO
+            color_gain = ZERO
+            smell_gain = ZERO
             for item in range(settings.items):
                 # One call of the generator gives the numbers of two items.
                 if item % 2 == 0:
                     draw = 1 + item // 2
-                    first, second, third, fourth = philox(
+                    food_word, smell_word, next_food_word, next_smell_word = philox(
                         draw, agent, settings.generation, LIFE, settings.seed, runs[run]
                     )
                 else:
-                    first = third
-                    second = fourth
-                food = ONE if unit(first) < HALF else -ONE
-                sweet = food if unit(second) < settings.accuracy else -food
-                gained += food if _eats(genome, units, patch * food, sweet) else ZERO
-                by_color += food if food > ZERO else ZERO
-                by_smell += food if sweet > ZERO else ZERO
+                    food_word = next_food_word
+                    smell_word = next_smell_word
+                # 1 if the item is food, -1 if it is poison.
+                food = ONE if unit(food_word) < HALF else -ONE
+                # 1 if the item smells sweet, -1 if it smells sour.
+                sweet = food if unit(smell_word) < settings.accuracy else -food
+                gain += food if _eats(genome, units, patch * food, sweet) else ZERO
+                color_gain += food if food > ZERO else ZERO
+                smell_gain += food if sweet > ZERO else ZERO
                 if settings.learning:
                     _learn(genome, units, settings.rate)
-            results.eaten[run, agent] = gained
-            results.midpoint[run, agent] = HALF * (by_color + by_smell)
+            results.eaten[run, agent] = gain
+            results.midpoint[run, agent] = HALF * (color_gain + smell_gain)
             results.by_color[run, agent] = _eats_by_color(genome, units, patch)
 
 
@@ -113,10 +114,10 @@ def _read_kinds(genome: Any, units: Units) -> None:
     """Fill the kinds of the units. Only the first motor unit of a genome is used."""
     has_motor = False
     for unit_number in range(units.kinds.size):
-        units.kinds[unit_number] = (
-            NOTHING if has_motor and int(genome[unit_number]) == MOTOR else int(genome[unit_number])
-        )
-        has_motor = has_motor or units.kinds[unit_number] == MOTOR
+        kind = int(genome[unit_number])
+        is_motor = kind == MOTOR
+        units.kinds[unit_number] = NO_KIND if has_motor and is_motor else kind
+        has_motor = has_motor or is_motor
 
 
 @compiled
@@ -174,14 +175,16 @@ def _learn(genome: Any, units: Units, rate: Any) -> None:
 
 @compiled
 def _eats_by_color(genome: Any, units: Units, patch: Any) -> int:
-    """Return 1 if an agent with its current weights eats exactly the items with the color of food.
+    """Return 1 if an agent with its current weights eats by color, independent of smell, else 0.
 
-    The color of food is that in its patch. All combinations of color and smell are tested.
+    The agent must eat all items with the color of food in its patch, and no other items. All
+    combinations of color and smell are tested.
     """
     is_correct = True
     for color in range(2):
         for smell in range(2):
             red = ONE - np.float32(2 * color)
             sweet = ONE - np.float32(2 * smell)
-            is_correct = is_correct and _eats(genome, units, red, sweet) == (red == patch)
+            has_food_color = red == patch
+            is_correct = is_correct and _eats(genome, units, red, sweet) == has_food_color
     return int(is_correct)

@@ -1,4 +1,4 @@
-"""The model of agents that learn cues: settings, records and measures."""
+"""The model `cue-learners`: settings, records and measures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,12 @@ import xarray as xr
 
 from baldwinlab.engine import poison
 from baldwinlab.models.cue_learners.genes import draw_allele
-from baldwinlab.models.cue_learners.lifetimes import CueResults, LifetimeSettings, Units, eat
+from baldwinlab.models.cue_learners.lifetimes import (
+    CueResults,
+    LifetimeSettings,
+    Units,
+    simulate_lifetimes,
+)
 from baldwinlab.parts import (
     FOUNDER,
     OF_AGENT,
@@ -25,22 +30,21 @@ from baldwinlab.parts import (
 
 def _first_generation(condition: xr.DataArray) -> xr.DataArray:
     """Return the first generation in which a condition is true, or the number of generations."""
-    return (
-        condition.argmax("generation")
-        .where(condition.any("generation"), condition.sizes["generation"])
-        .astype(np.float64)
-    )
+    first = condition.argmax("generation")
+    is_ever_true = condition.any("generation")
+    return first.where(is_ever_true, condition.sizes["generation"]).astype(np.float64)
 
 
-def _time(runs: xr.Dataset) -> xr.DataArray:
+def _time_to_midpoint(runs: xr.Dataset) -> xr.DataArray:
     """Return the first generation whose average agent is above the midpoint."""
     return _first_generation(runs["beyond"].astype(np.float64).mean("agent") > 0)
 
 
-def _time_of_half(runs: xr.Dataset) -> xr.DataArray:
+def _time_to_half(runs: xr.Dataset) -> xr.DataArray:
     """Return the first generation in which half of the agents learn to eat by color."""
-    learned = runs["by_colour"] * (1 - runs["born_so"])
-    return _first_generation(learned.mean("agent") >= 0.5)
+    # Agents that eat by color at death but not at birth.
+    has_learned = runs["by_colour"] * (1 - runs["born_so"])
+    return _first_generation(has_learned.mean("agent") >= 0.5)
 
 
 class CueLearners(Model, name="cue-learners"):
@@ -87,15 +91,15 @@ class CueLearners(Model, name="cue-learners"):
                 "generations until the average agent reaches the midpoint between smell "
                 "and color; all if never"
             ),
-            _time,
+            _time_to_midpoint,
         ),
         "evolved": Measure(
             ("1 if the average agent ever reaches the midpoint between smell and color, else 0"),
-            lambda runs: (_time(runs) < runs.sizes["generation"]) * 1.0,
+            lambda runs: (_time_to_midpoint(runs) < runs.sizes["generation"]) * 1.0,
         ),
         "time-of-half": Measure(
             ("generations until half of the agents learn to eat by color; all if never"),
-            _time_of_half,
+            _time_to_half,
         ),
     }
 
@@ -147,7 +151,7 @@ class CueLearners(Model, name="cue-learners"):
             poison.empty(shape, np.int32),
             poison.empty(shape, np.int32),
         )
-        eat(settings, np.array(runs, np.int64), learned, units, results)
+        simulate_lifetimes(settings, np.array(runs, np.int64), learned, units, results)
         beyond = (results.eaten - results.midpoint).astype(np.float32)
         records = {
             "beyond": beyond,

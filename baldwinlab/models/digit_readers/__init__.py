@@ -1,4 +1,4 @@
-"""Networks that learn to classify digits, with few or many trials during life.
+"""The model of networks that learn to classify digits, with few or many trials during life.
 
     baldwinlab reproduce keesing-stork-1991
 

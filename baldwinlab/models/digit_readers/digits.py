@@ -13,10 +13,12 @@ from baldwinlab.parts import (
     uniforms,
 )
 
+# Number of pixels of an image, 5 by 7.
 N_PIXELS = 35
 N_DIGITS = 10
 # Generation number of the random numbers for the digits.
 DIGITS_GENERATION: Final = 2**32 - 1
+# Images of the digits 0 to 9.
 BITMAPS: Final = """
 .###. ..#.. .###. ####. #..#. ##### .###. ##### .###. .###.
 #...# .##.. #...# ....# #..#. #.... #.... ....# #...# #...#
@@ -57,13 +59,11 @@ def draw_digit_sets(seed: int, run: int, copies: int, noise: float) -> npt.NDArr
     array of shape (2, 10 * copies, 35)
         Training set and test set, ordered by digit. The array is read-only.
     """
-    is_inverted = (
-        uniforms(seed, run, DIGITS_GENERATION, LIFE, (2 * N_DIGITS * copies, N_PIXELS))[:, :, 0]
-        < noise
-    )
-    images = np.abs(
-        np.tile(np.repeat(read_bitmaps(), copies, axis=0), (2, 1)) - is_inverted
-    ).astype(np.float32)
+    n_images = 2 * N_DIGITS * copies
+    draws = uniforms(seed, run, DIGITS_GENERATION, LIFE, (n_images, N_PIXELS))[:, :, 0]
+    is_inverted = draws < noise
+    clean_images = np.tile(np.repeat(read_bitmaps(), copies, axis=0), (2, 1))
+    images = np.abs(clean_images - is_inverted).astype(np.float32)
     # The array is cached.
     images.flags.writeable = False
     return images.reshape(2, N_DIGITS * copies, N_PIXELS)

@@ -1,4 +1,4 @@
-"""The model of networks that classify digits: settings, records and measures."""
+"""The model `digit-readers`: settings, records and measures."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from baldwinlab.parts import (
 )
 
 
-def _last_mean(name: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return the mean of a record in the last generation."""
-    return lambda runs: runs[name].isel(generation=-1).mean("agent")
+def _mean_of_last_generation(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Return a function of runs: the mean of a record in the last generation."""
+    return lambda runs: runs[record].isel(generation=-1).mean("agent")
 
 
 class DigitReaders(Model, name="digit-readers"):
@@ -85,11 +85,11 @@ class DigitReaders(Model, name="digit-readers"):
     measures: ClassVar[Mapping[str, Measure]] = {
         "innate-error": Measure(
             "share of digits misclassified at birth in the last generation",
-            _last_mean("innate_error"),
+            _mean_of_last_generation("innate_error"),
         ),
         "error": Measure(
             "share of digits misclassified after learning in the last generation",
-            _last_mean("error"),
+            _mean_of_last_generation("error"),
         ),
     }
 
@@ -108,21 +108,20 @@ class DigitReaders(Model, name="digit-readers"):
         return (N_PIXELS + 1) * self.hidden_units + (self.hidden_units + 1) * N_DIGITS
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        levels = (N_LEVELS * key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]).astype(
-            np.int64
-        )
-        drawn: npt.NDArray[np.float32] = levels.astype(np.float32) * LEVEL_STEP - MAX_WEIGHT
-        return drawn
+        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
+        levels = (N_LEVELS * draws).astype(np.int64)
+        weights: npt.NDArray[np.float32] = levels.astype(np.float32) * LEVEL_STEP - MAX_WEIGHT
+        return weights
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         learned = genomes[:, :, 0].copy()
-        used = poison.empty(learned.shape[:2], np.int32)
-        wrong = poison.empty((*learned.shape[:2], 2), np.int32)
+        used_trials = poison.empty(learned.shape[:2], np.int32)
+        n_wrong = poison.empty((*learned.shape[:2], 2), np.int32)
         scratch = poison.empty((3, max(self.hidden_units, N_DIGITS)), np.float32)
         for row, run in enumerate(runs):
-            numbers = np.array(
+            settings = np.array(
                 [
                     seed,
                     run,
@@ -135,23 +134,24 @@ class DigitReaders(Model, name="digit-readers"):
             )
             training_set, test_set = draw_digit_sets(seed, run, self.tests_per_digit, self.noise)
             train_and_test(
-                numbers,
+                settings,
                 self.criterion == "all",
                 np.float32(self.learning_rate),
                 training_set,
                 test_set,
                 learned[row],
                 scratch,
-                used[row],
-                wrong[row],
+                used_trials[row],
+                n_wrong[row],
             )
-        errors = wrong / (N_DIGITS * self.tests_per_digit)
+        errors = n_wrong / (N_DIGITS * self.tests_per_digit)
         innate = errors[:, :, 0].astype(np.float32)
         error = errors[:, :, 1].astype(np.float32)
         energy = 1 - errors[:, :, 1]
+        # The test at the end of a lifetime counts as an evaluation.
         return LifeResults(
             energy,
             np.zeros_like(energy),
             learned,
-            {"innate_error": innate, "error": error, "used": used + 1},
+            {"innate_error": innate, "error": error, "used": used_trials + 1},
         )

@@ -22,24 +22,24 @@ ZERO = np.float32(0)
 
 @jit_entry_point
 def train_and_test(
-    numbers: Any,
-    strict: bool,
+    settings: Any,
+    requires_all_outputs: bool,
     rate: Any,
     training_set: Any,
     test_set: Any,
     weights: Any,
     scratch: Any,
-    used: Any,
-    wrong: Any,
+    used_trials: Any,
+    n_wrong: Any,
 ) -> None:
     """Train all agents of a run, and test them before and after the training.
 
     Parameters
     ----------
-    numbers : array of shape (6,)
+    settings : array of shape (6,)
         Seed, run, generation, number of hidden units, mean number of trials, and whether the
         numbers of trials are spread.
-    strict : bool
+    requires_all_outputs : bool
         Whether all outputs must be on the correct side of 1/2.
     rate : float32
         Learning rate.
@@ -49,27 +49,29 @@ def train_and_test(
         Weights. They change in place.
     scratch : array of shape (3, units)
         Scratch.
-    used : array of shape (agents,)
+    used_trials : array of shape (agents,)
         Output: the number of trials.
-    wrong : array of shape (agents, 2)
+    n_wrong : array of shape (agents, 2)
         Output: the number of wrong answers before and after the training.
     """
-    seed = numbers[0]
-    run = numbers[1]
-    generation = numbers[2]
-    hidden = numbers[3]
-    trials = numbers[4]
-    is_spread = numbers[5]
+    seed = settings[0]
+    run = settings[1]
+    generation = settings[2]
+    hidden = settings[3]
+    trials = settings[4]
+    is_spread = settings[5]
     units = scratch[0]
     outputs = scratch[1]
     errors = scratch[2]
     copies = test_set.shape[0] // N_DIGITS
-    for agent in range(used.size):
+    for agent in range(used_trials.size):
         agent_weights = weights[agent]
         share = unit(philox(0, agent, generation, LIFE, seed, run)[0])
-        used[agent] = int(share * np.float32(2 * trials + 1)) if is_spread else trials
-        wrong[agent, 0] = _count_wrong(test_set, agent_weights, hidden, units, outputs, strict)
-        for trial in range(used[agent]):
+        used_trials[agent] = int(share * np.float32(2 * trials + 1)) if is_spread else trials
+        n_wrong[agent, 0] = _count_wrong(
+            test_set, agent_weights, hidden, units, outputs, requires_all_outputs
+        )
+        for trial in range(used_trials[agent]):
             word = philox(1 + trial, agent, generation, LIFE, seed, run)[0]
             image = int(unit(word) * np.float32(training_set.shape[0]))
             _forward(training_set[image], agent_weights, hidden, units, outputs)
@@ -83,24 +85,24 @@ def train_and_test(
                 outputs,
                 errors,
             )
-        wrong[agent, 1] = (
-            _count_wrong(test_set, agent_weights, hidden, units, outputs, strict)
-            if used[agent] > 0
-            else wrong[agent, 0]
+        n_wrong[agent, 1] = (
+            _count_wrong(test_set, agent_weights, hidden, units, outputs, requires_all_outputs)
+            if used_trials[agent] > 0
+            else n_wrong[agent, 0]
         )
 
 
 @compiled
 def _count_wrong(
-    test_set: Any, weights: Any, hidden: Any, units: Any, outputs: Any, strict: bool
+    test_set: Any, weights: Any, hidden: Any, units: Any, outputs: Any, requires_all_outputs: bool
 ) -> int:
     """Return the number of wrong answers.
 
-    An answer is wrong if another output is the largest. If `strict`, an answer is wrong if any
-    output is on the wrong side of 1/2.
+    An answer is wrong if another output is the largest. If `requires_all_outputs`, an answer is
+    wrong if any output is on the wrong side of 1/2.
     """
     copies = test_set.shape[0] // N_DIGITS
-    wrong = 0
+    n_wrong = 0
     for image in range(test_set.shape[0]):
         _forward(test_set[image], weights, hidden, units, outputs)
         strongest = 0
@@ -108,9 +110,10 @@ def _count_wrong(
         for digit in range(N_DIGITS):
             if outputs[digit] > outputs[strongest]:
                 strongest = digit
-            has_wrong_side = has_wrong_side or (outputs[digit] > HALF) != (digit == image // copies)
-        wrong += int(has_wrong_side if strict else strongest != image // copies)
-    return wrong
+            is_target = digit == image // copies
+            has_wrong_side = has_wrong_side or (outputs[digit] > HALF) != is_target
+        n_wrong += int(has_wrong_side if requires_all_outputs else strongest != image // copies)
+    return n_wrong
 
 
 @compiled
@@ -122,13 +125,15 @@ def _forward(pixels: Any, weights: Any, hidden: Any, units: Any, outputs: Any) -
         if pixels[pixel] > ZERO:
             for hidden_unit in range(hidden):
                 units[hidden_unit] += weights[pixel * hidden + hidden_unit]
-    after = (N_PIXELS + 1) * hidden
+    first_output_weight = (N_PIXELS + 1) * hidden
     for digit in range(N_DIGITS):
-        outputs[digit] = weights[after + hidden * N_DIGITS + digit]
+        outputs[digit] = weights[first_output_weight + hidden * N_DIGITS + digit]
     for hidden_unit in range(hidden):
         units[hidden_unit] = sigmoid(units[hidden_unit])
         for digit in range(N_DIGITS):
-            outputs[digit] += weights[after + hidden_unit * N_DIGITS + digit] * units[hidden_unit]
+            outputs[digit] += (
+                weights[first_output_weight + hidden_unit * N_DIGITS + digit] * units[hidden_unit]
+            )
     for digit in range(N_DIGITS):
         outputs[digit] = sigmoid(outputs[digit])
 
@@ -148,21 +153,22 @@ def _train(
 
     The target is 1 for the output of the digit `digit_shown`, and 0 for the other outputs.
     """
-    after = (N_PIXELS + 1) * hidden
+    first_output_weight = (N_PIXELS + 1) * hidden
     for digit in range(N_DIGITS):
-        y = outputs[digit]
-        errors[digit] = rate * (y - (ONE if digit == digit_shown else ZERO)) * y * (ONE - y)
+        output = outputs[digit]
+        target = ONE if digit == digit_shown else ZERO
+        errors[digit] = rate * (output - target) * output * (ONE - output)
     for hidden_unit in range(hidden):
-        h = units[hidden_unit]
+        activation = units[hidden_unit]
         error = ZERO
         for digit in range(N_DIGITS):
-            weight = after + hidden_unit * N_DIGITS + digit
+            weight = first_output_weight + hidden_unit * N_DIGITS + digit
             error += errors[digit] * weights[weight]
-            weights[weight] -= errors[digit] * h
-        units[hidden_unit] = error * h * (ONE - h)
+            weights[weight] -= errors[digit] * activation
+        units[hidden_unit] = error * activation * (ONE - activation)
         weights[N_PIXELS * hidden + hidden_unit] -= units[hidden_unit]
     for digit in range(N_DIGITS):
-        weights[after + hidden * N_DIGITS + digit] -= errors[digit]
+        weights[first_output_weight + hidden * N_DIGITS + digit] -= errors[digit]
     for pixel in range(N_PIXELS):
         if pixels[pixel] > ZERO:
             for hidden_unit in range(hidden):

@@ -15,7 +15,7 @@ from baldwinlab.parts import (
     Variation,
 )
 
-# Number of levels of a weight.
+# Number of levels of a weight, which has four bits.
 N_LEVELS: Final = 16
 MAX_WEIGHT: Final = np.float32(2)
 # Difference between two successive levels.
@@ -47,37 +47,37 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     def vary(
         part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        # The number of weights of all modules.
-        length = child.size
-        crossing = gate < part.crossover_share
+        n_weights = child.size
+        is_crossed = gate < part.crossover_share
         # A uniform number in (0, 1), with or without crossover.
         position = (
             gate / part.crossover_share
-            if crossing
+            if is_crossed
             else (gate - part.crossover_share) / (1.0 - part.crossover_share)
         )
-        half = int(position * 2 * (length - 1))
-        cut = 1 + half // 2 if crossing else length
+        # `index` numbers the combinations of a cut and of the parent of the first weights.
+        index = int(position * 2 * (n_weights - 1))
+        cut = 1 + index // 2 if is_crossed else n_weights
+        starts_with_fitter = index % 2 == 0
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                # The parity of `half` selects the parent of the first weights.
-                of_fitter = (draw < cut) == (half % 2 == 0)
-                inherited = fitter[module, weight] if of_fitter else second[module, weight]
+                uses_fitter = (draw < cut) == starts_with_fitter
+                inherited = fitter[module, weight] if uses_fitter else second[module, weight]
                 child[module, weight] = _flip_bits(inherited, draws[draw], part.rate)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
         parents = flatten(fitter), flatten(second)
-        length = len(parents[0])
+        n_weights = len(parents[0])
         if gate < part.crossover_share:
-            half = int(gate / part.crossover_share * 2 * (length - 1))
-            cut = 1 + half // 2
+            index = int(gate / part.crossover_share * 2 * (n_weights - 1))
+            cut = 1 + index // 2
         else:
             share = (gate - part.crossover_share) / (1 - part.crossover_share)
-            half = int(share * 2 * (length - 1))
-            cut = length
-        child = [*parents[half % 2][:cut], *parents[1 - half % 2][cut:]]
+            index = int(share * 2 * (n_weights - 1))
+            cut = n_weights
+        child = [*parents[index % 2][:cut], *parents[1 - index % 2][cut:]]
         for weight, draw in enumerate(draws):
             flipped = sum(2**bit for bit in range(4) if draw[bit] < part.rate)
             if flipped:
