@@ -17,6 +17,7 @@ const MEASURES = {
 };
 
 /**
+ * Return the section of the claims, or "" for a study without a paper and without claims.
  * @param {object[]} claims records of claims.json
  * @param {{id: string, paper: string}} study
  * @param {(condition: string) => number} typicalRun
@@ -35,15 +36,7 @@ export function createClaimList(claims, study, typicalRun, lastGeneration, probl
   }
   if (!claims.length) {
     if (!study.paper) return "";
-    section.append(
-      el(
-        "p",
-        { class: "soft" },
-        "The claims of this study have not been evaluated yet. Run ",
-        el("code", {}, `baldwinlab report ${study.id}`),
-        ".",
-      ),
-    );
+    section.append(createReportHint(study));
     return section;
   }
   const changes = claims[0].changes ?? [];
@@ -70,6 +63,16 @@ export function createClaimList(claims, study, typicalRun, lastGeneration, probl
     section.append(createClaimEntry(claim, lifetimes));
   }
   return section;
+}
+
+function createReportHint({ id }) {
+  return el(
+    "p",
+    { class: "soft" },
+    "The claims of this study have not been evaluated yet. Run ",
+    el("code", {}, `baldwinlab report ${id}`),
+    ".",
+  );
 }
 
 /** Return whether any claim is from a paper. Custom claims are not. */

@@ -2,72 +2,99 @@
 
 // CSS pixels that the pointer may move during a click.
 const CLICK_TOLERANCE = 5;
+// CSS pixels between an agent and a click or a tap that selects it.
+const CLICK_REACH = 16;
+const TAP_REACH = 28;
+// CSS pixels of a line, for wheels that count lines.
+const LINE_HEIGHT = 16;
 
 /** Return whether the wheel scrolls the page, which has priority over zooming. */
 function isScrollable(page) {
   return page !== null && page.scrollHeight > page.clientHeight + 1;
 }
 
+function readPosition(event) {
+  return [event.offsetX, event.offsetY];
+}
+
 /**
+ * Handle the gestures on a canvas.
  * @param {HTMLCanvasElement} canvas
  * @param {import("./world.js").WorldView} view
  * @param {{changed: () => void, picked: (agent: number|null) => void, fitted: () => void, hovered?:
  *   (agent: number|null, x: number, y: number) => void}} callbacks
  */
-export function bindGestures(canvas, view, { changed, picked, fitted, hovered }) {
-  const pointers = new Map();
-  let moved = 0;
-  const position = (event) => [event.offsetX, event.offsetY];
-
-  canvas.addEventListener(
-    "wheel",
-    (event) => {
-      if (!event.ctrlKey && isScrollable(canvas.closest("main"))) return;
-      event.preventDefault();
-      const lines = event.deltaMode === 1 ? 16 : 1;
-      view.zoomAt(
-        Math.exp(-event.deltaY * lines * (event.ctrlKey ? 0.01 : 0.0016)),
-        ...position(event),
-      );
-      changed();
-    },
-    { passive: false },
-  );
-
+export function bindGestures(canvas, view, callbacks) {
+  bindWheel(canvas, view, callbacks.changed);
+  bindPointers(canvas, new PointerTracker(canvas, view, callbacks));
   // Two fingers zoom the map instead of scrolling the page.
   canvas.addEventListener(
     "touchmove",
     (event) => event.touches.length > 1 && event.preventDefault(),
     { passive: false },
   );
+  canvas.addEventListener("pointerleave", () => callbacks.hovered?.(null, 0, 0));
+  canvas.addEventListener("dblclick", callbacks.fitted);
+}
 
-  canvas.addEventListener("pointerdown", (event) => {
+function bindWheel(canvas, view, changed) {
+  const zoom = (event) => {
+    if (!event.ctrlKey && isScrollable(canvas.closest("main"))) return;
+    event.preventDefault();
+    const unit = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE_HEIGHT : 1;
+    // A pinch on a touchpad arrives as small movements with Ctrl.
+    const speed = event.ctrlKey ? 0.01 : 0.0016;
+    view.zoomAt(Math.exp(-event.deltaY * unit * speed), ...readPosition(event));
+    changed();
+  };
+  canvas.addEventListener("wheel", zoom, { passive: false });
+}
+
+function bindPointers(canvas, tracker) {
+  canvas.addEventListener("pointerdown", (event) => tracker.press(event));
+  canvas.addEventListener("pointermove", (event) => tracker.move(event));
+  canvas.addEventListener("pointerup", (event) => tracker.release(event));
+  canvas.addEventListener("pointercancel", (event) => tracker.cancel(event));
+}
+
+/** The pressed pointers, and the distance that they have moved. */
+class PointerTracker {
+  constructor(canvas, view, { changed, picked, hovered }) {
+    Object.assign(this, { canvas, view, changed, picked, hovered, distance: 0 });
+    // The position of each pressed pointer, by id.
+    this.positions = new Map();
+  }
+
+  press(event) {
     if (event.button !== 0) return;
-    canvas.setPointerCapture(event.pointerId);
-    if (pointers.size === 0) moved = 0;
-    pointers.set(event.pointerId, position(event));
-  });
+    this.canvas.setPointerCapture(event.pointerId);
+    if (this.positions.size === 0) this.distance = 0;
+    this.positions.set(event.pointerId, readPosition(event));
+  }
 
-  canvas.addEventListener("pointermove", (event) => {
-    const old = pointers.get(event.pointerId);
-    if (!old) {
-      const agent = view.findAgent(...position(event));
-      canvas.style.cursor = agent === null ? "grab" : "pointer";
-      if (event.pointerType === "mouse") hovered?.(agent, ...position(event));
-      return;
-    }
-    const current = position(event);
+  move(event) {
+    const old = this.positions.get(event.pointerId);
+    if (!old) return this.hover(event);
+    const current = readPosition(event);
     const delta = [current[0] - old[0], current[1] - old[1]];
-    moved += Math.hypot(...delta);
-    if (pointers.size === 2) pinch(event.pointerId, old, current);
-    else if (moved > CLICK_TOLERANCE) view.pan(...delta);
-    pointers.set(event.pointerId, current);
-    if (moved > CLICK_TOLERANCE) changed();
-  });
+    this.distance += Math.hypot(...delta);
+    const isDragging = this.distance > CLICK_TOLERANCE;
+    if (this.positions.size === 2) this.pinch(event.pointerId, old, current);
+    else if (isDragging) this.view.pan(...delta);
+    this.positions.set(event.pointerId, current);
+    if (isDragging) this.changed();
+  }
+
+  hover(event) {
+    const agent = this.view.findAgent(...readPosition(event));
+    this.canvas.style.cursor = agent === null ? "grab" : "pointer";
+    if (event.pointerType === "mouse") this.hovered?.(agent, ...readPosition(event));
+  }
 
   /** Zoom around the center between two fingers. */
-  function pinch(id, old, current) {
-    const [, second] = [...pointers].find(([key]) => key !== id);
+  pinch(id, old, current) {
+    const { view } = this;
+    const [, second] = [...this.positions].find(([key]) => key !== id);
     const distanceTo = (from) => Math.max(1, Math.hypot(from[0] - second[0], from[1] - second[1]));
     view.zoomAt(
       distanceTo(current) / distanceTo(old),
@@ -77,11 +104,14 @@ export function bindGestures(canvas, view, { changed, picked, fitted, hovered })
     view.pan((current[0] - old[0]) / 2, (current[1] - old[1]) / 2);
   }
 
-  canvas.addEventListener("pointerup", (event) => {
-    if (pointers.delete(event.pointerId) && moved <= CLICK_TOLERANCE)
-      picked(view.findAgent(...position(event), event.pointerType === "touch" ? 28 : 16));
-  });
-  canvas.addEventListener("pointerleave", () => hovered?.(null, 0, 0));
-  canvas.addEventListener("pointercancel", (event) => pointers.delete(event.pointerId));
-  canvas.addEventListener("dblclick", fitted);
+  release(event) {
+    const wasPressed = this.positions.delete(event.pointerId);
+    if (!wasPressed || this.distance > CLICK_TOLERANCE) return;
+    const reach = event.pointerType === "touch" ? TAP_REACH : CLICK_REACH;
+    this.picked(this.view.findAgent(...readPosition(event), reach));
+  }
+
+  cancel(event) {
+    this.positions.delete(event.pointerId);
+  }
 }

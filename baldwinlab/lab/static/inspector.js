@@ -21,26 +21,53 @@ export class Inspector {
    */
   constructor(callbacks) {
     this.callbacks = callbacks;
+    this.data = null;
+    this.createReadouts();
+    this.createCharts();
+    this.ancestors = new Ancestors(callbacks.open);
+    this.body = this.createBody();
+    this.root = el(
+      "section",
+      { class: "inspector", "aria-label": "Agent inspector", tabindex: -1, hidden: true },
+      this.createHeader(),
+      this.body,
+      this.ancestors.root,
+    );
+    this.showAncestors(false);
+  }
+
+  createReadouts() {
     this.title = el("h2", { "data-testid": "agent" });
     this.facts = el("p", { class: "soft number" });
     this.inputs = el("div", { class: "row inputs" });
     this.action = el("span", { class: "action", "data-testid": "action" });
+    this.responses = new Responses();
+    this.relatives = el("div", { class: "relatives", "data-testid": "relatives" });
+  }
+
+  createCharts() {
+    const { seek } = this.callbacks;
     this.canvas = el("canvas", {
       role: "img",
       "aria-label": "The networks, with activations and weights",
       "data-testid": "networks",
     });
     this.traces = {
-      error: new LifetimeChart("error between the networks", callbacks.seek),
-      weights: new LifetimeChart("weight changes, since birth", callbacks.seek, 110),
-      eaten: new LifetimeChart("items eaten", callbacks.seek),
+      error: new LifetimeChart("error between the networks", seek),
+      weights: new LifetimeChart("weight changes, since birth", seek, 110),
+      eaten: new LifetimeChart("items eaten", seek),
     };
-    this.responses = new Responses();
-    this.relatives = el("div", { class: "relatives", "data-testid": "relatives" });
     this.traces.weights.root.append(
       createColorKey(["lit", "first layer"], ["agent", "later layers"]),
     );
-    this.body = el(
+  }
+
+  createBody() {
+    const weightKey = createColorKey(
+      ["agent", "positive weight"],
+      ["chosen", "negative weight (wider: larger)"],
+    );
+    return el(
       "div",
       {
         class: "inside",
@@ -49,20 +76,17 @@ export class Inspector {
         "aria-label": "Networks, weights and relatives",
       },
       el("div", { class: "row" }, this.inputs, this.action),
-      el(
-        "figure",
-        {},
-        this.canvas,
-        createColorKey(["agent", "positive weight"], ["chosen", "negative weight (wider: larger)"]),
-      ),
+      el("figure", {}, this.canvas, weightKey),
       this.responses.root,
       ...Object.values(this.traces).map(({ root }) => root),
       this.relatives,
     );
-    this.ancestors = new Ancestors(callbacks.open);
-    const showAncestors = () => {
-      this.showAncestors(!this.descent);
-      callbacks.toggled();
+  }
+
+  createHeader() {
+    const toggleAncestors = () => {
+      this.showAncestors(!this.showsAncestors);
+      this.callbacks.toggled();
     };
     this.ancestorsButton = el(
       "button",
@@ -70,36 +94,28 @@ export class Inspector {
         type: "button",
         class: "chip spread",
         "data-testid": "ancestors-of",
-        onclick: showAncestors,
+        onclick: toggleAncestors,
       },
       "Ancestors",
     );
-    const close = el(
+    const closeButton = el(
       "button",
       {
         type: "button",
         class: "quiet square",
         "aria-label": "Close",
         "data-testid": "close-agent",
-        onclick: callbacks.close,
+        onclick: this.callbacks.close,
       },
       createIcon("M5 5l10 10M15 5L5 15"),
     );
-    this.root = el(
-      "section",
-      { class: "inspector", "aria-label": "Agent inspector", tabindex: -1, hidden: true },
-      el(
-        "header",
-        { class: "row" },
-        el("div", {}, this.title, this.facts),
-        this.ancestorsButton,
-        close,
-      ),
-      this.body,
-      this.ancestors.root,
+    return el(
+      "header",
+      { class: "row" },
+      el("div", {}, this.title, this.facts),
+      this.ancestorsButton,
+      closeButton,
     );
-    this.data = null;
-    this.showAncestors(false);
   }
 
   hide() {
@@ -109,15 +125,15 @@ export class Inspector {
     this.showAncestors(false);
   }
 
-  /** Show the ancestors of the agent instead of its networks. */
-  showAncestors(descent) {
-    this.descent = descent;
-    this.ancestorsButton.setAttribute("aria-pressed", descent);
-    this.body.hidden = descent;
-    this.ancestors.root.hidden = !descent;
-    if (!descent) this.ancestors.cancel();
+  /** Show the ancestors of the agent, or its networks. */
+  showAncestors(isShown) {
+    this.showsAncestors = isShown;
+    this.ancestorsButton.setAttribute("aria-pressed", isShown);
+    this.body.hidden = isShown;
+    this.ancestors.root.hidden = !isShown;
+    if (!isShown) this.ancestors.cancel();
     if (!this.requested) return;
-    if (descent) this.ancestors.show(this.source, this.agent);
+    if (isShown) this.ancestors.show(this.source, this.agent);
     this.callbacks.seek(null);
   }
 
@@ -133,7 +149,7 @@ export class Inspector {
     this.stop?.abort();
     this.stop = new AbortController();
     this.title.textContent = `Agent ${agent}`;
-    if (this.descent) this.ancestors.show(source, agent);
+    if (this.showsAncestors) this.ancestors.show(source, agent);
     this.root.classList.add("waiting");
     try {
       this.setData(
@@ -158,45 +174,43 @@ export class Inspector {
       `${header.food.toLocaleString("en")} items eaten · ` + `rank\u00a0${header.rank}`;
     this.traces.error.root.hidden = !arrays.error;
     this.responses.set(data);
+    this.setTraces(header, arrays);
+    this.relatives.replaceChildren(...createRelatives(source, header, this.callbacks.open));
+    this.callbacks.seek(null);
+  }
+
+  setTraces({ first, layer_sizes: sizes, biases }, arrays) {
+    const { eaten, error, weights } = this.traces;
     const steps = arrays.sample_step.at(-1);
-    const { first } = header;
-    this.traces.eaten.set(
-      [{ values: arrays.eaten_in_life, first, color: "meal" }],
-      steps,
-      0,
-      Math.max(1, arrays.eaten_in_life.at(-1)),
-    );
-    if (arrays.error)
-      this.traces.error.set(
-        [{ values: arrays.error, first, color: "chosen" }],
-        steps,
-        0,
-        findMaximum(arrays.error),
-      );
+    const eatenLine = { values: arrays.eaten_in_life, first, color: "meal" };
+    eaten.set([eatenLine], steps, 0, Math.max(1, arrays.eaten_in_life.at(-1)));
+    if (arrays.error) {
+      const errorLine = { values: arrays.error, first, color: "chosen" };
+      error.set([errorLine], steps, 0, findMaximum(arrays.error));
+    }
     const count = arrays.weights.length / arrays.sample_step.length;
     const changes = arrays.weights.map((weight, index) => weight - arrays.weights[index % count]);
     const maximum = findMaximum(changes);
-    const firstLayer = (header.layer_sizes[0] + Number(header.biases)) * header.layer_sizes[1];
+    // The first weights of a network are those of its first layer.
+    const firstLayerCount = (sizes[0] + Number(biases)) * sizes[1];
     const lines = Array.from({ length: Math.min(count, MAX_LINES) }, (_, offset) => ({
       x: arrays.sample_step,
       values: changes,
       stride: count,
       offset,
-      ...(offset < firstLayer
+      ...(offset < firstLayerCount
         ? { color: "lit", label: "first layer" }
         : { color: "agent", label: "later layers" }),
       alpha: 0.6,
     }));
-    this.traces.weights.set(lines, steps, -maximum, maximum);
+    weights.set(lines, steps, -maximum, maximum);
     this.currentWeights = new Float32Array(count);
-    this.relatives.replaceChildren(...createRelatives(source, header, this.callbacks.open));
-    this.callbacks.seek(null);
   }
 
   /** Show the state at a step. */
   draw(step) {
     if (!this.data || this.root.hidden) return;
-    if (this.descent) return this.ancestors.draw();
+    if (this.showsAncestors) return this.ancestors.draw();
     const { header, arrays } = this.data;
     const units = header.layer_sizes.reduce((sum, size) => sum + size, 0);
     if (step < header.first || step >= header.last) {

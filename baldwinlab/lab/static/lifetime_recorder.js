@@ -2,181 +2,237 @@
  * Record lifetimes in the browser, as lab/recording.py and lab/agent_inspector.py. Needs no page.
  */
 
-// Samples of the weights over a lifetime, including birth and death.
-const WEIGHT_SAMPLES = 201;
+// Maximum number of samples of the weights over a lifetime, including birth and death.
+const MAX_WEIGHT_SAMPLES = 201;
 // With more inputs, the table of all input combinations is left out.
 const MAX_TABLE_INPUTS = 4;
-// Bytes of one recording.
-const MAX_BYTES = 64_000_000;
+const MAX_RECORDING_BYTES = 64_000_000;
 
 /** Return the steps of one recording from `first`, limited by its size. */
 export function limitSpan({ lifetime: { steps }, population: { size } }, first = 0, last = steps) {
   return {
     first,
-    last: Math.min(last, first + Math.max(1, Math.floor(MAX_BYTES / (20 * size))), steps),
+    last: Math.min(last, first + Math.max(1, Math.floor(MAX_RECORDING_BYTES / (20 * size))), steps),
   };
 }
 
 /**
+ * Return the arrays of a recording.
  * @param {import("./simulation.js").Run} run prepared, with the genomes of a generation
  * @param {{generation: number, first: number, last: number, appearance: object}} span
  * @returns {Object<string, ArrayLike<number>>} as in lab/recording.py
  */
 export function recordLifetime(run, { generation, first, last, appearance }) {
-  const { engine } = run;
-  const agents = run.experiment.population.size;
-  const inputs = appearance.inputs.length;
-  const steps = last - first;
-  const inputBytes = Math.ceil(inputs / 8);
-  // Inputs are numbers instead of bits.
-  const numbers = appearance.is_continuous.some(Boolean);
-  const arrays = {
-    x: new Float32Array(steps * agents),
-    y: new Float32Array(steps * agents),
-    heading: new Uint8Array(steps * agents),
-    sensor: numbers
-      ? new Float32Array(steps * agents * inputs)
-      : new Uint8Array(steps * agents * inputBytes),
-    action: new Uint8Array(steps * agents),
-    eaten_in_life: new Uint32Array(steps * agents),
-  };
-  const state = openArrays(engine, [
-    "positions",
-    "heading",
-    "activations",
-    "action",
-    "eaten_in_life",
-    "item_x",
-    "item_y",
-    "touched",
-  ]);
-  const teachers = engine.plan.teacher_array ? engine.array(engine.plan.teacher_array) : null;
-  // A rule can store any integer type.
-  if (teachers) arrays.teacher = new Uint32Array(steps * agents);
-  const lanes = state.heading.length;
-  const regions = state.eaten_in_life.length / state.heading.length;
-  const moves = { step: [], item: [], x: [], y: [] };
+  const recorder = new LifetimeRecorder(run, appearance, last - first);
   run.startGeneration(generation);
   run.simulateSteps(0, first);
-  arrays.item_x = state.item_x.slice();
-  arrays.item_y = state.item_y.slice();
-  // A world feature can also move items.
-  const previous = { x: state.item_x.slice(), y: state.item_y.slice() };
+  recorder.recordItems();
   for (let step = first; step < last; step++) {
-    const row = (step - first) * agents;
-    arrays.x.set(state.positions.subarray(0, agents), row);
-    arrays.y.set(state.positions.subarray(lanes, lanes + agents), row);
-    arrays.heading.set(state.heading.subarray(0, agents), row);
+    recorder.recordBefore(step - first);
     run.simulateSteps(step, step + 1);
-    arrays.action.set(state.action.subarray(0, agents), row);
-    arrays.teacher?.set(Uint32Array.from(teachers.subarray(0, agents), Number), row);
-    for (let agent = 0; agent < agents; agent++) {
-      for (let region = 0; region < regions; region++)
-        arrays.eaten_in_life[row + agent] += state.eaten_in_life[region * lanes + agent];
-      for (let input = 0; input < inputs; input++) {
-        const value = state.activations[input * lanes + agent];
-        if (numbers) arrays.sensor[(row + agent) * inputs + input] = value;
-        else if (value > 0)
-          arrays.sensor[(row + agent) * inputBytes + (input >> 3)] |= 1 << (input & 7);
-      }
-    }
-    if (step + 1 === last) break;
-    for (let item = 0; item < state.touched.length; item++) {
-      if (
-        state.touched[item] !== step &&
-        state.item_x[item] === previous.x[item] &&
-        state.item_y[item] === previous.y[item]
-      )
-        continue;
-      for (const [name, value] of Object.entries({
-        step: step + 1,
-        item,
-        x: state.item_x[item],
-        y: state.item_y[item],
-      }))
-        moves[name].push(value);
-    }
-    previous.x.set(state.item_x);
-    previous.y.set(state.item_y);
+    recorder.recordAfter(step - first);
+    // The positions after the last step are not part of the recording.
+    if (step + 1 < last) recorder.recordMoves(step);
   }
-  arrays.move_step = Uint32Array.from(moves.step);
-  arrays.move_item = Uint32Array.from(moves.item);
-  arrays.move_x = Float32Array.from(moves.x);
-  arrays.move_y = Float32Array.from(moves.y);
-  return arrays;
+  return recorder.collectArrays();
 }
 
-/** @returns {Object<string, ArrayLike<number>>} as in lab/agent_inspector.py, of one agent */
-export function inspectAgent(run, { generation, first, last, appearance, agent }) {
-  const { engine, experiment } = run;
-  const steps = experiment.lifetime.steps;
-  const state = openArrays(engine, [
-    "weights",
-    "activations",
-    "action",
-    "eaten_in_life",
-    "heading",
-  ]);
-  const lanes = state.heading.length;
-  const column = (array) =>
-    Float32Array.from({ length: array.length / lanes }, (_, row) => array[row * lanes + agent]);
-  const samples = [
-    ...new Set(
-      Array.from({ length: WEIGHT_SAMPLES }, (_, number) =>
-        Math.floor((steps * number) / (WEIGHT_SAMPLES - 1)),
-      ),
-    ),
-  ];
-  const weights = [];
-  const activations = [];
-  const action = [];
-  const eaten = [];
-  const teacherUnits = [];
-  const teacher =
-    "state.lookup.activations" in engine.arrays ? engine.array("state.lookup.activations") : null;
-  run.startGeneration(generation);
-  for (let step = 0; step <= steps; step++) {
-    if (samples[weights.length] === step) weights.push(column(state.weights));
-    if (step === steps) break;
-    run.simulateSteps(step, step + 1);
-    if (step < first || step >= last) continue;
-    activations.push(column(state.activations));
-    action.push(state.action[agent]);
-    eaten.push(column(state.eaten_in_life).reduce((sum, items) => sum + items, 0));
-    if (teacher) teacherUnits.push(column(teacher));
+/** Record all agents and items: some variables before a step, and the others after it. */
+class LifetimeRecorder {
+  constructor({ engine, experiment }, appearance, steps) {
+    this.agents = experiment.population.size;
+    this.inputs = appearance.inputs.length;
+    this.inputBytes = Math.ceil(this.inputs / 8);
+    // Inputs are float32 numbers instead of bits.
+    this.hasNumbers = appearance.is_continuous.some(Boolean);
+    this.state = openArrays(engine, [
+      "positions",
+      "heading",
+      "activations",
+      "action",
+      "eaten_in_life",
+      "item_x",
+      "item_y",
+      "touched",
+    ]);
+    this.lanes = this.state.heading.length;
+    this.regions = this.state.eaten_in_life.length / this.lanes;
+    const teacherArray = engine.plan["learns from"];
+    this.teachers = teacherArray ? engine.array(teacherArray) : null;
+    this.arrays = this.allocateArrays(steps * this.agents);
+    this.moves = { step: [], item: [], x: [], y: [] };
   }
-  const genome = engine.array("population.genome");
-  const [, modules, length] = engine.shape("population.genome");
-  const module = (number) =>
-    genome.slice(
-      (agent * modules + number) * length,
-      (agent * modules + number) * length + weights[0].length,
-    );
+
+  /** Return empty arrays with `length` entries, one per step and agent. */
+  allocateArrays(length) {
+    const arrays = {
+      x: new Float32Array(length),
+      y: new Float32Array(length),
+      heading: new Uint8Array(length),
+      sensor: this.hasNumbers
+        ? new Float32Array(length * this.inputs)
+        : new Uint8Array(length * this.inputBytes),
+      action: new Uint8Array(length),
+      eaten_in_life: new Uint32Array(length),
+    };
+    // A rule can store any integer type.
+    if (this.teachers) arrays.teacher = new Uint32Array(length);
+    return arrays;
+  }
+
+  /** Record the positions of items before the first recorded step. */
+  recordItems() {
+    const { item_x: x, item_y: y } = this.state;
+    this.arrays.item_x = x.slice();
+    this.arrays.item_y = y.slice();
+    this.previous = { x: x.slice(), y: y.slice() };
+  }
+
+  /** Record the variables before a step. `row` is the number of recorded steps before it. */
+  recordBefore(row) {
+    const { arrays, state, agents, lanes } = this;
+    const index = row * agents;
+    arrays.x.set(state.positions.subarray(0, agents), index);
+    arrays.y.set(state.positions.subarray(lanes, lanes + agents), index);
+    arrays.heading.set(state.heading.subarray(0, agents), index);
+  }
+
+  /** Record the variables after a step. */
+  recordAfter(row) {
+    const { arrays, state, teachers, agents, lanes, regions } = this;
+    const index = row * agents;
+    arrays.action.set(state.action.subarray(0, agents), index);
+    arrays.teacher?.set(Uint32Array.from(teachers.subarray(0, agents), Number), index);
+    for (let agent = 0; agent < agents; agent++) {
+      for (let region = 0; region < regions; region++)
+        arrays.eaten_in_life[index + agent] += state.eaten_in_life[region * lanes + agent];
+      this.recordInputs(index + agent, agent);
+    }
+  }
+
+  recordInputs(index, agent) {
+    const { inputs, inputBytes, lanes, hasNumbers } = this;
+    const { sensor } = this.arrays;
+    const { activations } = this.state;
+    for (let input = 0; input < inputs; input++) {
+      const value = activations[input * lanes + agent];
+      if (hasNumbers) sensor[index * inputs + input] = value;
+      else if (value > 0) sensor[index * inputBytes + (input >> 3)] |= 1 << (input & 7);
+    }
+  }
+
+  /** Record the items that a step has moved. */
+  recordMoves(step) {
+    const { moves, previous } = this;
+    const { item_x: x, item_y: y, touched } = this.state;
+    for (let item = 0; item < touched.length; item++) {
+      // A world feature can move items without an agent that touches them.
+      const hasMoved =
+        touched[item] === step || x[item] !== previous.x[item] || y[item] !== previous.y[item];
+      if (!hasMoved) continue;
+      moves.step.push(step + 1);
+      moves.item.push(item);
+      moves.x.push(x[item]);
+      moves.y.push(y[item]);
+    }
+    previous.x.set(x);
+    previous.y.set(y);
+  }
+
+  collectArrays() {
+    const { step, item, x, y } = this.moves;
+    return {
+      ...this.arrays,
+      move_step: Uint32Array.from(step),
+      move_item: Uint32Array.from(item),
+      move_x: Float32Array.from(x),
+      move_y: Float32Array.from(y),
+    };
+  }
+}
+
+/**
+ * Return the arrays about one agent.
+ * @returns {Object<string, ArrayLike<number>>} as in lab/agent_inspector.py
+ */
+export function inspectAgent(run, { generation, first, last, appearance, agent }) {
+  const { engine } = run;
+  const recorded = recordAgent(run, { generation, first, last, agent });
+  const { samples, weights, activations } = recorded;
   const inputs = appearance.inputs.length;
+  const actions = appearance.actions.length;
+  const evaluateAll = (moduleWeights) =>
+    activations.map((row) => evaluateModule(engine, moduleWeights, row.subarray(0, inputs)));
+  const genomeOf = (module) => readModuleGenome(engine, agent, module, weights[0].length);
   // Outputs may be from a lookup table, without values of hidden units.
   const isMemoryless = !appearance.has_memory && !appearance.is_continuous.some(Boolean);
-  const hasTable = inputs <= MAX_TABLE_INPUTS && isMemoryless;
-  const evaluateAll = (of) =>
-    activations.map((row) => evaluateModule(engine, of, row.subarray(0, inputs)));
-  const units = isMemoryless && !hasLearning(engine) ? evaluateAll(module(0)) : activations;
+  const units = isMemoryless && !hasLearning(engine) ? evaluateAll(genomeOf(0)) : activations;
   const arrays = {
     sample_step: Uint32Array.from(samples),
     weights: flattenRows(weights),
     activations: flattenRows(units),
-    action: Uint16Array.from(action),
-    eaten_in_life: Uint32Array.from(eaten),
+    action: Uint16Array.from(recorded.action),
+    eaten_in_life: Uint32Array.from(recorded.eaten),
   };
-  const linked = findLinks(engine, weights[0]);
-  if (linked.length) arrays.links = linked;
-  if (hasTable)
-    arrays.responses = tabulateResponses(engine, weights, inputs, appearance.actions.length);
-  if (engine.plan.has_reinforcement) {
-    const targets = teacher ? teacherUnits : evaluateAll(module(1));
-    Object.assign(arrays, { teacher: module(1), teacher_activations: flattenRows(targets) });
-    if (!appearance.answers.length)
-      arrays.error = computeErrors(units, targets, appearance.actions.length);
+  const links = findLinks(engine, weights[0]);
+  if (links.length) arrays.links = links;
+  if (isMemoryless && inputs <= MAX_TABLE_INPUTS)
+    arrays.responses = tabulateResponses(engine, weights, inputs, actions);
+  if (engine.plan.taught) {
+    const targets = recorded.teacherUnits ?? evaluateAll(genomeOf(1));
+    Object.assign(arrays, { teacher: genomeOf(1), teacher_activations: flattenRows(targets) });
+    if (!appearance.answers.length) arrays.error = computeErrors(units, targets, actions);
   }
   return arrays;
+}
+
+/**
+ * Simulate a complete lifetime and record one agent: weights at some steps, and the other variables
+ * from `first` up to, but not including, `last`.
+ */
+function recordAgent(run, { generation, first, last, agent }) {
+  const { engine } = run;
+  const { steps } = run.experiment.lifetime;
+  const names = ["weights", "activations", "action", "eaten_in_life", "heading"];
+  const state = openArrays(engine, names);
+  const lanes = state.heading.length;
+  const readColumn = (array) =>
+    Float32Array.from({ length: array.length / lanes }, (_, row) => array[row * lanes + agent]);
+  const hasTeacher = "state.lookup.activations" in engine.arrays;
+  const teacher = hasTeacher ? engine.array("state.lookup.activations") : null;
+  const samples = chooseSampleSteps(steps);
+  const recorded = { samples, weights: [], activations: [], action: [], eaten: [] };
+  if (hasTeacher) recorded.teacherUnits = [];
+  run.startGeneration(generation);
+  for (let step = 0; step <= steps; step++) {
+    if (samples[recorded.weights.length] === step) recorded.weights.push(readColumn(state.weights));
+    // The last sample is at death, after the last step.
+    if (step === steps) break;
+    run.simulateSteps(step, step + 1);
+    if (step < first || step >= last) continue;
+    recorded.activations.push(readColumn(state.activations));
+    recorded.action.push(state.action[agent]);
+    recorded.eaten.push(readColumn(state.eaten_in_life).reduce((sum, items) => sum + items, 0));
+    recorded.teacherUnits?.push(readColumn(teacher));
+  }
+  return recorded;
+}
+
+/** Return the steps at which weights are recorded, from birth to death. */
+function chooseSampleSteps(steps) {
+  const evenlySpaced = Array.from({ length: MAX_WEIGHT_SAMPLES }, (_, number) =>
+    Math.floor((steps * number) / (MAX_WEIGHT_SAMPLES - 1)),
+  );
+  // A short lifetime has fewer steps than samples.
+  return [...new Set(evenlySpaced)];
+}
+
+/** Return the weights of a module at birth. */
+function readModuleGenome(engine, agent, module, weightCount) {
+  const genome = engine.array("population.genome");
+  const [, modules, genomeLength] = engine.shape("population.genome");
+  const start = (agent * modules + module) * genomeLength;
+  return genome.slice(start, start + weightCount);
 }
 
 function hasLearning(engine) {
@@ -221,7 +277,7 @@ function computeErrors(outputs, targets, actions) {
   return Float32Array.from(outputs, (units, step) => {
     const square = units
       .slice(-actions)
-      .reduce((sum, output, k) => sum + (output - targets[step].at(k - actions)) ** 2, 0);
+      .reduce((sum, output, action) => sum + (output - targets[step].at(action - actions)) ** 2, 0);
     return Math.sqrt(square / actions);
   });
 }

@@ -29,21 +29,35 @@ export class LifetimeSelector {
   }
 
   buildControls() {
-    const select = (label, key) =>
-      el("select", {
-        "aria-label": label,
-        "data-testid": `${key}-${this.name}`,
-        onchange: () => this.selectFromLists(key),
-      });
     this.lists = {
-      study: select("Study", "study"),
-      condition: select("Condition", "condition"),
-      run: select("Run", "run"),
+      study: this.createList("Study", "study"),
+      condition: this.createList("Condition", "condition"),
+      run: this.createList("Run", "run"),
     };
     const options = this.studies.map(({ id }) =>
       el("option", { value: id }, STUDY_NAMES[id] ?? id),
     );
     this.lists.study.append(...options);
+    return el(
+      "div",
+      { class: "pickers" },
+      this.lists.study,
+      this.lists.condition,
+      el("label", { class: "inline" }, el("span", { class: "soft" }, "run"), this.lists.run),
+      this.createGenerationControls(),
+    );
+  }
+
+  createList(label, key) {
+    return el("select", {
+      "aria-label": label,
+      "data-testid": `${key}-${this.name}`,
+      onchange: () => this.selectFromLists(key),
+    });
+  }
+
+  /** Return the number of the generation, its buttons, and the slider. */
+  createGenerationControls() {
     this.number = el("input", {
       type: "number",
       min: 0,
@@ -55,51 +69,30 @@ export class LifetimeSelector {
     });
     const { invalidate, chosen: settled } = this.callbacks;
     this.curve = new RunCurve({ go: (generation) => this.goTo(generation), settled, invalidate });
-    const stepButton = (offset, path, label) =>
-      el(
-        "button",
-        {
-          type: "button",
-          class: "quiet square",
-          "aria-label": label,
-          title: label,
-          onclick: () => this.goTo(this.source.generation + offset),
-        },
-        createIcon(path),
-      );
-    const tourAttributes = {
-      type: "button",
-      class: "quiet square",
+    this.playButton = createIconButton(PLAY_ALL, "M3 5l6 5-6 5zM10 5l6 5-6 5z", {
       "data-testid": `tour-${this.name}`,
       "aria-pressed": "false",
       onclick: this.callbacks.playAllClicked,
-    };
-    this.playButton = el(
-      "button",
-      { ...tourAttributes, title: PLAY_ALL, "aria-label": PLAY_ALL },
-      createIcon("M3 5l6 5-6 5zM10 5l6 5-6 5z"),
-    );
+    });
     return el(
       "div",
-      { class: "pickers" },
-      this.lists.study,
-      this.lists.condition,
-      el("label", { class: "inline" }, el("span", { class: "soft" }, "run"), this.lists.run),
+      { class: "generation" },
+      el("span", { class: "soft" }, "generation"),
       el(
-        "div",
-        { class: "generation" },
-        el("span", { class: "soft" }, "generation"),
-        el(
-          "span",
-          { class: "generation-steps" },
-          stepButton(-1, "M12 5l-5 5 5 5", "Previous generation ( [ )"),
-          this.number,
-          stepButton(1, "M8 5l5 5-5 5", "Next generation ( ] )"),
-          this.playButton,
-        ),
-        this.curve.root,
+        "span",
+        { class: "generation-steps" },
+        this.createStepButton(-1, "M12 5l-5 5 5 5", "Previous generation ( [ )"),
+        this.number,
+        this.createStepButton(1, "M8 5l5 5-5 5", "Next generation ( ] )"),
+        this.playButton,
       ),
+      this.curve.root,
     );
+  }
+
+  createStepButton(offset, path, label) {
+    const onclick = () => this.goTo(this.source.generation + offset);
+    return createIconButton(label, path, { onclick });
   }
 
   get conditions() {
@@ -152,18 +145,12 @@ export class LifetimeSelector {
 
   showSource() {
     const { study, condition, run, generation } = this.source;
-    const options = (list, values) => {
-      const same =
-        list.options.length === values.length &&
-        values.every((value, index) => list.options[index].value === String(value));
-      if (!same) list.replaceChildren(...values.map((value) => el("option", { value }, value)));
-    };
     this.lists.study.hidden = this.studies.length < 2;
-    options(
+    setOptions(
       this.lists.condition,
       this.conditions.map(({ name }) => name),
     );
-    options(this.lists.run, this.condition?.runs ?? []);
+    setOptions(this.lists.run, this.condition?.runs ?? []);
     Object.assign(this.lists.study, { value: study });
     Object.assign(this.lists.condition, { value: condition });
     Object.assign(this.lists.run, { value: String(run) });
@@ -171,4 +158,21 @@ export class LifetimeSelector {
     Object.assign(this.number, { max: last, value: generation });
     this.curve.setSource(this.source, last);
   }
+}
+
+/** Set the options of a list. Equal options are not replaced. */
+function setOptions(list, values) {
+  const hasSameOptions =
+    list.options.length === values.length &&
+    values.every((value, index) => list.options[index].value === String(value));
+  if (!hasSameOptions)
+    list.replaceChildren(...values.map((value) => el("option", { value }, value)));
+}
+
+function createIconButton(label, path, attributes) {
+  return el(
+    "button",
+    { type: "button", class: "quiet square", title: label, "aria-label": label, ...attributes },
+    createIcon(path),
+  );
 }

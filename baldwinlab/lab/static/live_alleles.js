@@ -24,12 +24,11 @@ export class LiveAlleles {
     this.run = Math.min(parseWholeNumber(state.run) ?? 0, runs - 1);
     this.picked = parseWholeNumber(state.generation);
     this.bars = new AlleleBars();
-    const newest = "Follow the newest generation";
     this.newest = el(
       "button",
       {
         type: "button",
-        title: newest,
+        title: "Follow the newest generation",
         "data-testid": "live-newest",
         onclick: () => this.pick(null),
       },

@@ -17,91 +17,102 @@ const STATES = {
   removed: ["Removed", "warm"],
 };
 
-/**
- * @param {HTMLElement} root is filled
- * @param {import("./live_feed.js").Feed} feed of a known run
- * @param {Object<string, string>} state of the address
- * @param {(patch: Object<string, any>, replace?: boolean) => void} navigate
- * @param {(summary: import("./live_feed.js").Feed["summary"]) => void} editRun called to
- *   change the run and start it again
- * @returns {{update: () => void, close: () => void}}
- */
-export function createLivePanel(root, feed, state, navigate, editRun) {
-  const { experiment, alleles, runs, seed } = feed.summary;
-  const View = selectView(experiment, alleles);
-  const world = View
-    ? new View(feed.id, runs, state, navigate)
-    : createEmptyWorld(experiment.model);
-  const badge = el("span", { "data-testid": "live-state" });
-  const progress = el("progress", { "aria-label": "Simulated generations" });
-  const count = el("span", { class: "number", "data-testid": "live-count" });
-  const fault = el("p", { class: "fault", hidden: true, "data-testid": "live-fault" });
-  const buttons = createControls(feed, experiment, seed, editRun);
-  const fitness = el("div", { "data-testid": "live-fitness" });
-  const share = el("div", { "data-testid": "live-share" });
-  const size = `${runs === 1 ? "1 run" : `${runs} runs`}, seed ${seed}`;
-  root.replaceChildren(
-    el(
+/** The panel of a run that the feed has described. */
+export class LivePanel {
+  /**
+   * @param {HTMLElement} root is filled
+   * @param {import("./live_feed.js").Feed} feed of a run with a summary
+   * @param {Object<string, string>} state of the address
+   * @param {(patch: Object<string, any>, replace?: boolean) => void} navigate
+   * @param {(summary: import("./live_feed.js").Feed["summary"]) => void} editRun called to
+   *   change the run and start it again
+   */
+  constructor(root, feed, state, navigate, editRun) {
+    this.feed = feed;
+    const { experiment, alleles, runs } = feed.summary;
+    const View = selectView(experiment, alleles);
+    this.world = View
+      ? new View(feed.id, runs, state, navigate)
+      : createEmptyWorld(experiment.model);
+    this.buttons = new RunButtons(feed, editRun);
+    const fitness = el("div", { "data-testid": "live-fitness" });
+    const share = el("div", { "data-testid": "live-share" });
+    root.replaceChildren(this.createHead(), createColumns(fitness, share, this.world.element));
+    const runSwitch = createRunSwitch(state.lines === "each", (isChecked) => {
+      navigate({ lines: isChecked ? "each" : null }, true);
+      this.curves.update();
+    });
+    if (runs > 1) fitness.after(runSwitch);
+    this.curves = new LiveCurves(feed, fitness, share, runSwitch.firstChild, (generation, run) =>
+      this.world.pick(generation, run),
+    );
+    this.update();
+  }
+
+  /** Return the card with the state, the buttons and the progress of the run. */
+  createHead() {
+    const { experiment, runs, seed } = this.feed.summary;
+    const size = `${runs === 1 ? "1 run" : `${runs} runs`}, seed ${seed}`;
+    this.badge = el("span", { "data-testid": "live-state" });
+    this.progress = el("progress", { "aria-label": "Simulated generations" });
+    this.count = el("span", { class: "number", "data-testid": "live-count" });
+    this.fault = el("p", { class: "fault", hidden: true, "data-testid": "live-fault" });
+    return el(
       "section",
       { class: "card live-head", "data-testid": "live-head" },
       el(
         "div",
         { class: "row" },
         el("h1", {}, experiment.name),
-        badge,
+        this.badge,
         el("span", { class: "soft" }, size),
         el("span", { class: "spread" }),
-        ...buttons.elements,
+        ...this.buttons.elements,
       ),
-      el("div", { class: "row live-progress" }, progress, count),
-      fault,
-    ),
+      el("div", { class: "row live-progress" }, this.progress, this.count),
+      this.fault,
+    );
+  }
+
+  /** Show the current state of the feed. */
+  update() {
+    const { summary, state, message, generationsDone } = this.feed;
+    const { name, evolution } = summary.experiment;
+    const [word, tone] = STATES[state];
+    this.badge.className = `badge ${tone}`;
+    this.badge.textContent = word;
+    this.progress.max = evolution.generations;
+    this.progress.value = generationsDone;
+    this.count.textContent =
+      `${generationsDone.toLocaleString("en")} of ` +
+      `${evolution.generations.toLocaleString("en")} generations`;
+    this.fault.hidden = !message;
+    this.fault.textContent = message;
+    this.buttons.update();
+    this.curves.update();
+    this.world.setGenerationsDone(generationsDone);
+    if (summary.saved_as) this.world.setSaved(summary.saved_as, name);
+  }
+
+  close() {
+    this.curves.close();
+    this.world.close();
+  }
+}
+
+/** Return the curves on the left and the world on the right. */
+function createColumns(fitness, share, world) {
+  return el(
+    "div",
+    { class: "live-both" },
     el(
       "div",
-      { class: "live-both" },
-      el(
-        "div",
-        { class: "live-curves" },
-        el("section", { class: "card" }, fitness),
-        el("section", { class: "card" }, share),
-      ),
-      world.element,
+      { class: "live-curves" },
+      el("section", { class: "card" }, fitness),
+      el("section", { class: "card" }, share),
     ),
+    world,
   );
-  const runSwitch = createRunSwitch(state.lines === "each", (isChecked) => {
-    navigate({ lines: isChecked ? "each" : null }, true);
-    charts.update();
-  });
-  if (runs > 1) fitness.after(runSwitch);
-  const charts = new LiveCurves(feed, fitness, share, runSwitch.firstChild, (generation, run) =>
-    world.pick(generation, run),
-  );
-
-  const update = () => {
-    const [word, kind] = STATES[feed.state];
-    badge.className = `badge ${kind}`;
-    badge.textContent = word;
-    progress.max = experiment.evolution.generations;
-    progress.value = feed.generationsDone;
-    count.textContent =
-      `${feed.generationsDone.toLocaleString("en")} of ` +
-      `${experiment.evolution.generations.toLocaleString("en")} ` +
-      "generations";
-    fault.hidden = !feed.message;
-    fault.textContent = feed.message;
-    buttons.update();
-    charts.update();
-    world.setGenerationsDone(feed.generationsDone);
-    if (feed.summary.saved_as) world.setSaved(feed.summary.saved_as, experiment.name);
-  };
-  update();
-  return {
-    update,
-    close() {
-      charts.close();
-      world.close();
-    },
-  };
 }
 
 function selectView(experiment, alleles) {
@@ -120,62 +131,65 @@ function createEmptyWorld(model) {
   return { element, pick: ignore, setGenerationsDone: ignore, setSaved: ignore, close: ignore };
 }
 
-/** Return the buttons of a run: pause, step, stop, save, and change. */
-function createControls(feed, experiment, seed, editRun) {
-  const pause = el("button", { type: "button", "data-testid": "pause" });
-  const step = el(
-    "button",
-    {
+/** The buttons of a run: pause, step, stop, change, save, and open the study. */
+class RunButtons {
+  constructor(feed, editRun) {
+    this.feed = feed;
+    this.pause = el("button", {
       type: "button",
+      "data-testid": "pause",
+      onclick: () => feed.send({ command: feed.state === "paused" ? "resume" : "pause" }),
+    });
+    this.step = createButton("Step", "one-more", () => feed.send({ command: "step" }), {
       hidden: true,
       title: "Simulate one more generation",
-      "data-testid": "one-more",
-      onclick: () => feed.send({ command: "step" }),
-    },
-    "Step",
-  );
-  const stop = el("button", { type: "button", class: "danger", "data-testid": "stop" }, "Stop");
-  const save = el(
-    "button",
-    { type: "button", class: "primary", "data-testid": "save", hidden: true },
-    "Save as a study …",
-  );
-  const change = el(
-    "button",
-    { type: "button", "data-testid": "again", onclick: () => editRun(feed.summary) },
-    "Change and run again",
-  );
-  const openStudy = el(
-    "a",
-    { class: "button primary", "data-testid": "open-saved", hidden: true },
-    "Open the study",
-  );
-  pause.addEventListener("click", () =>
-    feed.send({ command: feed.state === "paused" ? "resume" : "pause" }),
-  );
-  stop.addEventListener("click", () => feed.send({ command: "stop" }));
-  save.addEventListener("click", () =>
-    openSaveDialog(
-      `live/${experiment.name.replace(/[^A-Za-z0-9+_-]+/g, "-")}-${seed}`,
-      async (name) => {
-        feed.summary.saved_as = (await postJSON(`/api/live/${feed.id}/save`, { name })).study;
-        showMessage(`Saved as the study ${feed.summary.saved_as}.`, "done");
-        feed.onUpdate();
-      },
-    ),
-  );
-  const update = () => {
-    pause.textContent = feed.state === "paused" ? "Resume" : "Pause";
-    pause.hidden = stop.hidden = feed.ended;
-    step.hidden = feed.ended || feed.state !== "paused" || !isServerless();
-    save.hidden =
-      isServerless() ||
-      Boolean(feed.summary.saved_as) ||
-      !["done", "stopped"].includes(feed.state) ||
-      !feed.generationsDone;
-    openStudy.hidden = !feed.summary.saved_as;
-    if (feed.summary.saved_as)
-      openStudy.href = `#/results?${new URLSearchParams({ study: feed.summary.saved_as })}`;
-  };
-  return { elements: [pause, step, stop, change, save, openStudy], update };
+    });
+    this.stop = createButton("Stop", "stop", () => feed.send({ command: "stop" }), {
+      class: "danger",
+    });
+    this.change = createButton("Change and run again", "again", () => editRun(feed.summary));
+    this.save = createButton("Save as a study …", "save", () => this.openSaveDialog(), {
+      class: "primary",
+      hidden: true,
+    });
+    this.openStudy = el(
+      "a",
+      { class: "button primary", "data-testid": "open-saved", hidden: true },
+      "Open the study",
+    );
+  }
+
+  get elements() {
+    return [this.pause, this.step, this.stop, this.change, this.save, this.openStudy];
+  }
+
+  openSaveDialog() {
+    const { experiment, seed } = this.feed.summary;
+    const initialName = `live/${experiment.name.replace(/[^A-Za-z0-9+_-]+/g, "-")}-${seed}`;
+    openSaveDialog(initialName, (name) => this.saveStudy(name));
+  }
+
+  async saveStudy(name) {
+    const { feed } = this;
+    feed.summary.saved_as = (await postJSON(`/api/live/${feed.id}/save`, { name })).study;
+    showMessage(`Saved as the study ${feed.summary.saved_as}.`, "done");
+    feed.onUpdate();
+  }
+
+  update() {
+    const { state, ended, generationsDone } = this.feed;
+    const study = this.feed.summary.saved_as;
+    const canBeSaved = ["done", "stopped"].includes(state) && generationsDone > 0 && !study;
+    this.pause.textContent = state === "paused" ? "Resume" : "Pause";
+    this.pause.hidden = this.stop.hidden = ended;
+    // Only runs in the browser can simulate single generations.
+    this.step.hidden = state !== "paused" || !isServerless();
+    this.save.hidden = isServerless() || !canBeSaved;
+    this.openStudy.hidden = !study;
+    if (study) this.openStudy.href = `#/results?${new URLSearchParams({ study })}`;
+  }
+}
+
+function createButton(text, testId, onclick, attributes = {}) {
+  return el("button", { type: "button", "data-testid": testId, onclick, ...attributes }, text);
 }

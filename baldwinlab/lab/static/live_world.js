@@ -33,8 +33,8 @@ export class LiveWorld {
       loadingLife: null,
       generation: null,
       savedStudy: null,
-      since: 0,
-      waiting: 0,
+      displayStart: 0,
+      newestTimer: 0,
     });
     this.run = Math.min(parseWholeNumber(state.run) ?? 0, runs - 1);
     this.initial = {
@@ -58,38 +58,12 @@ export class LiveWorld {
       toggled: () => this.remember(),
     });
     this.inspector.showAncestors(state.inside === "ancestors");
-    this.element = this.build(runs);
+    this.element = this.createElement(runs);
     this.player.changed = () => this.changed();
   }
 
-  build(runs) {
-    this.title = el(
-      "h2",
-      { class: "number", "data-testid": "live-caption" },
-      "Simulating the first generation …",
-    );
-    const newest = "Follow the newest generation";
-    this.newest = el(
-      "button",
-      {
-        type: "button",
-        "aria-pressed": this.followsNewest,
-        title: newest,
-        "data-testid": "live-newest",
-        onclick: () => this.followNewest(),
-      },
-      "Newest",
-    );
-    // Visible after the run is saved.
-    this.open = el(
-      "a",
-      { class: "button quiet", hidden: true, "data-testid": "live-open-world" },
-      "Open in World",
-    );
-    this.picker = createRunPicker(runs, this.run, (run) => {
-      this.run = run;
-      if (this.generation !== null) this.load(this.generation);
-    });
+  createElement(runs) {
+    this.createControls(runs);
     const { stage, foot } = this.figure;
     stage.classList.add("scrolls");
     stage.addEventListener("wheel", (event) => this.handleWheel(event), { capture: true });
@@ -115,6 +89,35 @@ export class LiveWorld {
     return element;
   }
 
+  createControls(runs) {
+    this.title = el(
+      "h2",
+      { class: "number", "data-testid": "live-caption" },
+      "Simulating the first generation …",
+    );
+    this.newest = el(
+      "button",
+      {
+        type: "button",
+        "aria-pressed": this.followsNewest,
+        title: "Follow the newest generation",
+        "data-testid": "live-newest",
+        onclick: () => this.followNewest(),
+      },
+      "Newest",
+    );
+    // Visible after the run is saved.
+    this.open = el(
+      "a",
+      { class: "button quiet", hidden: true, "data-testid": "live-open-world" },
+      "Open in World",
+    );
+    this.picker = createRunPicker(runs, this.run, (run) => {
+      this.run = run;
+      if (this.generation !== null) this.load(this.generation);
+    });
+  }
+
   /** Set the number of finished generations. */
   setGenerationsDone(generationsDone) {
     this.generationsDone = generationsDone;
@@ -132,14 +135,14 @@ export class LiveWorld {
     if (
       !this.followsNewest ||
       this.loadingLife ||
-      this.waiting ||
+      this.newestTimer ||
       this.generationsDone - 1 <= this.generation
     )
       return;
-    const remaining = this.since + MIN_DISPLAY_TIME - performance.now();
+    const remaining = this.displayStart + MIN_DISPLAY_TIME - performance.now();
     if (remaining <= 0) return this.load(this.generationsDone - 1);
-    this.waiting = setTimeout(() => {
-      this.waiting = 0;
+    this.newestTimer = setTimeout(() => {
+      this.newestTimer = 0;
       this.showNewest();
     }, remaining);
   }
@@ -186,9 +189,14 @@ export class LiveWorld {
   showLife(life, source, step) {
     this.loadingLife = null;
     if (!life.length) return;
-    const first = this.generation === null;
+    const isFirst = this.generation === null;
     this.life?.close();
-    Object.assign(this, { life, source, generation: source.generation, since: performance.now() });
+    Object.assign(this, {
+      life,
+      source,
+      generation: source.generation,
+      displayStart: performance.now(),
+    });
     this.share ??= mountShare(document.getElementById("actions"), () => this.describeShared());
     this.title.textContent = `Generation ${source.generation.toLocaleString("en")}`;
     this.figure.show(life);
@@ -196,7 +204,7 @@ export class LiveWorld {
     this.player.last = life.steps - 1;
     this.player.seek(step ?? (this.player.time < this.player.last ? this.player.time : 0));
     const prefersStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    if (first && this.followsNewest && !prefersStill) this.player.play();
+    if (isFirst && this.followsNewest && !prefersStill) this.player.play();
     this.inspect();
     this.remember();
     this.showNewest();
@@ -249,7 +257,7 @@ export class LiveWorld {
     const position = this.followsNewest
       ? { generation: null, step: null }
       : { generation, step: Math.floor(player.time) };
-    const inside = this.inspector.descent ? "ancestors" : null;
+    const inside = this.inspector.showsAncestors ? "ancestors" : null;
     this.navigate({
       ...position,
       run: run || null,
@@ -298,7 +306,7 @@ export class LiveWorld {
   }
 
   close() {
-    clearTimeout(this.waiting);
+    clearTimeout(this.newestTimer);
     this.share?.close();
     this.figure.close();
     this.inspector.hide();

@@ -12,57 +12,62 @@ import {
 } from "./results_measures.js";
 import { formatLifetimeAddress } from "./sources.js";
 
-export function drawBoxes(root, { study, results, groups }, kind) {
-  const last = createGenerationLookup(results);
-  const drawn = groups.map(({ label, conditions }, number) => {
-    const points = conditions.flatMap((name) =>
-      findRuns(study, name).map((run, index) => ({
-        name,
-        run,
-        value: results.final[name][kind][index],
-      })),
-    );
-    const isLinked = hasWorldView({ study }, conditions[0]);
-    return {
-      label,
-      points,
-      values: points.map(({ value }) => value),
-      color: selectSeriesStyle(number).color,
-      describe: (index) =>
-        `${points[index].name}, run ${points[index].run}: ` +
-        `${points[index].value.toFixed(1)}${results.food ? " energy" : ""}`,
-      ...(isLinked && {
-        targetText: "Open the last generation.",
-        href: (index) =>
-          formatLifetimeAddress({
-            study: study.id,
-            condition: points[index].name,
-            run: points[index].run,
-            generation: last(points[index].name),
-          }),
-      }),
-    };
-  });
+const CSV_COLUMNS = ["box", "condition", "run", "value"];
+
+/**
+ * Draw the final values of a measure, with downloads.
+ * @param {HTMLElement} root is filled
+ * @param {import("./view_results.js").ResultsState} view
+ * @param {"best"|"mean"} measure
+ * @returns {{drawFile: () => string, destroy: () => void}}
+ */
+export function drawBoxes(root, view, measure) {
+  const { name, axis } = describeMeasures(view.results)[measure];
+  const boxes = view.groups.map((group, number) => createBox(view, measure, group, number));
   const plot = el("div");
   const chart = drawBoxChart(plot, {
-    title:
-      `${describeMeasures(results)[kind].name} at the end of each run, ` +
-      `${describeMeasures(results)[kind].axis}`,
-    groups: drawn,
+    title: `${name} at the end of each run, ${axis}`,
+    groups: boxes,
     height: 320,
   });
   const rows = () =>
-    drawn.flatMap(({ label, points }) =>
-      points.map((point) => ({ box: label, condition: point.name, ...point })),
-    );
-  root.append(
-    plot,
-    createChartDownloads(
-      `final-${kind}`,
-      ["box", "condition", "run", "value"],
-      rows,
-      chart.drawFile,
-    ),
-  );
+    boxes.flatMap(({ label, points }) => points.map((point) => ({ box: label, ...point })));
+  root.append(plot, createChartDownloads(`final-${measure}`, CSV_COLUMNS, rows, chart.drawFile));
   return chart;
+}
+
+/** Return the box of a group. Its points link to lifetimes if the conditions have a world. */
+function createBox(view, measure, { label, conditions }, number) {
+  const points = listPoints(view, measure, conditions);
+  const unit = view.results.food ? " energy" : "";
+  const describe = (index) => {
+    const { condition, run, value } = points[index];
+    return `${condition}, run ${run}: ${value.toFixed(1)}${unit}`;
+  };
+  const box = {
+    label,
+    points,
+    values: points.map(({ value }) => value),
+    color: selectSeriesStyle(number).color,
+    describe,
+  };
+  if (!hasWorldView(view, conditions[0])) return box;
+  const findLastGeneration = createGenerationLookup(view.results);
+  const href = (index) => {
+    const { condition, run } = points[index];
+    const generation = findLastGeneration(condition);
+    return formatLifetimeAddress({ study: view.study.id, condition, run, generation });
+  };
+  return { ...box, targetText: "Open the last generation.", href };
+}
+
+/** Return the final value of each run. */
+function listPoints({ study, results }, measure, conditions) {
+  return conditions.flatMap((condition) =>
+    findRuns(study, condition).map((run, index) => ({
+      condition,
+      run,
+      value: results.final[condition][measure][index],
+    })),
+  );
 }

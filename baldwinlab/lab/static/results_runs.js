@@ -3,31 +3,56 @@
 import { el, formatNumber } from "./common.js";
 import { formatCsv, createDownloadButton } from "./downloads.js";
 
-const COLUMNS = ["condition", "run", "best", "mean", "share"];
+const MEASURE_COLUMNS = ["best", "mean", "share"];
+const COLUMNS = ["condition", "run", ...MEASURE_COLUMNS];
 
 /**
+ * Return the table of all runs, in a closed section.
  * @param {object} results
  * @param {Object<string, number[]>} runs of each visible condition
  * @param {Object<string, {name: string, axis: string}>} measures labels of best, mean and share
- * @param {(condition: string, run: number) => string|null} address of the last lifetime of a run,
- *   or null
+ * @param {(condition: string, run: number) => string|null} formatAddress returns the address of the
+ *   last lifetime of a run, or null
  */
-export function createRunTable(results, runs, measures, address) {
-  const rows = Object.entries(runs).flatMap(([condition, numbers]) =>
-    numbers.map((run, index) => ({
-      condition,
-      run,
-      ...Object.fromEntries(
-        COLUMNS.slice(2).map((measure) => [measure, results.final[condition][measure][index]]),
-      ),
-    })),
-  );
-  const body = el("tbody");
-  const columnTitle = (column) =>
-    column in measures ? `${measures[column].name}, ${measures[column].axis}` : column;
-  let order = { column: "mean", isRising: false };
-  const heads = COLUMNS.map((column) =>
+export function createRunTable(results, runs, measures, formatAddress) {
+  const table = new RunTable(listRunRows(results, runs), measures, formatAddress);
+  return el(
+    "details",
+    { class: "card", "data-testid": "runs", ontoggle: () => table.showOnce() },
+    el("summary", {}, `All runs (${table.rows.length}), averaged over the last ten generations`),
     el(
+      "div",
+      { class: "results-runs", tabindex: "0", role: "region", "aria-label": "All runs" },
+      table.element,
+    ),
+    createDownloadButton("runs.csv", () => formatCsv(COLUMNS, table.rows)),
+  );
+}
+
+/** Return one row per run, with the final value of each measure. */
+function listRunRows(results, runs) {
+  return Object.entries(runs).flatMap(([condition, numbers]) =>
+    numbers.map((run, index) => {
+      const finalValues = MEASURE_COLUMNS.map((measure) => [
+        measure,
+        results.final[condition][measure][index],
+      ]);
+      return { condition, run, ...Object.fromEntries(finalValues) };
+    }),
+  );
+}
+
+class RunTable {
+  constructor(rows, measures, formatAddress) {
+    Object.assign(this, { rows, formatAddress, sortColumn: "mean", isAscending: false });
+    this.body = el("tbody");
+    this.heads = COLUMNS.map((column) => this.createHead(column, measures[column]));
+    this.element = el("table", {}, el("thead", {}, el("tr", {}, ...this.heads)), this.body);
+  }
+
+  /** Return the head of a column. A click sorts the table. */
+  createHead(column, measure) {
+    return el(
       "th",
       { scope: "col" },
       el(
@@ -36,45 +61,40 @@ export function createRunTable(results, runs, measures, address) {
           type: "button",
           class: "quiet",
           "data-testid": `sort-${column}`,
-          onclick: () => sort(column),
+          onclick: () => this.sort(column),
         },
-        columnTitle(column),
+        measure ? `${measure.name}, ${measure.axis}` : column,
       ),
-    ),
-  );
-  const sort = (column) => {
-    order = {
-      column,
-      isRising:
-        order.column === column ? !order.isRising : column === "condition" || column === "run",
-    };
-    show();
-  };
-  const show = () => {
-    const { column, isRising } = order;
-    const sorted = [...rows].sort(
-      (first, second) => compareValues(first[column], second[column]) * (isRising ? 1 : -1),
     );
-    const direction = isRising ? "ascending" : "descending";
-    heads.forEach((head, number) =>
-      head.setAttribute("aria-sort", COLUMNS[number] === column ? direction : "none"),
+  }
+
+  /** Sort by a column. Names and runs are ascending at first, measures descending. */
+  sort(column) {
+    const isSameColumn = column === this.sortColumn;
+    this.isAscending = isSameColumn ? !this.isAscending : !MEASURE_COLUMNS.includes(column);
+    this.sortColumn = column;
+    this.show();
+  }
+
+  /** Show the rows when the section is opened for the first time. */
+  showOnce() {
+    if (!this.body.firstChild) this.show();
+  }
+
+  show() {
+    const { sortColumn, isAscending } = this;
+    const sign = isAscending ? 1 : -1;
+    const sorted = this.rows.toSorted(
+      (first, second) => sign * compareValues(first[sortColumn], second[sortColumn]),
     );
-    body.replaceChildren(
-      ...sorted.map((row) => createRunRow(row, address(row.condition, row.run))),
+    const direction = isAscending ? "ascending" : "descending";
+    this.heads.forEach((head, number) =>
+      head.setAttribute("aria-sort", COLUMNS[number] === sortColumn ? direction : "none"),
     );
-  };
-  const table = el(
-    "div",
-    { class: "results-runs", tabindex: "0", role: "region", "aria-label": "All runs" },
-    el("table", {}, el("thead", {}, el("tr", {}, ...heads)), body),
-  );
-  return el(
-    "details",
-    { class: "card", "data-testid": "runs", ontoggle: () => body.firstChild || show() },
-    el("summary", {}, `All runs (${rows.length}), averaged over the last ten generations`),
-    table,
-    createDownloadButton("runs.csv", () => formatCsv(COLUMNS, rows)),
-  );
+    this.body.replaceChildren(
+      ...sorted.map((row) => createRunRow(row, this.formatAddress(row.condition, row.run))),
+    );
+  }
 }
 
 function createRunRow(row, address) {
@@ -84,7 +104,7 @@ function createRunRow(row, address) {
     {},
     el("th", { scope: "row" }, row.condition),
     el("td", {}, run),
-    ...COLUMNS.slice(2).map((measure) => el("td", {}, formatNumber(row[measure]))),
+    ...MEASURE_COLUMNS.map((measure) => el("td", {}, formatNumber(row[measure]))),
   );
 }
 

@@ -2,7 +2,11 @@
 
 import { el } from "./common.js";
 
-/** Open a dialog that asks for the name of a study until `save` succeeds. */
+/**
+ * Open a dialog that asks for the name of a study until `save` succeeds.
+ * @param {string} initialName
+ * @param {(name: string) => Promise<void>} save
+ */
 export function openSaveDialog(initialName, save) {
   const name = el("input", {
     value: initialName,
@@ -16,17 +20,33 @@ export function openSaveDialog(initialName, save) {
     role: "alert",
     "data-testid": "save-fault",
   });
-  const done = el(
+  const saveButton = el(
     "button",
     { type: "submit", class: "primary", "data-testid": "save-submit" },
     "Save",
   );
-  const cancel = el(
-    "button",
-    { type: "button", class: "quiet", onclick: () => dialog.close() },
-    "Cancel",
-  );
-  const form = el(
+  const form = createForm(name, fault, saveButton, () => dialog.close());
+  const dialog = el("dialog", {}, form);
+  form.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    saveButton.disabled = true;
+    try {
+      await save(name.value.trim());
+      dialog.close();
+    } catch (error) {
+      fault.textContent = error.message;
+      fault.hidden = false;
+    }
+    saveButton.disabled = false;
+  });
+  dialog.addEventListener("close", () => dialog.remove());
+  document.body.append(dialog);
+  dialog.showModal();
+  name.select();
+}
+
+function createForm(name, fault, saveButton, cancel) {
+  return el(
     "form",
     { class: "live-save" },
     el("h2", {}, "Save this run as a study"),
@@ -37,23 +57,12 @@ export function openSaveDialog(initialName, save) {
       name,
     ),
     fault,
-    el("div", { class: "row" }, el("span", { class: "spread" }), cancel, done),
+    el(
+      "div",
+      { class: "row" },
+      el("span", { class: "spread" }),
+      el("button", { type: "button", class: "quiet", onclick: cancel }, "Cancel"),
+      saveButton,
+    ),
   );
-  const dialog = el("dialog", {}, form);
-  form.addEventListener("submit", async (event) => {
-    event.preventDefault();
-    done.disabled = true;
-    try {
-      await save(name.value.trim());
-      dialog.close();
-    } catch (error) {
-      fault.textContent = error.message;
-      fault.hidden = false;
-    }
-    done.disabled = false;
-  });
-  dialog.addEventListener("close", () => dialog.remove());
-  document.body.append(dialog);
-  dialog.showModal();
-  name.select();
 }

@@ -8,132 +8,172 @@ const ESTIMATE_DELAY = 300;
 const MAX_FIELDS = 2;
 
 /**
+ * Open the dialog of a sweep.
  * @param {{preset: string, experiment: object, runs: number, seed: number}} order from the form
  * @param {Object<string, any[]>} swept the values of each field, from the address
  * @param {(swept: Object<string, any[]>|null) => void} changed called after a change; null when the
  *   dialog closes
  * @param {(name: string) => void} started called with the name of the study
+ * @returns {HTMLDialogElement}
  */
 export function openSweepDialog(order, swept, changed, started) {
-  const fieldValues = new Map(listFields(order.experiment).filter(([path]) => path !== "name"));
-  const rows = Array.from({ length: MAX_FIELDS }, (_, number) =>
-    createFieldRow(fieldValues, number, Object.entries(swept)[number]),
-  );
-  const name = el("input", {
-    value: `live/sweep-${`${order.preset}-${order.seed}`.replace(/[^A-Za-z0-9+_-]+/g, "-")}`,
-    spellcheck: "false",
-    maxlength: 100,
-    "data-testid": "sweep-name",
-  });
-  const size = el("p", { role: "status", "data-testid": "sweep-size" });
-  const fault = el("p", { class: "fault", role: "alert", "data-testid": "sweep-fault" });
-  const start = el(
-    "button",
-    { type: "submit", class: "primary", "data-testid": "sweep-start" },
-    "Start the sweep",
-  );
-  let toml;
-  let waiting = 0;
-  let latestRequest = 0;
-  const save = createDownloadButton("sweep.toml", () => toml);
-  const commandHint = el(
+  const { element } = new SweepDialog(order, swept, changed, started);
+  return element;
+}
+
+class SweepDialog {
+  constructor(order, swept, changed, started) {
+    Object.assign(this, { order, changed, started, timer: 0, latestRequest: 0, toml: "" });
+    this.createControls(swept);
+    const form = this.createForm();
+    this.element = el(
+      "dialog",
+      { "aria-label": "Sweep a field", "data-testid": "sweep-dialog" },
+      form,
+    );
+    for (const { element } of this.rows) element.addEventListener("input", () => this.check());
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.start();
+    });
+    this.element.addEventListener("close", () => this.close());
+    document.body.append(this.element);
+    this.element.showModal();
+    this.check();
+  }
+
+  createControls(swept) {
+    const { preset, seed, experiment } = this.order;
+    const fieldValues = new Map(listFields(experiment).filter(([path]) => path !== "name"));
+    this.rows = Array.from({ length: MAX_FIELDS }, (_, number) =>
+      createFieldRow(fieldValues, number, Object.entries(swept)[number]),
+    );
+    this.name = el("input", {
+      value: `live/sweep-${`${preset}-${seed}`.replace(/[^A-Za-z0-9+_-]+/g, "-")}`,
+      spellcheck: "false",
+      maxlength: 100,
+      "data-testid": "sweep-name",
+    });
+    this.size = el("p", { role: "status", "data-testid": "sweep-size" });
+    this.fault = el("p", { class: "fault", role: "alert", "data-testid": "sweep-fault" });
+    this.startButton = el(
+      "button",
+      { type: "submit", class: "primary", "data-testid": "sweep-start" },
+      "Start the sweep",
+    );
+    this.saveButton = createDownloadButton("sweep.toml", () => this.toml);
+  }
+
+  createForm() {
+    const close = () => this.element.close();
+    return el(
+      "form",
+      { class: "live-save" },
+      el("h2", {}, "Sweep a field"),
+      el(
+        "p",
+        { class: "soft" },
+        "A sweep runs the experiment once for each value of a field, or for each pair of " +
+          "values of two fields. The number of runs applies to each of them. The results " +
+          "become a study.",
+      ),
+      ...this.rows.map(({ element }) => element),
+      el(
+        "label",
+        { class: "field" },
+        el("span", {}, "Name of the study in the folder of this lab"),
+        this.name,
+      ),
+      this.size,
+      createCommandHint(),
+      this.fault,
+      el(
+        "div",
+        { class: "row" },
+        this.saveButton,
+        el("span", { class: "spread" }),
+        el("button", { type: "button", class: "quiet", onclick: close }, "Cancel"),
+        this.startButton,
+      ),
+    );
+  }
+
+  /** Return the values of each chosen field. */
+  readFields() {
+    const chosenRows = this.rows.filter(({ field }) => field.value);
+    return Object.fromEntries(
+      chosenRows.map(({ field, values }) => [field.value, parseValues(values.value)]),
+    );
+  }
+
+  /** Request the plan of the sweep soon after the last change. */
+  check() {
+    clearTimeout(this.timer);
+    const fields = this.readFields();
+    this.changed(fields);
+    const request = ++this.latestRequest;
+    this.showPlan(null, "");
+    if (!Object.keys(fields).length) return;
+    this.size.textContent = "Estimating …";
+    this.timer = setTimeout(() => this.requestPlan(request), ESTIMATE_DELAY);
+  }
+
+  async requestPlan(request) {
+    const order = { ...this.order, fields: this.readFields() };
+    let plan = null;
+    let problem = "";
+    try {
+      plan = await postJSON("/api/sweep/plan", order);
+      problem = plan.problem ?? "";
+    } catch (error) {
+      problem = error.message;
+    }
+    // A later change has its own request.
+    if (request === this.latestRequest) this.showPlan(problem ? null : plan, problem);
+  }
+
+  /** Show a plan, or the problem of a sweep that has no plan. */
+  showPlan(plan, problem) {
+    this.toml = plan?.toml;
+    this.size.textContent = plan ? describePlan(plan) : "";
+    this.fault.textContent = problem;
+    this.startButton.disabled = this.saveButton.disabled = !plan;
+  }
+
+  async start() {
+    this.startButton.disabled = true;
+    const name = this.name.value.trim();
+    try {
+      const sweep = await postJSON("/api/sweep", {
+        ...this.order,
+        fields: this.readFields(),
+        name,
+      });
+      this.element.close();
+      this.started(sweep.name);
+    } catch (error) {
+      this.fault.textContent = error.message;
+      this.startButton.disabled = false;
+    }
+  }
+
+  close() {
+    clearTimeout(this.timer);
+    // Responses that arrive later are ignored.
+    this.latestRequest++;
+    this.element.remove();
+    this.changed(null);
+  }
+}
+
+function createCommandHint() {
+  return el(
     "p",
     { class: "soft" },
     "To run this sweep on another machine, save this file and run ",
     el("code", {}, "baldwinlab sweep sweep.toml"),
     ".",
   );
-
-  const fields = () =>
-    Object.fromEntries(
-      rows
-        .filter(({ field }) => field.value)
-        .map(({ field, values }) => [field.value, parseValues(values.value)]),
-    );
-  const showPlan = (plan, sentence) => {
-    toml = plan?.toml;
-    size.textContent = plan ? describePlan(plan) : "";
-    fault.textContent = sentence;
-    start.disabled = save.disabled = !plan;
-  };
-  const check = () => {
-    clearTimeout(waiting);
-    changed(fields());
-    const request = ++latestRequest;
-    showPlan(null, "");
-    if (!Object.keys(fields()).length) return;
-    size.textContent = "Estimating …";
-    waiting = setTimeout(async () => {
-      try {
-        const plan = await postJSON("/api/sweep/plan", { ...order, fields: fields() });
-        if (request === latestRequest) showPlan(plan.problem ? null : plan, plan.problem ?? "");
-      } catch (error) {
-        if (request === latestRequest) showPlan(null, error.message);
-      }
-    }, ESTIMATE_DELAY);
-  };
-  const form = el(
-    "form",
-    { class: "live-save" },
-    el("h2", {}, "Sweep a field"),
-    el(
-      "p",
-      { class: "soft" },
-      "A sweep runs the experiment once for each value of a field, or for each pair of " +
-        "values of two fields. The number of runs applies to each of them. The results " +
-        "become a study.",
-    ),
-    ...rows.map(({ element }) => element),
-    el(
-      "label",
-      { class: "field" },
-      el("span", {}, "Name of the study in the folder of this lab"),
-      name,
-    ),
-    size,
-    commandHint,
-    fault,
-    el(
-      "div",
-      { class: "row" },
-      save,
-      el("span", { class: "spread" }),
-      el("button", { type: "button", class: "quiet", onclick: () => dialog.close() }, "Cancel"),
-      start,
-    ),
-  );
-  const dialog = el(
-    "dialog",
-    { "aria-label": "Sweep a field", "data-testid": "sweep-dialog" },
-    form,
-  );
-  for (const { element } of rows) element.addEventListener("input", check);
-  form.addEventListener("submit", async (event) => {
-    event.preventDefault();
-    start.disabled = true;
-    try {
-      const { name: study } = await postJSON("/api/sweep", {
-        ...order,
-        fields: fields(),
-        name: name.value.trim(),
-      });
-      dialog.close();
-      started(study);
-    } catch (error) {
-      fault.textContent = error.message;
-      start.disabled = false;
-    }
-  });
-  dialog.addEventListener("close", () => {
-    clearTimeout(waiting);
-    latestRequest++;
-    dialog.remove();
-    changed(null);
-  });
-  document.body.append(dialog);
-  dialog.showModal();
-  check();
-  return dialog;
 }
 
 /** Return the controls of a field and its values. */
@@ -179,13 +219,14 @@ function createFieldRow(fieldValues, number, initial) {
 
 /** Return all fields that can be swept, by path, with their values. */
 function listFields(tree, path = "") {
-  const table =
-    tree !== null &&
+  if (tree === null) return [];
+  // A list of tables has fields, a list of numbers is a value.
+  const hasFields =
     typeof tree === "object" &&
     (!Array.isArray(tree) || tree.some((item) => typeof item === "object"));
-  if (!table) return tree === null ? [] : [[path, tree]];
-  return Object.entries(tree).flatMap(([key, below]) =>
-    listFields(below, path ? `${path}.${key}` : key),
+  if (!hasFields) return [[path, tree]];
+  return Object.entries(tree).flatMap(([key, child]) =>
+    listFields(child, path ? `${path}.${key}` : key),
   );
 }
 

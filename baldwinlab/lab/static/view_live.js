@@ -2,9 +2,9 @@
 
 import { el, getJSON, showMessage } from "./common.js";
 import { openFeed } from "./live_feed.js";
-import { createLivePanel } from "./live_panel.js";
+import { LivePanel } from "./live_panel.js";
 import { Setup } from "./live_setup.js";
-import { createSweepPanel } from "./sweep_panel.js";
+import { SweepPanel } from "./sweep_panel.js";
 import { WorldView } from "./world.js";
 
 // Removes the state of the previous run or sweep.
@@ -20,81 +20,105 @@ const EMPTY_STATE = {
 
 /** Mount the view: show `state`, and report changes with `navigate` (see main.js). */
 export function mount(root, state, navigate, guide) {
-  const stage = el("div", { class: "live-stage", "data-testid": "live-stage" });
-  const side = el("div", { class: "live-side" });
-  const columns = el("div", { class: "live" }, side, stage);
-  root.append(columns);
-  const aborted = new AbortController();
-  let feed = null;
-  let panel = null;
-  // The id of the visible run or sweep, or "".
-  let shown = null;
+  const view = new LiveView(root, state, navigate, guide);
+  view.update(state);
+  return view;
+}
 
-  const leave = () => {
-    if (feed) feed.onUpdate = feed.onError = () => {};
-    panel?.close();
-    feed = null;
-    panel = null;
-  };
-  const showUpdate = () => {
-    if (panel) panel.update();
-    else if (feed.summary)
-      panel = createLivePanel(stage, feed, state, navigate, (summary) => setup.editRun(summary));
-    else if (feed.state === "removed")
-      showEmpty(stage, "This live run has ended", feed.message, aborted.signal);
-  };
-  const update = (next) => {
-    state = next;
-    const { id = "", sweep = "" } = next;
-    if (id + sweep === shown) return;
-    shown = id + sweep;
-    columns.classList.toggle("shown", shown !== "");
-    leave();
-    if (sweep)
-      return void (panel = createSweepPanel(stage, sweep, () =>
-        showEmpty(
-          stage,
-          "This sweep has ended",
-          "Its runs are stored. Open them in Results.",
-          aborted.signal,
-        ),
-      ));
-    if (!id)
-      return showEmpty(
-        stage,
+class LiveView {
+  constructor(root, state, navigate, guide) {
+    Object.assign(this, { root, state, navigate, guide, feed: null, panel: null });
+    // The id of the visible run or sweep, or "".
+    this.shownId = null;
+    this.aborted = new AbortController();
+    this.stage = el("div", { class: "live-stage", "data-testid": "live-stage" });
+    const side = el("div", { class: "live-side" });
+    this.columns = el("div", { class: "live" }, side, this.stage);
+    root.append(this.columns);
+    const { signal } = this.aborted;
+    this.setup = new Setup(state, navigate, this.createListener(), signal);
+    this.setup.show(side).catch((error) => signal.aborted || showMessage(error.message, "error"));
+  }
+
+  /** @returns {import("./live_setup.js").Listener} */
+  createListener() {
+    return {
+      started: (id) => this.showStarted({ id }),
+      swept: (sweep) => this.showStarted({ sweep }),
+      paced: (seconds) => {
+        if (this.feed && !this.feed.ended) this.feed.send({ command: "pace", seconds });
+      },
+      valid: (preview) => drawPreview(this.stage, preview),
+    };
+  }
+
+  update(state) {
+    this.state = state;
+    const { id = "", sweep = "" } = state;
+    if (id + sweep === this.shownId) return;
+    this.shownId = id + sweep;
+    this.columns.classList.toggle("shown", this.shownId !== "");
+    this.leave();
+    if (sweep) this.showSweep(sweep);
+    else if (id) this.showRun(id);
+    else
+      this.showEmpty(
         "Watch evolution happen",
         "Choose a preset, change parameters if you like, and press Start.",
-        aborted.signal,
       );
-    feed = openFeed(id);
-    feed.onUpdate = showUpdate;
-    feed.onError = (sentence) => showMessage(sentence, "error");
-    showUpdate();
-  };
-  const showStarted = (patch) => {
-    // The run needs the space of the guide.
-    guide.hide();
-    navigate({ ...EMPTY_STATE, ...patch }, false);
-    // With one column, the run is above the settings.
-    root.scrollTo({ top: 0 });
-  };
-  const listener = {
-    started: (id) => showStarted({ id }),
-    swept: (sweep) => showStarted({ sweep }),
-    paced: (seconds) => feed && !feed.ended && feed.send({ command: "pace", seconds }),
-    valid: (shown) => drawPreview(stage, shown),
-  };
+  }
 
-  const setup = new Setup(state, navigate, listener, aborted.signal);
-  setup.show(side).catch((error) => aborted.signal.aborted || showMessage(error.message, "error"));
-  update(state);
-  return {
-    update,
-    unmount() {
-      aborted.abort();
-      leave();
-    },
-  };
+  showSweep(name) {
+    this.panel = new SweepPanel(this.stage, name, () =>
+      this.showEmpty("This sweep has ended", "Its runs are stored. Open them in Results."),
+    );
+  }
+
+  showRun(id) {
+    this.feed = openFeed(id);
+    this.feed.onUpdate = () => this.showUpdate();
+    this.feed.onError = (sentence) => showMessage(sentence, "error");
+    this.showUpdate();
+  }
+
+  /** Show the state of the feed. The panel is created when the feed has described the run. */
+  showUpdate() {
+    const { feed, stage, state, navigate } = this;
+    if (this.panel) this.panel.update();
+    else if (feed.summary)
+      this.panel = new LivePanel(stage, feed, state, navigate, (summary) =>
+        this.setup.editRun(summary),
+      );
+    else if (feed.state === "removed") this.showEmpty("This live run has ended", feed.message);
+  }
+
+  showStarted(patch) {
+    // The run needs the space of the guide.
+    this.guide.hide();
+    this.navigate({ ...EMPTY_STATE, ...patch }, false);
+    // With one column, the run is above the settings.
+    this.root.scrollTo({ top: 0 });
+  }
+
+  showEmpty(title, sentence) {
+    return showEmpty(this.stage, title, sentence, this.aborted.signal);
+  }
+
+  /** Close the panel of the visible run or sweep. */
+  leave() {
+    if (this.feed) {
+      this.feed.onUpdate = () => {};
+      this.feed.onError = () => {};
+    }
+    this.panel?.close();
+    this.feed = null;
+    this.panel = null;
+  }
+
+  unmount() {
+    this.aborted.abort();
+    this.leave();
+  }
 }
 
 /** Show a message and the active runs if no run is selected. */
@@ -120,43 +144,34 @@ async function showEmpty(stage, title, sentence, signal) {
     getJSON("/api/live", signal),
     getJSON("/api/sweep", signal),
   ]);
-  const sweepLinks = sweep
-    ? [
-        el(
-          "li",
-          {},
-          el(
-            "a",
-            { href: `#/live?${new URLSearchParams({ sweep: sweep.name })}` },
-            `${sweep.name}, ${sweep.stored} of ${sweep.runs} runs, ${sweep.state}`,
-          ),
-        ),
-      ]
-    : [];
   activeList.replaceChildren(
-    ...sweepLinks,
-    ...runs.map((run) =>
-      el(
-        "li",
-        {},
-        el(
-          "a",
-          { href: `#/live?id=${run.id}` },
-          `${run.experiment.name}, ${run.generations_done} of ` +
-            `${run.experiment.evolution.generations} generations, ${run.state}`,
-        ),
-      ),
-    ),
+    ...(sweep ? [createSweepLink(sweep)] : []),
+    ...runs.map(createRunLink),
   );
 }
 
+function createSweepLink({ name, stored, runs, state }) {
+  const address = `#/live?${new URLSearchParams({ sweep: name })}`;
+  return createLinkEntry(address, `${name}, ${stored} of ${runs} runs, ${state}`);
+}
+
+function createRunLink({ id, experiment, generations_done: generationsDone, state }) {
+  const { generations } = experiment.evolution;
+  const text = `${experiment.name}, ${generationsDone} of ${generations} generations, ${state}`;
+  return createLinkEntry(`#/live?id=${id}`, text);
+}
+
+function createLinkEntry(href, text) {
+  return el("li", {}, el("a", { href }, text));
+}
+
 /** Draw the map of the selected settings if no run is selected. */
-function drawPreview(stage, shown) {
+function drawPreview(stage, preview) {
   const map = stage.querySelector(".live-preview");
   if (!map) return;
-  map.hidden = !shown.world;
+  map.hidden = !preview.world;
   if (map.hidden) return;
   const view = new WorldView(map);
-  view.show(shown);
+  view.show(preview);
   view.draw(null, 0);
 }

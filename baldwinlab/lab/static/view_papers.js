@@ -73,52 +73,47 @@ function describeSize({ conditions, claims, runs }) {
   );
 }
 
-/** Return the row of a study: verdicts and links. */
+/** Return the row of a study: changes of the model, verdicts and links. */
 function createStudyRow({ study, changes, verdicts, problem, is_viewable: isViewable }) {
-  const present = Object.entries(VERDICTS).filter(([verdict]) => verdicts[verdict]);
-  const badges = present.map(([verdict, [tone, singular, plural]]) =>
-    el(
-      "span",
-      { class: `badge ${tone}` },
-      `${verdicts[verdict]} ${verdicts[verdict] === 1 ? singular : plural}`,
-    ),
-  );
   const name = study === "." ? "this study" : study;
-  const link = (view, text) =>
+  const createLink = (view, text) =>
     el(
       "a",
       { href: `#/${view}?${new URLSearchParams({ study })}`, "aria-label": `${text}: ${name}` },
       text,
     );
+  const changesNote = el(
+    "strong",
+    { "data-testid": `changes-${study}` },
+    `changed model: ${changes.join(", ")}`,
+  );
   return el(
     "div",
     { class: "row paper-study", "data-testid": `study-${study}` },
     el("span", { class: "mono" }, name),
-    ...(changes.length
-      ? [
-          el(
-            "strong",
-            { "data-testid": `changes-${study}` },
-            `changed model: ${changes.join(", ")}`,
-          ),
-        ]
-      : []),
-    ...(badges.length
-      ? badges
-      : [
-          el(
-            "span",
-            { class: "soft", title: problem ?? "" },
-            problem ? "The report is not valid. Run baldwinlab report again." : "no report yet",
-          ),
-        ]),
+    ...(changes.length ? [changesNote] : []),
+    ...createBadges(verdicts, problem),
     el(
       "span",
       { class: "spread paper-links" },
-      isViewable && link("world", "Watch"),
-      link("results", "Results"),
+      isViewable && createLink("world", "Watch"),
+      createLink("results", "Results"),
     ),
   );
+}
+
+/** Return a badge per verdict. Without verdicts, return the reason. */
+function createBadges(verdicts, problem) {
+  const present = Object.entries(VERDICTS).filter(([verdict]) => verdicts[verdict]);
+  if (present.length)
+    return present.map(([verdict, [tone, singular, plural]]) => {
+      const count = verdicts[verdict];
+      return el("span", { class: `badge ${tone}` }, `${count} ${count === 1 ? singular : plural}`);
+    });
+  const reason = problem
+    ? "The report is not valid. Run baldwinlab report again."
+    : "no report yet";
+  return [el("span", { class: "soft", title: problem ?? "" }, reason)];
 }
 
 /** Return the buttons that run one condition or copy the command of the complete paper. */

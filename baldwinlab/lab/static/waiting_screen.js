@@ -40,16 +40,36 @@ class WaitingScreen {
       invalidate: () => this.player.invalidate(),
     });
     this.bar = new TimeBar(this.player, "first");
-    this.player.changed = () => {
-      this.bar.showTime();
-      if (!this.player.playing && this.figure.life && this.player.time >= this.player.last)
-        // Repeat the lifetime.
-        this.player.play();
-    };
+    this.player.changed = () => this.changed();
     this.legend = new Legend();
     this.seconds = el("span", { class: "number" });
     this.caption = el("p", { class: "soft" });
-    const waiting = el(
+    root.replaceChildren(this.createElement());
+    root.className = "view-first";
+    this.load().catch((error) => showMessage(error.message, "error"));
+  }
+
+  createElement() {
+    const { stage, foot, facts } = this.figure;
+    const element = el(
+      "section",
+      { class: "first", "data-testid": "first-life" },
+      el("h1", {}, "Almost ready"),
+      this.createNotice(),
+      stage,
+      facts,
+      this.bar.root,
+      foot,
+      this.legend.root,
+      this.caption,
+    );
+    element.addEventListener("keydown", (event) => this.bar.handleKey(event));
+    return element;
+  }
+
+  /** Return the text that explains the compilation, with the elapsed time. */
+  createNotice() {
+    return el(
       "p",
       { class: "first-waiting" },
       el("span", { class: "spinner" }),
@@ -61,23 +81,13 @@ class WaitingScreen {
         this.seconds,
       ),
     );
-    const { stage, foot, facts } = this.figure;
-    const element = el(
-      "section",
-      { class: "first", "data-testid": "first-life" },
-      el("h1", {}, "Almost ready"),
-      waiting,
-      stage,
-      facts,
-      this.bar.root,
-      foot,
-      this.legend.root,
-      this.caption,
-    );
-    element.addEventListener("keydown", (event) => this.bar.handleKey(event));
-    root.replaceChildren(element);
-    root.className = "view-first";
-    this.load().catch((error) => showMessage(error.message, "error"));
+  }
+
+  /** Handle a change of the player. The lifetime is repeated. */
+  changed() {
+    this.bar.showTime();
+    const hasEnded = this.figure.life && this.player.time >= this.player.last;
+    if (hasEnded && !this.player.playing) this.player.play();
   }
 
   async load() {

@@ -27,7 +27,7 @@ export function readOptions(state, defaultSpeed) {
     camera: zoom ? { x, y, zoom } : WHOLE_MAP,
     step: state.step === undefined ? undefined : Math.max(0, Number(state.step) || 0),
     agent: state.agent === undefined || !(Number(state.agent) >= 0) ? null : Number(state.agent),
-    descent: state.inside === "ancestors",
+    showsAncestors: state.inside === "ancestors",
   };
 }
 
@@ -43,7 +43,7 @@ export function writeOptions({ panels: [a, b], player, inspector, ...tab }) {
     step: tab.startAt ?? Math.floor(player.time),
     speed: player.speed === tab.defaultSpeed ? null : player.speed,
     agent: tab.agent,
-    inside: inspector.descent ? "ancestors" : null,
+    inside: inspector.showsAncestors ? "ancestors" : null,
     side: tab.side === "b" ? "b" : null,
     trails: tab.trails === "recent" ? null : tab.trails,
     sight: tab.sight ? null : "off",

@@ -121,10 +121,13 @@ export class WorldTab {
         );
     }
     this.defaultSpeed = chooseSpeed(this.panels[0].condition.steps);
-    const { speed, camera, step, descent, ...options } = readOptions(state, this.defaultSpeed);
+    const { speed, camera, step, showsAncestors, ...options } = readOptions(
+      state,
+      this.defaultSpeed,
+    );
     Object.assign(this, options, { side: state.side === "b" && this.panels[1] ? "b" : "a" });
     this.player.speed = speed;
-    this.inspector.showAncestors(descent);
+    this.inspector.showAncestors(showsAncestors);
     if (step !== undefined) this.startAt = step;
     if (this.panels.every(({ loadingLife }) => !loadingLife)) this.loaded();
     this.setCamera(camera);
