@@ -1,10 +1,10 @@
-"""Everything that a file with a custom part needs, and the functions that load such a file.
+"""Kinds of parts, the functions that parts use, and the functions that load files with parts.
 
     from baldwinlab.parts import Field, LearningRule, get, put
 
-A part is a class that derives from its kind and has a name. `docs/how-to/write-a-part.md` shows an
-example of each kind. Parts are registered by an import, by `load_file`, or by the entry-point group
-`baldwinlab.parts`.
+A part is a subclass of a kind, such as `LearningRule`, with a name. `docs/how-to/write-a-part.md`
+shows an example of each kind. An import of the module, `load_file`, or the entry-point group
+`baldwinlab.parts` registers the parts of a file.
 """
 
 from typing import Any

@@ -1,9 +1,8 @@
-"""The parts that create generations: their first argument, and the survivor mark.
+"""Functions for parts that create generations: selection, variation, inheritance and fitness.
 
-The hooks of selection, variation, inheritance and fitness run on the CPU and read the entire
-population. Numbers are float64 unless stated otherwise. Genomes are float32 [agent, module,
-weight]. Random numbers are passed as arrays. Only `vary_population` draws random numbers, by its
-key.
+The hooks of these parts run on the CPU and read the entire population. Numbers are float64 unless
+stated otherwise. Genomes are float32 [agent, module, weight]. The caller passes random numbers as
+arrays. Only `vary_population` draws random numbers, with its key.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.parts.part import compiled_values
 
 Numbers = npt.NDArray[np.float64]
-# Value of the second parent that marks a survivor: the child is its first parent, unchanged.
+# Value of the second parent that marks a survivor: the child is the unchanged first parent.
 ITSELF: Final = -2
 
 
@@ -41,7 +40,7 @@ def copy_genome(genome: Any, into: Any) -> None:
 
 @lru_cache(maxsize=64)
 def breeding_part(experiment: Any, field: str) -> tuple[Any, tuple[Callable[..., Any], ...]]:
-    """Return a part that creates generations, as its hooks receive it, and its code.
+    """Return the first argument of the hooks of a part that creates generations, and its code.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The kind of part that passes learned weights to children, and its hooks."""
+"""The kind of part that computes the genomes that children inherit, and its hooks."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Inheritance(Part):
     def wants_learned(self, experiment: Any) -> bool:
         """Return whether `inherit` and `assign_teachers` use the weights at death.
 
-        If it is false in an experiment, the simulation does not collect learned weights.
+        If the result is false, the simulation does not collect learned weights.
 
         Parameters
         ----------

@@ -1,12 +1,12 @@
 """Static check that a per-agent hook does not read or write other agents.
 
-The arrays of agents are [row, lane]. A per-agent hook may reach its own column: by `get` and
-`put`, or by an index that ends with its lane. In hooks that take (world, agent) the lane is
-`world * model.agents + agent`. It may read arrays of its world by an index that begins with
-`world`.
+The arrays of agents are [row, lane]. A per-agent hook may read and write the column of its agent,
+by `get` and `put`, or by an index that ends with its lane. In hooks with the arguments (world,
+agent), the lane is `world * model.agents + agent`. A hook may read arrays of its world by an index
+that begins with `world`.
 
-The check follows calls of functions in the same file. `baldwinlab check` tests the remaining cases
-at run time.
+The check follows calls of functions in the same file. `baldwinlab check` tests other cases at run
+time.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from typing import Any, Final
 
 from baldwinlab.core.errors import PartError
 
-PER_AGENT: Final = (
+# Names of the per-agent hooks.
+PER_AGENT_HOOKS: Final = (
     "sense",
     "measure",
     "choose_action",
@@ -52,6 +53,7 @@ SHARED_FIELDS: Final = (
 )
 # Attributes of an array that do not read its entries.
 ARRAY_PROPERTIES: Final = ("shape", "dtype", "ndim")
+# Expressions of the lane in hooks with the arguments (world, agent).
 LANE_EXPRESSIONS: Final = ("world * model.agents + agent", "agent + world * model.agents")
 # Arguments that a hook must not assign.
 FIXED_ARGUMENTS: Final = ("lane", "world", "agent")
@@ -78,11 +80,11 @@ def require_lane_isolation(hooks: Mapping[str, Callable[..., Any]], arrays: Iter
     Raises
     ------
     PartError
-        If a per-agent hook certainly reads or writes another agent.
+        If a per-agent hook reads or writes another agent.
     """
     part_roles = {f"part.{array}": "array" for array in arrays}
     for name, function in hooks.items():
-        definition = find_definition(function) if name in PER_AGENT else None
+        definition = find_definition(function) if name in PER_AGENT_HOOKS else None
         if definition is None:
             continue
         arguments = [argument.arg for argument in definition.args.args]
@@ -146,16 +148,19 @@ def _parse(text: str) -> ast.Module:
 
 
 def _find_accesses(
-    function: ast.FunctionDef, given: Roles, functions: Functions, visited: frozenset[str]
+    function: ast.FunctionDef, known_roles: Roles, functions: Functions, visited: frozenset[str]
 ) -> Iterator[Any]:
-    """Yield the expressions in a function that reach other agents.
+    """Yield the expressions in a function that read or write other agents.
 
-    `functions` are those of the file. Those in `visited` are being searched already.
+    `known_roles` are the roles of the arguments. `functions` are the functions of the file. The
+    search of functions in `visited` has already begun.
     """
-    roles = dict(given)
+    roles = dict(known_roles)
     for name, value, node in _list_bindings(function):
         role = _role_of(value, roles)
-        if roles.get(name) in FIXED_ARGUMENTS and role != roles[name]:
+        # A new value of `lane`, `world` or `agent` selects another agent.
+        is_reassigned = roles.get(name) in FIXED_ARGUMENTS and role != roles[name]
+        if is_reassigned:
             yield node
         roles[name] = role
     for node in ast.walk(function):
@@ -182,7 +187,7 @@ def _is_index_allowed(node: ast.Subscript, roles: Roles) -> bool:
 def _find_accesses_in_call(
     node: ast.Call, roles: Roles, functions: Functions, visited: frozenset[str]
 ) -> Iterator[Any]:
-    """Yield the expressions in a call, and in the called function, that reach other agents."""
+    """Yield the expressions in a call, and in its function, that read or write other agents."""
     name = node.func.id if isinstance(node.func, ast.Name) else ""
     argument_roles = [_role_of(argument, roles) for argument in node.args]
     if name in ("get", "put") and len(argument_roles) > 2 and argument_roles[0] == "array":
@@ -199,6 +204,7 @@ def _find_accesses_in_call(
 
 
 def _passes_wrong_lane(function: str, argument_roles: Sequence[str]) -> bool:
+    """Return whether a call of a network hook has another lane than that of the agent."""
     is_network_hook = function in ("forward", "backward") and "array" in argument_roles
     return is_network_hook and argument_roles[-1] != "lane"
 

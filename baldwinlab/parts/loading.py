@@ -1,8 +1,8 @@
-"""Load custom parts from files and packages, and identify them by source and SHA-256.
+"""Functions that load custom parts from files and packages, and return the source of a part.
 
-A file is executed only if the user names it by `--part`, imports it, or installs its package. The
-source that a study stores is never executed. The name of the loaded module contains the hash, so
-compiled code of one version of a part is never used for another.
+A file is executed only if the user passes it with `--part`, imports it, or installs its package.
+The source in a study is never executed. The name of the loaded module contains the hash of the
+source, so different versions of a part never share compiled code.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from baldwinlab.core.errors import PartError
 from baldwinlab.core.files import PART_FILE, read_bytes
 from baldwinlab.experiment import registry
 
+# Beginning of the names of loaded modules.
 MODULE_PREFIX: Final = "baldwinlab_part_"
 ENTRY_POINT_GROUP: Final = "baldwinlab.parts"
 
@@ -52,7 +53,7 @@ class Source(NamedTuple):
 
 
 def load_file(path: str | Path) -> ModuleType:
-    """Execute a file with parts and register them, in place of parts with the same names.
+    """Execute a file with parts and register the parts. They replace parts with the same names.
 
     Parameters
     ----------
@@ -81,7 +82,7 @@ def load_file(path: str | Path) -> ModuleType:
 
 
 def load_text(text: str, file: Path) -> ModuleType:
-    """Load a part from the text of its file, as remote workers do.
+    """Execute the text of a file with parts and register the parts.
 
     Parameters
     ----------
@@ -93,7 +94,8 @@ def load_text(text: str, file: Path) -> ModuleType:
     Returns
     -------
     module
-        The module that was made from the text. A text is executed only once.
+        The module that was made from the text. Further calls with the same text return the same
+        module.
 
     Raises
     ------
@@ -104,7 +106,7 @@ def load_text(text: str, file: Path) -> ModuleType:
     if name in sys.modules:
         _register_parts(sys.modules[name])
         return sys.modules[name]
-    registered = registry.custom_parts()
+    previous_parts = registry.custom_parts()
     # The loader accepts a file with any suffix.
     loader = SourceFileLoader(name, str(file))
     spec = spec_from_file_location(name, file, loader=loader)
@@ -121,7 +123,7 @@ def load_text(text: str, file: Path) -> ModuleType:
             )
     except BaseException as error:
         del sys.modules[name]
-        _restore(registered)
+        _restore_registry(previous_parts)
         if isinstance(error, PartError) or not isinstance(error, Exception):
             raise
         message = " ".join(str(error).split())
@@ -160,8 +162,8 @@ def _register_parts(module: ModuleType) -> bool:
     return bool(parts)
 
 
-def _restore(parts: dict[tuple[str, str], type]) -> None:
-    """Register exactly the custom parts `parts`."""
+def _restore_registry(parts: dict[tuple[str, str], type]) -> None:
+    """Remove custom parts that are not in `parts`, and register all of `parts`."""
     for kind, name in registry.custom_parts():
         if (kind, name) not in parts:
             registry.remove(kind, name)
@@ -189,6 +191,7 @@ def load_entry_points() -> None:
                 f"the part {entry.name!r} ({entry.value}) cannot be loaded: "
                 f"{type(error).__name__}: {error}"
             ) from None
+    # Entry points may have replaced parts that were loaded from files.
     for (kind, name), part in loaded_parts.items():
         registry.add(kind, name, part)
 
@@ -213,8 +216,8 @@ def sources_of(experiments: Iterable[Any]) -> tuple[Source, ...]:
     """
     from baldwinlab.experiment.added_parts import custom_choices
 
-    chosen = {choice for experiment in experiments for choice in custom_choices(experiment)}
-    return tuple(source_of(kind, name) for kind, name in sorted(chosen))
+    custom_parts = {choice for experiment in experiments for choice in custom_choices(experiment)}
+    return tuple(source_of(kind, name) for kind, name in sorted(custom_parts))
 
 
 def source_of(kind: str, name: str) -> Source:

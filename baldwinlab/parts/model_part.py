@@ -1,7 +1,7 @@
 """The kind of part that is a complete model: founders, lifetimes and payoffs.
 
-Genomes are float32 [agent, module, weight]. Selection, variation, records and assays are those of
-all experiments.
+Genomes are float32 [agent, module, weight]. Selection, variation, records and assays work with all
+models.
 """
 
 from __future__ import annotations
@@ -58,18 +58,18 @@ class LifeResults(NamedTuple):
 
 
 class Measure(NamedTuple):
-    """Number that summarizes a run. Claims of papers can refer to it.
+    """Number that summarizes a run, for figures and for claims of papers.
 
     Attributes
     ----------
     meaning : str
         Description with unit.
     of : Callable
-        Function from the stored runs, a dataset (run, generation, agent), to an array (run). NaN:
-        no value.
+        Function that returns an array (run) from the stored runs, a dataset (run, generation,
+        agent). NaN: no value.
     censored : Callable or None
-        For a duration: function from the runs to a bool array (run), True if it is longer than
-        observed.
+        For a duration: function that returns a bool array (run) from the stored runs. True: the
+        duration is longer than the observed value.
     """
 
     meaning: str
@@ -78,10 +78,10 @@ class Measure(NamedTuple):
 
 
 class Model(Part):
-    """Model: founders, lifetimes and payoffs that are not those of MiniWorld.
+    """Model: founders, lifetimes and payoffs that replace those of MiniWorld.
 
-    `model = "NAME"` chooses a model, and its settings are in a table of its name. Population,
-    evolution and record are those of all experiments.
+    `model = "NAME"` chooses a model. The settings of the model are in a table with its name. The
+    tables population, evolution and record are the same for all models.
 
     Attributes
     ----------
@@ -94,18 +94,18 @@ class Model(Part):
     defaults : Mapping[str, Mapping[str, Any]]
         Default settings by table: population, evolution, record.
     check_settings : Mapping[str, Any]
-        Settings of the model for `baldwinlab check`: lifetimes that plain Python simulates in
-        seconds.
+        Settings of the model for `baldwinlab check`, with which plain Python simulates a lifetime
+        in seconds.
     measures : Mapping[str, Measure]
         Measures of a run, by name.
     shares : Mapping[str, Measure]
-        Curves of (generation) that figures show next to recorded shares.
+        Further curves over the generations, which figures show next to recorded shares.
     alleles : Mapping[str, float]
         Value of each allele in a genome, by name, in the order of drawing.
     views : Mapping[str, View]
         Views of a generation for the lab, by name.
     clock : str
-        Record that counts the evaluations of an agent, or "".
+        Name of the record with the number of evaluations of an agent, or "".
     payoff : str
         Name of the payoff, in figures and reports.
     """
@@ -134,13 +134,14 @@ class Model(Part):
         return 1
 
     def all_shares(self) -> dict[str, Measure]:
-        """Return the recorded shares, as means over agents, and `shares`."""
-        recorded = {
+        """Return `shares`, and the recorded shares as means over agents."""
+        # A record with the unit 1 is a share.
+        recorded_shares = {
             name: Measure(variable.meaning, _mean_of(name))
             for name, variable in self.records.items()
             if variable.unit == "1"
         }
-        return recorded | dict(self.shares)
+        return recorded_shares | dict(self.shares)
 
     def without_learning(self) -> Self:
         """Return the same model without learning.
@@ -176,7 +177,7 @@ class Model(Part):
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
-        """Simulate one lifetime of several runs.
+        """Simulate one lifetime of all agents of several runs.
 
         The results of a run must not depend on the other runs.
 

@@ -1,20 +1,19 @@
-"""The base class of all kinds of part, and the functions that read the hooks of a part.
+"""The base class of all kinds of parts, and functions that list the hooks of a part.
 
-A part is a class that derives from a kind of part and has a name:
-`class Social(LearningRule, name="social")`.
+A part is a subclass of a kind of part, with a name: `class Social(LearningRule, name="social")`.
 
 - Annotations are settings of the experiment.
 - `arrays` declares the arrays of the part.
 - Static methods are hooks, compiled by Numba. A part inherits every hook that it does not define.
 
-A hook has the arguments of its kind, with the same names. The first is the part: a NamedTuple of
-its numeric settings, its `derived` values and its arrays.
+The kind declares the names of the arguments of each hook. The first argument is the part: a
+NamedTuple of its numeric settings, its `derived` values and its arrays.
 
-The kinds that belong to an agent or to its world have two types of hook. A *per-agent* hook is
-called for one lane: the column of one agent in arrays [row, lane], or a SIMD block of 16 such
-columns. It must not read other agents, and reaches its lane only by `get` and `put`. A *per-world*
-hook may read and write the arrays of all agents of its world: `prepare_senses`, `observe_others`,
-`init_world`, `end_step`.
+Parts of agents and of their world have two types of hooks. A *per-agent* hook is called for one
+lane: the column of one agent in arrays [row, lane], or a SIMD block of 16 such columns. It must not
+read other agents. It reads and writes its lane only by `get` and `put`. A *per-world* hook may read
+and write the arrays of all agents of its world: `prepare_senses`, `observe_others`, `init_world`,
+`end_step`.
 
 The fields of `model` and `state` are described in `MiniWorldModel` and `State` of
 `baldwinlab/models/miniworld/state.py`.
@@ -42,7 +41,7 @@ else:
 
 
 class PartMeta(FieldsMeta):
-    """Check the names in a part's class before pydantic does."""
+    """Metaclass that refuses old names in a part's class before pydantic reads the class."""
 
     def __new__(mcs, class_name: str, bases: Any, namespace: Any, /, **options: Any) -> Any:
         refuse_old_names(class_name, bases, namespace)
@@ -87,8 +86,8 @@ class Part(Fields, metaclass=PartMeta):
     @classmethod
     def __pydantic_init_subclass__(cls, name: str = "", **options: Any) -> None:
         super().__pydantic_init_subclass__(**options)
+        # A kind or a common base class of parts has no name.
         if not name:
-            # A kind, or a base class of parts.
             return
         is_built_in = registry.is_built_in(cls.kind, name, cls.__module__)
         _require_signatures(cls)
@@ -144,7 +143,7 @@ def hook_names(kind: type[Part]) -> list[str]:
 
 
 def overridden_hooks(part: type[Part]) -> list[str]:
-    """Return the names of the hooks that a part does not inherit from its kind.
+    """Return the names of the hooks that a part defines instead of inheriting them from its kind.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Names of parts that changed after version 0.1, and the error for a class that still uses one."""
+"""Names in the interface of parts that changed after version 0.1, and errors for old names."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pydantic.fields import FieldInfo
 
 from baldwinlab.core.errors import PartError
 
+# New name of each old attribute: for all kinds, and by kind.
 RENAMED_IN_ALL_KINDS: Final = {"needs": "required_settings"}
 RENAMED_BY_KIND: Final[Mapping[str, Mapping[str, str]]] = {
     "sense": {"survey": "prepare_senses", "real": "is_continuous"},
@@ -48,6 +49,7 @@ RENAMED_BY_KIND: Final[Mapping[str, Mapping[str, str]]] = {
         "checked_with": "check_settings",
     },
 }
+# New name of each old class or function of `baldwinlab.parts`.
 RENAMED_CLASSES: Final = {
     "Cells": "GridView",
     "Lives": "LifeResults",
@@ -60,7 +62,7 @@ RENAMED_CLASSES: Final = {
 def refuse_old_names(name: str, bases: Iterable[Any], namespace: Mapping[str, Any]) -> None:
     """Raise an error if a class defines a hook or flag by its name of version 0.1.
 
-    A setting of the part may have such a name.
+    A setting of the part may have an old name.
 
     Parameters
     ----------
@@ -87,14 +89,14 @@ def refuse_old_names(name: str, bases: Iterable[Any], namespace: Mapping[str, An
 
 
 def missing_name_error(module: str, name: str) -> Exception:
-    """Return the error for a class that does not exist, or that was renamed.
+    """Return the error for a name that does not exist in a module, or that was renamed.
 
     Parameters
     ----------
     module : str
         Name of the module.
     name : str
-        Name of the class.
+        The missing name.
 
     Returns
     -------

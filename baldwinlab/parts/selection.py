@@ -128,12 +128,12 @@ def mark_fittest(count: int, fitness: Numbers, ties: Numbers, parents: Any) -> N
 
 
 @compiled
-def _comes_before(fitness: Numbers, ties: Numbers, a: int, b: int) -> bool:
-    if fitness[a] != fitness[b]:
-        return bool(fitness[a] > fitness[b])
-    if ties[a] != ties[b]:
-        return bool(ties[a] < ties[b])
-    return a < b
+def _comes_before(fitness: Numbers, ties: Numbers, first: int, second: int) -> bool:
+    if fitness[first] != fitness[second]:
+        return bool(fitness[first] > fitness[second])
+    if ties[first] != ties[second]:
+        return bool(ties[first] < ties[second])
+    return first < second
 
 
 class Selection(Part):
@@ -175,13 +175,14 @@ class Selection(Part):
         evolution = experiment.evolution
         variation = type(experiment.part("evolution.variation"))
         learning = getattr(experiment, "learning", None)
-        marks_by_fitness = cls.mark_survivors is mark_survivors.default
-        mixing = {
-            f"evolution.elite = {evolution.elite}": evolution.elite > 0 and marks_by_fitness,
+        default_survivors = cls.mark_survivors is mark_survivors.default
+        # Whether each setting mixes the groups.
+        mixes_groups = {
+            f"evolution.elite = {evolution.elite}": evolution.elite > 0 and default_survivors,
             f"evolution.variation = {evolution.variation!r}": (
                 variation.vary_population is not vary_population.default
             ),
             "learning.teacher = 'shuffled'": getattr(learning, "teacher", "") == "shuffled",
             "world.features with births in mid-life": experiment.births_in_life,
         }
-        return [setting for setting, mixes in mixing.items() if mixes]
+        return [setting for setting, is_mixing in mixes_groups.items() if is_mixing]

@@ -43,9 +43,9 @@ def vary_population(
 ) -> None:
     """Create all children.
 
-    Per population, after selection. By default it copies survivors and calls `vary` for each other
-    child. A variation overrides it if children depend on each other. Then it must copy the
-    survivors, too.
+    Per population, after selection. By default the hook copies the survivors and calls `vary` for
+    all other children. A variation overrides the hook if children depend on other children. The
+    override must copy the survivors, too.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
 """Views of a generation of a model without a world, drawn in the World tab of the lab.
 
-A model declares views by name in `Model.views`. A view is a pure function of the genomes at birth,
-so the lab can draw any generation of a stored run. It returns one of three kinds of data.
+A model declares views by name in `Model.views`. A view depends only on the genomes at birth and on
+the key of random numbers, so the lab can draw any generation of a stored run. A view returns a
+matrix, paths or a grid.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ class GridView(NamedTuple):
     heading : array, int [step]
         Quarter turns clockwise from the right. -1: no heading.
     gained : array [step]
-        Payoff of the current visit so far.
+        Payoff of the current visit, up to this step.
     visit : array, int [step]
         Number of the visit. It never decreases.
     visits : str
@@ -105,7 +106,7 @@ class View(NamedTuple):
 
 
 def arrays_of(data: ViewData) -> dict[str, npt.NDArray[Any]]:
-    """Return the arrays of a view in the types that the page reads.
+    """Return the arrays of a view in the data types that the web page of the lab reads.
 
     Parameters
     ----------
@@ -127,7 +128,8 @@ def arrays_of(data: ViewData) -> dict[str, npt.NDArray[Any]]:
         return {"values": _convert("values", data.values, shape, np.float32)}
     if isinstance(data, PathView):
         return {"lines": _stack_lines(data.lines)}
-    steps, rows, columns = np.shape(data.cells) if np.ndim(data.cells) == 3 else (0, 0, 0)
+    is_grid = np.ndim(data.cells) == 3
+    steps, rows, columns = np.shape(data.cells) if is_grid else (0, 0, 0)
     if not steps or np.max(data.cells) > len(data.marks):
         raise ValueError(
             "cells must be an array [step, row, column] of numbers of marks, with at least one step"
@@ -155,6 +157,7 @@ def _stack_lines(lines: Mapping[str, npt.NDArray[Any]]) -> npt.NDArray[np.float3
 
 
 def _convert(name: str, values: Any, shape: tuple[int, ...], dtype: Any) -> npt.NDArray[Any]:
+    """Return values as an array of a type. Raise ValueError if they do not have the shape."""
     if np.shape(values) != shape:
         raise ValueError(f"{name} is {list(np.shape(values))} and must be {list(shape)}")
     return np.asarray(values).astype(dtype)

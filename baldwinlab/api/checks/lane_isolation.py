@@ -18,7 +18,7 @@ from baldwinlab.api.checks.fixture import PartGroup, is_of_miniworld, part_value
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import ARRAYS
-from baldwinlab.parts.lane_check import PER_AGENT
+from baldwinlab.parts.lane_check import PER_AGENT_HOOKS
 from baldwinlab.parts.part import overridden_hooks
 
 AGENT: Final = 2
@@ -53,7 +53,10 @@ def check_lane_isolation(group: PartGroup) -> str:
         If a hook depends on other agents, or changes their data.
     """
     hooks = [
-        (part, name) for part in group.parts for name in overridden_hooks(part) if name in PER_AGENT
+        (part, name)
+        for part in group.parts
+        for name in overridden_hooks(part)
+        if name in PER_AGENT_HOOKS
     ]
     if not is_of_miniworld(group.experiment) or not hooks:
         return "it has no hook per agent"
