@@ -7,8 +7,11 @@ from collections.abc import Sequence
 from baldwinlab.api.interruptions import report_progress_on_error
 from baldwinlab.api.run_options import RunOptions, exclude_remote_memory
 from baldwinlab.core import console
+from baldwinlab.core.errors import ArgumentError, require_positive
 from baldwinlab.core.file_writing import require_writable_path
 from baldwinlab.core.resources import require_resources
+from baldwinlab.core.variables import FORKS
+from baldwinlab.studies.assays import fork
 from baldwinlab.studies.assays.catalog import not_applicable_reasons
 from baldwinlab.studies.assays.memory import estimate_assays
 from baldwinlab.studies.assays.results import find_missing_assays
@@ -17,7 +20,9 @@ from baldwinlab.studies.assays.storage import assay_path
 from baldwinlab.studies.store import StudyStore
 
 
-def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOptions) -> None:
+def run_missing_assays(
+    study: StudyStore, names: Sequence[str], options: RunOptions, generations: int | None = None
+) -> None:
     """Run the missing assays of a study on the CPU.
 
     Parameters
@@ -28,11 +33,15 @@ def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOpti
         Names of assays, see `baldwinlab.studies.assays.catalog.ASSAYS`.
     options
         Workers, executor and force.
+    generations
+        Number of generations of the branches of a fork, at least 1; 20 unless given, and a stored
+        fork with another number remains.
 
     Raises
     ------
     ArgumentError
-        The number of workers is below 1.
+        The number of workers or of generations is below 1, or no assay is a fork and
+        `generations` is given.
     StudyError
         No assay has that name.
     RefusedError
@@ -40,11 +49,12 @@ def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOpti
     InterruptedStudyError
         A worker or a disk failed. The message states the number of stored assays.
     """
+    require_branch_length(generations, names)
     executor = options.make_executor()
     study.require_parts()
     for sentence in not_applicable_reasons(study, names):
         console.info(sentence)
-    missing = find_missing_assays(study, names)
+    missing = find_missing_assays(study, names, generations)
     count = sum(map(len, missing.values()))
     if not count:
         console.info(f"{study.directory}: all assays are already stored")
@@ -56,15 +66,29 @@ def run_missing_assays(study: StudyStore, names: Sequence[str], options: RunOpti
     total_need = estimate_assays(study, missing, runs, executor.workers)
     need = exclude_remote_memory(total_need, executor)
     require_resources(f"{count} assays", need, study.directory, force=options.force)
-    agent_steps = count_assay_steps(study, missing)
+    branch_length = generations or fork.GENERATIONS
+    agent_steps = count_assay_steps(study, missing, branch_length)
     console.info(f"{study.directory}: {count} assays to do ({agent_steps:,} agent-steps)")
 
     def describe_stored_assays() -> str:
         """Return the number of stored assays as text."""
-        n_missing = sum(map(len, find_missing_assays(study, names).values()))
+        n_missing = sum(map(len, find_missing_assays(study, names, generations).values()))
         return f"{count - n_missing} of {count} assays are stored in {study.directory}"
 
     with report_progress_on_error(study.directory, describe_stored_assays):
         run_assays(
-            study, missing, executor.workers, console.progress, console.info, executor=executor
+            study,
+            missing,
+            executor.workers,
+            console.progress,
+            console.info,
+            executor=executor,
+            generations=branch_length,
         )
+
+
+def require_branch_length(generations: int | None, names: Sequence[str]) -> None:
+    """Raise ArgumentError for a number of generations below 1, or without a fork; None passes."""
+    require_positive("generations", generations)
+    if generations is not None and not FORKS.keys() & set(names):
+        raise ArgumentError("generations", generations, "needs the assay fork or fork-mode")

@@ -16,7 +16,7 @@ import xarray as xr
 from baldwinlab import papers
 from baldwinlab.api.extend import extend
 from baldwinlab.api.load import load_installed_parts
-from baldwinlab.api.run_assays import run_missing_assays
+from baldwinlab.api.run_assays import require_branch_length, run_missing_assays
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.study_exports import StudyExports
 from baldwinlab.core.errors import require_positive
@@ -99,6 +99,7 @@ class Study(StudyExports):
         name: str,
         condition: str | None = None,
         *,
+        generations: int | None = None,
         workers: int | None = None,
         executor: str = "threads",
         force: bool = False,
@@ -108,9 +109,13 @@ class Study(StudyExports):
         Parameters
         ----------
         name
-            "innate", "neutral", "within-life", "modules", "reaction" or "descent".
+            "innate", "neutral", "within-life", "modules", "reaction", "descent", "fork" or
+            "fork-mode".
         condition
             Name of a condition. By default all conditions.
+        generations
+            Number of generations of the branches of "fork" or "fork-mode", at least 1. By default
+            the stored number, or 20.
         workers
             Number of threads, at least 1; by default one per core. With the executor "slurm", the
             number of jobs.
@@ -129,14 +134,17 @@ class Study(StudyExports):
         ------
         StudyError
             There is no such assay or condition, or the assay applies to none of the conditions.
+        ArgumentError
+            `generations` is less than 1, or is given for another assay.
         RefusedError
             Too little memory or disk is free.
         InterruptedStudyError
             A worker or a disk failed. A repeated call continues.
         """
-        if any(find_missing_assays(self._store, [name]).values()):
+        require_branch_length(generations, [name])
+        if any(find_missing_assays(self._store, [name], generations).values()):
             options = RunOptions(workers, executor=executor, force=force)
-            run_missing_assays(self._store, [name], options)
+            run_missing_assays(self._store, [name], options, generations)
         if condition is not None:
             return open_assay(self.directory, name, condition)
         conditions = [

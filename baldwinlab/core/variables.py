@@ -154,6 +154,16 @@ def trace_variables(experiment: Any) -> Mapping[str, Variable]:
     }
 
 
+_OF_BRANCHES = ("run", "generation", "history", "regime", "agent")
+_FORK: Mapping[str, Variable] = {
+    "innate_fitness": Variable(
+        _OF_BRANCHES, np.float64, "energy", "fitness without learning at the end of the branch"
+    ),
+    "fitness": Variable(
+        _OF_BRANCHES, np.float64, "energy", "fitness in the regime of the branch, at its end"
+    ),
+}
+
 # Variables of the datasets of each assay (docs/explanation/assays.md).
 ASSAY_VARIABLES: Mapping[str, Mapping[str, Variable]] = {
     "innate": {
@@ -216,7 +226,16 @@ ASSAY_VARIABLES: Mapping[str, Mapping[str, Variable]] = {
             ("effective number of founders: 1 / sum of squared shares in the gene pool"),
         ),
     },
+    "fork": _FORK,
+    "fork-mode": _FORK,
 }
+# Assays that evolve populations further, and the start of their branches.
+POPULATION = "population"
+MODE = "mode"
+FORKS: Mapping[str, str] = {"fork": POPULATION, "fork-mode": MODE}
+# Histories and regimes of the branches of a fork.
+HISTORIES = ("learner", "control")
+REGIMES = ("on", "off")
 # Names of newborns in the assay within-life.
 RANDOM_NEWBORNS = "random genome"
 EVOLVED_NEWBORNS = "evolved"

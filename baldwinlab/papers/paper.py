@@ -27,6 +27,7 @@ from typing import Any, get_args
 from pydantic import Field, field_validator
 
 from baldwinlab.core.suggestions import list_names, suggest
+from baldwinlab.core.variables import FORKS
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.fields import renamed_message
@@ -71,8 +72,8 @@ class PaperMetadata(DeclaredTable):
     # Runs of each condition.
     runs: int = Field(30, ge=1, le=MAX_RUNS)
     figures: tuple[Figure, ...] = DEFAULT_FIGURES
-    # Assays of `reproduce`.
-    assays: tuple[Assay, ...] = get_args(Assay)
+    # Assays of `reproduce`. The default leaves out those that evolve populations further.
+    assays: tuple[Assay, ...] = tuple(name for name in get_args(Assay) if name not in FORKS)
     # Experiment of the figure "emergence". Default: the first.
     emergence: str = ""
     # Experiments that the gallery compares with other papers. Default: all with learning.

@@ -22,7 +22,9 @@ DEFAULT_FIGURES: tuple[Figure, ...] = (
     "senses",
     "maps",
 )
-Assay = Literal["innate", "neutral", "within-life", "modules", "reaction", "descent"]
+Assay = Literal[
+    "innate", "neutral", "within-life", "modules", "reaction", "descent", "fork", "fork-mode"
+]
 Question = Literal[
     "gain", "learning", "newborns", "innate", "share", "need", "movement", "cost", "sooner",
     "guidance", "built-innate", "built-learned", "reinforcement", "action",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numba
 import numpy as np
@@ -30,6 +30,13 @@ from baldwinlab.parts.model_part import LifeResults
 STRUCTURE: Final = frozenset({"energy", "parents", "kept_genome"})
 
 
+class BranchStart(NamedTuple):
+    """First simulated generation of a history, and its genomes, [agent, module, weight]."""
+
+    generation: int
+    genome: Genome
+
+
 class History:
     """The recorded variables of one run, and the genomes of its next generation.
 
@@ -42,9 +49,14 @@ class History:
     """
 
     def __init__(
-        self, experiment: BaseExperiment, seed: int, run: int, record: xr.Dataset | None = None
+        self,
+        experiment: BaseExperiment,
+        seed: int,
+        run: int,
+        record: xr.Dataset | None = None,
+        start: BranchStart | None = None,
     ) -> None:
-        """Begin with the founders, or with the last generation of a stored `record` of this run."""
+        """Begin with the founders, the last generation of a stored `record`, or with `start`."""
         self.experiment = experiment
         self.seed = seed
         self.run = run
@@ -57,10 +69,12 @@ class History:
         self._saved_genomes: dict[int, Genome] = {}
         # Energy of the last generation of the record, which is simulated again.
         self._expected_energy: npt.NDArray[np.float64] | None = None
-        if record is None:
-            self.genome = make_founders(experiment, GenerationKey(seed, run, 0))
-        else:
+        if record is not None:
             self._restore(record)
+        elif start is not None:
+            self.n_generations, self.genome = start
+        else:
+            self.genome = make_founders(experiment, GenerationKey(seed, run, 0))
 
     def _restore(self, record: xr.Dataset) -> None:
         """Copy all generations of a record but the last, which is simulated again.

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.assays.controls import evolves_and_learns, find_control
+from baldwinlab.analysis.assays.controls import evolves_and_learns
 from baldwinlab.analysis.assays.criteria import (
     CONTROL_LAST,
     INNATE_LAST,
@@ -44,7 +44,9 @@ from baldwinlab.analysis.statistics.sample_sizes import (
     describe_too_few,
     smallest_corrected_p,
 )
+from baldwinlab.core.variables import FORKS
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.controls import find_control
 from baldwinlab.experiment.factors import Factors
 
 Table = Mapping[Quantity, xr.DataArray]
@@ -184,10 +186,11 @@ def evaluate_assays(assays: Assays, last: int = 10) -> Analysis:
     numbers = tuple(
         number for name, table in tables.items() for number in _compute_numbers(name, table)
     )
+    forked = {name for assay in FORKS for name in assays.get(assay, {})}
     learning_conditions = [
         name
         for name, experiment in experiments.items()
-        if evolves_and_learns(experiment, assays.get("innate", {}).get(name))
+        if name in forked or evolves_and_learns(experiment, assays.get("innate", {}).get(name))
     ]
     controls = {name: find_control(name, experiments) for name in learning_conditions}
     for name, control in controls.items():

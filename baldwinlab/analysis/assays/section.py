@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
-from baldwinlab.analysis.assays import headlines, overview, sentences
+from baldwinlab.analysis.assays import fork, headlines, overview, sentences
 from baldwinlab.analysis.assays.analysis import Analysis, Number, evaluate_assays
 from baldwinlab.analysis.assays.criteria import Criterion, load_rules
 from baldwinlab.analysis.assays.phrases import adapt_terms, has_foragers
@@ -89,6 +89,8 @@ def make_section(
             for result in analysis.results
         },
         paper=paper_comparison,
+        fork_effects=fork.EFFECTS,
+        fork_rows=tabulate_fork(analysis),
         figures=[save_and_inline(figure, figure_folder) for figure in assay_figures],
         table=tabulate_numbers(analysis),
         conditions=list(dict.fromkeys(number.condition for number in analysis.numbers)),
@@ -156,4 +158,40 @@ def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:
     return [
         {"measure": MEASURE_NAMES.get(measure, measure), "when": when, "numbers": numbers}
         for (measure, when), numbers in rows.items()
+    ]
+
+
+def tabulate_fork(analysis: Analysis) -> list[dict[str, Any]]:
+    """Return the effects in the fork assays, with one row per condition, start and measure.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        The analysis.
+
+    Returns
+    -------
+    list of dict
+        Rows with the condition, the start, the measure, and the numbers of the effects.
+    """
+    numbers = {
+        (number.condition, number.when, number.measure): number for number in analysis.numbers
+    }
+    starts = dict.fromkeys(
+        (condition, start)
+        for condition, start, measure in numbers
+        if measure.startswith(fork.PREFIX)
+    )
+    return [
+        {
+            "condition": condition,
+            "start": start,
+            "measure": name,
+            "numbers": [
+                numbers[condition, start, fork.name_quantity(effect, measure)]
+                for effect in fork.EFFECTS
+            ],
+        }
+        for condition, start in starts
+        for measure, name in fork.MEASURES.items()
     ]

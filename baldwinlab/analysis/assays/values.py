@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
+from baldwinlab.analysis.assays.fork import compute_effects
 from baldwinlab.core.variables import (
     EVOLVED_NEWBORNS,
     LIFE_KINDS,
@@ -243,6 +244,17 @@ def _descent_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]
         yield (name.replace("_", " "), "last"), data[name].isel(generation=-1)
 
 
+def _fork_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
+    for measure, effects in compute_effects(data).items():
+        for generation in data["generation"].values.tolist():
+            yield (measure, f"generation {generation}"), effects.sel(generation=generation)
+
+
+def _fork_mode_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
+    for (measure, when), values in _fork_quantities(data, last):
+        yield (measure, f"mode of {when}"), values
+
+
 QUANTITIES_BY_ASSAY: Final[Mapping[str, Callable[[xr.Dataset, int], Iterator[QuantityValues]]]] = {
     "innate": _innate_quantities,
     "neutral": _neutral_quantities,
@@ -250,4 +262,6 @@ QUANTITIES_BY_ASSAY: Final[Mapping[str, Callable[[xr.Dataset, int], Iterator[Qua
     "modules": _module_quantities,
     "reaction": _reaction_quantities,
     "descent": _descent_quantities,
+    "fork": _fork_quantities,
+    "fork-mode": _fork_mode_quantities,
 }

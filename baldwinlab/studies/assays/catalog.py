@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 import numpy.typing as npt
 
+from baldwinlab.core.variables import FORKS
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.studies.assays import descent, innate, modules, neutral, reaction_norms, within_life
+from baldwinlab.experiment.controls import find_control
+from baldwinlab.studies.assays import (
+    descent,
+    fork,
+    innate,
+    modules,
+    neutral,
+    reaction_norms,
+    within_life,
+)
 from baldwinlab.studies.assays.sample import Conditions, Sample
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
@@ -36,11 +46,30 @@ ASSAYS: Mapping[str, Assay] = {
     "modules": modules,
     "reaction": reaction_norms,
     "descent": descent,
-}
+} | {name: fork.Fork(start) for name, start in FORKS.items()}
+
+# The assays that a command measures unless it names others. Forks simulate many generations.
+DEFAULT_ASSAYS: Final = tuple(name for name in ASSAYS if name not in FORKS)
 
 
-def why_not_applicable(name: str, experiment: BaseExperiment) -> str:
-    """Return a sentence that says why an assay is not applicable; "" if it is applicable."""
+def get_assay(name: str, generations: int) -> Assay:
+    """Return an assay, with branches of this number of generations if it is a fork."""
+    return fork.Fork(FORKS[name], generations) if name in FORKS else ASSAYS[name]
+
+
+def why_not_applicable(name: str, condition: str, experiments: Mapping[str, BaseExperiment]) -> str:
+    """Return a sentence that says why an assay is not applicable; "" if it is applicable.
+
+    Parameters
+    ----------
+    name : str
+        Name of the assay.
+    condition : str
+        Name of a condition.
+    experiments : mapping of str to BaseExperiment
+        The experiments of the study, by condition.
+    """
+    experiment = experiments[condition]
     if experiment.births_in_life and name != "descent":
         return (
             f"the assay {name} simulates complete lifetimes of stored genomes, "
@@ -48,6 +77,8 @@ def why_not_applicable(name: str, experiment: BaseExperiment) -> str:
         )
     if name in ("innate", "descent"):
         return ""
+    if name in FORKS:
+        return next(fork.find_obstacles(name, condition, experiments), "")
     if name == "neutral":
         return _why_not_neutral(experiment)
     if name == "modules":
@@ -59,6 +90,21 @@ def why_not_applicable(name: str, experiment: BaseExperiment) -> str:
     return ""
 
 
+def why_not_in_study(name: str, study: StudyStore, condition: str) -> str:
+    """Return why an assay cannot measure the stored runs of a condition; "" if it can."""
+    reason = why_not_applicable(name, condition, study.experiments)
+    if reason or name not in FORKS:
+        return reason
+    control = find_control(condition, study.experiments)
+    missing = set(study.runs(condition)).difference(study.runs(control))
+    if not missing:
+        return ""
+    return (
+        f"the assay {name} compares {condition} with the same runs of {control}, but run "
+        f"{min(missing)} of {control} is not stored; complete the study first"
+    )
+
+
 def _why_not_neutral(experiment: BaseExperiment) -> str:
     if experiment.evolution.inheritance == "none":
         return "the assay neutral measures effects of selection, which needs inherited genomes"
@@ -68,11 +114,11 @@ def _why_not_neutral(experiment: BaseExperiment) -> str:
 
 
 def not_applicable_reasons(study: StudyStore, names: Sequence[str]) -> list[str]:
-    """Return the distinct sentences of `why_not_applicable` for all conditions of a study."""
+    """Return the distinct sentences of `why_not_in_study` for all conditions of a study."""
     require_assay_names(names)
     reasons = (
-        why_not_applicable(name, experiment)
-        for experiment in study.experiments.values()
+        why_not_in_study(name, study, condition)
+        for condition in study.experiments
         for name in names
     )
     return [sentence for sentence in dict.fromkeys(reasons) if sentence]

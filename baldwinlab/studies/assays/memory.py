@@ -22,6 +22,8 @@ SAVED_STATES: Final = 10
 BYTES_PER_CHILD: Final = 150
 # Bytes of a file in addition to its variables and its experiment.
 HEADER_BYTES: Final = 1000
+# Runs in the memory of a fork: those of the learner and of the control, and a branch.
+RUNS_OF_FORK: Final = 3
 # Copies of the results: of single runs, of all runs, and as a file.
 RESULT_COPIES: Final = 3
 
@@ -40,8 +42,10 @@ class PlannedStudy(NamedTuple):
     def select_applicable(self, assays: Sequence[str]) -> dict[str, list[str]]:
         """Return the applicable assays of each condition."""
         return {
-            name: [assay for assay in assays if not why_not_applicable(assay, experiment)]
-            for name, experiment in self.experiments.items()
+            name: [
+                assay for assay in assays if not why_not_applicable(assay, name, self.experiments)
+            ]
+            for name in self.experiments
         }
 
 
@@ -99,7 +103,8 @@ def _task_bytes(experiment: Experiment, names: Sequence[str], worlds: int) -> in
     pedigree = (
         agents * (generations * BYTES_PER_CHILD + agents // 4) + shares if "descent" in names else 0
     )
-    return worlds * memory.dataset_bytes(experiment) + max(simulation, pedigree)
+    datasets = RUNS_OF_FORK if any(name in variables.FORKS for name in names) else 1
+    return worlds * datasets * memory.dataset_bytes(experiment) + max(simulation, pedigree)
 
 
 def _stored_bytes(study: Conditions, condition: str, name: str, runs: int) -> int:

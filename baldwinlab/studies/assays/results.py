@@ -9,7 +9,8 @@ import xarray as xr
 
 from baldwinlab._version import __version__
 from baldwinlab.core.files import parse_location
-from baldwinlab.studies.assays.catalog import require_assay_names, why_not_applicable
+from baldwinlab.core.variables import FORKS
+from baldwinlab.studies.assays.catalog import require_assay_names, why_not_in_study
 from baldwinlab.studies.assays.storage import assay_path, read_assay
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
@@ -28,7 +29,8 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     directory
         The directory of a study, or a URL that fsspec can open.
     assay
-        "innate", "neutral", "within-life", "modules", "reaction" or "descent".
+        "innate", "neutral", "within-life", "modules", "reaction", "descent", "fork" or
+        "fork-mode".
     condition
         Name of a condition.
 
@@ -48,7 +50,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     study.experiment(condition)
     path = assay_path(study.directory, assay, condition)
     if not path.exists():
-        reason = why_not_applicable(assay, study.experiment(condition))
+        reason = why_not_in_study(assay, study, condition)
         if reason:
             raise StudyError(f"{path} does not exist: {reason}")
         command = f"baldwinlab assay {directory} --assays {assay}"
@@ -61,11 +63,27 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
         raise StudyError(str(error)) from None
 
 
-def find_missing_assays(study: StudyStore, names: Sequence[str]) -> dict[str, list[str]]:
+def find_missing_assays(
+    study: StudyStore, names: Sequence[str], generations: int | None = None
+) -> dict[str, list[str]]:
     """Return the missing assays of each condition.
 
     An assay is missing if it is applicable and its file is absent, or does not match the stored
     runs. Raises StudyError for an unknown assay, and for a study without stored runs.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    names : sequence of str
+        Names of assays.
+    generations : int, optional
+        Number of generations of the branches of a fork. Unless given, any number matches.
+
+    Returns
+    -------
+    dict
+        Names of missing assays by condition.
     """
     require_assay_names(names)
     study.require_runs()
@@ -73,14 +91,17 @@ def find_missing_assays(study: StudyStore, names: Sequence[str]) -> dict[str, li
         condition: [
             name
             for name in names
-            if not (_is_done(study, name, condition) or why_not_applicable(name, experiment))
+            if not (
+                _is_done(study, name, condition, generations)
+                or why_not_in_study(name, study, condition)
+            )
         ]
-        for condition, experiment in study.experiments.items()
+        for condition in study.experiments
         if study.runs(condition)
     }
 
 
-def _is_done(study: StudyStore, name: str, condition: str) -> bool:
+def _is_done(study: StudyStore, name: str, condition: str, generations: int | None) -> bool:
     """Return whether this version has stored the assay of the same runs and experiment."""
     try:
         data = read_assay(study, name, condition)
@@ -90,4 +111,5 @@ def _is_done(study: StudyStore, name: str, condition: str) -> bool:
         data.attrs.get("condition") == condition
         and data.attrs.get("baldwinlab") == __version__
         and data.run.values.tolist() == study.runs(condition)
+        and (name not in FORKS or generations in (None, data.attrs["generations"]))
     )

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,12 +17,14 @@ import numpy as np
 from baldwinlab._version import __version__
 from baldwinlab.core import variables
 from baldwinlab.core.netcdf import to_bytes
+from baldwinlab.core.variables import FORKS
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.controls import find_control
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.studies.assays import innate, reaction_norms
-from baldwinlab.studies.assays.catalog import ASSAYS, Arrays
+from baldwinlab.studies.assays import fork, innate, reaction_norms
+from baldwinlab.studies.assays.catalog import ASSAYS, Arrays, get_assay
 from baldwinlab.studies.assays.sample import OnMap, Sample
 from baldwinlab.studies.assays.storage import ASSAY_FORMAT, assay_path
 from baldwinlab.studies.executors import THREADS, Executor
@@ -38,33 +41,49 @@ class AssayTask(NamedTuple):
     names: tuple[str, ...]
     other_maps: tuple[OnMap, ...]
     agent_steps: int
+    # No-learning control and number of generations of a fork.
+    control: Experiment | None = None
+    generations: int = fork.GENERATIONS
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
-        return (self.experiment, *(experiment for _, experiment in self.other_maps))
+        on_maps = (experiment for _, experiment in self.other_maps)
+        return (self.experiment, *on_maps, *([self.control] if self.control else []))
 
     def run(
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> dict[str, Arrays]:
         """Return the arrays of each assay. See `Task`."""
-        records = [read_record(directory, self.experiment, seed, run) for run in self.runs]
-        sample = Sample(
-            directory, seed, self.experiment, self.runs, records, self.other_maps, report_progress
-        )
-        return {name: ASSAYS[name].measure(sample) for name in self.names}
+
+        def read_sample(experiment: Experiment) -> Sample:
+            records = [read_record(directory, experiment, seed, run) for run in self.runs]
+            return Sample(
+                directory, seed, experiment, self.runs, records, self.other_maps, report_progress
+            )
+
+        sample = read_sample(self.experiment)
+        if self.control:
+            sample = replace(sample, control=read_sample(self.control))
+        return {name: get_assay(name, self.generations).measure(sample) for name in self.names}
 
 
-def count_assay_steps(study: StudyStore, missing: Mapping[str, Sequence[str]]) -> int:
-    """Return the number of agent-steps of these assays."""
+def count_assay_steps(
+    study: StudyStore,
+    missing: Mapping[str, Sequence[str]],
+    generations: int = fork.GENERATIONS,
+) -> int:
+    """Return the number of agent-steps of these assays; `generations` is the length of a fork."""
     return sum(
-        _agent_steps_of_run(study, condition, names) * len(study.runs(condition))
+        _agent_steps_of_run(study, condition, names, generations) * len(study.runs(condition))
         for condition, names in missing.items()
     )
 
 
-def _agent_steps_of_run(study: StudyStore, condition: str, names: Sequence[str]) -> int:
+def _agent_steps_of_run(
+    study: StudyStore, condition: str, names: Sequence[str], generations: int
+) -> int:
     experiment = study.experiments[condition]
-    lives = sum(ASSAYS[name].count_lives(study, condition) for name in names)
+    lives = sum(get_assay(name, generations).count_lives(study, condition) for name in names)
     return lives * experiment.steps * experiment.population.size
 
 
@@ -82,6 +101,8 @@ def _experiments_to_compile(
                 yield innate.set_drift_rule(experiment)
         if "neutral" in missing[experiment.name]:
             yield experiment.neutral_control()
+        if FORKS.keys() & missing[experiment.name]:
+            yield study.experiments[find_control(experiment.name, study.experiments)]
 
 
 def run_assays(
@@ -92,6 +113,7 @@ def run_assays(
     log: Callable[[str], None],
     *,
     executor: Executor = THREADS,
+    generations: int = fork.GENERATIONS,
 ) -> None:
     """Measure the missing assays in parallel, and store a condition when all its runs are done.
 
@@ -113,6 +135,8 @@ def run_assays(
         Called with messages.
     executor : Executor
         Executor of the tasks.
+    generations : int
+        Number of generations of the branches of a fork.
 
     Raises
     ------
@@ -125,7 +149,7 @@ def run_assays(
     study.sweep()
     compile_seconds = compile_experiments(_experiments_to_compile(study, missing), log=log)
     log(f"Engine ready after {compile_seconds:.1f} s.")
-    tasks = _plan(study, missing, workers)
+    tasks = _plan(study, missing, workers, generations)
     left = Counter(task.experiment.name for task in tasks)
     measured: dict[str, list[tuple[AssayTask, dict[str, Arrays]]]] = {
         condition: [] for condition in left
@@ -136,7 +160,7 @@ def run_assays(
         measured[condition].append((task, results))
         left[condition] -= 1
         if not left[condition]:
-            _store(study, condition, measured.pop(condition))
+            _store(study, condition, measured.pop(condition), generations)
 
     with (
         progress("simulating", sum(task.agent_steps for task in tasks)) as show,
@@ -146,7 +170,9 @@ def run_assays(
             show(amount)
 
 
-def _plan(study: StudyStore, missing: Mapping[str, Sequence[str]], workers: int) -> list[AssayTask]:
+def _plan(
+    study: StudyStore, missing: Mapping[str, Sequence[str]], workers: int, generations: int
+) -> list[AssayTask]:
     """Divide the runs into tasks, with the slow tasks (agents that learn) first."""
     total = sum(len(study.runs(condition)) for condition in missing)
     size = max(1, min(CPU.worlds, total // workers))
@@ -154,25 +180,32 @@ def _plan(study: StudyStore, missing: Mapping[str, Sequence[str]], workers: int)
         task
         for condition in sorted(missing, key=lambda name: not study.experiments[name].learns)
         if missing[condition]
-        for task in _batches(study, condition, tuple(missing[condition]), size)
+        for task in _batches(study, condition, tuple(missing[condition]), size, generations)
     ]
 
 
 def _batches(
-    study: StudyStore, condition: str, names: tuple[str, ...], size: int
+    study: StudyStore, condition: str, names: tuple[str, ...], size: int, generations: int
 ) -> Iterator[AssayTask]:
     """Yield the tasks of a condition with at most `size` runs each."""
     runs = study.runs(condition)
-    steps_per_run = _agent_steps_of_run(study, condition, names)
+    steps_per_run = _agent_steps_of_run(study, condition, names, generations)
     maps = reaction_norms.other_maps(study, condition) if "reaction" in names else ()
+    control = None
+    if FORKS.keys() & names:
+        control = study.experiments[find_control(condition, study.experiments)]
     for first in range(0, len(runs), size):
         batch = tuple(runs[first : first + size])
         agent_steps = steps_per_run * len(batch)
-        yield AssayTask(study.experiments[condition], batch, names, maps, agent_steps)
+        experiment = study.experiments[condition]
+        yield AssayTask(experiment, batch, names, maps, agent_steps, control, generations)
 
 
 def _store(
-    study: StudyStore, condition: str, measured: list[tuple[AssayTask, dict[str, Arrays]]]
+    study: StudyStore,
+    condition: str,
+    measured: list[tuple[AssayTask, dict[str, Arrays]]],
+    generations: int,
 ) -> None:
     """Concatenate the results of a condition in the order of its runs, and store each assay."""
     measured.sort(key=lambda task_and_results: task_and_results[0].runs)
@@ -185,7 +218,10 @@ def _store(
             variable: np.concatenate([results[name][variable] for _, results in measured])
             for variable in declared
         }
-        data = variables.make_dataset(declared, arrays, _provenance(study, condition))
+        attributes = _provenance(study, condition)
+        if name in FORKS:
+            attributes |= fork.describe_branches(study.experiments, condition, generations)
+        data = variables.make_dataset(declared, arrays, attributes)
         data = data.assign_coords(run=runs)
         data = data.assign_coords(ASSAYS[name].coordinates(study, condition))
         if "agent" in data.dims:

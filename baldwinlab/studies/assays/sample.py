@@ -53,6 +53,8 @@ class Sample:
         The condition on other maps of the study.
     report_progress : callable
         Called with the number of simulated agent-steps. An exception that it raises ends the task.
+    control : Sample or None
+        The same runs of the no-learning control, if the assay needs them.
     """
 
     directory: Path
@@ -62,6 +64,7 @@ class Sample:
     records: Sequence[xr.Dataset]
     other_maps: Sequence[OnMap]
     report_progress: Callable[[int], None]
+    control: Sample | None = None
 
     def genomes(self, generation: int) -> Genome:
         """Return the genomes of a generation [run, agent, module, weight]."""
@@ -96,7 +99,12 @@ class Sample:
         Raises StudyError if the energy differs from the stored one.
         """
         lives = self.simulate(self.experiment, generation, genomes)
-        energies = zip(self.runs, lives.energy, self.energy(generation), strict=True)
+        self.require_stored_energy(generation, lives.energy)
+        return lives
+
+    def require_stored_energy(self, generation: int, energy: Energy) -> None:
+        """Raise StudyError if the energy of a generation differs from the stored one."""
+        energies = zip(self.runs, energy, self.energy(generation), strict=True)
         for run, simulated, stored in energies:
             if not np.array_equal(simulated, stored):
                 path = record_path(self.directory, self.experiment.name, run)
@@ -105,7 +113,6 @@ class Sample:
                     f"{path}: generation {generation}, simulated again, does not {gain} "
                     "the stored amount; another version of baldwinlab made this study"
                 )
-        return lives
 
     def count_generation(self) -> None:
         """Report the agent-steps of one simulated generation."""

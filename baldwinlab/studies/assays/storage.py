@@ -10,7 +10,7 @@ import xarray as xr
 
 from baldwinlab.core.files import ASSAY_FILE, read_bytes
 from baldwinlab.core.netcdf import DamagedError, from_bytes, verify_checksum
-from baldwinlab.core.variables import ASSAY_VARIABLES, NEUTRAL_NEWBORNS, RANDOM_NEWBORNS, Variable
+from baldwinlab.core.variables import ASSAY_VARIABLES, FORKS, NEUTRAL_NEWBORNS, RANDOM_NEWBORNS
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
@@ -107,7 +107,7 @@ def read_assay(study: AssayedStudy, assay: str, condition: str) -> xr.Dataset:
     except DamagedError as error:
         raise ValueError(f"{path} is damaged: {error}; {remedy}") from None
     data = _upgrade_names(data)
-    if not _is_declared(data, ASSAY_VARIABLES[assay]):
+    if not _is_declared(data, assay):
         raise ValueError(f"{path} is not what the assay {assay!r} stores; {remedy}")
     if mismatch := _find_mismatch(data, study, condition):
         if condition not in study.experiments:
@@ -131,6 +131,8 @@ def _find_mismatch(data: xr.Dataset, study: AssayedStudy, condition: str) -> str
         return f"is of a study with seed {seed}, and this study has seed {study.seed}"
     if _fields(data.attrs["experiment"]) != study.experiments[condition].to_dict():
         return f"was measured on another experiment than that of {condition} in this study"
+    if mismatch := _find_control_mismatch(data, study):
+        return mismatch
     stored = set(study.runs(condition))
     missing = [run for run in data["run"].values.tolist() if run not in stored]
     if not missing:
@@ -138,12 +140,25 @@ def _find_mismatch(data: xr.Dataset, study: AssayedStudy, condition: str) -> str
     return f"is of run {missing[0]}, and runs/{condition}/{missing[0]:04d}.nc is not stored"
 
 
+def _find_control_mismatch(data: xr.Dataset, study: AssayedStudy) -> str:
+    """Return `_find_mismatch` for the control of a fork; other assays have none."""
+    control = data.attrs.get("control", "")
+    if not control:
+        return ""
+    if control not in study.experiments:
+        return f"compares with the condition {control!r}, which the study has not"
+    if _fields(data.attrs["control_experiment"]) != study.experiments[control].to_dict():
+        return f"was measured on another experiment than that of {control} in this study"
+    return ""
+
+
 def _fields(text: str) -> dict[str, Any]:
     return from_toml(text, where="the assay", lenient=True).to_dict()
 
 
-def _is_declared(data: xr.Dataset, declared: Mapping[str, Variable]) -> bool:
-    """Return whether a dataset has an experiment and declared variables with coordinates."""
+def _is_declared(data: xr.Dataset, assay: str) -> bool:
+    """Return whether a dataset has the attributes and variables of an assay with coordinates."""
+    declared = ASSAY_VARIABLES[assay]
     present = [name for name in declared if name in data]
     with_coordinates = {
         "agent",
@@ -151,6 +166,9 @@ def _is_declared(data: xr.Dataset, declared: Mapping[str, Variable]) -> bool:
     }
     try:
         _fields(data.attrs["experiment"])
+        if assay in FORKS:
+            _fields(data.attrs["control_experiment"])
+            int(data.attrs["generations"])
     except (KeyError, TypeError, AttributeError, ExperimentError):
         return False
     if not present or "run" not in data.coords or data["run"].dtype.kind != "i":

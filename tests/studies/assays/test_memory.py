@@ -18,9 +18,10 @@ from baldwinlab.studies.assays.storage import read_assays as open_assays
 from baldwinlab.studies.store import StudyStore
 from tests.studies.assays.studies import conditions
 
+EXPERIMENTS = {experiment.name: experiment for experiment in conditions()}
 APPLICABLE = {
-    experiment.name: [name for name in ASSAYS if not why_not_applicable(name, experiment)]
-    for experiment in conditions()
+    condition: [name for name in ASSAYS if not why_not_applicable(name, condition, EXPERIMENTS)]
+    for condition in EXPERIMENTS
 }
 
 
@@ -63,7 +64,8 @@ def test_insufficient_memory_is_reported_before_the_simulation(
 ) -> None:
     monkeypatch.setattr("baldwinlab.core.resources.available_memory", lambda: 1000)
     monkeypatch.setattr(
-        "baldwinlab.api.run_assays.find_missing_assays", lambda study, names: APPLICABLE
+        "baldwinlab.api.run_assays.find_missing_assays",
+        lambda *arguments: APPLICABLE,
     )
     with pytest.raises(
         RefusedError,

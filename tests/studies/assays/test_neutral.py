@@ -141,7 +141,7 @@ def test_the_simulated_steps_equal_the_announced_steps(
 def test_the_assay_does_not_apply_without_selection(
     tmp_path: Path, experiment: Experiment, reason: str
 ) -> None:
-    assert reason in why_not_applicable("neutral", experiment)
+    assert reason in why_not_applicable("neutral", experiment.name, {experiment.name: experiment})
     study = make_small_study(tmp_path, [experiment], runs=1)
     assert find_missing_assays(study, ["neutral"]) == {experiment.name: []}
     run_assays(study, find_missing_assays(study, ["neutral"]), 1, ignore_progress, ignore_message)

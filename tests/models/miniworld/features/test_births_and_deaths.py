@@ -248,7 +248,7 @@ def test_an_unsupported_variation_or_assay_is_refused_in_a_sentence() -> None:
     ):
         make_experiment().replace(evolution={"variation": "neat", "selection": "species"})
     experiment = make_experiment("evo+self-taught")
-    reasons = {name: why_not_applicable(name, experiment) for name in ASSAYS}
+    reasons = {name: why_not_applicable(name, "births", {"births": experiment}) for name in ASSAYS}
     assert [name for name, reason in reasons.items() if not reason] == ["descent"]
     assert "newborns replace agents" in reasons["innate"]
 

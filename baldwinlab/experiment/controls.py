@@ -1,0 +1,49 @@
+"""No-learning controls: the condition of a study that differs from a learner only in learning."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
+from baldwinlab.experiment.registry import table_name
+
+
+def find_control(name: str, experiments: Mapping[str, Experiment]) -> str:
+    """Return the condition that differs only in having no learning, or ""."""
+    experiment = experiments[name]
+    is_control = _is_without_rule if isinstance(experiment, Experiment) else _is_without_learning
+    for candidate, control in experiments.items():
+        if candidate != name and is_control(experiment, control):
+            return candidate
+    return ""
+
+
+def _is_without_rule(experiment: Experiment, candidate: Experiment) -> bool:
+    """Return whether `candidate` is a MiniWorld experiment with an inactive learning rule."""
+    if candidate.learns:
+        return False
+    tree = experiment.to_dict()
+    shared = {"name": experiment.name, "learning": tree["learning"]}
+    return bool(candidate.to_dict() | shared == tree)
+
+
+def _is_without_learning(experiment: BaseExperiment, candidate: BaseExperiment) -> bool:
+    """Return whether `candidate` is `experiment` without learning. Not for MiniWorld."""
+    try:
+        control = experiment.without_learning().to_dict() | {"name": candidate.name}
+        return bool(control == candidate.to_dict())
+    # The model is not loaded.
+    except ExperimentError:
+        key = table_name(experiment.model)
+        tree = experiment.to_dict()
+        candidate_tree = candidate.to_dict()
+        shared = {"name": experiment.name, key: tree[key]}
+        if candidate_tree | shared != tree:
+            return False
+        return _switches_learning_off(candidate_tree[key], tree[key])
+
+
+def _switches_learning_off(control: Mapping[str, object], settings: Mapping[str, object]) -> bool:
+    """Return whether only one setting of a model differs, and is False in `control`."""
+    differing = [name for name in settings if control.get(name) != settings[name]]
+    return len(differing) == 1 and control.get(differing[0]) is False

@@ -1,0 +1,84 @@
+"""Branches: evolve given genomes for some generations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from baldwinlab.evolution import Fitness, Genome
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.simulation.history import BranchStart, History
+from baldwinlab.simulation.simulate import continue_histories
+
+
+class Branch(NamedTuple):
+    """Results of evolution from given genomes, in several runs.
+
+    Attributes
+    ----------
+    genomes : Genome
+        Genomes of the last generation at birth, [run, agent, module, weight].
+    fitness : Fitness
+        Fitness of each generation from the first to the last, [run, generation, agent].
+    """
+
+    genomes: Genome
+    fitness: Fitness
+
+
+def evolve_genomes(
+    experiment: BaseExperiment,
+    seed: int,
+    runs: Sequence[int],
+    generations: range,
+    genomes: Genome,
+    *,
+    after_generation: Callable[[], None] = lambda: None,
+) -> Branch:
+    """Evolve genomes of several runs, and simulate the last generation, too.
+
+    The random numbers are those of the runs in the same generations. If the genomes are those of a
+    stored generation, the branch is therefore bit-identical to a longer run.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The settings. The number of generations does not matter.
+    seed : int
+        Seed of the study.
+    runs : sequence of int
+        Numbers of the runs.
+    generations : range
+        Numbers of the simulated generations, at least one. The first has these genomes.
+    genomes : Genome
+        Genomes, [run, agent, module, weight].
+    after_generation : callable
+        Called after each generation. An exception that it raises ends the simulation.
+
+    Returns
+    -------
+    Branch
+        The last generation, and the fitness of all generations.
+
+    Raises
+    ------
+    ExperimentError
+        An experiment cannot have this number of generations.
+    """
+    longer = experiment.replace(
+        evolution={"generations": generations.stop},
+        # The genomes of earlier generations are not needed.
+        record={"genome_every": generations.stop},
+    )
+    histories = [
+        History(longer, seed, run, start=BranchStart(generations.start, genome))
+        for run, genome in zip(runs, genomes, strict=True)
+    ]
+    continue_histories(histories, after_generation=lambda _: after_generation())
+    last = generations.stop - 1
+    return Branch(
+        np.stack([history.saved_genomes_until(last)[1] for history in histories]),
+        np.stack([history.energy[generations.start :] for history in histories]),
+    )

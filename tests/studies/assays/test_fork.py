@@ -1,0 +1,285 @@
+"""The fork assay evolves learners and their control further, with learning on and off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import baldwinlab as bl
+from baldwinlab.analysis.assays.fork import ForkEffect, estimate_effects
+from baldwinlab.core.errors import ArgumentError
+from baldwinlab.core.variables import FORKS, MODE, POPULATION
+from baldwinlab.evolution import GenerationKey, make_founders
+from baldwinlab.experiment import Experiment
+from baldwinlab.papers.presets import load
+from baldwinlab.simulation.reevaluation import reevaluate, restore_genomes
+from baldwinlab.studies.assays.catalog import why_not_in_study
+from baldwinlab.studies.assays.fork import Fork, copy_mode, fit_genomes
+from baldwinlab.studies.assays.results import find_missing_assays, open_assay
+from baldwinlab.studies.assays.run import run_assays
+from baldwinlab.studies.assays.sample import Sample
+from baldwinlab.studies.assays.storage import read_assay
+from baldwinlab.studies.extension import extend_study
+from baldwinlab.studies.records import StudyError, record_path
+from baldwinlab.studies.run import find_missing_runs, run_study
+from baldwinlab.studies.store import StudyStore
+from tests.small_studies import ignore_message, ignore_progress, make_small_study
+from tests.worlds import make_small_experiment
+
+LEARNER = "evo+self-taught/A"
+CONTROL = "evo/A"
+
+
+def measure_fork(
+    study: StudyStore, condition: str = LEARNER, generations: int = 3, name: str = "fork"
+) -> xr.Dataset:
+    missing = find_missing_assays(study, [name], generations)
+    run_assays(study, missing, 2, ignore_progress, ignore_message, generations=generations)
+    return open_assay(study.directory, name, condition)
+
+
+def make_pair(**changes: object) -> list[Experiment]:
+    """Return the control and the learner, which learns fast because its life is short."""
+    return [
+        make_small_experiment(name, **changes).replace(
+            lifetime={"steps": 120}, learning={"rate": 0.5}
+        )
+        for name in ("evo", "evo+self-taught")
+    ]
+
+
+def make_climbers(k: int, size: int = 100, generations: int = 60) -> list[Experiment]:
+    """Return NK climbers with free learning and their control."""
+    climbing = load("climbing/rugged").replace(
+        nk_climbers={"bits": 12, "k": k},
+        population={"size": size},
+        evolution={"generations": generations},
+    )
+    return [climbing.without_learning().replace(name="still"), climbing.replace(name="climbing")]
+
+
+def mean_fitness(fork: xr.Dataset, measure: str, history: str, regime: str) -> np.ndarray:
+    return fork[measure].sel(history=history, regime=regime).mean("agent").values
+
+
+def find_effect(effects: list[ForkEffect], effect: str, generation: int) -> ForkEffect:
+    (result,) = (
+        row
+        for row in effects
+        if (row.effect, row.generation, row.measure) == (effect, generation, "innate_fitness")
+    )
+    return result
+
+
+@pytest.mark.parametrize(
+    "experiments",
+    [
+        make_pair(),
+        make_pair(evolution={"generations": 1}),
+        make_pair(population={"size": 1}),
+        make_pair(evolution={"lamarckian_share": 1.0}, record={"genome_every": 2}),
+        make_pair(evolution={"elite": 2}),
+        make_climbers(3, size=10, generations=4),
+    ],
+    ids=["miniworld", "one generation", "one agent", "inherited weights", "elite", "NK"],
+)
+def test_branches_with_the_regime_of_their_history_equal_extended_runs(
+    tmp_path: Path, experiments: list[Experiment]
+) -> None:
+    control, learner = experiments
+    study = make_small_study(tmp_path, experiments, runs=2)
+    generations = learner.evolution.generations
+    fork = measure_fork(study, learner.name).sel(generation=generations - 1)
+    extended = extend_study(study, generations + 3)
+    missing = find_missing_runs(extended, 2, ignore_message)
+    run_study(extended, missing, 1, ignore_progress, ignore_message)
+    for run in range(2):
+        end = fork.sel(run=run)
+        learned = end.sel(history="learner", regime="on")
+        record = extended.read(learner.name, run)
+        assert np.array_equal(learned.fitness, record.energy[-1])
+        genomes = restore_genomes(learner, extended.record(learner.name, run), generations + 2)
+        newborns = reevaluate(
+            learner.without_learning(), study.seed, [run], generations + 2, genomes[None]
+        )
+        assert np.array_equal(learned.innate_fitness, newborns.energy[0])
+        continued = end.sel(history="control", regime="off")
+        assert np.array_equal(continued.fitness, extended.read(control.name, run).energy[-1])
+        assert continued.fitness.equals(continued.innate_fitness)
+
+
+def test_histories_are_equal_at_the_start_of_evolution(tmp_path: Path) -> None:
+    """The control gets the missing module of the learner's founders, so the founders are equal."""
+    fork = measure_fork(make_small_study(tmp_path, make_pair(), runs=2)).sel(generation=0)
+    learner = fork.sel(history="learner", drop=True)
+    assert learner.equals(fork.sel(history="control", drop=True))
+    assert not np.array_equal(learner.fitness.sel(regime="on"), learner.fitness.sel(regime="off"))
+
+
+def test_learning_guides_evolution_only_on_landscapes_with_valleys(tmp_path: Path) -> None:
+    for k in (0, 5, 10):
+        study = make_small_study(tmp_path / str(k), make_climbers(k), runs=10)
+        fork = measure_fork(study, "climbing", 20)
+        effects = estimate_effects(fork)
+        without = fork.innate_fitness.sel(regime="off", generation=59).mean("agent")
+        difference = without.sel(history="learner") - without.sel(history="control")
+        history = find_effect(effects, "history", 59)
+        regime = find_effect(effects, "regime", 59)
+        # Learning without a cost hides genetic differences on every landscape.
+        assert regime.high < 0, k
+        assert history.runs == 10
+        if k == 0:
+            assert history.low < 0 < history.high
+            assert abs(difference.mean()) < 0.005
+        else:
+            assert history.low > 0, k
+            assert difference.mean() > 0.02, k
+
+
+def test_the_mode_of_a_population_with_a_better_location_evolves_further(tmp_path: Path) -> None:
+    study = make_small_study(tmp_path, make_climbers(5), runs=10)
+    effects = estimate_effects(measure_fork(study, "climbing", 20, "fork-mode"))
+    assert find_effect(effects, "history", 59).low > 0
+
+
+def test_the_mode_is_the_most_frequent_genotype() -> None:
+    population = np.array([[[0, 1]], [[1, 1]], [[1, 1]], [[9, 9]]], np.float32)
+    assert np.array_equal(copy_mode(population), np.tile(population[1], (4, 1, 1)))
+
+
+def test_the_mode_of_different_genotypes_is_the_nearest_to_the_mean() -> None:
+    population = np.array([[[0.0]], [[5.0]], [[2.5]], [[1.0]]], np.float32)
+    assert np.array_equal(copy_mode(population), np.full((4, 1, 1), 2.5, np.float32))
+
+
+def test_genomes_get_missing_modules_of_founders_and_lose_unused_ones() -> None:
+    control, learner = make_pair()
+    founders = {
+        experiment.name: make_founders(experiment, GenerationKey(7, 0, 0))[None]
+        for experiment in (control, learner)
+    }
+    samples = {
+        experiment.name: Sample(Path(), 7, experiment, (0,), [], (), lambda steps: None)
+        for experiment in (control, learner)
+    }
+    changed = founders[CONTROL] + 1
+    fitted = fit_genomes(changed, samples[LEARNER])
+    assert np.array_equal(fitted[:, :, :1], changed)
+    assert np.array_equal(fitted[:, :, 1:], founders[LEARNER][:, :, 1:])
+    assert np.array_equal(fit_genomes(fitted, samples[CONTROL]), changed)
+
+
+def test_an_evolved_learning_rate_of_a_learner_is_fitted_too(tmp_path: Path) -> None:
+    control, learner = make_pair()
+    learner = learner.replace(learning={"evolved_rate": True})
+    assert learner.genome_length == control.genome_length + 1
+    fork = measure_fork(make_small_study(tmp_path, [control, learner], runs=1))
+    assert np.isfinite(fork.fitness).all()
+
+
+def test_one_run_has_estimates_without_intervals(tmp_path: Path) -> None:
+    fork = measure_fork(make_small_study(tmp_path, make_pair(), runs=1))
+    effects = estimate_effects(fork)
+    assert {row.runs for row in effects} == {1}
+    assert np.isnan([row.low for row in effects]).all()
+    innate = fork.innate_fitness.isel(run=0, generation=-1).mean("agent")
+    (learner_on, learner_off), (control_on, control_off) = innate.values
+    last = int(fork.generation[-1])
+    history = (learner_on + learner_off - control_on - control_off) / 2
+    regime = (learner_on + control_on - learner_off - control_off) / 2
+    interaction = learner_on - learner_off - control_on + control_off
+    for effect, expected in (
+        ("history", history),
+        ("regime", regime),
+        ("interaction", interaction),
+    ):
+        assert find_effect(effects, effect, last).estimate == pytest.approx(expected)
+
+
+def test_a_stored_fork_is_measured_again_only_for_another_number_of_generations(
+    tmp_path: Path,
+) -> None:
+    study = make_small_study(tmp_path, make_pair(), runs=1)
+    assert measure_fork(study, generations=2).attrs["generations"] == 2
+    assert not any(find_missing_assays(study, ["fork"]).values())
+    assert not any(find_missing_assays(study, ["fork"], 2).values())
+    assert find_missing_assays(study, ["fork"], 3) == {CONTROL: [], LEARNER: ["fork"]}
+    longer = bl.open_study(tmp_path).assay("fork", LEARNER, generations=4)
+    assert longer.attrs["generations"] == 4 and longer.attrs["control"] == CONTROL
+    assert bl.open_study(tmp_path).assay("fork", LEARNER).identical(longer)
+
+
+def test_progress_counts_every_generation_of_a_fork(tmp_path: Path) -> None:
+    study = make_small_study(tmp_path, make_pair(), runs=2)
+    step_counts: list[int] = []
+
+    @contextmanager
+    def record_progress(description: str, total: int) -> Iterator[Callable[[int], None]]:
+        step_counts.append(-total)
+        yield step_counts.append
+
+    missing = find_missing_assays(study, list(FORKS))
+    run_assays(study, missing, 1, record_progress, ignore_message, generations=2)
+    assert step_counts[0] < 0
+    assert sum(step_counts) == 0
+
+
+@pytest.mark.parametrize("generations", [0, -3])
+def test_a_fork_needs_at_least_one_generation(tmp_path: Path, generations: int) -> None:
+    study = make_small_study(tmp_path, make_pair(), runs=1)
+    with pytest.raises(ArgumentError, match=r"generations = .* must be at least 1"):
+        bl.open_study(study.directory).assay("fork", generations=generations)
+    assert not (tmp_path / "assays").exists()
+
+
+def test_other_assays_have_no_number_of_generations(tmp_path: Path) -> None:
+    study = make_small_study(tmp_path, make_pair(), runs=1)
+    with pytest.raises(ArgumentError, match="needs the assay fork"):
+        bl.open_study(study.directory).assay("descent", generations=5)
+
+
+def test_a_fork_needs_a_learner_a_control_and_inheritance(tmp_path: Path) -> None:
+    control, learner = make_pair()
+    learning = make_small_experiment("self-taught")
+    study = make_small_study(tmp_path, [control, learner.replace(name="B"), learning], runs=1)
+    faster = learner.replace(name="B", evolution={"elite": 1})
+    without_control = make_small_study(tmp_path / "single", [control, faster], runs=1)
+    assert "needs a condition that learns" in why_not_in_study("fork", study, CONTROL)
+    assert "which needs inherited genomes" in why_not_in_study("fork", study, learning.name)
+    assert why_not_in_study("fork", study, "B") == ""
+    reason = why_not_in_study("fork", without_control, "B")
+    assert "no condition that differs only in not learning" in reason
+    with pytest.raises(StudyError, match="no condition that differs only in not learning"):
+        bl.open_study(without_control.directory).assay("fork")
+
+
+def test_a_fork_needs_the_same_runs_of_the_control(tmp_path: Path) -> None:
+    study = make_small_study(tmp_path, make_pair(), runs=2)
+    record_path(tmp_path, CONTROL, 1).unlink()
+    assert "run 1 of evo/A is not stored" in why_not_in_study("fork", study, LEARNER)
+    assert not any(find_missing_assays(study, ["fork"]).values())
+
+
+def test_a_changed_record_is_detected(tmp_path: Path) -> None:
+    study = make_small_study(tmp_path, make_pair(), runs=1)
+    record = study.record(LEARNER, 0)
+    study.write(LEARNER, 0, record.assign(energy=record.energy + 1))
+    with pytest.raises(StudyError, match="does not eat the stored amount"):
+        measure_fork(study)
+
+
+def test_a_fork_of_another_control_is_refused(tmp_path: Path) -> None:
+    study = make_small_study(tmp_path, make_pair(), runs=1)
+    measure_fork(study)
+    study.experiments[CONTROL] = study.experiments[CONTROL].replace(evolution={"elite": 1})
+    with pytest.raises(ValueError, match=f"another experiment than that of {CONTROL}"):
+        read_assay(study, "fork", LEARNER)
+
+
+def test_the_starts_have_one_name_each() -> None:
+    assert [Fork(start).start for start in FORKS.values()] == [POPULATION, MODE]
