@@ -18,8 +18,8 @@ from baldwinlab.simulation.reevaluation import make_batch, restore_genomes
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
-NETWORKS: Final = ("action", "reinforcement")
-"""Modules of a genome that are networks."""
+NETWORK_MODULES: Final = ("action", "reinforcement")
+"""Names of the modules of a genome that are networks."""
 
 
 class AgentNetwork:
@@ -30,7 +30,7 @@ class AgentNetwork:
     experiment
         The experiment of the agent.
     part
-        The compiled values of the kind of network.
+        The fields of the part `network.kind`, for the engine.
     weights
         The weights, layer by layer.
 
@@ -43,12 +43,12 @@ class AgentNetwork:
     """
 
     def __init__(self, experiment: Experiment, part: Any, weights: npt.NDArray[np.float32]) -> None:
-        """Make a network. The class documents the arguments."""
+        """Make a network."""
         self.inputs = experiment.inputs
         self.outputs = experiment.actions
         self.weights = xr.DataArray(weights, dims="weight")
         self._part = part
-        self._units = sum(experiment.layer_sizes)
+        self._n_units = sum(experiment.layer_sizes)
 
     def __call__(self, inputs: npt.ArrayLike) -> xr.DataArray:
         """Evaluate the network with the arithmetic of the engine.
@@ -57,12 +57,12 @@ class AgentNetwork:
         ----------
         inputs
             Array [input] or [step, input] of numbers from 0 to 1. A recurrent network starts each
-            call without memory, like a newborn, and keeps its memory from step to step.
+            call without memory, like a newborn, and remembers the previous steps of the call.
 
         Returns
         -------
         xarray.DataArray
-            The outputs, with the dimension `action`, after `step` if `inputs` has steps.
+            The outputs: [action], or [step, action] if `inputs` has steps.
 
         Raises
         ------
@@ -70,11 +70,11 @@ class AgentNetwork:
             The inputs have another shape, or a number below 0 or above 1.
         """
         array = self._check_inputs(inputs)
-        steps = np.atleast_2d(array)
+        inputs_by_step = np.atleast_2d(array)
         weights = self.weights.values[:, None]
-        activations = np.zeros((self._units, 1), np.float32)
-        outputs = np.empty((len(steps), len(self.outputs)), np.float32)
-        for step, values in enumerate(steps):
+        activations = np.zeros((self._n_units, 1), np.float32)
+        outputs = np.empty((len(inputs_by_step), len(self.outputs)), np.float32)
+        for step, values in enumerate(inputs_by_step):
             activations[: len(self.inputs), 0] = values
             forward(self._part, weights, activations, 0)
             outputs[step] = activations[-len(self.outputs) :, 0]
@@ -83,9 +83,11 @@ class AgentNetwork:
         result = xr.DataArray(
             outputs, {"action": list(self.outputs)}, ("step", "action"), attrs=attributes
         )
-        return result[0] if array.ndim == 1 else result
+        has_steps = array.ndim == 2
+        return result if has_steps else result[0]
 
     def _check_inputs(self, inputs: npt.ArrayLike) -> npt.NDArray[np.float32]:
+        """Return the inputs as an array. Raise RefusedError for a wrong shape or value."""
         count = len(self.inputs)
         try:
             array = np.asarray(inputs, np.float32)
@@ -99,6 +101,7 @@ class AgentNetwork:
                 f"inputs have the shape {array.shape}; it must be [{count}] or [step, {count}]: "
                 f"{names}"
             )
+        # A NaN is in no range, so it is refused.
         if not ((array >= 0) & (array <= 1)).all():
             raise RefusedError("inputs must be numbers from 0 to 1, like those of senses")
         return array
@@ -142,11 +145,11 @@ def read_genomes(
     _require_index("generation", generation, experiment.evolution.generations)
     for number in _list_agents(agent):
         _require_index("agent", number, experiment.population.size)
-    genome = _read_genome(study, condition, run, generation)
+    array = _read_genome_array(study, condition, run, generation)
     variable = RUN_VARIABLES["genome"]
     genomes = xr.DataArray(
-        genome,
-        {"agent": np.arange(len(genome)), "module": list(experiment.modules)},
+        array,
+        {"agent": np.arange(len(array)), "module": list(experiment.modules)},
         ("agent", "module", "weight"),
         attrs={"units": variable.unit, "long_name": "weights at birth"},
     )
@@ -193,24 +196,27 @@ def make_network(
     experiment = _require_forager(study.experiment(condition))
     _require_index("generation", generation, experiment.evolution.generations)
     _require_index("agent", agent, experiment.population.size)
-    networks = [name for name in experiment.modules if name in NETWORKS]
+    networks = [name for name in experiment.modules if name in NETWORK_MODULES]
     if module not in networks:
         names = list_names(module, networks)
         raise RefusedError(f"module = {module!r} is not a network of {condition}; {names}")
     study.require_parts(condition)
-    genome = _read_genome(study, condition, run, generation)
-    newborns = make_batch(experiment, study.seed, [run], generation, genome[None]).state
-    source = newborns.weights if module == "action" else newborns.genes
-    weights = source[: experiment.weight_count, agent].copy()
+    genomes = _read_genome_array(study, condition, run, generation)
+    # The batch has one world.
+    newborns = make_batch(experiment, study.seed, [run], generation, genomes[None]).state
+    # The first weights of `genes` are those of the reinforcement network.
+    weights_by_agent = newborns.weights if module == "action" else newborns.genes
+    weights = weights_by_agent[: experiment.weight_count, agent].copy()
     return AgentNetwork(experiment, newborns.network, weights)
 
 
-def _read_genome(
+def _read_genome_array(
     study: StudyStore, condition: str, run: int, generation: int
 ) -> npt.NDArray[np.float32]:
-    """Return the genomes [agent, module, weight] of a generation, stored or bred again."""
+    """Return the genomes [agent, module, weight] of a generation. Compute them if not stored."""
     record = study.record(condition, run)
-    if generation not in record["kept_generation"].values:
+    is_computed = generation not in record["kept_generation"].values
+    if is_computed:
         study.require_parts(condition)
     return restore_genomes(study.experiment(condition), record, generation)
 
@@ -225,12 +231,14 @@ def _require_forager(experiment: BaseExperiment) -> Experiment:
 
 
 def _require_index(name: str, value: int, count: int) -> None:
+    """Raise ArgumentError unless `value` is an integer from 0 to `count` - 1."""
     value = int(value) if isinstance(value, np.integer) else value
-    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < count:
+    is_integer = isinstance(value, int) and not isinstance(value, bool)
+    if not is_integer or not 0 <= value < count:
         raise ArgumentError(name, value, f"must be a whole number from 0 to {count - 1}")
 
 
-def only_condition(study: StudyStore, condition: str | None) -> str:
+def select_condition(study: StudyStore, condition: str | None) -> str:
     """Return `condition`, or the only condition of the study if it is None.
 
     Parameters

@@ -63,7 +63,7 @@ class BenchmarkRecord(NamedTuple):
 
 
 def cases(backend: str = "auto") -> list[str]:
-    """Return the cases in the order of measurement.
+    """Return the names of the cases, in the order of measurement.
 
     Parameters
     ----------
@@ -84,7 +84,10 @@ def cases(backend: str = "auto") -> list[str]:
 
 
 def rule_cases() -> list[str]:
-    """Return a case for each built-in learning rule: agents of the first paper on its map A."""
+    """Return the name of a case for each built-in learning rule.
+
+    A case has the agents of the first paper on map A.
+    """
     return [f"rule-{name}" for name in registry.package_parts("learning rule")]
 
 
@@ -96,7 +99,7 @@ def measure_cases(
     Parameters
     ----------
     quick
-        Measure less of each case, which is less exact.
+        Measure shorter simulations, which is less exact.
     backend
         "auto", "cpu" or "cuda".
     parts
@@ -111,6 +114,7 @@ def measure_cases(
     PartError
         A file cannot be loaded.
     """
+    # Raise an error for a backend or a file before the first measurement.
     choose_backend(backend)
     for file in parts:
         load_file(file)
@@ -132,28 +136,33 @@ def measure(case: str, quick: bool, backend: str = "auto") -> BenchmarkRecord:
     case
         Name of a case.
     quick
-        Measure less, which is less exact.
+        Measure a shorter simulation, which is less exact.
     backend
         "auto", "cpu" or "cuda".
 
     Returns
     -------
-    Record
+    BenchmarkRecord
         The measurements.
     """
     agents = int(case.removeprefix("world-")) if case.startswith("world-") else WORLD_SIZES[0]
-    chosen = choose_backend(backend, MIN_GPU_WORLDS if agents == WORLD_SIZES[0] else 1, agents)
-    compile_seconds = compile_experiments(_experiments(case), chosen)
+    # A case with small worlds has many worlds.
+    n_worlds = MIN_GPU_WORLDS if agents == WORLD_SIZES[0] else 1
+    selected_backend = choose_backend(backend, n_worlds, agents)
+    compile_seconds = compile_experiments(_make_experiments(case), selected_backend)
     if case == "study":
-        runs = 8 if chosen is CPU else 30
-        agent_steps, seconds, threads = _study(chosen, runs=2 if quick else runs)
+        runs = 8 if selected_backend is CPU else 30
+        agent_steps, seconds, threads = _measure_study(selected_backend, runs=2 if quick else runs)
     elif case.startswith("world-"):
-        agent_steps, seconds, threads = _world(chosen, agents, steps=20 if quick else 200)
+        steps = 20 if quick else 200
+        agent_steps, seconds, threads = _measure_world(selected_backend, agents, steps)
     else:
-        # A GPU simulates many more worlds at a time.
-        generations = 100 if chosen is CPU else 10
-        agent_steps, seconds, threads = _condition(
-            chosen, _case(case), generations // 5 if quick else generations
+        # A GPU simulates many more worlds at a time, so fewer generations suffice.
+        generations = 100 if selected_backend is CPU else 10
+        if quick:
+            generations //= 5
+        agent_steps, seconds, threads = _measure_condition(
+            selected_backend, _make_experiment(case), generations
         )
     return BenchmarkRecord(
         case, agent_steps / seconds, seconds, compile_seconds, _peak_mib(), threads
@@ -168,22 +177,23 @@ def measure_parts(file: Path, quick: bool, backend: str = "auto") -> BenchmarkRe
     file
         Python file with parts.
     quick
-        Measure less, which is less exact.
+        Measure a shorter simulation, which is less exact.
     backend
         "auto", "cpu" or "cuda".
 
     Returns
     -------
-    Record
+    BenchmarkRecord
         The measurements.
     """
-    chosen = choose_backend(backend, MIN_GPU_WORLDS, WORLD_SIZES[0])
-    length = {
+    selected_backend = choose_backend(backend, MIN_GPU_WORLDS, WORLD_SIZES[0])
+    changed_settings = {
         "population": {"size": WORLD_SIZES[0]},
         "evolution": {"generations": 4 if quick else 20},
     }
     experiments = [
-        group.experiment.replace(**length) for group in group_parts(parts_in(load_file(file)))
+        group.experiment.replace(**changed_settings)
+        for group in group_parts(parts_in(load_file(file)))
     ]
     experiments = [
         experiment.replace(lifetime={"steps": 5000})
@@ -191,39 +201,37 @@ def measure_parts(file: Path, quick: bool, backend: str = "auto") -> BenchmarkRe
         else experiment
         for experiment in experiments
     ]
-    compile_seconds = compile_experiments(experiments, chosen)
-    measured = [_runs(chosen, experiment) for experiment in experiments]
-    agent_steps, seconds = (sum(column) for column in zip(*measured, strict=True))
+    compile_seconds = compile_experiments(experiments, selected_backend)
+    measurements = [_simulate_runs(selected_backend, experiment) for experiment in experiments]
+    agent_steps, seconds = (sum(column) for column in zip(*measurements, strict=True))
     return BenchmarkRecord(
         file.stem, agent_steps / seconds, seconds, compile_seconds, _peak_mib(), 1
     )
 
 
 def _peak_mib() -> float | None:
-    """Return the largest memory of this process so far, in MiB; None if it is unknown."""
+    """Return the peak memory of this process, in MiB. None if the system does not report it."""
     peak = peak_memory()
     return None if peak is None else peak / 2**20
 
 
-def _experiments(case: str) -> list[Experiment]:
-    """Return the experiments of a case, except for their lengths."""
+def _make_experiments(case: str) -> list[Experiment]:
+    """Return the experiments of a case. Their numbers of generations and steps are not final."""
     if case.startswith("world-"):
         return [many_agent_experiment(int(case.removeprefix("world-")), steps=1)]
-    return paper() if case == "study" else [_case(case)]
+    return paper() if case == "study" else [_make_experiment(case)]
 
 
-def _case(name: str) -> Experiment:
-    """Return a condition by its name, or agents that learn by the rule of a rule case."""
-    rule = name.removeprefix("rule-")
-    return (
-        load("evo+self-taught/A").replace(name=name, learning={"rule": rule})
-        if rule != name
-        else load(name)
-    )
+def _make_experiment(name: str) -> Experiment:
+    """Return the experiment of a case with one condition: a preset, or a learning rule."""
+    if name.startswith("rule-"):
+        rule = name.removeprefix("rule-")
+        return load("evo+self-taught/A").replace(name=name, learning={"rule": rule})
+    return load(name)
 
 
-def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
-    """Measure the paper with fewer runs, on all cores, with stored records."""
+def _measure_study(backend: Backend, runs: int) -> tuple[int, float, int]:
+    """Measure the study of the paper with `runs` runs, on all cores, with stored records."""
     # A GPU simulates several batches at a time.
     threads = max(available_cores(), 1 if backend is CPU else len(paper()))
     with tempfile.TemporaryDirectory() as folder:
@@ -235,15 +243,15 @@ def _study(backend: Backend, runs: int) -> tuple[int, float, int]:
     return runs * sum(count_agent_steps(experiment) for experiment in paper()), seconds, threads
 
 
-def _condition(
+def _measure_condition(
     backend: Backend, experiment: Experiment, generations: int
 ) -> tuple[int, float, int]:
     """Measure one batch of runs of a condition, on one thread."""
-    return *_runs(backend, experiment.replace(evolution={"generations": generations})), 1
+    return *_simulate_runs(backend, experiment.replace(evolution={"generations": generations})), 1
 
 
-def _runs(backend: Backend, experiment: Any) -> tuple[int, float]:
-    """Return the agent-steps and the seconds of one batch of runs, on one thread."""
+def _simulate_runs(backend: Backend, experiment: Any) -> tuple[int, float]:
+    """Simulate one batch of runs on one thread. Return its agent-steps and seconds."""
     # The first run loads compiled code.
     simulate_batch(experiment.replace(evolution={"generations": 1}), 0, [0], backend)
     start = time.perf_counter()
@@ -252,7 +260,7 @@ def _runs(backend: Backend, experiment: Any) -> tuple[int, float]:
 
 
 def many_agent_experiment(agents: int, steps: int) -> Experiment:
-    """Return evo+self-taught/A with more agents, on a map and with food in proportion.
+    """Return evo+self-taught/A with more agents. The map and the food grow in proportion.
 
     Parameters
     ----------
@@ -281,11 +289,11 @@ def many_agent_experiment(agents: int, steps: int) -> Experiment:
     )
 
 
-def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
+def _measure_world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
     """Measure lives of one large world, or of a batch of small worlds, on one thread.
 
-    The fastest of some repetitions counts. Lives have the same length in worlds of any size, so
-    that as many agents are still among the food. A smaller world is simulated more often.
+    The fastest of `REPETITIONS` repetitions counts. Lives have the same length in worlds of any
+    size, so that the same share of agents is near food. A smaller world is simulated more often.
     """
     worlds = backend.worlds if agents == WORLD_SIZES[0] else 1
     experiment = many_agent_experiment(agents, steps)
@@ -299,7 +307,7 @@ def _world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
         seconds = 0.0
         for _ in range(n_lives):
             batch.begin(0, genomes)
-            # This waits until the batch is ready.
+            # Reading a result waits until a GPU is ready.
             batch.eaten_in_life()
             start = time.perf_counter()
             batch.simulate(0, steps)

@@ -53,7 +53,7 @@ def evaluate_claims(
 ) -> list[ClaimResult]:
     """Evaluate claims about a study and print the verdicts. Nothing is written.
 
-    All tests are corrected together.
+    The p-values of all tests are corrected together.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ def evaluate_claims(
     file
         TOML file with claims.
     paper
-        Name or folder of a paper whose claims are evaluated; the paper that made the study, unless
-        given. It excludes `file`.
+        Name or folder of a paper whose claims are evaluated. By default the paper that defines the
+        study. `paper` and `file` exclude each other.
     last
         Number of final generations that are averaged in each run, at least 1.
 
@@ -81,13 +81,14 @@ def evaluate_claims(
     PaperError
         The file is not valid, or names conditions that the study does not have.
     RefusedError
-        No claims are given, and no paper made the study.
+        No claims are given, and no paper defines the study.
     """
     require_positive("last", last)
     study.require_runs()
     title, source = _select_claims(study, file, paper)
-    named = set().union(*(claim.conditions for claim in source.claims))
-    conditions = sorted(named & set(study.experiments)) or list(study.experiments)
+    claim_conditions = set().union(*(claim.conditions for claim in source.claims))
+    # Claims of another paper may name no condition of the study.
+    conditions = sorted(claim_conditions & set(study.experiments)) or list(study.experiments)
     samples = Samples(open_conditions(study, conditions), last, source)
     results = evaluate_samples(samples)
     console.console.print(make_claims_table(results, title, study.changed_model))
@@ -96,7 +97,7 @@ def evaluate_claims(
 
 
 def _select_claims(study: StudyStore, file: Path | None, paper: str) -> tuple[str, ClaimSource]:
-    """Return the claims of the file, of the paper or of the study's paper, and their title."""
+    """Return the title and the claims of `file`, of `paper`, or of the paper of the study."""
     if file and paper:
         raise RefusedError(
             f"--claims {file} and --paper {paper} exclude each other. Give one of them."
@@ -107,8 +108,8 @@ def _select_claims(study: StudyStore, file: Path | None, paper: str) -> tuple[st
                 f"{study.directory} was made by no paper. Give claims by --claims FILE or "
                 "--paper NAME."
             )
-        chosen = load(paper) if paper else load_stored_paper(study.directory, study.paper)
-        return f"The claims of {chosen.name}", chosen
+        paper_data = load(paper) if paper else load_stored_paper(study.directory, study.paper)
+        return f"The claims of {paper_data.name}", paper_data
     claims = read_claims(file)
     if not claims:
         raise PaperError(f"{file} does not exist or has no [[claims]]; write at least one claim")

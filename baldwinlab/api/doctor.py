@@ -1,4 +1,4 @@
-"""Examine this machine: what baldwinlab needs, what is available, and how to fix each problem."""
+"""Examine this machine: packages, cores, memory, disk, cache and GPU, and fixes of problems."""
 
 from __future__ import annotations
 
@@ -16,13 +16,25 @@ from baldwinlab.engine import cache
 from baldwinlab.simulation.compilation import available_cores
 
 State = Literal["well", "missing", "problem"]
-"""The state of a topic. An optional library can be "missing"."""
-MIN_FREE: Final = 2**30
-"""Memory or disk of a study of the paper, in bytes."""
+"""The state of a topic. "missing" is the state of an absent optional feature."""
+MIN_FREE_BYTES: Final = 2**30
+"""Memory, and disk space, that a study of the first paper needs."""
 
 
 class DoctorFinding(NamedTuple):
-    """The result of one check, and how to fix a problem."""
+    """The result of one check.
+
+    Attributes
+    ----------
+    topic : str
+        The subject of the check, such as "memory".
+    state : State
+        "well", "missing" or "problem".
+    message : str
+        The finding.
+    fix : str
+        How to fix the problem; "" if the state is "well".
+    """
 
     topic: str
     state: State
@@ -36,7 +48,7 @@ def examine(folder: Path) -> Iterator[DoctorFinding]:
     Parameters
     ----------
     folder
-        Where studies would be written. It may not exist.
+        Folder for studies. It may not exist.
 
     Yields
     ------
@@ -72,11 +84,10 @@ def _check_packages() -> Iterator[DoctorFinding]:
         versions = {name: extras.installed_version(name) for name in required.get(extra, [])}
         installed = ", ".join(f"{name} {version}" for name, version in versions.items() if version)
         missing = ", ".join(name for name, version in versions.items() if version is None)
-        yield (
-            _check_core(installed, missing)
-            if extra == extras.CORE
-            else _check_extra(extra, installed, missing)
-        )
+        if extra == extras.CORE:
+            yield _check_core(installed, missing)
+        else:
+            yield _check_extra(extra, installed, missing)
 
 
 def _check_core(installed: str, missing: str) -> DoctorFinding:
@@ -108,25 +119,25 @@ def _check_free_space(topic: str, free: int | None, fix: str) -> DoctorFinding:
         return DoctorFinding(
             topic,
             "missing",
-            "the system does not report how much is free",
-            "commands start without a check of it",
+            "the system does not report the free space",
+            "commands start without a check of the free space",
         )
     message = f"{resources.format_bytes(free)} free"
-    if free >= MIN_FREE:
+    if free >= MIN_FREE_BYTES:
         return DoctorFinding(topic, "well", message)
     return DoctorFinding(topic, "problem", message, fix)
 
 
 def _check_cache() -> DoctorFinding:
-    """Check the folder of compiled code."""
-    with warnings.catch_warnings(record=True) as caught:
+    """Check the folder of compiled code. A warning states why there is no folder."""
+    with warnings.catch_warnings(record=True) as folder_warnings:
         warnings.simplefilter("always")
         folder = cache.cache_root()
     if folder is None:
         return DoctorFinding(
             "compiled code",
             "problem",
-            "; ".join(str(warning.message) for warning in caught),
+            "; ".join(str(warning.message) for warning in folder_warnings),
             "set BALDWINLAB_CACHE to a folder that only you can write to",
         )
     size = sum(file.stat().st_size for file in folder.rglob(f"*{cache.ENDING}"))
@@ -136,12 +147,12 @@ def _check_cache() -> DoctorFinding:
 def _check_writing(folder: Path) -> DoctorFinding:
     """Check that a study can be written, with a temporary file."""
     parents = (folder, *folder.absolute().parents)
-    existing = next(parent for parent in parents if parent.exists())
+    existing_folder = next(parent for parent in parents if parent.exists())
     try:
-        with tempfile.TemporaryFile(dir=existing) as file:
+        with tempfile.TemporaryFile(dir=existing_folder) as file:
             file.write(b"baldwinlab")
     except OSError as error:
-        message = f"{existing} cannot be written to ({error.strerror})"
+        message = f"{existing_folder} cannot be written to ({error.strerror})"
         fix = "change to a folder that you can write to, or pass one with --out"
         return DoctorFinding("studies", "problem", message, fix)
     return DoctorFinding("studies", "well", f"{folder} can be written to")

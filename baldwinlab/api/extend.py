@@ -1,4 +1,4 @@
-"""Extend a stored study: more generations, more runs."""
+"""Extend a stored study by more generations or more runs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def extend(
 ) -> StudyStore:
     """Run a stored study further, with more generations, more runs, or both.
 
-    The stored generations keep their bits. The result is bit-identical to that of one long run.
+    The stored generations do not change. The result is bit-identical to that of one long run.
 
     Parameters
     ----------
@@ -27,9 +27,9 @@ def extend(
     options
         Workers, backend, executor, force and the interval of the checkpoints.
     generations
-        Number of generations; the stored number, unless given.
+        Number of generations. By default the stored number.
     runs
-        Number of runs of each condition; the largest stored number, unless given.
+        Number of runs of each condition. By default the largest stored number.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def extend(
     RefusedError
         Less memory or disk is free than the estimate, unless `options.force`.
     InterruptedStudyError
-        A worker or a disk failed. The same call continues.
+        A worker or a disk failed. A repeated call continues.
     """
     if runs is None:
         study.require_runs()

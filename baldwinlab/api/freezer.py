@@ -22,16 +22,16 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.studies.creation import require_available
 from baldwinlab.studies.store import StudyStore
 
-# STUDY:CONDITION@GENERATION[RUN]=SHARE; the run and the share can be missing.
-REFERENCE: Final = re.compile(
+# STUDY:CONDITION@GENERATION[RUN]=SHARE. The run and the share are optional.
+POPULATION_PATTERN: Final = re.compile(
     r"(?P<study>.+?):(?P<condition>[^:@=]+)@(?P<generation>[0-9]{1,9})"
     r"(?:\[(?P<run>[0-9]{1,10})\])?(?:=(?P<share>[0-9.]+))?"
 )
-FILE: Final = re.compile(r"(?P<path>.+\.(?:npy|nc))(?:=(?P<share>[0-9.]+))?")
+GENOME_FILE_PATTERN: Final = re.compile(r"(?P<path>.+\.(?:npy|nc))(?:=(?P<share>[0-9.]+))?")
 
 
 class StoredPopulation(NamedTuple):
-    """Reference to a population of a stored study.
+    """A population of a stored study: one generation of one run or of all runs.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class StoredPopulation(NamedTuple):
 
     @property
     def file_name(self) -> str:
-        """Name of the genome file of the population."""
+        """Return the name of the genome file of the population."""
         condition = self.condition.replace("/", "-")
         run = "" if self.run is None else f"-run-{self.run}"
         return f"{condition}-generation-{self.generation}{run}.nc"
@@ -130,12 +130,12 @@ def encode_population(population: StoredPopulation, agent: int | None = None) ->
     population
         The population.
     agent
-        Number of an agent; all agents, unless given.
+        Number of an agent. By default all agents.
 
     Returns
     -------
     bytes
-        The genome file, see `baldwinlab.evolution.genome_file`. It names the experiment, the
+        The genome file, see `baldwinlab.evolution.genome_file`. It holds the experiment, the
         condition, the generation, the runs and the seed.
 
     Raises
@@ -164,7 +164,7 @@ def encode_population(population: StoredPopulation, agent: int | None = None) ->
 
 
 def parse_population(reference: str) -> StoredPopulation:
-    """Return the population that a text names.
+    """Return the population that a reference names.
 
     Parameters
     ----------
@@ -174,11 +174,11 @@ def parse_population(reference: str) -> StoredPopulation:
     Raises
     ------
     ArgumentError
-        The text has another form.
+        The reference has another form.
     StudyError
         There is no such study.
     """
-    match = REFERENCE.fullmatch(reference)
+    match = POPULATION_PATTERN.fullmatch(reference)
     if match is None or match["share"]:
         raise ArgumentError(
             "population", reference, "must be STUDY:CONDITION@GENERATION or ...@GENERATION[RUN]"
@@ -187,6 +187,7 @@ def parse_population(reference: str) -> StoredPopulation:
 
 
 def _make_population(match: re.Match[str]) -> StoredPopulation:
+    """Return the population of a match of `POPULATION_PATTERN`."""
     study = StudyStore(parse_location(match["study"]))
     run = match["run"]
     return StoredPopulation(
@@ -231,13 +232,14 @@ def add_founders(
     founders: list[dict[str, Any]] = []
     contents: dict[Path, bytes] = {}
     for reference in references:
-        if match := REFERENCE.fullmatch(reference):
+        if match := POPULATION_PATTERN.fullmatch(reference):
             population = _make_population(match)
             path = directory / "founders" / population.file_name
             contents[path] = encode_population(population)
             sha256 = hashlib.sha256(contents[path]).hexdigest()
-        elif match := FILE.fullmatch(reference):
-            path, sha256 = Path(match["path"]), ""
+        elif match := GENOME_FILE_PATTERN.fullmatch(reference):
+            path = Path(match["path"])
+            sha256 = ""
         else:
             raise ArgumentError(
                 "founders",
@@ -264,10 +266,12 @@ def _parse_share(text: str) -> float:
 
 
 def _write_founders(directory: Path, contents: Mapping[Path, bytes]) -> None:
+    """Write the genome files of a new study. Raise RefusedError if the study has other files."""
     require_available(directory)
     for path, content in contents.items():
-        is_same = path.exists() and path.read_bytes() == content
-        if not is_same and (path.exists() or is_study(directory)):
+        is_stored = path.exists() and path.read_bytes() == content
+        has_other_founders = not is_stored and (path.exists() or is_study(directory))
+        if has_other_founders:
             raise RefusedError(
                 f"{directory} holds a study with other founders; choose another --out"
             )

@@ -9,7 +9,7 @@ from baldwinlab import papers
 from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.planned_reproduction import are_foragers
 from baldwinlab.api.publish.gallery import (
-    PAGE,
+    GALLERY_FILE,
     explain_omissions,
     publish_gallery,
     summarize,
@@ -19,7 +19,7 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import require_positive
 from baldwinlab.core.output_paths import REPORT_MARK, require_writable
 
-ALL: Final = "all"
+ALL_PAPERS: Final = "all"
 """The argument of `baldwinlab reproduce` for every paper."""
 
 
@@ -32,15 +32,15 @@ def compare_papers(
 ) -> Path:
     """Write a page that compares all papers whose studies are in a folder.
 
-    The page has one table and one figure. gallery.json and figures/ are written next to the
-    studies. No simulation runs.
+    The page has one table and one figure. The function also writes gallery.json and figures/ into
+    the folder. No simulation runs.
 
     Parameters
     ----------
     folder
         Folder that holds the studies.
     out
-        HTML file; gallery.html in the folder, unless given.
+        HTML file. By default gallery.html in the folder.
     last
         Number of final generations that are averaged in each run, at least 1.
     force
@@ -60,7 +60,7 @@ def compare_papers(
     """
     require_positive("last", last)
     load_installed_parts()
-    page = Path(folder) / PAGE if out is None else Path(out)
+    page = Path(folder) / GALLERY_FILE if out is None else Path(out)
     if out is not None:
         require_writable("--out", page, REPORT_MARK.encode(), force=force)
     gallery = publish_gallery(Path(folder), page, last, console.info)
@@ -75,12 +75,12 @@ def reproduce_all(
 ) -> Path:
     """Reproduce every built-in paper, and compare them on one page.
 
-    The same call again does only what is missing.
+    A repeated call simulates only the missing runs and assays.
 
     Parameters
     ----------
     folder
-        Folder of the studies; each paper has its own folder in it.
+        Folder of the studies. It has one folder per paper.
     steps
         Number of steps of a forager's life; by default as in each paper. Papers without foragers
         ignore it.
@@ -103,13 +103,14 @@ def reproduce_all(
     RefusedError
         The backend cannot be used on this machine, or too little memory or disk is free.
     InterruptedStudyError
-        A worker or a disk failed. The stored runs remain, and the same call continues.
+        A worker or a disk failed. The stored runs remain, and a repeated call continues.
     """
     load_installed_parts()
     names = list(papers.built_in())
     for number, name in enumerate(names, 1):
         console.info(f"{name}, paper {number} of {len(names)}")
         has_foragers = are_foragers(papers.load(name).experiments())
+        steps_of_paper = steps if has_foragers else None
         directory = Path(folder) / ("paper" if name == papers.DEFAULT_PAPER else name)
-        reproduce(name, out=directory, steps=steps if has_foragers else None, last=last, **options)
+        reproduce(name, out=directory, steps=steps_of_paper, last=last, **options)
     return compare_papers(folder, last=last)

@@ -11,31 +11,34 @@ from baldwinlab.studies.executors import ExecutorError
 
 
 @contextmanager
-def report_progress_on_error(directory: Path, count_stored: Callable[[], str]) -> Iterator[None]:
-    """Describe the stored results in the message of an interruption.
+def report_progress_on_error(directory: Path, describe_stored: Callable[[], str]) -> Iterator[None]:
+    """State the number of stored results in the message of an interruption.
 
     Parameters
     ----------
     directory
         The directory of the study.
-    count_stored
-        Returns the number of stored results, as text.
+    describe_stored
+        Function that returns the number of stored results as text.
 
     Raises
     ------
     InterruptedStudyError
         A worker or a disk failed.
+    KeyboardInterrupt
+        The user pressed Ctrl-C.
     """
     try:
         yield
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"Interrupted. {_resume_message(count_stored())}") from None
+        raise KeyboardInterrupt(f"Interrupted. {_resume_message(describe_stored())}") from None
     except ExecutorError as error:
-        raise InterruptedStudyError(f"{error}. {_resume_message(count_stored())}") from None
+        raise InterruptedStudyError(f"{error}. {_resume_message(describe_stored())}") from None
     except OSError as error:
+        # An error without a file name is about the directory.
         file = error.filename or directory
         raise InterruptedStudyError(
-            f"cannot write {file}: {error.strerror or error}. {_resume_message(count_stored())}"
+            f"cannot write {file}: {error.strerror or error}. {_resume_message(describe_stored())}"
         ) from None
 
 

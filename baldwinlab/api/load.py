@@ -17,7 +17,8 @@ from baldwinlab.papers.paper import STANDARD_VARIANT
 if TYPE_CHECKING:
     import xarray as xr
 
-ORIGIN = "the dataset's experiment"
+SOURCE_NAME = "the dataset's experiment"
+"""The source of an experiment in error messages."""
 
 
 @cache
@@ -87,26 +88,27 @@ def read_experiment(dataset: xr.Dataset, condition: str | None = None) -> Experi
     """
     load_installed_parts()
     if "experiment" in dataset.attrs:
-        return from_toml(dataset.attrs["experiment"], where=ORIGIN, lenient=True)
+        return from_toml(dataset.attrs["experiment"], where=SOURCE_NAME, lenient=True)
     if "experiment" not in dataset:
         raise RefusedError(
             "the dataset has no attribute or variable 'experiment'; give a dataset that baldwinlab "
-            "returned, not one that was computed from it"
+            "returned, not a dataset that was computed from it"
         )
     texts = dataset["experiment"]
     if condition is not None and "condition" in texts.coords:
-        is_known = condition in texts.condition.values
-        texts = texts.sel(condition=condition) if is_known else texts.isel(condition=[])
+        has_condition = condition in texts.condition.values
+        # Without the condition, no text remains, and the error below lists the conditions.
+        texts = texts.sel(condition=condition) if has_condition else texts.isel(condition=[])
     if texts.size != 1:
         raise RefusedError(
             f"condition = {condition!r} does not select one experiment of the dataset; "
             f"{_describe_choice(dataset, condition)}"
         )
-    return from_toml(str(texts.item()), where=ORIGIN, lenient=True)
+    return from_toml(str(texts.item()), where=SOURCE_NAME, lenient=True)
 
 
 def _describe_choice(dataset: xr.Dataset, condition: str | None) -> str:
-    """Return what to select: a condition, or a point of a sweep."""
+    """Return the choices as text: the names of the conditions, or a point of a sweep."""
     if "condition" not in dataset.coords:
         return "select one point of it"
     names = [str(name) for name in dataset.condition.values.ravel()]

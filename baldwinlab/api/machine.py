@@ -18,11 +18,12 @@ def describe_machine() -> dict[str, Any]:
     Returns
     -------
     dict
-        Plain data for JSON.
+        The keys "platform", "processor", "cores", "python", "numpy" and "numba". Plain data for
+        JSON.
     """
     return {
         "platform": platform.platform(),
-        "processor": _processor(),
+        "processor": _read_processor_name(),
         "cores": available_cores(),
         "python": platform.python_version(),
         "numpy": np.__version__,
@@ -30,7 +31,8 @@ def describe_machine() -> dict[str, Any]:
     }
 
 
-def _processor() -> str:
+def _read_processor_name() -> str:
+    # On Linux, `platform.processor` returns less than this file.
     try:
         lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
     except OSError:

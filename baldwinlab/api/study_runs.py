@@ -7,7 +7,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from baldwinlab.api.agents import AgentNetwork, make_network, only_condition, read_genomes
+from baldwinlab.api.agents import AgentNetwork, make_network, read_genomes, select_condition
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.simulation.replay import replay
@@ -145,7 +145,7 @@ class StudyRuns:
         RefusedError
             There is no such generation, the model has no world, or too little memory is free.
         """
-        condition = only_condition(self._store, condition)
+        condition = select_condition(self._store, condition)
         experiment = self.experiment(condition)
         self._store.require_parts(condition)
         energy = self._store.read(condition, run, genomes=False).energy
@@ -189,7 +189,7 @@ class StudyRuns:
         PartError
             A custom part of the study is not loaded.
         """
-        name = only_condition(self._store, condition)
+        name = select_condition(self._store, condition)
         return read_genomes(self._store, name, run, generation, agent)
 
     def network(
@@ -228,5 +228,5 @@ class StudyRuns:
         PartError
             A custom part of the study is not loaded.
         """
-        name = only_condition(self._store, condition)
+        name = select_condition(self._store, condition)
         return make_network(self._store, name, run, generation, agent, module=module)

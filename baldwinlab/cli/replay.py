@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 import xarray as xr
 from cyclopts import Parameter
 
-from baldwinlab.api.agents import only_condition
+from baldwinlab.api.agents import select_condition
 from baldwinlab.api.frozen_genomes import read_frozen, replay_frozen
 from baldwinlab.api.study import Study
 from baldwinlab.cli.options import (
@@ -145,7 +145,7 @@ def _replay_stored(
     store: StudyStore, condition: str | None, life: tuple[int, int], out: Path, force: bool
 ) -> tuple[xr.Dataset, Experiment]:
     """Return the trace and the experiment of a stored lifetime; `life` is (run, generation)."""
-    condition = only_condition(store, condition)
+    condition = select_condition(store, condition)
     experiment = store.experiment(condition)
     if isinstance(experiment, Experiment):
         _require_room(experiment, out, force)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab.api.gallery import ALL, reproduce_all
+from baldwinlab.api.gallery import ALL_PAPERS, reproduce_all
 from baldwinlab.api.reproduce import Reproduction, format_length_assignments, run_reproduction
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.cli.options import (
@@ -81,7 +81,7 @@ def reproduce(
     """
     load_parts(part)
     options = RunOptions(workers, backend, executor, force)
-    if paper == ALL:
+    if paper == ALL_PAPERS:
         _require_one_paper(assignments, variant)
         reproduce_all(
             out or Path("results"),
@@ -113,11 +113,11 @@ def _require_one_paper(assignments: list[str] | None, variant: str) -> None:
     """Raise RefusedError for options that apply to one paper only."""
     if assignments:
         raise RefusedError(
-            f"--set {' '.join(assignments)} applies to one paper only; replace {ALL} by the name "
-            "of a paper"
+            f"--set {' '.join(assignments)} applies to one paper only; replace {ALL_PAPERS} by the "
+            "name of a paper"
         )
     if variant != STANDARD_VARIANT:
         raise RefusedError(
-            f"--variant {variant} applies to one paper only; {ALL} uses the standard variant of "
-            "each paper"
+            f"--variant {variant} applies to one paper only; {ALL_PAPERS} uses the standard "
+            "variant of each paper"
         )

@@ -28,7 +28,7 @@ except ImportError:
 
 
 class SingleForager(gymnasium.Env[Numbers, Any]):
-    """The only agent of a world. See `single_env`.
+    """The environment of the only agent of a world. See `single_env`.
 
     Parameters
     ----------
@@ -85,12 +85,12 @@ class SingleForager(gymnasium.Env[Numbers, Any]):
             Inputs, energy eaten, termination (never), truncation (the end of life) and an empty
             dict.
         """
-        sensed, gained = self._worlds.act(np.array([action]))
-        return sensed[0, 0], float(gained[0, 0]), False, self._worlds.is_over, {}
+        inputs, energy = self._worlds.act(np.array([action]))
+        return inputs[0, 0], float(energy[0, 0]), False, self._worlds.is_over, {}
 
 
 class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
-    """The agents of many worlds as environments of one policy. See `vector_env`.
+    """The environments of the agents of several worlds, for one policy. See `vector_env`.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
                 "seed must be one number; the worlds share it and differ by their run"
             )
         super().reset(seed=seed)
-        return self._rows(self._worlds.reset(seed)), {}
+        return self._flatten_agents(self._worlds.reset(seed)), {}
 
     def step(self, actions: npt.NDArray[Any]) -> tuple[Any, ...]:
         """Simulate one step of all agents. The step after the end of life starts the next life.
@@ -159,27 +159,28 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
             Inputs, energy eaten, terminations (never), truncations (the end of life) and an empty
             dict.
         """
-        none = np.zeros(self.num_envs, bool)
+        all_false = np.zeros(self.num_envs, bool)
         if self._worlds.is_over:
-            # In Gymnasium, the step after the last one starts the next lifetime.
+            # AutoresetMode.NEXT_STEP: the step after the end of life ignores the actions.
             return (
-                self._rows(self._worlds.reset(None)),
+                self._flatten_agents(self._worlds.reset(None)),
                 np.zeros(self.num_envs),
-                none,
-                none.copy(),
+                all_false,
+                all_false.copy(),
                 {},
             )
-        sensed, gained = self._worlds.act(np.asarray(actions))
+        inputs, energy = self._worlds.act(np.asarray(actions))
         return (
-            self._rows(sensed),
-            gained.reshape(-1),
-            none,
+            self._flatten_agents(inputs),
+            energy.reshape(-1),
+            all_false,
             np.full(self.num_envs, self._worlds.is_over),
             {},
         )
 
-    def _rows(self, sensed: Numbers) -> Numbers:
-        return sensed.reshape(self.num_envs, -1)
+    def _flatten_agents(self, inputs: Numbers) -> Numbers:
+        """Return inputs [world, agent, input] as an array [environment, input]."""
+        return inputs.reshape(self.num_envs, -1)
 
 
 def single_env(experiment: BaseExperiment) -> SingleForager:

@@ -10,9 +10,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,15 +34,15 @@ Numbers = npt.NDArray[np.float64]
 
 
 class Evaluation(NamedTuple):
-    """The fitness and the behavior of some genomes.
+    """The fitness and the behavior of genomes.
 
     Attributes
     ----------
     fitness
-        Array [genome]: the fitness that selection uses, which is the gain of a life minus the cost
-        of learning.
+        Array [genome]. The fitness that selection uses: the gain of a life minus the cost of
+        learning.
     behavior
-        Array [genome, number]: the numbers that `Problem.behaviors` names.
+        Array [genome, number]. `Problem.behaviors` names the numbers.
     """
 
     fitness: Numbers
@@ -72,7 +72,7 @@ class Problem:
     def __init__(
         self, experiment: BaseExperiment, seed: int = 0, workers: int | None = None
     ) -> None:
-        """Compile the experiment. `make_problem` documents the errors."""
+        """Compile the experiment. See `make_problem` for the errors."""
         check_seed(seed)
         require_positive("workers", workers)
         _require_numeric_genomes(experiment)
@@ -94,45 +94,44 @@ class Problem:
     @property
     def length(self) -> int:
         """Return the number of weights in a genome."""
-        return prod(self.shape)
+        return math.prod(self.shape)
 
     @property
     def behaviors(self) -> tuple[str, ...]:
         """Return the names of the numbers that describe the behavior of an agent.
 
-        For foragers they are the final position, `x` and `y`; for other models the recorded
-        variables.
+        The numbers of a forager are its final position, `x` and `y`. In other models they are the
+        recorded variables.
         """
         if isinstance(self.experiment, Experiment):
             return ("x", "y")
         return tuple(self.experiment.model_part.records)
 
     def founders(self, count: int) -> npt.NDArray[np.float32]:
-        """Return random genomes like those of a first generation.
+        """Return random genomes: the founders of runs 0, 1, 2 and so on.
 
         Parameters
         ----------
         count
-            Number of genomes. The first genomes are those of run 0, the next those of run 1.
+            Number of genomes.
 
         Returns
         -------
         numpy.ndarray
             Array [genome, weight].
         """
-        worlds = -(-count // self.experiment.population.size)
-        drawn = [
+        worlds = math.ceil(count / self.experiment.population.size)
+        genomes_by_world = [
             draw_genomes(self.experiment, GenerationKey(self.seed, run, 0)) for run in range(worlds)
         ]
-        return np.concatenate(drawn)[:count].reshape(count, self.length)
+        return np.concatenate(genomes_by_world)[:count].reshape(count, self.length)
 
     def evaluate(self, genomes: npt.ArrayLike, generation: int = 0) -> Evaluation:
         """Simulate one lifetime of each genome, on all cores.
 
-        Genomes share worlds of `population.size` agents, in their order. The first world is that of
-        run 0 in this generation, the second that of run 1. The same genomes, seed and generation
-        give the same lives, bit-identical to those of `simulate`. With a population of 1 each agent
-        has its own world.
+        A world has `population.size` consecutive genomes. World 0 is run 0 of the seed, world 1 is
+        run 1. The same genomes, seed and generation give bit-identical lives, also in `simulate`.
+        If `population.size` is 1, each agent is alone in its world.
 
         Parameters
         ----------
@@ -155,13 +154,14 @@ class Problem:
         ArgumentError
             The generation is out of range.
         """
-        by_world = self._split_into_worlds(genomes)
+        genomes_by_world = self._split_into_worlds(genomes)
         check_seed(generation)
-        worlds = range(len(by_world))
+        worlds = range(len(genomes_by_world))
+        # A chunk has as many worlds as a batch of the CPU.
         chunks = [worlds[first : first + CPU.worlds] for first in worlds[:: CPU.worlds]]
 
         def _simulate_chunk(runs: Sequence[int]) -> tuple[Numbers, Numbers]:
-            return self._evaluate_worlds(runs, generation, by_world[runs[0] : runs[-1] + 1])
+            return self._evaluate_worlds(runs, generation, genomes_by_world[runs[0] : runs[-1] + 1])
 
         with ThreadPoolExecutor(min(self._workers, len(chunks))) as pool:
             results = list(pool.map(_simulate_chunk, chunks))
@@ -172,7 +172,8 @@ class Problem:
         """Return genomes as an array [world, agent, module, weight]."""
         array = np.asarray(genomes, np.float32)
         agents = self.experiment.population.size
-        if array.shape[1:] not in ((self.length,), self.shape) or not len(array):
+        has_valid_shape = array.shape[1:] in ((self.length,), self.shape)
+        if not has_valid_shape or not len(array):
             modules, weights = self.shape
             raise RefusedError(
                 f"genomes have the shape {array.shape}; it must be [genome, {self.length}] or "
@@ -201,16 +202,16 @@ class Problem:
     def _simulate(
         self, runs: Sequence[int], generation: int, genomes: Genomes
     ) -> tuple[Any, Numbers]:
-        """Return the results of the lives in these worlds, and the behavior [genome, number]."""
-        agents = len(runs) * genomes.shape[1]
+        """Return the results of the lives in the worlds, and the behavior [genome, number]."""
+        n_agents = len(runs) * genomes.shape[1]
         if isinstance(self.experiment, Experiment):
             batch = make_batch(self.experiment, self.seed, runs, generation, genomes)
             batch.simulate(0, self.experiment.lifetime.steps)
-            positions = batch.state.positions[:, :agents].T.astype(float)
+            positions = batch.state.positions[:, :n_agents].T.astype(float)
             return collect_results(self.experiment, batch, genomes), positions
         lives = make_simulator(self.experiment, self.seed, runs).simulate(generation, genomes)
         columns = [np.asarray(lives.records[name], np.float64).ravel() for name in self.behaviors]
-        return lives, np.stack(columns, axis=1) if columns else np.empty((agents, 0))
+        return lives, np.stack(columns, axis=1) if columns else np.empty((n_agents, 0))
 
 
 def _require_numeric_genomes(experiment: BaseExperiment) -> None:

@@ -1,9 +1,9 @@
 """Worlds of foragers as environments of PettingZoo.
 
 An observation is the inputs of an agent, an action is one of its actions, and the reward is the
-energy that it eats in a step. A lifetime is an episode of fixed length. The same seed gives the
-same worlds: `reset(seed=...)` starts generation 0 of run 0, and each later `reset()` starts the
-next generation.
+energy that the agent eats in a step. A lifetime is an episode of fixed length. The same seed gives
+the same worlds: `reset(seed=...)` starts generation 0 of run 0, and each later `reset()` starts
+the next generation.
 
 References
 ----------
@@ -31,7 +31,7 @@ except ImportError:
 
 # ParallelEnv has no types.
 class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
-    """The agents of one world, each with a policy. See `parallel_env`.
+    """The environment of the agents of one world, with a policy per agent. See `parallel_env`.
 
     Parameters
     ----------
@@ -100,9 +100,9 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
         tuple of dict
             The inputs and an empty dict of each agent.
         """
-        sensed = self._worlds.reset(seed)
+        inputs = self._worlds.reset(seed)
         self.agents = list(self.possible_agents)
-        return self._by_agent(sensed[0]), {agent: {} for agent in self.agents}
+        return self._name_by_agent(inputs[0]), {agent: {} for agent in self.agents}
 
     def step(self, actions: dict[str, Any]) -> tuple[dict[str, Any], ...]:
         """Simulate one step.
@@ -129,26 +129,27 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
             )
         if not self.agents:
             raise RefusedError("the life is over; call reset() to start the next one")
-        sensed, gained = self._worlds.act(np.array([actions[agent] for agent in self.agents]))
-        over = self._worlds.is_over
+        inputs, energy = self._worlds.act(np.array([actions[agent] for agent in self.agents]))
+        is_over = self._worlds.is_over
         agents = self.agents
         results: tuple[dict[str, Any], ...] = (
-            self._by_agent(sensed[0]),
-            {agent: float(energy) for agent, energy in zip(agents, gained[0], strict=True)},
+            self._name_by_agent(inputs[0]),
+            {agent: float(reward) for agent, reward in zip(agents, energy[0], strict=True)},
             dict.fromkeys(agents, False),
-            dict.fromkeys(agents, over),
+            dict.fromkeys(agents, is_over),
             {agent: {} for agent in agents},
         )
-        self.agents = [] if over else agents
+        self.agents = [] if is_over else agents
         return results
 
     def render(self) -> None:
-        """Do nothing. `baldwinlab lab` shows lives."""
+        """Do nothing. The command `baldwinlab lab` shows lives."""
 
     def close(self) -> None:
         """Do nothing. No resource is open."""
 
-    def _by_agent(self, rows: npt.NDArray[Any]) -> dict[str, Any]:
+    def _name_by_agent(self, rows: npt.NDArray[Any]) -> dict[str, Any]:
+        """Return the rows of an array by the names of the agents."""
         return dict(zip(self.possible_agents, rows, strict=True))
 
 

@@ -40,13 +40,13 @@ class SteeredWorlds:
                 "choose an experiment of the model 'miniworld'"
             )
         require_positive("worlds", worlds)
-        self._steered = SteeredBatch(experiment, 0, range(worlds))
+        self._batch = SteeredBatch(experiment, 0, range(worlds))
         self.shape = (worlds, experiment.population.size)
-        self.length = experiment.lifetime.steps
+        self.life_steps = experiment.lifetime.steps
         appearance = describe_appearance(experiment)
         self.inputs = appearance.inputs
         self.actions = appearance.actions
-        self.chooses = bool(experiment.part("motor.body").chooses)
+        self.has_discrete_actions = bool(experiment.part("motor.body").chooses)
         self._seed = 0
         self._generation = -1
 
@@ -68,14 +68,14 @@ class SteeredWorlds:
         gymnasium.spaces.Space
             Discrete, or a Box for a body with continuous actions.
         """
-        if self.chooses:
+        if self.has_discrete_actions:
             return spaces.Discrete(len(self.actions))
         return spaces.Box(0, 1, (len(self.actions),), np.float32)
 
     @property
     def is_over(self) -> bool:
-        """Whether the lifetime has ended."""
-        return self._steered.step >= self.length
+        """Return whether the lifetime has ended."""
+        return self._batch.step >= self.life_steps
 
     def reset(self, seed: int | None) -> Numbers:
         """Start the next generation, or generation 0 of a seed.
@@ -94,7 +94,7 @@ class SteeredWorlds:
             self._seed = seed % SEED_LIMIT
             self._generation = -1
         self._generation += 1
-        return self._steered.begin(self._seed, self._generation)
+        return self._batch.begin(self._seed, self._generation)
 
     def act(self, actions: npt.NDArray[Any]) -> tuple[Numbers, npt.NDArray[np.float64]]:
         """Simulate one step of all agents.
@@ -110,8 +110,9 @@ class SteeredWorlds:
         tuple of array
             The inputs, [world, agent, input], and the eaten energy, [world, agent].
         """
-        if self.chooses:
+        if self.has_discrete_actions:
+            # The output of the chosen action is 1, and the others are 0.
             outputs = np.eye(len(self.actions), dtype=np.float32)[actions]
         else:
             outputs = np.asarray(actions, np.float32)
-        return self._steered.act(outputs.reshape(*self.shape, -1))
+        return self._batch.act(outputs.reshape(*self.shape, -1))

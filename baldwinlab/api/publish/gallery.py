@@ -18,7 +18,7 @@ from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED
 from baldwinlab.api.publish.gallery_entries import Entry, read_entries
 from baldwinlab.core.file_writing import write_atomically
 
-PAGE: Final = "gallery.html"
+GALLERY_FILE: Final = "gallery.html"
 RECORD: Final = "gallery.json"
 TITLE: Final = "Is there a Baldwin effect?"
 
