@@ -204,7 +204,7 @@ def make_network(
     genomes = _read_genome_array(study, condition, run, generation)
     # The batch has one world.
     newborns = make_batch(experiment, study.seed, [run], generation, genomes[None]).state
-    # The first weights of `genes` are those of the reinforcement network.
+    # `genes` starts with the module after the action module: the reinforcement network.
     weights_by_agent = newborns.weights if module == "action" else newborns.genes
     weights = weights_by_agent[: experiment.weight_count, agent].copy()
     return AgentNetwork(experiment, newborns.network, weights)

@@ -1,4 +1,4 @@
-"""Command line of `baldwinlab.api`, with one module per command, which is imported on first use."""
+"""The command line. Each command has a module, which is imported when the command runs."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from baldwinlab.core.errors import ArgumentError, BaldwinLabError, InterruptedSt
 
 
 class Command(NamedTuple):
-    """The module and the function of a command, and its arguments as the help shows them."""
+    """The module and the function of a command, and the arguments in its help."""
 
     module: str
     function: str
     arguments: str = ""
 
 
-# The commands by the groups of `baldwinlab --help`.
+# The commands, by the groups of `baldwinlab --help`.
 GROUPS: Final[dict[str, dict[str, Command]]] = {
     "Run": {
         "reproduce": Command("cli.reproduce", "reproduce", "[PAPER]"),
@@ -63,31 +63,31 @@ COMMANDS: Final[dict[str, Command]] = {
 
 
 def _read_docstring(module: str, function: str) -> str:
-    """Return the docstring of a command without loading its module, which takes seconds."""
+    """Return the docstring of a command. Read it from the file: an import takes seconds."""
     path = Path(__file__).parents[1] / f"{module.replace('.', '/')}.py"
     tree = ast.parse(path.read_text("utf-8"))
-    (definition,) = (
-        node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == function
-    )
+    functions = (node for node in tree.body if isinstance(node, ast.FunctionDef))
+    definition = next(node for node in functions if node.name == function)
     paragraphs = (ast.get_docstring(definition) or "").split("\n\n")
     return "\n\n".join(map(_join_lines, paragraphs))
 
 
 def _join_lines(paragraph: str) -> str:
-    """Join the lines of a paragraph. Indented lines are an example and stay as they are."""
-    return paragraph if paragraph.startswith("    ") else " ".join(paragraph.split())
+    """Join the lines of a paragraph. The lines of an example, which is indented, stay separate."""
+    is_example = paragraph.startswith("    ")
+    return paragraph if is_example else " ".join(paragraph.split())
 
 
 def _register_commands() -> None:
-    for number, (title, commands) in enumerate(GROUPS.items()):
-        group = Group(title, sort_key=number)
-        for position, (name, command) in enumerate(commands.items()):
+    for group_number, (title, commands) in enumerate(GROUPS.items()):
+        group = Group(title, sort_key=group_number)
+        for number, (name, command) in enumerate(commands.items()):
             app.command(
                 f"baldwinlab.{command.module}:{command.function}",
                 name=name,
                 help=_read_docstring(command.module, command.function),
                 group=group,
-                sort_key=position,
+                sort_key=number,
                 usage=f"Usage: baldwinlab {name} [OPTIONS] {command.arguments}".rstrip(),
             )
 
@@ -120,12 +120,13 @@ def _describe_os_error(error: OSError) -> str:
 
 
 def _ignore_local_matplotlibrc() -> None:
-    """Load Matplotlib from another folder if the working directory has a settings file for it."""
+    """Ignore the settings file of Matplotlib in the working directory, if it exists."""
     if Path("matplotlibrc").exists():
+        # Matplotlib reads the settings file of the working directory when it is imported.
         with chdir(Path(__file__).parent):
             import matplotlib  # noqa: F401
 
 
-def _fail(sentence: str, code: int) -> None:
-    console.warn(sentence)
-    sys.exit(code)
+def _fail(message: str, status: int) -> None:
+    console.warn(message)
+    sys.exit(status)

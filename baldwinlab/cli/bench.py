@@ -40,6 +40,7 @@ def bench(
         baldwinlab bench --quick
     """
     if out:
+        # Every file of this command contains this key.
         require_writable("--out", out, b"agent_steps_per_second", force=force)
     records = []
     console.info(
@@ -48,11 +49,11 @@ def bench(
     )
     for record in measure_cases(quick, backend, part or (), all_rules):
         records.append(record._asdict())
-        rate = record.agent_steps_per_second / 1e6
-        peak = "?" if record.peak_mib is None else f"{record.peak_mib:.0f}"
+        million_steps_per_second = record.agent_steps_per_second / 1e6
+        peak_mib = "?" if record.peak_mib is None else f"{record.peak_mib:.0f}"
         console.info(
-            f"{record.case:<22} {rate:>22.1f} {record.seconds:>9.2f} "
-            f"{record.compile_seconds:>10.2f} {peak:>9} {record.threads:>8}"
+            f"{record.case:<22} {million_steps_per_second:>22.1f} {record.seconds:>9.2f} "
+            f"{record.compile_seconds:>10.2f} {peak_mib:>9} {record.threads:>8}"
         )
     if out:
         content = dumps({"machine": describe_machine(), "records": records}, indent=2)

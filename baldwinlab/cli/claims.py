@@ -43,7 +43,7 @@ def claims(
     ] = None,
     force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
 ) -> None:
-    """Evaluate claims about a study: those of its paper, of another paper, or in a file.
+    """Evaluate claims about a study: of its paper, of another paper, or in a file.
 
     The verdicts are printed. Nothing is written unless --out is given.
 
@@ -53,11 +53,11 @@ def claims(
     """
     load_parts(part)
     if out:
+        # Every file of this command contains this key.
         require_writable("--out", out, b'"p_holm"', force=force)
     results = evaluate_claims(StudyStore(directory), claims, paper=paper, last=last_generations)
     if out:
-        records = json.dumps(
-            [result.record() for result in results], indent=2, ensure_ascii=False, allow_nan=False
-        )
-        write_atomically(out, f"{records}\n".encode())
+        records = [result.record() for result in results]
+        text = json.dumps(records, indent=2, ensure_ascii=False, allow_nan=False)
+        write_atomically(out, f"{text}\n".encode())
         console.info(f"verdicts: {out}")

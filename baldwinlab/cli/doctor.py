@@ -11,11 +11,13 @@ from cyclopts import Parameter
 from baldwinlab.api.doctor import examine, has_problem
 from baldwinlab.core import console
 
-MARKS: Final = {"well": "ok", "missing": "-", "problem": "PROBLEM"}
+STATE_MARKS: Final = {"well": "ok", "missing": "-", "problem": "PROBLEM"}
 
 
 def doctor(
-    folder: Annotated[Path, Parameter(help="Folder for studies that is tested.")] = Path("results"),
+    folder: Annotated[
+        Path, Parameter(help="Folder for studies. The command tests whether it can be written.")
+    ] = Path("results"),
     /,
 ) -> None:
     """List installed packages, extras, cores, memory, disk, cache and GPU, and how to fix problems.
@@ -31,7 +33,7 @@ def doctor(
     for finding in examine(folder):
         findings.append(finding)
         fix = f"; {finding.fix}" if finding.fix else ""
-        console.info(f"{MARKS[finding.state]:<8} {finding.topic:<16} {finding.message}{fix}")
+        console.info(f"{STATE_MARKS[finding.state]:<8} {finding.topic:<16} {finding.message}{fix}")
     if has_problem(findings):
-        console.warn("there are problems, see above")
+        console.warn("this machine has problems, see the lines that begin with PROBLEM")
         sys.exit(1)

@@ -1,4 +1,4 @@
-"""The command `export`: a study for third-party tools, or a page that simulates."""
+"""The command `export`: write a study for third-party tools, or a page that simulates."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ FORMAT_OF_ENDING: Final[Mapping[str, Format]] = {
     ".zarr": "zarr",
     ".html": "page",
 }
-ENDINGS: Final[Mapping[Format, str]] = {
+ENDING_OF_FORMAT: Final[Mapping[Format, str]] = {
     format: ending for ending, format in FORMAT_OF_ENDING.items()
 }
-# The options that apply to some formats only.
+# The formats to which an option applies. Other options apply to all formats.
 FORMATS_OF_OPTION: Final[Mapping[str, tuple[Format, ...]]] = {
     "--part": ("page", "phylogeny", "ro-crate"),
     "--set": ("page",),
@@ -50,7 +50,7 @@ FORMATS_OF_OPTION: Final[Mapping[str, tuple[Format, ...]]] = {
 
 
 class ExportOptions(NamedTuple):
-    """The options of an export. Those that a format does not use are None or empty."""
+    """The options of an export. An option that the format does not use is None or empty."""
 
     source: str
     format: Format
@@ -65,7 +65,7 @@ class ExportOptions(NamedTuple):
 
     @property
     def store(self) -> StudyStore:
-        """Open the study."""
+        """Return the directory of the study."""
         return StudyStore(parse_location(self.source))
 
 
@@ -138,9 +138,9 @@ def export(
         baldwinlab export results/evo-A --format phylogeny --out parents.csv
         baldwinlab export evo+self-taught/B --out lab.html
     """
-    chosen = format or _find_format(out)
+    chosen_format = format or _find_format(out)
     _require_used(
-        chosen,
+        chosen_format,
         {
             "--part": part,
             "--set": assignments,
@@ -153,16 +153,26 @@ def export(
         },
     )
     options = ExportOptions(
-        source, chosen, out, assignments or [], seed, condition, run, author or [], license, force
+        source,
+        chosen_format,
+        out,
+        assignments or [],
+        seed,
+        condition,
+        run,
+        author or [],
+        license,
+        force,
     )
-    if chosen == "page":
+    if chosen_format == "page":
+        # Check the output before the engine is loaded, which takes a while.
         _require_page_output(options)
     load_parts(part)
-    WRITERS[chosen](options)
+    WRITERS[chosen_format](options)
 
 
 def _find_format(out: Path | None) -> Format:
-    """Return the format that the ending of `out` names. Raise RefusedError if there is none."""
+    """Return the format of a file ending. Raise RefusedError for a missing or other ending."""
     if out is None:
         raise RefusedError(
             "--out is missing: give a file that ends in .csv, .parquet, .zarr or .html; only "
@@ -176,19 +186,23 @@ def _find_format(out: Path | None) -> Format:
     return FORMAT_OF_ENDING[out.suffix]
 
 
-def _require_used(chosen: Format, values: Mapping[str, Any]) -> None:
-    """Raise RefusedError for an option that the format does not use, and for a missing --out."""
+def _require_used(chosen_format: Format, values: Mapping[str, Any]) -> None:
+    """Raise RefusedError for an option that the format does not use, and for a wrong --out."""
     for option, value in values.items():
         is_given = value is not None and value != ""
         formats = FORMATS_OF_OPTION[option]
-        if is_given and chosen not in formats:
-            raise RefusedError(f"{option} applies to --format {' or '.join(formats)}, not {chosen}")
-        if option == "--out" and not is_given and chosen in formats:
-            raise RefusedError(f"--out is missing: --format {chosen} needs the name of a file")
+        if is_given and chosen_format not in formats:
+            raise RefusedError(
+                f"{option} applies to --format {' or '.join(formats)}, not {chosen_format}"
+            )
+        if option == "--out" and not is_given and chosen_format in formats:
+            raise RefusedError(
+                f"--out is missing: --format {chosen_format} needs the name of a file"
+            )
     out = values["--out"]
-    ending = ENDINGS.get(chosen)
+    ending = ENDING_OF_FORMAT.get(chosen_format)
     if ending and out.suffix != ending:
-        raise RefusedError(f"--out {out} must end in {ending}, as --format {chosen} needs")
+        raise RefusedError(f"--out {out} must end in {ending}, as --format {chosen_format} needs")
 
 
 def _write_table(options: ExportOptions) -> None:
@@ -223,7 +237,7 @@ def _write_crate(options: ExportOptions) -> None:
 
 
 def _require_page_output(options: ExportOptions) -> None:
-    """Raise RefusedError if the page cannot be written, before the engine is loaded."""
+    """Raise RefusedError if the page cannot be written."""
     assert options.out is not None
     require_writable("--out", options.out, EXPORT_MARK.encode(), force=options.force)
 
@@ -247,16 +261,18 @@ def _write_page(options: ExportOptions) -> None:
 
 
 def _load_experiments(source: str, assignments: list[str]) -> tuple[list[Experiment], int]:
-    """Return the experiments of a study and its seed; or one experiment, and 0."""
-    store = StudyStore(Path(source)) if is_study(Path(source)) else None
-    if store:
+    """Return the experiments and the seed of a study; or a single experiment and the seed 0."""
+    if is_study(Path(source)):
+        store = StudyStore(Path(source))
+        seed = store.seed
         stored = [store.experiment(name) for name in store.experiments]
         loaded = [LoadedExperiment(experiment, experiment) for experiment in stored]
     else:
+        seed = 0
         loaded = [load_with_origin(source)]
-    experiments = [assign(item.experiment, assignments) for item in loaded]
-    require_effect(experiments, [item.origin for item in loaded])
-    return experiments, store.seed if store else 0
+    experiments = [assign(experiment, assignments) for experiment, _ in loaded]
+    require_effect(experiments, [origin for _, origin in loaded])
+    return experiments, seed
 
 
 WRITERS: Final[Mapping[Format, Callable[[ExportOptions], None]]] = {

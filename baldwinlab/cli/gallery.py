@@ -1,4 +1,4 @@
-"""The command `gallery`: all papers in a folder, on one page."""
+"""The command `gallery`: compare all papers in a folder on one page."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def gallery(
 ) -> None:
     """Compare all papers in a folder on one page, with a table and a figure.
 
-    The page states for each paper whether there is a Baldwin effect. No simulation runs. The
-    figures are in figures/ in the folder.
+    The page states for each paper whether it has a Baldwin effect. No simulation runs. The figures
+    are written to figures/ in the folder.
 
     For example:
 

@@ -1,4 +1,4 @@
-"""The command `lab`: the laboratory in the browser."""
+"""The command `lab`: open the laboratory in the browser."""
 
 from __future__ import annotations
 
@@ -26,23 +26,26 @@ from baldwinlab.lab.access import Access
 from baldwinlab.models.miniworld.backends.cpu import is_compiled
 from baldwinlab.simulation.compilation import compile_experiments
 
-RESULTS = Path("results")
-PORT = 8642
+DEFAULT_FOLDER = Path("results")
+DEFAULT_PORT = 8642
 HOST = "127.0.0.1"
-# Seconds by which the page starts before the compiler. It shows a recorded life meanwhile.
-HEAD_START = 1.5
+COMPILER_DELAY = 1.5
+"""Time from the start of the server to the start of the compiler, in seconds.
+
+The page loads in this time, and shows a recorded life.
+"""
 
 
 def lab(
     directory: Annotated[
         Directory, Parameter(help="A study, or a folder that holds studies at any depth.")
-    ] = RESULTS,
+    ] = DEFAULT_FOLDER,
     /,
     *,
     part: Parts = None,
     port: Annotated[
         Integer, Parameter(help="Port of the page's address; 0 for any free port.")
-    ] = PORT,
+    ] = DEFAULT_PORT,
     browser: Annotated[bool, Parameter(help="Open the page in the browser.")] = True,
 ) -> None:
     """Open the lab in the browser: watch, replay and share studies, and start new ones.
@@ -61,7 +64,7 @@ def lab(
             f"{directory}: the lab shows local folders only. Copy the study to this machine."
         )
     # The default folder may not exist: a new user has no results yet and may start a live run.
-    if directory != RESULTS and not directory.is_dir():
+    if directory != DEFAULT_FOLDER and not directory.is_dir():
         raise RefusedError(
             f"{directory} does not exist. Give the folder of a study, or one that holds studies."
         )
@@ -86,7 +89,8 @@ def listening(port: int) -> socket.socket:
     listener = socket.socket()
     try:
         if os.name == "posix":
-            # A port that was used a moment ago is free. On Windows the option has another meaning.
+            # Without this option, a port cannot be used for a minute after the lab is closed. On
+            # Windows the option has another meaning.
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((HOST, port))
         listener.listen()
@@ -103,14 +107,14 @@ def listening(port: int) -> socket.socket:
 
 
 def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
-    """Serve the pages until Ctrl-C. They are available while the engine still compiles."""
-    # Imported late: it needs the packages of the extra, and takes a while to load.
+    """Serve the pages until Ctrl-C, also while the engine compiles."""
+    # Imported late: the lab needs the packages of an extra, and takes a while to load.
     from baldwinlab.lab.rate_limit import make_server
     from baldwinlab.lab.server import make_app
 
-    warming = threading.Thread(target=_warm_up)
-    server = make_server(make_app(directory, access, ready=lambda: not warming.is_alive()))
-    warming.start()
+    warm_up_thread = threading.Thread(target=_warm_up)
+    server = make_server(make_app(directory, access, ready=lambda: not warm_up_thread.is_alive()))
+    warm_up_thread.start()
     # The server raises KeyboardInterrupt again after its end.
     with suppress(KeyboardInterrupt):
         server.run(sockets=[listener])
@@ -119,8 +123,9 @@ def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
 
 
 def _warm_up() -> None:
+    """Compile the engine, or load the compiled engine."""
     if not is_compiled(Experiment()):
-        time.sleep(HEAD_START)
+        time.sleep(COMPILER_DELAY)
     try:
         seconds = compile_experiments([Experiment()])
     except BaldwinLabError as error:
@@ -131,12 +136,10 @@ def _warm_up() -> None:
 
 
 def _exit_process() -> None:
-    """End the process even if threads are running: the compiler, a replay, a disk that hangs."""
-    if any(
-        not thread.daemon
-        for thread in threading.enumerate()
-        if thread is not threading.main_thread()
-    ):
+    """End the process even if threads still run, such as the compiler or a replay."""
+    other_threads = set(threading.enumerate()) - {threading.main_thread()}
+    # Python waits for threads that are not daemons before it ends a process.
+    if not all(thread.daemon for thread in other_threads):
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(0)

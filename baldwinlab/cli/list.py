@@ -1,4 +1,4 @@
-"""The command `list`: names of papers, presets and parts."""
+"""The command `list`: list papers, presets or parts."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from baldwinlab.core import console
 from baldwinlab.experiment import registry
 from baldwinlab.papers import Paper, presets
 
-MAX_CONDITIONS: Final = 6  # of each paper
-PACKAGE: Final = Path(__file__).parents[1]
+MAX_LISTED_CONDITIONS: Final = 6
+"""Maximum number of listed conditions per paper."""
+PACKAGE_FOLDER: Final = Path(__file__).parents[1]
 
 
 def list_names(
@@ -31,13 +32,13 @@ def list_names(
 
         baldwinlab list presets
     """
-    LISTS[kind]()
+    PRINT_NAMES[kind]()
 
 
 def _list_papers() -> None:
-    listed = papers.built_in().values()
-    indent = max(len(paper.name) for paper in listed)
-    for paper in listed:
+    built_in_papers = papers.built_in().values()
+    indent = max(len(paper.name) for paper in built_in_papers)
+    for paper in built_in_papers:
         console.info(f"{paper.name:<{indent}} {paper.metadata.source}")
         for line in _describe_paper(paper):
             console.info(f"{'':<{indent}} {line}")
@@ -50,8 +51,10 @@ def _list_papers() -> None:
 def _describe_paper(paper: Paper) -> list[str]:
     conditions = paper.study_names()
     counts = f"conditions: {len(conditions)}, claims: {len(paper.claims)}"
-    more = len(conditions) - MAX_CONDITIONS
-    names = ", ".join(conditions[:MAX_CONDITIONS]) + (f" and {more} more" if more > 0 else "")
+    n_unlisted = len(conditions) - MAX_LISTED_CONDITIONS
+    names = ", ".join(conditions[:MAX_LISTED_CONDITIONS])
+    if n_unlisted > 0:
+        names = f"{names} and {n_unlisted} more"
     return [
         paper.metadata.description,
         ", ".join(filter(None, [counts, paper.metadata.link])),
@@ -93,9 +96,9 @@ def _list_parts() -> None:
 
 
 def _read_summary(address: str) -> str:
-    """Return the first line of the docstring of a class, without loading the engine."""
+    """Return the first line of the docstring of a class. Read it from the file, not the engine."""
     module, _, class_name = address.partition(":")
-    path = PACKAGE.parent / module.replace(".", "/")
+    path = PACKAGE_FOLDER.parent / module.replace(".", "/")
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.ClassDef) and node.name == class_name:
@@ -103,7 +106,7 @@ def _read_summary(address: str) -> str:
     return ""
 
 
-LISTS: Final[dict[str, Callable[[], None]]] = {
+PRINT_NAMES: Final[dict[str, Callable[[], None]]] = {
     "papers": _list_papers,
     "presets": _list_presets,
     "parts": _list_parts,

@@ -1,4 +1,4 @@
-"""The command `multiverse`: the claims of a paper under every variant of its model."""
+"""The command `multiverse`: test the claims of a paper under every variant of its model."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from baldwinlab.api.publish.multiverse import FOLDERS
+from baldwinlab.api.publish.multiverse import MULTIVERSE_FOLDERS
 from baldwinlab.api.report import report
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
@@ -39,9 +39,12 @@ from baldwinlab.studies.multiverse import (
 )
 from baldwinlab.studies.store import StudyStore
 
-# With 8 runs against 8, an exact p of 0.00016 is possible, or 0.003 after Holm's correction of 19
-# tests. With 6 against 6 the corrected p is at least 0.041.
 DEFAULT_RUNS: Final = 8
+"""Number of runs of each condition.
+
+The smallest exact p-value of 8 runs against 8 is 0.00016, or 0.003 after Holm's correction for 19
+tests. With 6 runs against 6, the smallest corrected p-value is 0.041.
+"""
 
 
 def multiverse(
@@ -80,7 +83,7 @@ def multiverse(
     A variant changes one choice that the paper leaves open. With 8 runs of each condition, a
     difference between all pairs of runs is significant (p = 0.003) after the correction for all
     tests of a variant. With fewer than 6 runs, no difference can be significant. If the directory
-    is in a study of the paper (the default), the command also adds the variants to its report.
+    is in a study of the paper (the default), the report of this study also shows the variants.
 
     For example:
 
@@ -88,21 +91,21 @@ def multiverse(
     """
     load_parts(part)
     require_positive("last", last_generations)
-    chosen = None if paper == DEFAULT_PAPER else load(paper)
-    variants = _list_variants(chosen, all_combinations)
-    out = out or _default_directory(chosen, all_combinations)
+    custom_paper = None if paper == DEFAULT_PAPER else load(paper)
+    variants = _list_variants(custom_paper, all_combinations)
+    out = out or _default_directory(custom_paper, all_combinations)
     request = StudyRequest(
         experiments(variants),
         out,
         runs=runs,
         seed=seed,
-        paper=chosen,
+        paper=custom_paper,
         kind=MULTIVERSE,
         factors=factors(variants),
     )
     store = run_missing(request, RunOptions(workers, backend, executor, force))
     report(store, last=last_generations, force=force)
-    if out.name in FOLDERS and is_study(out.parent):
+    if out.name in MULTIVERSE_FOLDERS and is_study(out.parent):
         console.info(f"{out.parent}: writing the report of this study again, with the variants")
         report(StudyStore(out.parent), last=last_generations, force=force)
 

@@ -1,31 +1,31 @@
-"""Old names of commands and options. They work for one release and name the new ones."""
+"""Old names of commands and options. They work for one release and print the new name."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import Final
 
-# Old command -> the words that replace it, and the words that follow its arguments.
-COMMANDS: Final[dict[str, tuple[list[str], list[str]]]] = {
+# Old command -> the words before its arguments, and the words after its arguments.
+NEW_COMMANDS: Final[dict[str, tuple[list[str], list[str]]]] = {
     "papers": (["list", "papers"], []),
     "presets": (["list", "presets"], []),
     "phylogeny": (["export"], ["--format", "phylogeny"]),
     "crate": (["export"], ["--format", "ro-crate"]),
 }
-_LAST: Final = {"--last": "--last-generations"}
+_NEW_LAST: Final = {"--last": "--last-generations"}
 # New command -> old option -> new option.
-OPTIONS: Final[dict[str, dict[str, str]]] = {
+NEW_OPTIONS: Final[dict[str, dict[str, str]]] = {
     "assay": {"--only": "--assays"},
     "bench": {"--rules": "--all-rules", "--json": "--out"},
     "check": {"--only": "--requirements"},
-    "claims": _LAST,
-    "gallery": _LAST,
-    "multiverse": {"--full": "--all-combinations", **_LAST},
-    "report": _LAST,
-    "reproduce": {"--reading": "--variant", **_LAST},
+    "claims": _NEW_LAST,
+    "gallery": _NEW_LAST,
+    "multiverse": {"--full": "--all-combinations", **_NEW_LAST},
+    "report": _NEW_LAST,
+    "reproduce": {"--reading": "--variant", **_NEW_LAST},
     "run": {"--reading": "--variant"},
     "show": {"--reading": "--variant"},
-    "sweep": _LAST,
+    "sweep": _NEW_LAST,
 }
 
 
@@ -42,18 +42,19 @@ def replace_old_names(arguments: Sequence[str], warn: Callable[[str], None]) -> 
     if not arguments:
         return []
     command, *words = arguments
-    if command in COMMANDS:
-        head, tail = COMMANDS[command]
-        warn(f"`{command}` was renamed; use `baldwinlab {' '.join([*head, *tail])}`")
-        return [*head, *words, *tail]
-    renamed = OPTIONS.get(command, {})
-    return [command, *(_replace_option(word, renamed, warn) for word in words)]
+    if command in NEW_COMMANDS:
+        words_before, words_after = NEW_COMMANDS[command]
+        new_command = " ".join([*words_before, *words_after])
+        warn(f"`{command}` was renamed; use `baldwinlab {new_command}`")
+        return [*words_before, *words, *words_after]
+    new_options = NEW_OPTIONS.get(command, {})
+    return [command, *(_replace_option(word, new_options, warn) for word in words)]
 
 
-def _replace_option(word: str, renamed: dict[str, str], warn: Callable[[str], None]) -> str:
+def _replace_option(word: str, new_options: dict[str, str], warn: Callable[[str], None]) -> str:
     """Return `--new` for `--old`, and `--new=value` for `--old=value`."""
     option, equals, value = word.partition("=")
-    if option not in renamed:
+    if option not in new_options:
         return word
-    warn(f"`{option}` was renamed; use `{renamed[option]}`")
-    return f"{renamed[option]}{equals}{value}"
+    warn(f"`{option}` was renamed; use `{new_options[option]}`")
+    return f"{new_options[option]}{equals}{value}"

@@ -44,7 +44,7 @@ def _read_location(kind: object, tokens: Sequence[Token]) -> Path:
 
 
 def _read_integer(kind: object, tokens: Sequence[Token]) -> int:
-    """Read a decimal integer. Refuse 1.5, which would be rounded, and 0x10."""
+    """Read a decimal integer. Refuse 1.5, which would be rounded, and hexadecimal numbers."""
     word = tokens[0].value
     if not re.fullmatch(r"[+-]?[0-9]{1,18}", word):
         raise ValueError(f"{word!r} must be a whole number of at most 18 digits")
@@ -52,7 +52,7 @@ def _read_integer(kind: object, tokens: Sequence[Token]) -> int:
 
 
 def _format_error(error: CycloptsError) -> str:
-    """Return one sentence that says what is wrong with the words of a command and what to write."""
+    """Return one sentence: the error in the words of a command, and the usage of the command."""
     if isinstance(error, UnknownCommandError) and error.unused_tokens:
         name = error.unused_tokens[0]
         commands = [command for command in app if not command.startswith("-")]
@@ -70,7 +70,7 @@ def _format_error(error: CycloptsError) -> str:
 
 
 def _list_arguments(command: Callable[..., Any]) -> Iterator[str]:
-    """Yield the arguments and the required options of a command: DIRECTORY, --out OUT."""
+    """Yield the arguments and the required options of a command, such as "--out OUT"."""
     for name, parameter in signature(command).parameters.items():
         word = name.upper()
         is_required = parameter.default is SignatureParameter.empty
@@ -96,7 +96,7 @@ _options = Group("Options", sort_key=99)
 for _flag in ("--help", "--version"):
     app[_flag].group = _options
 
-# A flag without a negative form. "default: False" would add nothing.
+# A flag without a negative form, such as --no-force. Its help does not state the default.
 FLAG: Final = Parameter(negative="", show_default=False)
 # An option whose help text states the default in words.
 DESCRIBED_DEFAULT: Final = Parameter(show_default=False)
@@ -109,7 +109,7 @@ Experiment = Annotated[
     Parameter(help="A preset, such as evo+self-taught/B, or an experiment file (.toml)."),
 ]
 LOCATION: Final = "Directory of the study, or a URL such as s3://BUCKET/STUDY."
-# A Path, or for a URL the object that fsspec makes of it.
+# The value is a Path, or an object of fsspec for a URL.
 Directory = Annotated[Any, Parameter(converter=_read_location, help=LOCATION)]
 Out = Annotated[Any, Parameter(converter=_read_location), DESCRIBED_DEFAULT]
 Runs = Annotated[Integer, Parameter(help="Number of independent runs of each condition.")]
@@ -142,8 +142,8 @@ Baseline = Annotated[
     str,
     DESCRIBED_DEFAULT,
     Parameter(
-        help="Condition with which all others are compared, by default the first one on the "
-        "same map."
+        help="Condition with which all others are compared, by default the first condition on "
+        "the same map."
     ),
 ]
 Assignments = Annotated[
@@ -172,7 +172,7 @@ Force = Annotated[bool, FLAG, Parameter(help=RESOURCE_FORCE)]
 
 def load_parts(files: Sequence[Path] | None) -> None:
     """Register the parts of installed packages and of `files`, before any experiment is read."""
-    # Imported late: help needs no experiments.
+    # Imported late: `--help` needs no experiments.
     from baldwinlab.api.load import load_installed_parts
 
     load_installed_parts()

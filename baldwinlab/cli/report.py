@@ -1,4 +1,4 @@
-"""The command `report`: statistics, figures and the page of a study."""
+"""The command `report`: write the statistics, the figures and the page of a study."""
 
 from __future__ import annotations
 
@@ -53,12 +53,12 @@ def report(
     """
     load_parts(part)
     require_positive("last", last_generations)
-    chosen = load(paper) if paper else None
+    paper_data = load(paper) if paper else None
     write_report(
         StudyStore(directory),
         out,
         last=last_generations,
         baseline=baseline,
-        paper=chosen,
+        paper=paper_data,
         force=force,
     )

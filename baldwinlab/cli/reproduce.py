@@ -93,11 +93,11 @@ def reproduce(
             **asdict(options),
         )
         return
-    chosen = load(paper)
-    lengths = format_length_assignments(chosen, generations, steps)
+    paper_data = load(paper)
+    lengths = format_length_assignments(paper_data, generations, steps)
     run_reproduction(
         Reproduction(
-            chosen,
+            paper_data,
             assignments=(*lengths, *(assignments or [])),
             variant=variant,
             runs=runs,

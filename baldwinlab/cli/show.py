@@ -1,4 +1,4 @@
-"""The command `show`: an experiment as TOML."""
+"""The command `show`: print an experiment as TOML."""
 
 from __future__ import annotations
 
@@ -28,7 +28,11 @@ def show(
         baldwinlab run short.toml
     """
     load_parts(part)
-    loaded = presets.load(experiment, variant)
-    shown = assign(loaded, assignments or [])
-    is_unchanged_preset_name = shown.name == loaded.name and not presets.is_file(experiment)
-    sys.stdout.write("# " * is_unchanged_preset_name + to_toml(shown))
+    original = presets.load(experiment, variant)
+    changed = assign(original, assignments or [])
+    text = to_toml(changed)
+    has_name_of_preset = changed.name == original.name and not presets.is_file(experiment)
+    if has_name_of_preset:
+        # The first line is the name. As a comment, it does not name an edited file like the preset.
+        text = f"# {text}"
+    sys.stdout.write(text)

@@ -1,4 +1,4 @@
-"""The command `sweep`: one experiment with many values of its settings."""
+"""The command `sweep`: run one experiment with many values of its settings."""
 
 from __future__ import annotations
 

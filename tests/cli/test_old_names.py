@@ -14,7 +14,7 @@ from tests.small_studies import make_small_study
 
 OPTIONS = [
     (command, old, new)
-    for command, options in old_names.OPTIONS.items()
+    for command, options in old_names.NEW_OPTIONS.items()
     for old, new in options.items()
 ]
 
@@ -63,4 +63,4 @@ def test_arguments_of_other_commands_do_not_change() -> None:
 def test_the_help_lists_no_old_name(command: Command) -> None:
     text = command("--help").out
     assert all(f" {name} " in text for name in COMMANDS)
-    assert not [name for name in old_names.COMMANDS if f"│ {name} " in text]
+    assert not [name for name in old_names.NEW_COMMANDS if f"│ {name} " in text]

@@ -1,4 +1,4 @@
-"""Import libraries that only the export to other tools needs."""
+"""Import optional libraries: the libraries of the extra `exchange`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def require_extra(feature: str) -> Iterator[None]:
     Parameters
     ----------
     feature
-        What needs the libraries, for the message.
+        Feature that needs the libraries, for the message.
 
     Raises
     ------

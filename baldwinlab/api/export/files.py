@@ -12,24 +12,24 @@ import numpy as np
 from baldwinlab._version import __version__
 from baldwinlab.api.export.extra import require_extra
 from baldwinlab.api.export.frames import make_frame
-from baldwinlab.api.export.table import KEY, MARK, Block, Column, Table
+from baldwinlab.api.export.table import FILE_MARK, KEY_COLUMNS, Block, Column, Table
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path, write_atomically
 from baldwinlab.core.output_paths import require_writable
 from baldwinlab.studies.assays.descent import PHYLOGENY_HEADER, format_phylogeny
 from baldwinlab.studies.store import StudyStore
 
-MIN_ROWS: Final = 2**17
-"""Minimal number of rows in a row group of Parquet."""
-# The ending of the metadata of a table, as the W3C specifies it.
-CSVW: Final = "-metadata.json"
+MIN_ROW_GROUP_ROWS: Final = 2**17
+"""Minimum number of rows in a row group of Parquet, except the last row group."""
+# Ending of the metadata file of a table (CSV on the Web).
+METADATA_SUFFIX: Final = "-metadata.json"
 
 
 def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
     """Write a table as Parquet, one run at a time.
 
-    The metadata of a field has its `units` and `long_name`. For pandas, `attrs` of the table has
-    them too.
+    The metadata of a column has its `units` and `long_name`. pandas reads both into the `attrs` of
+    the table.
 
     Parameters
     ----------
@@ -51,49 +51,56 @@ def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-    def _kind(column: Column) -> pa.DataType:
+    def _arrow_type(column: Column) -> pa.DataType:
         """Return the Arrow type of a column."""
-        return (
-            pa.dictionary(pa.int32(), pa.string())
-            if column.values
-            else pa.from_numpy_dtype(column.dtype)
-        )
+        if column.categories:
+            return pa.dictionary(pa.int32(), pa.string())
+        return pa.from_numpy_dtype(column.dtype)
 
-    def _array(column: Column, block: Block) -> pa.Array:
+    def _make_array(column: Column, block: Block) -> pa.Array:
         """Return the values of a column in the rows of one run."""
-        if column.values:
-            code = column.values.index(str(block.labels[column.name]))
+        if column.categories:
+            code = column.categories.index(str(block.run_values[column.name]))
             return pa.DictionaryArray.from_arrays(
-                np.full(block.rows, code, np.int32), list(column.values)
+                np.full(block.rows, code, np.int32), list(column.categories)
             )
         if column.name in block.arrays:
-            return pa.array(block.arrays[column.name], _kind(column))
-        return pa.repeat(pa.scalar(block.labels.get(column.name), _kind(column)), block.rows)
+            return pa.array(block.arrays[column.name], _arrow_type(column))
+        # A variable that the model does not record is null.
+        value = pa.scalar(block.run_values.get(column.name), _arrow_type(column))
+        return pa.repeat(value, block.rows)
 
-    require_writable("--out", path, MARK.encode(), force=force)
-    # The unit of text, and of a variable whose unit differs between conditions, is empty.
+    require_writable("--out", path, FILE_MARK.encode(), force=force)
+    # `units` is empty for text, and for a variable whose unit differs between conditions.
     fields = [
         pa.field(
-            column.name, _kind(column), metadata={"units": column.unit, "long_name": column.meaning}
+            column.name,
+            _arrow_type(column),
+            metadata={"units": column.unit, "long_name": column.meaning},
         )
         for column in table.columns
     ]
     schema = pa.schema(fields, {"PANDAS_ATTRS": json.dumps(table.attributes)})
     with atomic_path(path) as partial, pq.ParquetWriter(partial, schema) as writer:
-        for blocks in _groups(table):
+        for blocks in _group_blocks(table):
             batches = [
-                pa.record_batch([_array(column, block) for column in table.columns], schema=schema)
+                pa.record_batch(
+                    [_make_array(column, block) for column in table.columns], schema=schema
+                )
                 for block in blocks
             ]
             writer.write_table(pa.Table.from_batches(batches))
 
 
-def _groups(table: Table) -> Iterator[list[Block]]:
-    """Yield runs that fill a row group."""
+def _group_blocks(table: Table) -> Iterator[list[Block]]:
+    """Yield lists of consecutive runs with at least `MIN_ROW_GROUP_ROWS` rows in all.
+
+    The last list may have fewer rows.
+    """
     group: list[Block] = []
     for block in table.blocks():
         group.append(block)
-        if sum(part.rows for part in group) >= MIN_ROWS:
+        if sum(block_of_group.rows for block_of_group in group) >= MIN_ROW_GROUP_ROWS:
             yield group
             group = []
     if group:
@@ -126,33 +133,34 @@ def write_csv(table: Table, path: Path, *, force: bool = False) -> None:
     ----------
     Metadata Vocabulary for Tabular Data, W3C Recommendation, 17 December 2015.
     """
-    metadata_path = path.with_name(f"{path.name}{CSVW}")
-    require_writable("--out", path, f",{','.join(KEY[1:])},".encode(), force=force)
-    require_writable("--out", metadata_path, MARK.encode(), force=force)
+    metadata_path = path.with_name(f"{path.name}{METADATA_SUFFIX}")
+    # Every table of baldwinlab has this text in its header.
+    header_mark = f",{','.join(KEY_COLUMNS[1:])},"
+    require_writable("--out", path, header_mark.encode(), force=force)
+    require_writable("--out", metadata_path, FILE_MARK.encode(), force=force)
     with atomic_path(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
         for number, block in enumerate(table.blocks()):
-            make_frame(table, block).to_csv(
-                file, index=False, header=not number, lineterminator="\n"
-            )
-    write_atomically(
-        metadata_path, f"{json.dumps(_csvw(table, path), indent=1, ensure_ascii=False)}\n".encode()
-    )
+            is_first = number == 0
+            make_frame(table, block).to_csv(file, index=False, header=is_first, lineterminator="\n")
+    metadata = json.dumps(_describe_table(table, path), indent=1, ensure_ascii=False)
+    write_atomically(metadata_path, f"{metadata}\n".encode())
 
 
-def _csvw(table: Table, path: Path) -> dict[str, Any]:
+def _describe_table(table: Table, path: Path) -> dict[str, Any]:
+    """Return the metadata of a table, as CSV on the Web defines them."""
     return {
         "@context": "http://www.w3.org/ns/csvw",
         "url": path.name,
         "dc:title": f"{table.study.directory.name}, seed {table.study.seed}",
-        "dc:provenance": f"{MARK} {__version__}",
+        "dc:provenance": f"{FILE_MARK} {__version__}",
         "tableSchema": {
-            "primaryKey": list(KEY),
-            "columns": [dict(_csvw_column(column)) for column in table.columns],
+            "primaryKey": list(KEY_COLUMNS),
+            "columns": [dict(_describe_column(column)) for column in table.columns],
         },
     }
 
 
-def _csvw_column(column: Column) -> Iterator[tuple[str, str]]:
+def _describe_column(column: Column) -> Iterator[tuple[str, str]]:
     yield "name", column.name
     yield "titles", column.name
     yield "datatype", {"i": "integer", "f": "double"}.get(column.dtype.kind, "string")
@@ -166,7 +174,8 @@ def write_phylogeny(
 ) -> int:
     """Write the parents of agents as CSV in the ALife data standard for phylogenies.
 
-    Agents of several runs have consecutive numbers, and the columns `condition` and `run`.
+    If `run` is None, agents are numbered through all runs, and the table has the further columns
+    `condition` and `run`.
 
     Parameters
     ----------
@@ -175,9 +184,9 @@ def write_phylogeny(
     path
         The file to write.
     condition
-        Name of a condition; all if None.
+        Name of a condition. None for all conditions.
     run
-        Number of a run; all if None. It needs `condition`.
+        Number of a run. None for all runs. It needs `condition`.
     force
         Overwrite a file that this function did not write.
 
@@ -201,13 +210,18 @@ def write_phylogeny(
     require_writable("--out", path, PHYLOGENY_HEADER.encode(), force=force)
     study.require_runs()
     names = list(study.experiments) if condition is None else [study.experiment(condition).name]
+    has_run_columns = run is None
+    header = f"{PHYLOGENY_HEADER},condition,run" if has_run_columns else PHYLOGENY_HEADER
     count = 0
     with atomic_path(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
-        file.write(PHYLOGENY_HEADER + ",condition,run" * (run is None) + "\n")
+        file.write(f"{header}\n")
         for name in names:
-            for number in study.runs(name) if run is None else [run]:
+            numbers = study.runs(name) if run is None else [run]
+            for number in numbers:
                 parents = study.read(name, number, genomes=False).parents.values
-                origin = f",{name},{number}" * (run is None)
-                file.writelines(f"{line}{origin}\n" for line in format_phylogeny(parents, count))
-                count += parents[..., 0].size
+                run_columns = f",{name},{number}" if has_run_columns else ""
+                lines = format_phylogeny(parents, count)
+                file.writelines(f"{line}{run_columns}\n" for line in lines)
+                generations, agents = parents.shape[:2]
+                count += generations * agents
     return count

@@ -1,4 +1,4 @@
-"""Return the tidy table of a study as a data frame of pandas or polars."""
+"""Convert the tidy table of a study to a data frame of pandas or polars."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def to_pandas(table: Table) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Text is categorical. A variable that the model of a condition does not record is NaN.
-        `attrs` has the units and meanings.
+        `attrs` holds the units and the meanings of the columns.
 
     Raises
     ------
@@ -58,37 +58,38 @@ def make_frame(table: Table, block: Block) -> pd.DataFrame:
 
 
 def _fill_frame(table: Table, blocks: Iterable[Block], rows: int) -> pd.DataFrame:
-    """Return a frame that is filled block by block, without a second copy in memory."""
+    """Return the rows of blocks. The frame is filled block by block, to need one copy in memory."""
     arrays = {
-        column.name: np.empty(rows, _code_dtype(column) if column.values else column.dtype)
+        column.name: np.empty(rows, _code_dtype(column) if column.categories else column.dtype)
         for column in table.columns
     }
-    first = 0
+    start = 0
     for block in blocks:
-        rows_of_block = slice(first, first + block.rows)
-        first += block.rows
+        rows_of_block = slice(start, start + block.rows)
+        start += block.rows
         for column in table.columns:
             name = column.name
-            if column.values:
-                arrays[name][rows_of_block] = column.values.index(str(block.labels[name]))
-            elif name in block.labels or name in block.arrays:
-                arrays[name][rows_of_block] = block.labels.get(name, block.arrays.get(name))
+            if column.categories:
+                arrays[name][rows_of_block] = column.categories.index(str(block.run_values[name]))
+            elif name in block.run_values or name in block.arrays:
+                arrays[name][rows_of_block] = block.run_values.get(name, block.arrays.get(name))
             else:
+                # The model does not record the variable. NaN needs a float type.
                 arrays[name] = arrays[name].astype(
                     np.result_type(column.dtype, np.float32), copy=False
                 )
                 arrays[name][rows_of_block] = np.nan
     texts = {
-        column.name: pd.Categorical.from_codes(arrays[column.name], column.values)
+        column.name: pd.Categorical.from_codes(arrays[column.name], column.categories)
         for column in table.columns
-        if column.values
+        if column.categories
     }
     return pd.DataFrame(arrays | texts, copy=False)
 
 
 def _code_dtype(column: Column) -> np.dtype[Any]:
     """Return the smallest integer type for the codes of a column of text."""
-    return np.min_scalar_type(-len(column.values))
+    return np.min_scalar_type(-len(column.categories))
 
 
 def to_polars(table: Table) -> pl.DataFrame:
@@ -116,14 +117,17 @@ def to_polars(table: Table) -> pl.DataFrame:
 
     def _series(column: Column, block: Block) -> pl.Series:
         """Return the values of a column in the rows of one run."""
-        if column.values:
+        if column.categories:
             return pl.repeat(
-                block.labels[column.name], block.rows, dtype=pl.Enum(column.values), eager=True
+                block.run_values[column.name],
+                block.rows,
+                dtype=pl.Enum(column.categories),
+                eager=True,
             )
         dtype = pl.Series(np.empty(0, column.dtype)).dtype
         if column.name in block.arrays:
             return pl.Series(block.arrays[column.name]).cast(dtype)
-        return pl.repeat(block.labels.get(column.name), block.rows, dtype=dtype, eager=True)
+        return pl.repeat(block.run_values.get(column.name), block.rows, dtype=dtype, eager=True)
 
     frames = [
         pl.DataFrame({column.name: _series(column, block) for column in table.columns})

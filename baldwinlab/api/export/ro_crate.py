@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import quote
 
 from baldwinlab.api.export.extra import require_extra
-from baldwinlab.api.export.table import KEY, Table
+from baldwinlab.api.export.table import KEY_COLUMNS, Table
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import is_local
@@ -28,16 +28,16 @@ if TYPE_CHECKING:
     from rocrate.model import ContextEntity
     from rocrate.rocrate import ROCrate
 
-FILE: Final = "ro-crate-metadata.json"
-# The start of a sentence in every crate that baldwinlab has written, also by `baldwinlab crate`.
-MARK: Final = "Described by `baldwinlab "
-PROFILE: Final = "https://w3id.org/ro/wfrun/process/0.5"
-FORMATS: Final = {
+CRATE_FILE: Final = "ro-crate-metadata.json"
+# Text in every crate that baldwinlab has written, also by the old command `baldwinlab crate`.
+CRATE_MARK: Final = "Described by `baldwinlab "
+PROFILE_ADDRESS: Final = "https://w3id.org/ro/wfrun/process/0.5"
+MEDIA_TYPES: Final = {
     ".toml": "application/toml",
     ".jsonl": "application/jsonl",
     ".parquet": "application/vnd.apache.parquet",
 }
-FOLDERS: Final = {
+FOLDER_DESCRIPTIONS: Final = {
     "assays": "results of the assays, netCDF",
     "figures": "figures of the report and their numbers",
     "multiverse": "claims under every variant of the paper, as a separate study",
@@ -45,7 +45,7 @@ FOLDERS: Final = {
     "parts": "sources of the third-party parts",
 }
 """Descriptions of the folders of a study."""
-UNLICENSED: Final = {
+NO_LICENSE: Final = {
     "name": "no license has been given",
     "description": "The authors of this study have not chosen a license.",
 }
@@ -54,7 +54,7 @@ LIBRARIES: Final = {
     "numpy": ("NumPy", "https://numpy.org"),
     "numba": ("Numba", "https://numba.pydata.org"),
 }
-"""Title and address of a library, by its attribute of the records."""
+"""Title and address of a library, by the attribute of the records that has its version."""
 Properties = dict[str, Any]
 Entity = tuple[str, str, Properties]
 """Identifier, type and properties of an entity."""
@@ -72,7 +72,7 @@ def write_crate(
     authors
         Names, each optionally followed by the address of an ORCID.
     license
-        An address, or an SPDX name such as "CC-BY-4.0"; none, unless given.
+        An address, or an SPDX name such as "CC-BY-4.0". By default no license.
     force
         Overwrite a file that this function did not write.
 
@@ -84,38 +84,36 @@ def write_crate(
     Raises
     ------
     RefusedError
-        An author or the license is not valid, a library is missing, or the file was written by
-        another program.
+        An author or the license is not valid, a library is missing, or another program wrote the
+        file.
     StudyError
         No run is stored, or a record is damaged.
     """
     with require_extra("an RO-Crate"):
         from rocrate.rocrate import ROCrate
-    path = study.directory / FILE
+    path = study.directory / CRATE_FILE
     if is_local(path):
-        require_writable("crate", path, MARK.encode(), force=force)
-    license_address = _license_address(license)
+        require_writable("crate", path, CRATE_MARK.encode(), force=force)
+    license_address = _find_license_address(license) or "#unlicensed"
     crate = ROCrate(version="1.1")
-    people = [_add(crate, *_person(author)) for author in authors]
+    people = [_add_entity(crate, *_parse_author(author)) for author in authors]
     runs = {name: len(study.runs(name)) for name in study.experiments}
     root = crate.root_dataset
     root["name"] = study.directory.resolve().name
     root["description"] = (
         f"A study of evolution x lifetime learning; conditions: {len(runs):,}, "
-        f"runs: {sum(runs.values()):,}, seed: {study.seed}. {MARK}export --format ro-crate`."
+        f"runs: {sum(runs.values()):,}, seed: {study.seed}. {CRATE_MARK}export --format ro-crate`."
     )
-    license_properties = {"name": license} if license else UNLICENSED
-    root["license"] = _add(
-        crate, license_address or "#unlicensed", "CreativeWork", license_properties
-    )
+    license_properties = {"name": license} if license else NO_LICENSE
+    root["license"] = _add_entity(crate, license_address, "CreativeWork", license_properties)
     profile = {"name": "Process Run Crate", "version": "0.5"}
-    root["conformsTo"] = _add(crate, PROFILE, "CreativeWork", profile)
-    variables = [_add(crate, *variable) for variable in _variables(Table(study))]
+    root["conformsTo"] = _add_entity(crate, PROFILE_ADDRESS, "CreativeWork", profile)
+    variables = [_add_entity(crate, *variable) for variable in _list_variables(Table(study))]
     root["variableMeasured"] = _unwrap_single(variables)
     if people:
         root["author"] = _unwrap_single(people)
     if study.paper:
-        root["citation"] = _add(crate, *_article(study))
+        root["citation"] = _add_entity(crate, *_describe_article(study))
     for entry in sorted(study.directory.iterdir()):
         _add_entry(crate, entry)
     root["mentions"] = _add_action(crate, study, runs, people)
@@ -123,19 +121,24 @@ def write_crate(
     return write_atomically(path, f"{content}\n".encode())
 
 
-def _add(crate: ROCrate, identifier: str, kind: str, properties: Properties) -> ContextEntity:
+def _add_entity(
+    crate: ROCrate, identifier: str, kind: str, properties: Properties
+) -> ContextEntity:
     from rocrate.model import ContextEntity
 
     return crate.add(ContextEntity(crate, identifier, properties={"@type": kind, **properties}))
 
 
 def _unwrap_single(entities: Sequence[Any]) -> Any:
-    """Return the entity of a list of length 1, as the specification requires, or the list."""
+    """Return the list, or its entity if the list has one entity, as the specification requires."""
     return entities[0] if len(entities) == 1 else list(entities)
 
 
-def _license_address(license: str) -> str:
-    """Return the address of a license, or raise RefusedError for an invalid address or name."""
+def _find_license_address(license: str) -> str:
+    """Return the address of a license, "" for no license.
+
+    Raise RefusedError for an invalid address or name.
+    """
     if not license or re.fullmatch(r"https?://\S+", license):
         return license
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9.+-]*", license):
@@ -146,7 +149,8 @@ def _license_address(license: str) -> str:
     return f"https://spdx.org/licenses/{license}"
 
 
-def _person(author: str) -> Entity:
+def _parse_author(author: str) -> Entity:
+    """Return a person. Without the address of an ORCID, the identifier is made from the name."""
     name, _, address = author.strip().rpartition(" ")
     if not address.startswith("https://orcid.org/"):
         name = author.strip()
@@ -158,17 +162,18 @@ def _person(author: str) -> Entity:
     return address, "Person", {"name": name}
 
 
-def _variables(table: Table) -> Iterator[Entity]:
+def _list_variables(table: Table) -> Iterator[Entity]:
     """Yield the recorded variables of an agent, with their units."""
     for column in table.columns:
-        if column.name not in KEY and not column.values:
+        if column.name not in KEY_COLUMNS and not column.categories:
             properties = {"name": column.name, "description": column.meaning}
             if column.unit:
                 properties["unitText"] = column.unit
             yield f"#variable-{column.name}", "PropertyValue", properties
 
 
-def _article(study: StudyStore) -> Entity:
+def _describe_article(study: StudyStore) -> Entity:
+    """Return the article of the study's paper."""
     metadata = load_stored_paper(study.directory, study.paper).metadata
     properties = {
         "name": metadata.title,
@@ -179,19 +184,20 @@ def _article(study: StudyStore) -> Entity:
 
 
 def _add_entry(crate: ROCrate, entry: Path) -> None:
-    """Add a file or a folder of the study, except the runs, which the action has."""
-    if entry.is_dir() and entry.name in FOLDERS:
+    """Add a file or a folder of the study. `_add_action` adds the runs."""
+    if entry.is_dir() and entry.name in FOLDER_DESCRIPTIONS:
         crate.add_dataset(
             dest_path=f"{entry.name}/",
-            properties={"name": entry.name, "description": FOLDERS[entry.name]},
+            properties={"name": entry.name, "description": FOLDER_DESCRIPTIONS[entry.name]},
         )
-    elif entry.is_file() and entry.name != FILE and not entry.name.startswith("."):
+    elif entry.is_file() and entry.name != CRATE_FILE and not entry.name.startswith("."):
         _add_file(crate, entry.name)
 
 
 def _add_file(crate: ROCrate, path: str) -> Any:
+    """Add a file of the study, with its media type if the type is known."""
     properties = {"name": path}
-    if media_type := FORMATS.get(Path(path).suffix) or MimeTypes(()).guess_type(path)[0]:
+    if media_type := MEDIA_TYPES.get(Path(path).suffix) or MimeTypes(()).guess_type(path)[0]:
         properties["encodingFormat"] = media_type
     return crate.add_file(dest_path=path, properties=properties)
 
@@ -199,7 +205,7 @@ def _add_file(crate: ROCrate, path: str) -> Any:
 def _add_action(
     crate: ROCrate, study: StudyStore, runs: dict[str, int], people: Sequence[ContextEntity]
 ) -> ContextEntity:
-    """Add the simulation: experiments are its input, runs its result."""
+    """Add the simulation. The experiments are its input, and the runs are its result."""
     experiments = []
     folders = []
     for name, count in runs.items():
@@ -216,7 +222,7 @@ def _add_action(
         "name": "the runs",
         "description": "simulates each run: founders, lifetimes, selection and offspring",
     }
-    action = _add(crate, "#the-runs", "CreateAction", properties | _times(study))
+    action = _add_entity(crate, "#the-runs", "CreateAction", properties | _session_times(study))
     action["instrument"] = _unwrap_single([*_add_software(crate, study)])
     action["object"] = _unwrap_single(experiments)
     action["result"] = _unwrap_single(folders)
@@ -225,8 +231,8 @@ def _add_action(
     return action
 
 
-def _times(study: StudyStore) -> dict[str, str]:
-    """Return the start of the first session and the end of the last one, if any is recorded."""
+def _session_times(study: StudyStore) -> dict[str, str]:
+    """Return the start of the first session and the end of the last session, if any is recorded."""
     starts = []
     ends = []
     for session in study.sessions():
@@ -255,13 +261,13 @@ def _add_software(crate: ROCrate, study: StudyStore) -> Iterator[ContextEntity]:
         for key, (title, url) in LIBRARIES.items():
             library = {"name": title, "url": url, "softwareVersion": software[key]}
             identifier = f"#{key}-{software[key]}"
-            libraries.append(_add(crate, identifier, "SoftwareApplication", library))
+            libraries.append(_add_entity(crate, identifier, "SoftwareApplication", library))
         properties = {
             "name": "baldwinlab",
             "softwareVersion": software["baldwinlab"],
             "operatingSystem": software["platform"],
         }
         identifier = f"#baldwinlab-{quote('-'.join(values))}"
-        application = _add(crate, identifier, "SoftwareApplication", properties)
+        application = _add_entity(crate, identifier, "SoftwareApplication", properties)
         application["softwareRequirements"] = libraries
         yield application

@@ -22,12 +22,12 @@ from baldwinlab.experiment.factors import SWEEP, factor_coordinates
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_path
 
-MARK: Final = "baldwinlab export"
+FILE_MARK: Final = "baldwinlab export"
 """Text in every exported file."""
-KEY: Final = ("condition", "run", *OF_AGENT)
+KEY_COLUMNS: Final = ("condition", "run", *OF_AGENT)
 """Columns that identify a row."""
 
-Label = str | int | float
+RunValue = str | int | float
 
 
 class Column(NamedTuple):
@@ -36,22 +36,22 @@ class Column(NamedTuple):
     Attributes
     ----------
     name
-        Its name.
+        Name of the column.
     dtype
-        Its type; object for text.
+        Type of the values; object for text.
     unit
-        Its unit; "" for text, and if the units of the conditions differ.
+        Unit of the values; "" for text, and for a variable whose unit differs between conditions.
     meaning
-        Its meaning, in words.
-    values
-        The different values of text.
+        Meaning of the values, in words.
+    categories
+        The different values of a column of text; () for numbers.
     """
 
     name: str
     dtype: np.dtype[Any]
     unit: str
     meaning: str
-    values: tuple[str, ...] = ()
+    categories: tuple[str, ...] = ()
 
 
 class Block(NamedTuple):
@@ -59,21 +59,23 @@ class Block(NamedTuple):
 
     Attributes
     ----------
-    labels
-        The columns that have one value in all rows.
+    run_values
+        Values of the columns that are constant in a run: condition, run, factors and settings.
     arrays
-        The other columns, without those that the model does not record.
+        The other columns. A variable that the model does not record has no array.
     rows
         The number of rows.
     """
 
-    labels: Mapping[str, Label]
+    run_values: Mapping[str, RunValue]
     arrays: Mapping[str, npt.NDArray[Any]]
     rows: int
 
 
 class Table:
-    """The table of the conditions of a study that have runs. Its columns are read before its rows.
+    """The table of the conditions of a study that have runs.
+
+    The constructor reads the columns, and `blocks` reads the rows.
 
     Parameters
     ----------
@@ -86,18 +88,18 @@ class Table:
         study.require_runs()
         self.study = study
         self._runs = {name: runs for name in study.experiments if (runs := study.runs(name))}
-        self._labels = _labels(study)
+        self._values_by_condition = _list_run_values(study)
         self.columns = (*self._condition_columns(), *_index_columns(), *self._variable_columns())
 
     @property
     def rows(self) -> int:
         """Return the number of rows."""
         experiments = self.study.experiments
-        of_run = {
+        rows_of_run = {
             name: experiments[name].evolution.generations * experiments[name].population.size
             for name in self._runs
         }
-        return sum(of_run[name] * len(runs) for name, runs in self._runs.items())
+        return sum(rows_of_run[name] * len(runs) for name, runs in self._runs.items())
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -105,7 +107,7 @@ class Table:
         units = {column.name: column.unit for column in self.columns if column.unit}
         meanings = {column.name: column.meaning for column in self.columns}
         return {
-            "made_by": f"{MARK} {__version__}",
+            "made_by": f"{FILE_MARK} {__version__}",
             "seed": self.study.seed,
             "units": units,
             "long_name": meanings,
@@ -124,39 +126,46 @@ class Table:
         StudyError
             A record is damaged.
         """
-        for name, runs in self._runs.items():
+        for condition, runs in self._runs.items():
             for run in runs:
-                record = self.study.read(name, run, genomes=False)
+                record = self.study.read(condition, run, genomes=False)
                 variables = record.data_vars.values()
                 arrays = {
                     name: array.ravel()
                     for variable in variables
-                    for name, array in _columns(variable)
+                    for name, array in _split_variable(variable)
                 }
                 shape = [record.sizes[dim] for dim in OF_AGENT]
                 for dim, indices in zip(OF_AGENT, np.indices(shape, np.int32), strict=True):
                     arrays[dim] = record[dim].values[indices].ravel()
-                yield Block(self._labels[name] | {"run": run}, arrays, int(np.prod(shape)))
+                run_values = self._values_by_condition[condition] | {"run": run}
+                yield Block(run_values, arrays, int(np.prod(shape)))
 
     def _condition_columns(self) -> Iterator[Column]:
-        for name in self._labels[next(iter(self._runs))]:
-            values = list(dict.fromkeys(self._labels[condition][name] for condition in self._runs))
+        values_by_condition = [self._values_by_condition[condition] for condition in self._runs]
+        for name in values_by_condition[0]:
+            values = list(dict.fromkeys(run_values[name] for run_values in values_by_condition))
+            meaning = _describe_column(name)
             if all(isinstance(value, str) for value in values):
-                yield Column(name, np.dtype(object), "", _meaning(name), tuple(map(str, values)))
+                yield Column(name, np.dtype(object), "", meaning, tuple(map(str, values)))
             else:
-                yield Column(name, np.asarray(values).dtype, "", _meaning(name))
+                yield Column(name, np.asarray(values).dtype, "", meaning)
 
     def _variable_columns(self) -> Iterator[Column]:
-        """Return the variables of the first records. Pairs, such as parents, are last."""
+        """Return the columns of the recorded variables.
+
+        The columns of pairs, such as parents, are last. The first record of each condition has all
+        variables of its model.
+        """
         columns: dict[str, list[Column]] = {}
         for name, runs in self._runs.items():
             record = self.study.read(name, runs[0], genomes=False)
             for variable in sorted(record.data_vars.values(), key=lambda array: array.ndim):
-                for column, array in _columns(variable):
-                    label = (
-                        column.removeprefix(f"{variable.name}_") if column != variable.name else ""
-                    )
-                    meaning = f"{variable.attrs.get('long_name', '')}{label and f' ({label})'}"
+                for column, array in _split_variable(variable):
+                    meaning = variable.attrs.get("long_name", "")
+                    is_of_pair = column != variable.name
+                    if is_of_pair:
+                        meaning = f"{meaning} ({column.removeprefix(f'{variable.name}_')})"
                     unit = variable.attrs.get("units", "")
                     columns.setdefault(column, []).append(
                         Column(column, array.dtype, unit, meaning)
@@ -164,7 +173,7 @@ class Table:
         return map(_merge_columns, columns.values())
 
 
-def _labels(study: StudyStore) -> dict[str, dict[str, Label]]:
+def _list_run_values(study: StudyStore) -> dict[str, dict[str, RunValue]]:
     """Return the name, the factors and the swept settings of each condition."""
     names = list(study.experiments)
     columns: dict[str, Any] = {"condition": names}
@@ -181,15 +190,15 @@ def _labels(study: StudyStore) -> dict[str, dict[str, Label]]:
 
 
 def _index_columns() -> Iterator[Column]:
-    for name in KEY[1:]:
+    for name in KEY_COLUMNS[1:]:
         yield Column(name, np.dtype(np.int32), "", DIMENSION_MEANINGS[name])
 
 
-def _meaning(name: str) -> str:
+def _describe_column(name: str) -> str:
     return DIMENSION_MEANINGS.get(name) or f"the condition's {name}"
 
 
-def _columns(variable: xr.DataArray) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+def _split_variable(variable: xr.DataArray) -> Iterator[tuple[str, npt.NDArray[Any]]]:
     """Yield the columns of a variable, [generation, agent]. A pair, such as parents, has two."""
     if variable.dims == OF_AGENT:
         yield str(variable.name), variable.values

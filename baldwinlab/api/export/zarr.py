@@ -13,7 +13,7 @@ import xarray as xr
 
 from baldwinlab._version import __version__
 from baldwinlab.api.export.extra import require_extra
-from baldwinlab.api.export.table import MARK
+from baldwinlab.api.export.table import FILE_MARK
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path
 from baldwinlab.core.output_paths import enclosing_study
@@ -26,10 +26,10 @@ from baldwinlab.studies.sweeps.design import label_points
 if TYPE_CHECKING:
     import zarr
 
-ROWS: Final = 2**17
-"""Number of agents of all generations in a chunk. A chunk has at least one run."""
-INDEX: Final = "condition_index"
-"""Temporary coordinate: the number of a condition in the study."""
+MAX_CHUNK_ROWS: Final = 2**17
+"""Maximum number of agents, of all generations, in a chunk of several runs."""
+INDEX_COORDINATE: Final = "condition_index"
+"""Temporary variable: the number of a condition in the study."""
 
 
 class Layout(NamedTuple):
@@ -40,7 +40,7 @@ class Layout(NamedTuple):
     frame : xarray.Dataset
         Coordinates, attributes, and the variables without the dimension `run`.
     recorded : mapping of str to xarray.DataArray
-        One value per condition of each recorded variable, with its attributes.
+        A sample of each recorded variable, one value per condition, with its attributes.
     sizes : mapping of str to int
         Size of each dimension.
     runs : mapping of str to array of int32
@@ -48,7 +48,7 @@ class Layout(NamedTuple):
     has_gaps : bool
         Whether conditions differ in their runs, generations or agents.
     conditions : array of intp
-        Number of the condition, with the dimensions of the conditions.
+        Numbers of the conditions in the study, in the shape of the dataset's condition dimensions.
     """
 
     frame: xr.Dataset
@@ -90,7 +90,7 @@ def write_zarr(study: StudyStore, path: Path) -> None:
         raise RefusedError(f"--out {path} exists. Choose another path or remove it.")
     layout = _make_layout(study)
     frame = _convert_texts(layout.frame)
-    frame.attrs["made_by"] = f"{MARK} {__version__}"
+    frame.attrs["made_by"] = f"{FILE_MARK} {__version__}"
     with atomic_path(path) as partial:
         frame.to_zarr(LocalStore(partial), mode="w-", zarr_format=3, consolidated=False)
         _write_records(study, layout, zarr.open_group(LocalStore(partial), mode="r+"))
@@ -115,7 +115,7 @@ def _make_layout(study: StudyStore) -> Layout:
     runs = {name: np.array(study.runs(name), np.int32) for name in study.experiments}
     samples = [_read_sample(study, name, numbers) for name, numbers in runs.items()]
     data = concat_conditions(study, list(study.experiments), samples)
-    data = data.assign({INDEX: ("condition", np.arange(len(samples)))})
+    data = data.assign({INDEX_COORDINATE: ("condition", np.arange(len(samples)))})
     if study.kind == SWEEP:
         data = label_points(study, data)
     recorded = {
@@ -127,21 +127,20 @@ def _make_layout(study: StudyStore) -> Layout:
     coords = {"run": np.unique(np.concatenate(list(runs.values())))}
     for dim, sizes_of_dim in zip(OF_AGENT, (generations, agents), strict=True):
         coords[dim] = np.arange(max(sizes_of_dim), dtype=np.int32)
-    frame = data.drop_vars([INDEX, *recorded]).drop_dims(list(coords))
+    frame = data.drop_vars([INDEX_COORDINATE, *recorded]).drop_dims(list(coords))
     frame = frame.assign_coords(
         {dim: (dim, values, data[dim].attrs) for dim, values in coords.items()}
     )
-    has_gaps = (
-        len(generations) > 1
-        or len(agents) > 1
-        or any(len(numbers) < len(coords["run"]) for numbers in runs.values())
-    )
+    has_missing_runs = any(len(numbers) < len(coords["run"]) for numbers in runs.values())
+    has_gaps = has_missing_runs or len(generations) > 1 or len(agents) > 1
     sizes = {str(dim): size for dim, size in (*data.sizes.items(), *frame.sizes.items())}
-    return Layout(frame, recorded, sizes, runs, has_gaps, data[INDEX].values.astype(np.intp))
+    return Layout(
+        frame, recorded, sizes, runs, has_gaps, data[INDEX_COORDINATE].values.astype(np.intp)
+    )
 
 
 def _read_sample(study: StudyStore, name: str, runs: npt.NDArray[np.int32]) -> xr.Dataset:
-    """Return the first value of each variable, or no values for a condition without runs."""
+    """Return the first value of each variable. A condition without runs has an empty dataset."""
     first = {dim: [0] for dim in OF_AGENT}
     if not runs.size:
         return make_empty_dataset(study.experiments[name]).isel(first)
@@ -150,20 +149,22 @@ def _read_sample(study: StudyStore, name: str, runs: npt.NDArray[np.int32]) -> x
 
 def _write_records(study: StudyStore, layout: Layout, group: zarr.Group) -> None:
     """Write all chunks. A run is in one chunk, so each record is read once."""
-    numbers = layout.frame["run"].values
-    rows = layout.sizes["generation"] * layout.sizes["agent"]
-    runs = max(1, min(len(numbers), ROWS // rows))
-    conditions = max(1, min(layout.conditions.shape[-1], ROWS // (rows * runs)))
-    steps = (*[1] * (layout.conditions.ndim - 1), conditions, runs)
+    n_runs = len(layout.frame["run"])
+    rows_of_run = layout.sizes["generation"] * layout.sizes["agent"]
+    chunk_runs = max(1, min(n_runs, MAX_CHUNK_ROWS // rows_of_run))
+    max_conditions = MAX_CHUNK_ROWS // (rows_of_run * chunk_runs)
+    chunk_conditions = max(1, min(layout.conditions.shape[-1], max_conditions))
+    # The dimensions of a sweep before the last one have chunks of one point.
+    chunk_shape = (*[1] * (layout.conditions.ndim - 1), chunk_conditions, chunk_runs)
     arrays = {
-        name: _create_array(group, name, sample, layout, steps)
+        name: _create_array(group, name, sample, layout, chunk_shape)
         for name, sample in layout.recorded.items()
     }
-    ends = (*layout.conditions.shape, len(numbers))
-    starts = [range(0, end, step) for end, step in zip(ends, steps, strict=True)]
+    shape = (*layout.conditions.shape, n_runs)
+    starts = [range(0, size, step) for size, step in zip(shape, chunk_shape, strict=True)]
     for corner in product(*starts):
         region = tuple(
-            slice(start, start + step) for start, step in zip(corner, steps, strict=True)
+            slice(start, start + step) for start, step in zip(corner, chunk_shape, strict=True)
         )
         _write_chunk(study, layout, arrays, region)
 
@@ -174,13 +175,14 @@ def _write_chunk(
     arrays: Mapping[str, zarr.Array[Any]],
     region: tuple[slice, ...],
 ) -> None:
+    """Write one chunk of each array. Missing runs, generations and agents have the fill value."""
     conditions = layout.conditions[region[:-1]]
-    numbers = layout.frame["run"].values[region[-1]]
+    runs = layout.frame["run"].values[region[-1]]
     chunks = {}
     for name, array in arrays.items():
-        shape = (*conditions.shape, len(numbers), *array.shape[len(region) :])
+        shape = (*conditions.shape, len(runs), *array.shape[len(region) :])
         chunks[name] = np.full(shape, array.fill_value, array.dtype)
-    for index, record in _read_records(study, layout, conditions, numbers):
+    for index, record in _read_records(study, layout, conditions, runs):
         for variable_name, variable in record.data_vars.items():
             entries = tuple(slice(size) for size in variable.shape)
             chunks[str(variable_name)][index + entries] = variable.values
@@ -189,16 +191,23 @@ def _write_chunk(
 
 
 def _create_array(
-    group: zarr.Group, name: str, sample: xr.DataArray, layout: Layout, steps: tuple[int, ...]
+    group: zarr.Group,
+    name: str,
+    sample: xr.DataArray,
+    layout: Layout,
+    chunk_shape: tuple[int, ...],
 ) -> zarr.Array[Any]:
-    """Create the array of a recorded variable. Missing values are NaN."""
+    """Create the array of a recorded variable. Missing values are NaN.
+
+    `chunk_shape` has the dimensions of the conditions and the dimension `run`.
+    """
     dims = [str(dim) for dim in sample.dims]
     shape = [layout.sizes[dim] for dim in dims]
     dtype = np.result_type(sample.dtype, np.float32) if layout.has_gaps else sample.dtype
     return group.create_array(
         name,
         shape=shape,
-        chunks=(*steps, *shape[len(steps) :]),
+        chunks=(*chunk_shape, *shape[len(chunk_shape) :]),
         dtype=dtype,
         fill_value=np.nan if dtype.kind == "f" else 0,
         dimension_names=dims,
@@ -210,11 +219,11 @@ def _read_records(
     study: StudyStore,
     layout: Layout,
     conditions: npt.NDArray[np.intp],
-    numbers: npt.NDArray[np.int32],
+    runs: npt.NDArray[np.int32],
 ) -> Iterator[tuple[tuple[int, ...], xr.Dataset]]:
-    """Yield the stored records of these conditions and runs, with their indices in the chunk."""
+    """Yield the stored records of a chunk, with their indices (condition and run) in the chunk."""
     names = list(study.experiments)
     for index, condition in np.ndenumerate(conditions):
         name = names[condition]
-        for number in np.flatnonzero(np.isin(numbers, layout.runs[name])):
-            yield (*index, int(number)), study.read(name, int(numbers[number]), genomes=False)
+        for column in np.flatnonzero(np.isin(runs, layout.runs[name])):
+            yield (*index, int(column)), study.read(name, int(runs[column]), genomes=False)

@@ -19,12 +19,12 @@ from baldwinlab.api.publish.gallery_entries import Entry, read_entries
 from baldwinlab.core.file_writing import write_atomically
 
 GALLERY_FILE: Final = "gallery.html"
-RECORD: Final = "gallery.json"
+RECORD_FILE: Final = "gallery.json"
 TITLE: Final = "Is there a Baldwin effect?"
 
 
 def publish_gallery(folder: Path, out: Path, last: int, log: Callable[[str], None]) -> list[Entry]:
-    """Write gallery.json, the figure, and the page of all papers whose studies are in a folder.
+    """Write gallery.json, the figure and the page of the papers whose studies are in a folder.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def publish_gallery(folder: Path, out: Path, last: int, log: Callable[[str], Non
     Returns
     -------
     list of Entry
-        The papers, in the order of their years.
+        The papers, sorted by year.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def publish_gallery(folder: Path, out: Path, last: int, log: Callable[[str], Non
     entries = read_entries(folder, last, log)
     record = {"last": last, "papers": [_entry_record(entry) for entry in entries]}
     text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(folder / RECORD, f"{text}\n".encode())
+    write_atomically(folder / RECORD_FILE, f"{text}\n".encode())
     log("drawing the figure")
     figures = folder / "figures"
     clocks = render("gallery/clocks.html", rows=list(_list_times_to_level(entries)))
@@ -95,26 +95,27 @@ def summarize(entries: Sequence[Entry]) -> Iterator[str]:
 
 
 def _summarize_phases(systems: Sequence[System]) -> Iterator[str]:
-    first = sum(system.phases[0] == YES for system in systems)
-    not_first = sum(system.phases[0] == NO for system in systems)
-    both = sum(system.phases == (YES, YES) for system in systems)
+    n_phase_1 = sum(system.phases[0] == YES for system in systems)
+    n_without_phase_1 = sum(system.phases[0] == NO for system in systems)
+    n_both_phases = sum(system.phases == (YES, YES) for system in systems)
     yield (
-        f"Learning guides evolution (phase 1) in {_count(first, 'system')} and does not in "
-        f"{not_first}; the others are undecided."
+        f"Learning guides evolution (phase 1) in {_count(n_phase_1, 'system')} and does not in "
+        f"{n_without_phase_1}; the others are undecided."
     )
-    yield f"Learned behavior also becomes innate (phase 2) in {both}."
+    yield f"Learned behavior also becomes innate (phase 2) in {n_both_phases}."
 
 
 def _summarize_guidance(systems: Sequence[System]) -> str:
     answers = [system.effects["guidance"] for system in systems if system.control]
-    higher = sum(answer.verdict == YES for answer in answers)
-    lower = sum(
+    n_higher = sum(answer.verdict == YES for answer in answers)
+    # The verdict NO includes differences that are not negative.
+    n_lower = sum(
         answer.verdict == NO and answer.size is not None and answer.size.median < 0
         for answer in answers
     )
     return (
-        f"Compared with the no-learning control, final innate fitness is higher in {higher} of "
-        f"{_count(len(answers), 'system')} and lower in {lower}."
+        f"Compared with the no-learning control, final innate fitness is higher in {n_higher} of "
+        f"{_count(len(answers), 'system')} and lower in {n_lower}."
     )
 
 
@@ -128,6 +129,7 @@ def _summarize_claims(entries: Sequence[Entry]) -> str:
 
 
 def _count(number: int, noun: str) -> str:
+    """Return a number with its noun, such as "1 paper" or "2 papers"."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
@@ -170,10 +172,11 @@ def format_percent(share: float) -> str:
     Parameters
     ----------
     share
-        The share, 0 to 1.
+        The share. It can be negative or above 1.
     """
     if isnan(share):
         return "–"
+    # A change that rounds to 0 has no sign.
     return f"{round(100 * share):+,}".replace("+0", "0").replace("-", "−")
 
 
@@ -227,7 +230,7 @@ def _list_times_to_level(entries: Sequence[Entry]) -> Iterator[dict[str, Any]]:
 
 
 def _describe_sooner(time: TimeToLevel) -> str:
-    """Return which of the two conditions reaches the level sooner, by either count."""
+    """Return whether the level is reached sooner with learning, by generations and evaluations."""
     is_reached = not isnan(time.generations)
     is_reached_without = not isnan(time.control_generations)
     if not is_reached:

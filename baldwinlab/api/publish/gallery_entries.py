@@ -1,4 +1,4 @@
-"""Stored studies of papers, with their claims and systems."""
+"""Entries of the gallery: papers, with the claims and systems of their stored studies."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class Entry:
     directory: Path
     # Number of runs of the condition with the most runs.
     runs: int
-    # Verdicts by claim, without entries if the study has no report.
+    # Verdicts by claim. Empty if the study has no report.
     claims: dict[str, str]
     systems: tuple[System, ...]
-    # The reason why there is no system, or "".
+    # The reason why there is no system. "" if there is a system.
     reason: str
     # Commands that add the missing results.
     commands: tuple[str, ...]
@@ -75,14 +75,17 @@ def find_studies(folder: Path) -> dict[str, StudyStore]:
         The folder has no study of a paper.
     """
     studies: dict[str, StudyStore] = {}
-    for directory in sorted(folder.iterdir()) if folder.is_dir() else ():
+    directories = sorted(folder.iterdir()) if folder.is_dir() else []
+    for directory in directories:
         if not (directory.is_dir() and is_study(directory)):
             continue
         study = StudyStore(directory)
+        # Without the name of a paper, a study in the folder "paper" belongs to the default paper.
         name = study.paper or (DEFAULT_PAPER if directory.name == "paper" else "")
-        if study.kind != CONDITIONS or not name or not count_most_runs(study):
+        has_runs = count_most_runs(study) > 0
+        if study.kind != CONDITIONS or not name or not has_runs:
             continue
-        if name not in studies or _rank(study) > _rank(studies[name]):
+        if name not in studies or _rank_study(study) > _rank_study(studies[name]):
             studies[name] = study
     if not studies:
         raise RefusedError(
@@ -92,7 +95,8 @@ def find_studies(folder: Path) -> dict[str, StudyStore]:
     return studies
 
 
-def _rank(study: StudyStore) -> tuple[bool, int]:
+def _rank_study(study: StudyStore) -> tuple[bool, int]:
+    """Return a key that is larger for a preferred study."""
     return not study.changes, count_most_runs(study)
 
 
@@ -122,7 +126,7 @@ def read_entries(folder: Path, last: int, log: Callable[[str], None]) -> list[En
     Returns
     -------
     list of Entry
-        Papers in the order of their years.
+        Papers, sorted by year.
 
     Raises
     ------
@@ -138,13 +142,16 @@ def read_entries(folder: Path, last: int, log: Callable[[str], None]) -> list[En
 
 def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
     assays = storage.read_assays(study, ["innate"])
-    present = [name for name in study.experiments if study.runs(name)]
+    conditions_with_runs = [name for name in study.experiments if study.runs(name)]
     systems: list[System] = []
     if assays:
-        selected = [name for name in paper.metadata.compared if name in present]
-        data = open_conditions(study, present)
+        selected = [name for name in paper.metadata.compared if name in conditions_with_runs]
+        data = open_conditions(study, conditions_with_runs)
         systems = evaluate_systems(data, assays, study.experiments, selected, last)
-    reason, commands = ("", ()) if systems else _explain_omission(study, present, bool(assays))
+    reason = ""
+    commands: tuple[str, ...] = ()
+    if not systems:
+        reason, commands = _explain_omission(study, conditions_with_runs, bool(assays))
     claims = {claim["id"]: claim["verdict"] for claim in read_claims(study)}
     return Entry(
         paper,
@@ -159,12 +166,16 @@ def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
 
 
 def _explain_omission(
-    study: StudyStore, present: Sequence[str], has_assays: bool
+    study: StudyStore, conditions_with_runs: Sequence[str], has_assays: bool
 ) -> tuple[str, tuple[str, ...]]:
-    """Return why a study has no system, and the commands that add one."""
-    # A part may not be loaded.
+    """Return the reason why a study has no system, and the commands that add a system."""
+    # Without its custom part, a condition raises ExperimentError.
     try:
-        learning = [study.experiments[name] for name in present if study.experiments[name].learns]
+        learning = [
+            study.experiments[name]
+            for name in conditions_with_runs
+            if study.experiments[name].learns
+        ]
     except ExperimentError as error:
         return str(error), ()
     if not learning:

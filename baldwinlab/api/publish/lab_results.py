@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import compress
+from math import isnan
 from typing import Any, Final
 
 import xarray as xr
@@ -20,8 +21,8 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_label
 
-MAX_POINTS: Final = 1_000_000
-"""Limit on the number of runs times the number of generations of a condition."""
+MAX_CURVE_VALUES: Final = 1_000_000
+"""Maximum number of values (runs times generations) that `read_run_curves` returns."""
 
 
 def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[str, Any]:
@@ -45,7 +46,7 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
         A record is damaged.
     """
     names = [name for name in study.experiments if study.runs(name)]
-    answer: dict[str, Any] = {
+    results: dict[str, Any] = {
         "conditions": names,
         "factors": distinguishing_factors(study, names),
         "generation": [],
@@ -55,26 +56,26 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
         "typical_run": {},
     }
     if not names:
-        return answer
+        return results
     if data is None or data["condition"].values.tolist() != names:
         data = open_conditions(study, names)
     data = fitness.cache_measures(data)
     # Without food, the lab does not say that agents eat.
-    answer["food"] = "food_eaten" in data
-    answer["generation"] = data["generation"].values.tolist()
+    results["food"] = "food_eaten" in data
+    results["generation"] = data["generation"].values.tolist()
     for measure, compute in fitness.MEASURES.items():
         average, low, high = curve_intervals.interval_of_mean(compute(data))
-        curve = {"mean": average, "low": low, "high": high}
-        final = fitness.final(data, measure)
+        curves = {"mean": average, "low": low, "high": high}
+        finals = fitness.final(data, measure)
         for name in names:
-            answer["curves"][name][measure] = {
-                part: _to_list(array.sel(condition=name)) for part, array in curve.items()
+            results["curves"][name][measure] = {
+                bound: _to_list(curve.sel(condition=name)) for bound, curve in curves.items()
             }
-            values = final.sel(condition=name, run=study.runs(name))
-            answer["final"][name][measure] = _to_list(values)
-    answer["comparison"] = _comparison_record(study, data)
-    answer["typical_run"] = {name: fitness.typical_run(data, name) for name in names}
-    return answer
+            values = finals.sel(condition=name, run=study.runs(name))
+            results["final"][name][measure] = _to_list(values)
+    results["comparison"] = _comparison_record(study, data)
+    results["typical_run"] = {name: fitness.typical_run(data, name) for name in names}
+    return results
 
 
 def compare_study(study: StudyStore, last: int = 10, baseline: str = "") -> Contrasts:
@@ -87,7 +88,7 @@ def compare_study(study: StudyStore, last: int = 10, baseline: str = "") -> Cont
     last : int
         Number of final generations to average in each run.
     baseline : str
-        Condition with which all others are compared, or "" for the default.
+        Condition with which all other conditions are compared, or "" for the default.
 
     Returns
     -------
@@ -103,14 +104,16 @@ def compare_study(study: StudyStore, last: int = 10, baseline: str = "") -> Cont
     require_baseline(study, baseline)
     names = [name for name in study.experiments if study.runs(name)]
     finals = [final_values(open_conditions(study, [name]), last) for name in names]
-    return _compare(study, xr.concat(finals, "condition", join="outer"), last, baseline)
+    return _compare_finals(study, xr.concat(finals, "condition", join="outer"), last, baseline)
 
 
 def _comparison_record(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
     """Return the comparisons that the report of the study shows, as plain data."""
-    if study.kind == MULTIVERSE or (study.kind == SWEEP and not has_comparisons(study)):
+    is_large_sweep = study.kind == SWEEP and not has_comparisons(study)
+    if study.kind == MULTIVERSE or is_large_sweep:
         return {"pairing": "", "too_few": "", "rows": []}
-    contrasts = _compare(study, final_values(data), 10)
+    # Ten final generations are the default of the report.
+    contrasts = _compare_finals(study, final_values(data), 10)
     rows = [
         {name: _finite_or_none(value) for name, value in contrast.row().items()}
         | {"verdict": contrast.verdict}
@@ -120,10 +123,14 @@ def _comparison_record(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
 
 
 def _finite_or_none(value: Any) -> Any:
+    """Return None for NaN and infinity, and any other value unchanged."""
     return finite_or_none(value) if isinstance(value, float) else value
 
 
-def _compare(study: StudyStore, finals: xr.Dataset, last: int, baseline: str = "") -> Contrasts:
+def _compare_finals(
+    study: StudyStore, finals: xr.Dataset, last: int, baseline: str = ""
+) -> Contrasts:
+    """Compare the conditions, or the points of a sweep."""
     if study.kind == SWEEP:
         return compare_points(study, finals, last, baseline)
     factors = {name: study.factors[name] for name in finals["condition"].values.tolist()}
@@ -131,14 +138,14 @@ def _compare(study: StudyStore, finals: xr.Dataset, last: int, baseline: str = "
 
 
 def require_baseline(study: StudyStore, baseline: str) -> None:
-    """Raise StudyError if a baseline is given and the study has no run of it.
+    """Raise StudyError unless the baseline condition has a run. Accept the baseline "".
 
     Parameters
     ----------
     study
         The study.
     baseline
-        The name of the baseline condition.
+        The name of the baseline condition, or "" for the default.
     """
     if baseline:
         study.experiment(baseline)
@@ -170,18 +177,18 @@ def read_run_curves(
     Raises
     ------
     ValueError
-        The measure is unknown, or the condition has more than `MAX_POINTS` values.
+        The measure does not exist, or the condition has more than `MAX_CURVE_VALUES` values.
     StudyError
-        The condition is unknown, or a record is damaged.
+        The condition does not exist, or a record is damaged.
     """
     if measure not in fitness.MEASURES:
         raise ValueError(f"measure = {measure!r} must be one of {', '.join(fitness.MEASURES)}")
     runs = study.runs(condition)
     generations = study.experiment(condition).evolution.generations
-    if len(runs) * generations > MAX_POINTS:
+    if len(runs) * generations > MAX_CURVE_VALUES:
         raise ValueError(
             f"{condition} has {len(runs):,} runs of {generations:,} generations. "
-            f"Curves of single runs are limited to {MAX_POINTS:,} values per condition."
+            f"Curves of single runs are limited to {MAX_CURVE_VALUES:,} values per condition."
         )
     if not runs:
         return {}
@@ -223,36 +230,35 @@ def _summarize_norms(panel: Panel) -> dict[str, dict[str, list[float | None]]]:
     """Return the median and its interval by condition, with None for missing values."""
     indices = range(len(panel.values))
     summaries = {}
-    for name, food in panel.norms.items():
-        numbers = zip(
-            ("median", "low", "high"), curve_intervals.interval_of_median(food), strict=True
-        )
+    for name, fitness_values in panel.norms.items():
+        median, low, high = curve_intervals.interval_of_median(fitness_values)
+        curves = {"median": median, "low": low, "high": high}
         summaries[name] = {
-            part: _to_list(values.reindex(place=indices)) for part, values in numbers
+            bound: _to_list(curve.reindex(place=indices)) for bound, curve in curves.items()
         }
     return summaries
 
 
 def distinguishing_factors(study: StudyStore, names: list[str]) -> dict[str, list[Any]]:
-    """Return the factors, or the fields of a sweep, in which these conditions differ.
+    """Return the factors, or the settings of a sweep, that differ between conditions.
 
     Parameters
     ----------
     study : StudyStore
         The study.
     names : list of str
-        Conditions of the study.
+        The compared conditions of the study.
 
     Returns
     -------
     dict of str to list
-        One value per condition, by factor or field.
+        One value per condition, by factor or setting.
     """
     columns: dict[str, list[Any]]
     if study.kind == SWEEP:
-        is_wanted = [name in names for name in study.experiments]
+        is_compared = [name in names for name in study.experiments]
         columns = {
-            field: [*compress(values, is_wanted)]
+            field: [*compress(values, is_compared)]
             for field, values in settings_by_label(study).items()
         }
     else:
@@ -264,4 +270,5 @@ def distinguishing_factors(study: StudyStore, names: list[str]) -> dict[str, lis
 
 
 def _to_list(values: xr.DataArray) -> list[float | None]:
-    return [None if value != value else value for value in values.values.tolist()]
+    """Return the values as a list, with None for NaN."""
+    return [None if isnan(value) else value for value in values.values.tolist()]

@@ -17,9 +17,9 @@ from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.run import Progress
 from baldwinlab.studies.store import StudyStore
 
-FILE: Final = "multiverse.json"
-# Folders in a study of the paper. Its report shows the first that exists.
-FOLDERS: Final = ("multiverse-full", "multiverse")
+MULTIVERSE_FILE: Final = "multiverse.json"
+# Folders of multiverses in a study of the paper. The report shows the first existing folder.
+MULTIVERSE_FOLDERS: Final = ("multiverse-full", "multiverse")
 
 
 def publish_multiverse(
@@ -32,9 +32,9 @@ def publish_multiverse(
     Parameters
     ----------
     plan : ReportPlan
-        The plan of `plan_report`. Variants without runs are left out.
+        The plan of the report, from `plan_report`. Variants without runs are left out.
     progress : callable
-        Opens a progress bar with a description, a total and a unit.
+        Function that opens a progress bar with a description, a total and a unit.
     log : callable
         Called with progress messages.
 
@@ -61,7 +61,7 @@ def publish_multiverse(
         variants=tuple(variants),
         source=paper.metadata.source,
     )
-    write_multiverse(multiverse, study.directory / FILE)
+    write_multiverse(multiverse, study.directory / MULTIVERSE_FILE)
     log("drawing the figures")
     figures = study.directory / "figures"
     sections = [make_section(multiverse, figures)]
@@ -75,11 +75,12 @@ def _evaluate_variants(
 ) -> list[VariantResult]:
     results = []
     groups = group_by_variant(study.factors, paper)
-    with progress("evaluating the claims", len(groups), "variants") as show:
+    with progress("evaluating the claims", len(groups), "variants") as advance:
         for variant, conditions in groups.items():
             data = open_conditions(study, list(conditions))
             if data.sizes["run"]:
+                # Claims name the conditions of the paper, without the variant.
                 data = data.assign_coords(condition=list(conditions.values()))
                 results.append(analysis.evaluate_variant(data, variant, last, paper))
-            show(1)
+            advance(1)
     return results

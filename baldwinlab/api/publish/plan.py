@@ -1,4 +1,4 @@
-"""The plan of a report: its paper, its figure of emergence, and the memory that it requires."""
+"""The plan of a report: the paper, the replayed condition, and the estimate of memory."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from baldwinlab.studies.store import StudyStore
 
 @dataclass(frozen=True)
 class ReportPlan:
-    """A report to write, with its paper and the condition of its figure of emergence.
+    """A report to write, with its paper and the condition of the figure of emergence.
 
     Attributes
     ----------
@@ -28,11 +28,11 @@ class ReportPlan:
     last : int
         Number of final generations to average in each run.
     baseline : str
-        Condition with which all others are compared, or "" for the default.
+        Condition with which all other conditions are compared, or "" for the default.
     paper : Paper or None
         Paper whose claims are evaluated.
     emergence_condition : str or None
-        Condition whose emergence is shown, if any.
+        Condition that is replayed for the figure of emergence. None without this figure.
     """
 
     study: StudyStore
@@ -46,7 +46,7 @@ class ReportPlan:
 def plan_report(
     study: StudyStore, out: Path, last: int = 10, baseline: str = "", paper: Paper | None = None
 ) -> ReportPlan:
-    """Return the plan of a report, from which its memory is estimated and the report is written.
+    """Return the plan of a report.
 
     Parameters
     ----------
@@ -57,9 +57,9 @@ def plan_report(
     last : int
         Number of final generations to average in each run.
     baseline : str
-        Condition with which all others are compared, or "" for the default.
+        Condition with which all other conditions are compared, or "" for the default.
     paper : Paper or None
-        Paper whose claims are evaluated. Defaults to the paper that defines the study, if any.
+        Paper whose claims are evaluated. By default the paper that defines the study, if any.
 
     Returns
     -------
@@ -78,18 +78,22 @@ def plan_report(
 
 
 def _emergence_condition(study: StudyStore, paper: Paper | None) -> str | None:
-    """Return the condition of the figure of emergence: the paper's choice, or the first one."""
-    if "emergence" not in (paper.metadata.figures if paper else DEFAULT_FIGURES):
+    """Return the condition of the figure of emergence, or None without this figure.
+
+    It is the condition that the paper names, or the first condition that can be replayed.
+    """
+    figures = paper.metadata.figures if paper else DEFAULT_FIGURES
+    if "emergence" not in figures:
         return None
-    preferred = (paper.metadata.emergence if paper else "", *study.experiments)
-    for name in preferred:
+    candidates = (paper.metadata.emergence if paper else "", *study.experiments)
+    for name in candidates:
         if name in study.experiments and study.runs(name) and can_replay(study, name):
             return name
     return None
 
 
 def can_replay(study: StudyStore, condition: str) -> bool:
-    """Return whether a condition is of the MiniWorld model and its parts are loaded.
+    """Return whether a condition has the model MiniWorld and its parts are loaded.
 
     Parameters
     ----------
@@ -107,7 +111,7 @@ def can_replay(study: StudyStore, condition: str) -> bool:
 
 
 def required_memory(plan: ReportPlan) -> Need:
-    """Estimate the memory of a report. A multiverse is processed one variant at a time.
+    """Estimate the memory of a report. Only one variant of a multiverse is in memory at a time.
 
     Parameters
     ----------
@@ -115,14 +119,14 @@ def required_memory(plan: ReportPlan) -> Need:
         The plan of the report.
     """
     study = plan.study
-    groups: dict[str, list[tuple[Experiment, int]]] = {}
+    runs_by_variant: dict[str, list[tuple[Experiment, int]]] = {}
     for name, experiment in study.experiments.items():
-        group = groups.setdefault(study.factors[name].variant, [])
-        group.append((experiment, len(study.runs(name))))
-    tables = max((estimate_tables(group) for group in groups.values()), default=NO_NEED)
+        runs_of_variant = runs_by_variant.setdefault(study.factors[name].variant, [])
+        runs_of_variant.append((experiment, len(study.runs(name))))
+    tables_need = max(map(estimate_tables, runs_by_variant.values()), default=NO_NEED)
     if plan.emergence_condition is None:
-        return tables
-    return tables.add_later(replay_memory(study.experiments[plan.emergence_condition]))
+        return tables_need
+    return tables_need.add_later(replay_memory(study.experiments[plan.emergence_condition]))
 
 
 def replay_memory(experiment: BaseExperiment) -> Need:
@@ -135,5 +139,5 @@ def replay_memory(experiment: BaseExperiment) -> Need:
     """
     if not isinstance(experiment, Experiment):
         return NO_NEED
-    lives = len(emergence_generations(experiment.evolution.generations))
-    return Need(estimate_replay(experiment, lives).memory)
+    n_lives = len(emergence_generations(experiment.evolution.generations))
+    return Need(estimate_replay(experiment, n_lives).memory)

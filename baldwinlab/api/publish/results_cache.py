@@ -1,7 +1,7 @@
 """Cache of the results that the lab shows, in `results.json` next to the report.
 
-Reading a large study takes seconds. The cache is valid only for the version that wrote it, and only
-while the same records are stored.
+Reading a large study takes seconds. The cache is valid only for the version of baldwinlab that
+wrote it, and only for the same stored records.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from baldwinlab.core.files import RESULTS_FILE, read_text
 from baldwinlab.studies.claims_file import digest_records
 from baldwinlab.studies.store import StudyStore
 
-FILE: Final = "results.json"
+CACHE_FILE: Final = "results.json"
 MAX_CONDITIONS: Final = 1000
 """Larger studies have no cache, because the file would be slow to load."""
 
@@ -49,11 +49,11 @@ def cache_results(study: StudyStore, data: xr.Dataset | None = None) -> None:
         "results": compute_results(study, data),
     }
     text = json.dumps({"checksum": _checksum(record), **record})
-    write_atomically(study.directory / FILE, text.encode())
+    write_atomically(study.directory / CACHE_FILE, text.encode())
 
 
 def load_cached_results(study: StudyStore) -> dict[str, Any] | None:
-    """Return the cached results, or None if they are not of the stored records.
+    """Return the cached results, or None if the cache is missing, damaged or out of date.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def load_cached_results(study: StudyStore) -> dict[str, Any] | None:
         The results of `compute_results`.
     """
     try:
-        record = json.loads(read_text(study.directory / FILE, RESULTS_FILE))
+        record = json.loads(read_text(study.directory / CACHE_FILE, RESULTS_FILE))
         checksum = record.pop("checksum")
         is_valid = (
             record["version"] == __version__

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
-from baldwinlab.analysis.assays import section as assays
+from baldwinlab.analysis.assays import section as assays_section
 from baldwinlab.analysis.assays.analysis import Analysis, evaluate_assays
 from baldwinlab.analysis.assays.learner_comparison import compare_learners
 from baldwinlab.analysis.assays.learner_report import make_summary
@@ -15,7 +15,7 @@ from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import Samples
 from baldwinlab.analysis.claims import claim_records, evaluate_samples, write_statistics
-from baldwinlab.analysis.multiverse import section as variants
+from baldwinlab.analysis.multiverse import section as multiverse_section
 from baldwinlab.analysis.multiverse.analysis import STANDARD
 from baldwinlab.analysis.multiverse.files import read_multiverse
 from baldwinlab.analysis.report import (
@@ -32,7 +32,7 @@ from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_conditions
 from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish import sweep as sweeps
-from baldwinlab.api.publish.multiverse import FILE, FOLDERS
+from baldwinlab.api.publish.multiverse import MULTIVERSE_FILE, MULTIVERSE_FOLDERS
 from baldwinlab.api.publish.plan import ReportPlan, can_replay
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
@@ -50,7 +50,7 @@ class Published(NamedTuple):
 
     claims: Sequence[ClaimResult]
     contrasts: Contrasts
-    # Includes results that other commands have added to the study since.
+    # Writes the report again, with the results that were added to the study after `publish`.
     write: Callable[[], object]
 
 
@@ -63,7 +63,7 @@ def publish(plan: ReportPlan, log: Callable[[str], None]) -> Published:
     Parameters
     ----------
     plan : ReportPlan
-        The plan of `plan_report`.
+        The plan of the report, from `plan_report`.
     log : callable
         Called with progress messages.
 
@@ -105,12 +105,12 @@ def publish(plan: ReportPlan, log: Callable[[str], None]) -> Published:
         model_measures=samples.model_measures() if samples else (),
         is_reproduction=bool(study.paper),
     )
-    contents = draw_report(report)
+    template_values = draw_report(report)
     standard = _standard_study(report)
 
     def write() -> None:
-        """Write the report with the results that are stored now."""
-        _write_report(plan, report, contents, standard)
+        """Write the report with the assays and the multiverse that are stored now."""
+        _write_report(plan, report, template_values, standard)
 
     write()
     results_cache.cache_results(study, data)
@@ -119,6 +119,7 @@ def publish(plan: ReportPlan, log: Callable[[str], None]) -> Published:
 
 def _publish_sweep(plan: ReportPlan, log: Callable[[str], None]) -> Published:
     def write() -> Contrasts:
+        """Write the report, and return the comparisons of the points."""
         return sweeps.publish_sweep(plan.study, plan.out, plan.last, log, plan.baseline)
 
     contrasts = write()
@@ -129,22 +130,25 @@ def _publish_sweep(plan: ReportPlan, log: Callable[[str], None]) -> Published:
 def _write_report(
     plan: ReportPlan,
     report: ReportData,
-    contents: dict[str, Any],
-    standard: variants.StandardStudy | None,
+    template_values: dict[str, Any],
+    standard: multiverse_section.StandardStudy | None,
 ) -> None:
     """Write the report with the assays and the multiverse that are stored now."""
     study = plan.study
-    measured = storage.read_assays(study)
-    analysis = evaluate_assays(measured, plan.last) if measured else None
-    sections = _extra_sections(plan, measured, analysis, standard)
+    assays = storage.read_assays(study)
+    analysis = evaluate_assays(assays, plan.last) if assays else None
+    sections = _extra_sections(plan, assays, analysis, standard)
     summary = _summarize_learners(plan, report.results, analysis)
-    write_report(study.directory, contents, plan.out, sections, summary)
+    write_report(study.directory, template_values, plan.out, sections, summary)
 
 
 def _summarize_learners(
     plan: ReportPlan, results: Sequence[ClaimResult], analysis: Analysis | None
 ) -> ReportSummary | None:
-    """Compare all learners, if the paper has the figure of all conditions."""
+    """Return the section that compares all learners.
+
+    None unless all agents are foragers and the paper has the figure "overview".
+    """
     study = plan.study
     experiments = study.experiments.values()
     is_foraging = all(isinstance(experiment, Experiment) for experiment in experiments)
@@ -154,6 +158,7 @@ def _summarize_learners(
     comparison = compare_learners(results, study.factors, analysis)
     if comparison is None:
         return None
+    # Learners can be compared only with a condition that does not learn.
     if any(study.experiments[name].learns for name in comparison.reference_conditions):
         return None
     return make_summary(comparison, study.directory)
@@ -161,9 +166,9 @@ def _summarize_learners(
 
 def _extra_sections(
     plan: ReportPlan,
-    measured: Assays,
+    assays: Assays,
     analysis: Analysis | None,
-    standard: variants.StandardStudy | None,
+    standard: multiverse_section.StandardStudy | None,
 ) -> list[Section]:
     """Return the sections of the assays and of the multiverse in the study's directory."""
     directory = plan.study.directory
@@ -171,26 +176,34 @@ def _extra_sections(
     if analysis:
         inference = plan.paper.texts.inference if plan.paper else None
         sections.append(
-            assays.make_section(measured, directory, analysis.last, inference, analysis)
+            assays_section.make_section(assays, directory, analysis.last, inference, analysis)
         )
-    paths = [directory / folder / FILE for folder in FOLDERS]
-    multiverses = [read_multiverse(path) for path in paths if path.exists()]
-    if multiverses:
-        sections.append(variants.make_section(multiverses[0], directory / "figures", standard))
+    paths = [directory / folder / MULTIVERSE_FILE for folder in MULTIVERSE_FOLDERS]
+    path = next((path for path in paths if path.exists()), None)
+    if path:
+        multiverse = read_multiverse(path)
+        sections.append(
+            multiverse_section.make_section(multiverse, directory / "figures", standard)
+        )
     return sections
 
 
-def _standard_study(report: ReportData) -> variants.StandardStudy | None:
-    """Return the verdicts and numbers of runs of a study under the standard variant."""
+def _standard_study(report: ReportData) -> multiverse_section.StandardStudy | None:
+    """Return the verdicts, and the smallest and largest number of runs.
+
+    None without a paper, or if the study uses another variant than the standard variant.
+    """
     if report.paper is None:
         return None
     paper = report.paper
-    followed = {describe_variant(experiment, paper) for experiment in report.experiments.values()}
-    if followed != {STANDARD}:
+    used_variants = {
+        describe_variant(experiment, paper) for experiment in report.experiments.values()
+    }
+    if used_variants != {STANDARD}:
         return None
     counts = count_runs(report.data).values()
     verdicts = {result.claim.id: result.verdict for result in report.results}
-    return variants.StandardStudy(verdicts, (min(counts), max(counts)))
+    return multiverse_section.StandardStudy(verdicts, (min(counts), max(counts)))
 
 
 def _describe_looks(study: StudyStore) -> dict[str, dict[str, Any]]:
@@ -203,14 +216,14 @@ def _describe_looks(study: StudyStore) -> dict[str, dict[str, Any]]:
 
 
 def _replay_emergence(plan: ReportPlan, data: xr.Dataset) -> list[xr.Dataset]:
-    """Replay the typical population of a condition at several generations."""
+    """Replay generations of the typical run, for the figure of emergence."""
     condition = plan.emergence_condition
     if condition is None:
         return []
     experiment = plan.study.experiments[condition]
     run = fitness.typical_run(data, condition)
     energy = data.energy.sel(condition=condition, run=run)
-    # The memory of all replays was checked before, by `required_memory`.
+    # `force` skips the check of memory, because `required_memory` includes all replays.
     return [
         replay(
             experiment,

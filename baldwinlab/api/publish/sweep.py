@@ -39,7 +39,7 @@ def publish_sweep(
     log : callable
         Called with progress messages.
     baseline : str
-        Point with which all others are compared, or "" for the first.
+        Point with which all other points are compared, or "" for the first.
 
     Returns
     -------
@@ -55,19 +55,20 @@ def publish_sweep(
     """
     study.require_runs()
     data = label_points(study, open_conditions(study, list(study.experiments)))
-    measured = analysis.compute_finals(data, last)
-    analysis.write_responses(measured, study.directory)
-    contrasts = _compare(study, measured, last, baseline)
+    finals = analysis.compute_finals(data, last)
+    analysis.write_responses(finals, study.directory)
+    contrasts = _compare_points(study, finals, last, baseline)
     rows = [contrast.row() for contrast in contrasts.rows]
     write_atomically(study.directory / "statistics.csv", to_csv(COMPARISON_COLUMNS, rows))
     log("drawing the figures")
-    write_sweep_report(study.directory, measured, provenance(study), out, last, contrasts=contrasts)
+    write_sweep_report(study.directory, finals, provenance(study), out, last, contrasts=contrasts)
     return contrasts
 
 
-def _compare(study: StudyStore, measured: xr.Dataset, last: int, baseline: str) -> Contrasts:
+def _compare_points(study: StudyStore, finals: xr.Dataset, last: int, baseline: str) -> Contrasts:
+    """Return the comparisons of the points. A large sweep has none."""
     if not has_comparisons(study):
         return Contrasts("", last, ())
-    finals = measured[list(COMPARED_MEASURES)].rename(point="condition").reset_coords(drop=True)
-    finals = finals.assign_coords(condition=list(study.experiments))
-    return compare_points(study, finals, last, baseline)
+    by_condition = finals[list(COMPARED_MEASURES)].rename(point="condition").reset_coords(drop=True)
+    by_condition = by_condition.assign_coords(condition=list(study.experiments))
+    return compare_points(study, by_condition, last, baseline)

@@ -14,20 +14,23 @@ from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, settings_by_path
 from baldwinlab.studies.sweeps.file import Sweep, read_stored_sweep
 
 # With more points, the correction for multiple tests leaves few significant differences.
-MAX_COMPARED: Final = 100
+MAX_COMPARED_POINTS: Final = 100
 
 
 def are_compared(sweep: Sweep, points: int) -> bool:
-    """Return whether the report of a sweep compares its points: few points of a grid or a list.
+    """Return whether the report of a sweep compares its points.
+
+    The points of a random sample are not compared, and neither are many points.
 
     Parameters
     ----------
     sweep
         The design of the sweep.
     points
-        The points of the sweep.
+        Number of points of the sweep.
     """
-    return points <= MAX_COMPARED and sweep.samples is None
+    is_sample = sweep.samples is not None
+    return points <= MAX_COMPARED_POINTS and not is_sample
 
 
 def describe_too_few_runs(sweep: Sweep, points: int) -> str:
@@ -38,11 +41,11 @@ def describe_too_few_runs(sweep: Sweep, points: int) -> str:
     sweep
         The design of the sweep.
     points
-        The points of the sweep.
+        Number of points of the sweep.
     """
-    factors = {str(point): Factors() for point in range(points)}
     if not are_compared(sweep, points):
         return ""
+    factors = {str(point): Factors() for point in range(points)}
     return describe_too_few(planned_tests(factors, sweep.runs))
 
 
@@ -52,7 +55,7 @@ def has_comparisons(study: StudyStore) -> bool:
     Parameters
     ----------
     study
-        The study.
+        The sweep.
     """
     path = study.directory / SWEEP_FILE_NAME
     return path.exists() and are_compared(read_stored_sweep(path), len(study.experiments))
@@ -68,16 +71,16 @@ def compare_points(
     study : StudyStore
         The sweep.
     finals : xr.Dataset
-        Measures (condition, run) of the points.
+        Measures of the points, [condition, run].
     last : int
         Number of final generations that were averaged in each run.
     baseline : str
-        Point with which all others are compared, or "" for the first.
+        Point with which all other points are compared, or "" for the first.
 
     Returns
     -------
     Contrasts
-        Comparisons of the points, named by the values of their fields.
+        Comparisons of the points, all_names by the values of their fields.
     """
     titles = name_points(study)
     names = [titles[str(name)] for name in finals["condition"].values]
@@ -95,12 +98,14 @@ def name_points(study: StudyStore) -> dict[str, str]:
     Parameters
     ----------
     study
-        The study.
+        The sweep.
     """
     settings = settings_by_path(study)
     columns = [[f"{field} = {value}" for value in values] for field, values in settings.items()]
-    named = [", ".join(values) for values in zip(*columns, strict=True)] or list(study.experiments)
+    all_names = [", ".join(values) for values in zip(*columns, strict=True)] or list(
+        study.experiments
+    )
     return {
-        point: name if named.count(name) == 1 else f"{name} ({point})"
-        for point, name in zip(study.experiments, named, strict=True)
+        point: name if all_names.count(name) == 1 else f"{name} ({point})"
+        for point, name in zip(study.experiments, all_names, strict=True)
     }

@@ -93,7 +93,7 @@ def test_pandas_and_polars_read_parquet_with_the_same_values(
     mixed: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # A row group has two runs.
-    monkeypatch.setattr(files, "MIN_ROWS", 70)
+    monkeypatch.setattr(files, "MIN_ROW_GROUP_ROWS", 70)
     path = tmp_path / "study.parquet"
     mixed.to_parquet(path)
     assert pq.ParquetFile(path).num_row_groups == 2

@@ -46,7 +46,7 @@ def test_a_store_with_many_chunks_has_the_data_of_the_sweep(
     tmp_path: Path, rows: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A run has 40 rows, so a chunk has one run, three runs, or two points of three runs each."""
-    monkeypatch.setattr(zarr_export, "ROWS", rows)
+    monkeypatch.setattr(zarr_export, "MAX_CHUNK_ROWS", rows)
     short = {"lifetime.steps": 20, "evolution.generations": 2}
     fields = {"evolution.selection": ["roulette", "truncation"], "learning.rate": [0.5, 0.0, 0.1]}
     study = bl.sweep(
@@ -84,8 +84,8 @@ def test_an_export_has_a_few_runs_in_memory_at_a_time(
         return record
 
     monkeypatch.setattr(stored.StudyStore, "read", read_and_count)
-    monkeypatch.setattr(zarr_export, "ROWS", 1)
-    monkeypatch.setattr(files, "MIN_ROWS", 1)
+    monkeypatch.setattr(zarr_export, "MAX_CHUNK_ROWS", 1)
+    monkeypatch.setattr(files, "MIN_ROW_GROUP_ROWS", 1)
     study = bl.open_study(
         make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=9).directory
     )
