@@ -62,7 +62,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "neat-xor": f"{_MODELS}.neat.xor:NeatXor",
         "nk-climbers": f"{_MODELS}.nk_climbers:NKClimbers",
         "slope-climbers": f"{_MODELS}.slope_climbers:SlopeClimbers",
-        "plastic-prisoners": f"{_MODELS}.plastic_prisoners:PlasticPrisoners",
+        "plastic-prisoners": f"{_MODELS}.plastic_prisoners.model:PlasticPrisoners",
         "t-mazes": f"{_MODELS}.t_mazes.model:TMazes",
     },
     "sense": {

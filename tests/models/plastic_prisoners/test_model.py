@@ -15,13 +15,13 @@ from baldwinlab.analysis.report import content
 from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.models.plastic_prisoners import (
+from baldwinlab.models.plastic_prisoners.matches import compute_payoffs
+from baldwinlab.models.plastic_prisoners.model import PlasticPrisoners
+from baldwinlab.models.plastic_prisoners.strategies import (
     INITIAL_PAIRS,
     PAIRS,
     STRATEGIES,
     STRATEGY_OF_GENOME,
-    PlasticPrisoners,
-    compute_payoffs,
 )
 from baldwinlab.parts import MatrixView
 from baldwinlab.simulation.simulate import simulate_histories

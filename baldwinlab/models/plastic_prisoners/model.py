@@ -1,0 +1,207 @@
+"""The model `plastic-prisoners`: settings, records and measures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine import poison
+from baldwinlab.models.plastic_prisoners.matches import compute_mean_payoffs, compute_payoffs
+from baldwinlab.models.plastic_prisoners.measures import (
+    compare_with_rival,
+    is_outstanding_leading,
+    mean_payoff,
+    share_of_outstanding,
+    share_of_plastic_entries,
+    value_at_generation,
+)
+from baldwinlab.models.plastic_prisoners.strategies import (
+    N_GENOMES,
+    PAIRS,
+    STRATEGIES,
+    STRATEGY_OF_GENOME,
+    moves_at_birth,
+    number_genomes,
+)
+from baldwinlab.parts import (
+    FOUNDER,
+    OF_AGENT,
+    Field,
+    LifeResults,
+    MatrixView,
+    Measure,
+    Model,
+    Variable,
+    View,
+)
+
+# Number of most frequent genomes in the view of payoffs.
+N_SHOWN_GENOMES: Final = 8
+
+
+def _view_payoffs(model: Any, key: Any, genomes: npt.NDArray[np.float32], agent: int) -> MatrixView:
+    """Return the payoffs between the most frequent genomes of a generation."""
+    counts = np.bincount(number_genomes(genomes), minlength=N_GENOMES)
+    most_frequent = [
+        int(genome)
+        for genome in np.argsort(-counts, kind="stable")[:N_SHOWN_GENOMES]
+        if counts[genome]
+    ]
+    names = [
+        f"{STRATEGIES[STRATEGY_OF_GENOME[genome]]} born {moves_at_birth(genome)}"
+        for genome in most_frequent
+    ]
+    rows = [
+        f"{name}, {counts[genome] / len(genomes):.1%}"
+        for name, genome in zip(names, most_frequent, strict=True)
+    ]
+    payoff = compute_payoffs(model.rounds, model.noise, model.learning, model.initial_moves)
+    return MatrixView(
+        rows,
+        names,
+        payoff[np.ix_(most_frequent, most_frequent)],
+        "mean payoff of a round to the row, from the column",
+    )
+
+
+class PlasticPrisoners(Model, name="plastic-prisoners"):
+    """Strategies of the iterated prisoner's dilemma with genes that change during a match."""
+
+    rounds: int = Field(50, ge=1, le=1000, description="Number of rounds per match.")
+    noise: float = Field(1 / 25, ge=0, le=0.5, description="Probability that a move is inverted.")
+    learning: bool = Field(
+        True, description="Whether plastic entries learn. Otherwise they do not change."
+    )
+    initial_moves: Literal["any", "defection", "cooperation"] = Field(
+        "any",
+        description="Assumed moves before a match: one of four at random, DD or CC.",
+    )
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 1000},
+        "evolution": {"generations": 2001, "variation": "bit-flips", "mutation_rate": 1 / 1500},
+        # The assay `innate` simulates these generations, so it need not reproduce any.
+        "record": {"genome_every": 21},
+    }
+    payoff: ClassVar[str] = "mean payoff per round"
+    records: ClassVar[Mapping[str, Variable]] = {
+        "strategy": Variable(
+            OF_AGENT,
+            np.int8,
+            "number",
+            "strategy: a digit to base 3 for each of DD, DC, CD, CC: 0 D, 1 C, 2 plastic",
+        ),
+    }
+    shares: ClassVar[Mapping[str, Measure]] = {
+        "plasticity": Measure("share of plastic entries", share_of_plastic_entries),
+        "[x00x]": Measure("share of agents with this strategy", share_of_outstanding),
+    }
+    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
+    views: ClassVar[Mapping[str, View]] = {
+        "payoffs": View(
+            "Payoffs between the most frequent genomes.",
+            _view_payoffs,
+            of_an_agent=False,
+        )
+    }
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "least-payoff": Measure(
+            "lowest mean payoff of the average agent before generation 150",
+            lambda runs: mean_payoff(runs.isel(generation=slice(150))).min("generation"),
+        ),
+        "payoff-500": Measure(
+            "mean payoff of the average agent in generation 500",
+            value_at_generation(mean_payoff, 500),
+        ),
+        "payoff-2000": Measure(
+            "mean payoff of the average agent in generation 2000",
+            value_at_generation(mean_payoff, 2000),
+        ),
+        "most-plasticity": Measure(
+            "largest percentage of plastic entries over the generations",
+            lambda runs: 100 * share_of_plastic_entries(runs).max("generation"),
+        ),
+        "plasticity-2000": Measure(
+            "percentage of plastic entries in generation 2000",
+            lambda runs: 100 * value_at_generation(share_of_plastic_entries, 2000)(runs),
+        ),
+        "x00x-leads": Measure(
+            "1 if [x00x] is the most frequent strategy in generation 2000, else 0",
+            value_at_generation(is_outstanding_leading, 2000),
+        ),
+        "x00x-ahead": Measure(
+            (
+                "1 if [x00x] is the most frequent strategy in generation 2000, -1 if its "
+                "main rival is"
+            ),
+            value_at_generation(compare_with_rival, 2000),
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.learning
+
+    @property
+    def steps(self) -> int:
+        return self.rounds
+
+    def check(self, experiment: Any) -> None:
+        if experiment.population.size < 2:
+            raise ValueError(
+                "population.size = 1 must be at least 2, as a prisoner's payoff is against others"
+            )
+
+    def without_learning(self) -> PlasticPrisoners:
+        return self.model_copy(update={"learning": False})
+
+    def weights(self) -> int:
+        return 2 * len(PAIRS)
+
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
+        return np.asarray(draws < 0.5, np.float32)
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        numbers = number_genomes(genomes)
+        payoff = compute_payoffs(self.rounds, self.noise, self.learning, self.initial_moves)
+        fitness = np.zeros(N_GENOMES)
+        energy = poison.empty(numbers.shape)
+        for row, population in enumerate(numbers):
+            compute_mean_payoffs(payoff, np.bincount(population, minlength=N_GENOMES), fitness)
+            energy[row] = fitness[population]
+        return LifeResults(
+            energy, np.zeros_like(energy), None, {"strategy": STRATEGY_OF_GENOME[numbers]}
+        )
+
+    def oracle(
+        self,
+        genome: Sequence[float],
+        opponent: Sequence[float],
+        pair: int,
+        slips: Sequence[tuple[bool, bool]],
+    ) -> float:
+        """Return the payoff per round of the first of two genomes, computed move by move.
+
+        `slips` has for each round whether the moves of both agents are inverted.
+        """
+        tables = [list(genome[:4]), list(opponent[:4])]
+        plastic = [genome[4:], opponent[4:]]
+        total = 0.0
+        for slip in slips:
+            pairs = [PAIRS.index(PAIRS[pair]), PAIRS.index(PAIRS[pair][::-1])]
+            moves = [tables[player][pairs[player]] != slip[player] for player in (0, 1)]
+            for player in (0, 1):
+                if plastic[player][pairs[player]] and self.learning:
+                    cooperates = moves[1 - player]
+                    tables[player][pairs[player]] = (
+                        moves[player] if cooperates else not moves[player]
+                    )
+            pair = PAIRS.index("".join("DC"[move] for move in moves))
+            total += {"DD": 1, "DC": 5, "CD": 0, "CC": 3}[PAIRS[pair]]
+        return total / len(slips)
