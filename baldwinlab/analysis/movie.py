@@ -1,4 +1,4 @@
-"""Write a trace as a movie (.mp4 or .gif): the map, its food, and agents with their trails."""
+"""Movies of traces (.mp4 or .gif), which show the map, its food, and agents with trails."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from PIL import Image, ImageColor, ImageDraw
 
-from baldwinlab.analysis.palette import MOVIE, shade
+from baldwinlab.analysis.palette import MOVIE_COLORS, resolve_color
 from baldwinlab.analysis.traces import read_appearance
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.extras import missing_extra_error
@@ -23,19 +23,19 @@ from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import name_file_in_errors
 from baldwinlab.core.output_paths import REPLAY_MARK
 
-# Pixels of the longer side.
-SIZE = 640
-# Images are drawn larger by this factor and then reduced, for smooth edges.
-SCALE = 2
+# Length of the longer side of a map, in pixels.
+MAX_SIDE_PIXELS = 640
+# Factor by which images are drawn larger before they are reduced, for smooth edges.
+OVERSAMPLING = 2
 FRAMES_PER_SECOND = 25
-# Seconds. Frames of a longer lifetime are skipped.
-MAX_DURATION = 20
-# Steps of a trail, and steps for which a meal is highlighted.
-TRAIL = 60
-FLASH = 24
-# Pixels above the map, and between two scenes.
-CAPTION = 44
-GAP = 4
+# Longest duration of a movie, in seconds. A movie of a longer lifetime skips steps.
+MAX_SECONDS = 20
+# Length of a trail, and of the highlight of a meal, in time steps.
+TRAIL_STEPS = 60
+FLASH_STEPS = 24
+# Space above a map for its caption, and between two scenes, in pixels.
+CAPTION_HEIGHT = 44
+SCENE_GAP = 4
 
 
 class MovieError(BaldwinLabError):
@@ -90,7 +90,7 @@ def write_scenes(
     Parameters
     ----------
     scenes
-        The lifetimes. A shorter one ends with its last frame.
+        The lifetimes. A shorter lifetime shows its last step until the end of the movie.
     path
         A .gif file, or an .mp4 file, which needs the extra `video`.
     report_progress
@@ -104,37 +104,37 @@ def write_scenes(
         If the file cannot be written.
     """
     n_steps = max(scene.trace.sizes["step"] for scene in scenes)
-    stride = max(1, math.ceil(n_steps / (MAX_DURATION * FRAMES_PER_SECOND)))
-    frames = _frames(scenes, range(0, n_steps, stride), report_progress)
+    stride = max(1, math.ceil(n_steps / (MAX_SECONDS * FRAMES_PER_SECOND)))
+    frames = _draw_frames(scenes, range(0, n_steps, stride), report_progress)
     with TemporaryDirectory() as folder:
         draft = Path(folder) / path.name
         with name_file_in_errors(draft):
             if path.suffix == ".gif":
-                _write_gif(frames, draft, _gif_palette(scenes))
+                _write_gif(frames, draft, _make_gif_palette(scenes))
             else:
                 _write_mp4(frames, draft)
         write_atomically(path, draft.read_bytes())
 
 
-def _frames(
+def _draw_frames(
     scenes: Sequence[Scene], steps: range, report_progress: Callable[[float], object]
 ) -> Iterator[Image.Image]:
-    cameras = [_Camera(scene) for scene in scenes]
+    renderers = [_SceneRenderer(scene) for scene in scenes]
     for number, step in enumerate(steps):
-        yield _join([camera.frame(step) for camera in cameras])
+        yield _join_images([renderer.frame(step) for renderer in renderers])
         report_progress((number + 1) / len(steps))
 
 
-def _join(images: Sequence[Image.Image]) -> Image.Image:
+def _join_images(images: Sequence[Image.Image]) -> Image.Image:
     """Return images next to each other."""
-    width = sum(image.width for image in images) + GAP * (len(images) - 1)
+    width = sum(image.width for image in images) + SCENE_GAP * (len(images) - 1)
     height = max(image.height for image in images)
-    joined = Image.new("RGB", (width, height), MOVIE["line"])
+    joined = Image.new("RGB", (width, height), MOVIE_COLORS["line"])
     left = 0
     for image in images:
-        joined.paste(MOVIE["background"], (left, 0, left + image.width, height))
+        joined.paste(MOVIE_COLORS["background"], (left, 0, left + image.width, height))
         joined.paste(image, (left, 0))
-        left += image.width + GAP
+        left += image.width + SCENE_GAP
     return joined
 
 
@@ -150,15 +150,15 @@ def _write_gif(frames: Iterator[Image.Image], path: Path, palette: Image.Image) 
     )
 
 
-def _gif_palette(scenes: Sequence[Scene]) -> Image.Image:
-    """Return every color that is drawn, and blends with the background for smooth edges."""
+def _make_gif_palette(scenes: Sequence[Scene]) -> Image.Image:
+    """Return a palette of all drawn colors, and of their blends with the background."""
     appearances = [read_appearance(scene.trace) for scene in scenes]
     named = [
-        shade(item["color"])
+        resolve_color(item["color"])
         for appearance in appearances
         for item in (*appearance["item_kinds"], *appearance["marks"])
     ]
-    colors = list(dict.fromkeys([*MOVIE.values(), *named]))[:256]
+    colors = list(dict.fromkeys([*MOVIE_COLORS.values(), *named]))[:256]
     n_shades = 256 // len(colors)
     blends = [
         _blend(color, (number + 1) / n_shades) for color in colors for number in range(n_shades)
@@ -169,8 +169,8 @@ def _gif_palette(scenes: Sequence[Scene]) -> Image.Image:
 
 
 def _blend(color: str, share: float) -> tuple[int, ...]:
-    """Return a color that covers the background by a share."""
-    background = ImageColor.getrgb(MOVIE["background"])
+    """Return the blend of a color with the background. `share` is the color's share, 0 to 1."""
+    background = ImageColor.getrgb(MOVIE_COLORS["background"])
     pairs = zip(background, ImageColor.getrgb(color), strict=True)
     return tuple(round(below + (above - below) * share) for below, above in pairs)
 
@@ -201,13 +201,13 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
 def _require_complete(path: Path) -> None:
     """Raise OSError if the movie has no index, which ffmpeg writes last and without an error."""
     if b"moov" not in path.read_bytes():
-        is_full = shutil.disk_usage(path.parent).free < 2**20
-        number = errno.ENOSPC if is_full else errno.EIO
+        is_disk_full = shutil.disk_usage(path.parent).free < 2**20
+        number = errno.ENOSPC if is_disk_full else errno.EIO
         raise OSError(number, os.strerror(number), str(path))
 
 
-class _Camera:
-    """Draws a scene step by step, with the same symbols as the lab."""
+class _SceneRenderer:
+    """Renderer of a scene, step by step, with the symbols of the lab."""
 
     def __init__(self, scene: Scene) -> None:
         self.trace = scene.trace
@@ -221,15 +221,15 @@ class _Camera:
         # [step, item]
         self.item_x = self.trace.item_x.values
         self.item_y = self.trace.item_y.values
-        self.scale = SIZE * SCALE / max(scene.width, scene.height)
+        self.scale = MAX_SIDE_PIXELS * OVERSAMPLING / max(scene.width, scene.height)
         # Video needs even numbers of pixels.
         self.size = tuple(
-            round(side * self.scale / SCALE / 2) * 2 for side in (scene.width, scene.height)
+            round(side * self.scale / OVERSAMPLING / 2) * 2 for side in (scene.width, scene.height)
         )
         self.background = self._draw_background()
 
     def frame(self, step: int) -> Image.Image:
-        """Draw a step, or the last one if the scene is shorter."""
+        """Draw a step, or the last step if the scene is shorter."""
         last = self.trace.sizes["step"] - 1
         step = min(step, last)
         image = self.background.copy()
@@ -238,15 +238,16 @@ class _Camera:
         self._draw_items(draw, step)
         self._draw_agents(draw, step)
         width, height = self.size
-        frame = Image.new("RGB", (width, height + CAPTION), MOVIE["background"])
-        frame.paste(image.reduce(SCALE), (0, CAPTION))
+        frame = Image.new("RGB", (width, height + CAPTION_HEIGHT), MOVIE_COLORS["background"])
+        frame.paste(image.reduce(OVERSAMPLING), (0, CAPTION_HEIGHT))
         self._draw_caption(ImageDraw.Draw(frame), step, last)
         return frame
 
     def _draw_background(self) -> Image.Image:
-        """Draw what does not move: regions of items, the birth disc and obstacles."""
+        """Draw the immobile marks: regions of items, the birth disc and obstacles."""
         width, height = self.size
-        image = Image.new("RGB", (width * SCALE, height * SCALE), MOVIE["background"])
+        size = (width * OVERSAMPLING, height * OVERSAMPLING)
+        image = Image.new("RGB", size, MOVIE_COLORS["background"])
         draw = ImageDraw.Draw(image)
         for mark in self.appearance["marks"]:
             left = mark["x"] * self.scale
@@ -254,29 +255,30 @@ class _Camera:
             right = left + mark["width"] * self.scale
             bottom = top + mark["height"] * self.scale
             box = (left, top, right, bottom)
-            color = shade(mark["color"])
+            color = resolve_color(mark["color"])
             is_disc = mark["kind"] == "disc"
             draw_shape = draw.ellipse if is_disc else draw.rectangle
             if mark["solid"]:
                 draw_shape(box, fill=color)
             else:
                 fill = None if is_disc else _blend(color, 0.1)
-                draw_shape(box, fill=fill, outline=_blend(color, 0.5), width=SCALE)
+                draw_shape(box, fill=fill, outline=_blend(color, 0.5), width=OVERSAMPLING)
         return image
 
     def _draw_items(self, draw: ImageDraw.ImageDraw, step: int) -> None:
         xs = self.item_x[step] * self.scale
         ys = self.item_y[step] * self.scale
-        half = 5 * self.scale
+        half_side = 5 * self.scale
         first = 0
         for kind in self.appearance["item_kinds"]:
             last = first + kind["number"]
             for x, y in zip(xs[first:last], ys[first:last], strict=True):
-                draw.rectangle((x - half, y - half, x + half, y + half), fill=shade(kind["color"]))
+                box = (x - half_side, y - half_side, x + half_side, y + half_side)
+                draw.rectangle(box, fill=resolve_color(kind["color"]))
             first = last
 
     def _draw_trails(self, draw: ImageDraw.ImageDraw, step: int) -> None:
-        first = max(0, step - TRAIL)
+        first = max(0, step - TRAIL_STEPS)
         xs = self.x[first : step + 1]
         ys = self.y[first : step + 1]
         # An agent that moves by more than 10 units crosses the edge of the map.
@@ -287,26 +289,28 @@ class _Camera:
             for path in np.split(points, breaks):
                 if len(path) > 1:
                     line = [(float(x), float(y)) for x, y in path]
-                    draw.line(line, fill=MOVIE["trail"], width=SCALE)
+                    draw.line(line, fill=MOVIE_COLORS["trail"], width=OVERSAMPLING)
 
     def _draw_agents(self, draw: ImageDraw.ImageDraw, step: int) -> None:
         """Draw agents as darts, filled after the first meal, with a flash at each meal."""
         eaten = self.eaten[step]
-        is_eating = eaten > (self.eaten[step - FLASH] if step >= FLASH else 0)
+        is_eating = eaten > (self.eaten[step - FLASH_STEPS] if step >= FLASH_STEPS else 0)
         length = 8 * self.scale
         radius = 13 * self.scale
         for agent, (map_x, map_y) in enumerate(zip(self.x[step], self.y[step], strict=True)):
             x = map_x * self.scale
             y = map_y * self.scale
             if is_eating[agent]:
-                draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=MOVIE["meal"])
+                draw.ellipse(
+                    (x - radius, y - radius, x + radius, y + radius), fill=MOVIE_COLORS["meal"]
+                )
             heading = math.radians(float(self.heading[step, agent]))
             angles = [heading + turn for turn in (0, 2.5, -2.5)]
             corners = [
                 (x + length * math.cos(angle), y + length * math.sin(angle)) for angle in angles
             ]
-            fill = MOVIE["agent"] if eaten[agent] else MOVIE["hungry"]
-            draw.polygon(corners, fill, MOVIE["outline"], SCALE)
+            fill = MOVIE_COLORS["agent"] if eaten[agent] else MOVIE_COLORS["hungry"]
+            draw.polygon(corners, fill, MOVIE_COLORS["outline"], OVERSAMPLING)
 
     def _draw_caption(self, draw: ImageDraw.ImageDraw, step: int, last: int) -> None:
         """Draw the title, the step, the number of eaten items, and a progress bar."""
@@ -318,8 +322,10 @@ class _Camera:
             f"step {step:,} of {last + 1:,}: {eaten.sum():,} eaten, "
             f"{(eaten > 0).sum()} of {len(eaten)} agents ate"
         )
-        draw.text((8, 4), title, MOVIE["text"], font_size=14)
-        draw.text((8, 22), progress, MOVIE["text"], font_size=14)
-        draw.rectangle((0, CAPTION - 3, width, CAPTION - 1), fill=MOVIE["line"])
-        finished = width * (step + 1) / (last + 1)
-        draw.rectangle((0, CAPTION - 3, finished, CAPTION - 1), fill=MOVIE["agent"])
+        draw.text((8, 4), title, MOVIE_COLORS["text"], font_size=14)
+        draw.text((8, 22), progress, MOVIE_COLORS["text"], font_size=14)
+        top = CAPTION_HEIGHT - 3
+        bottom = CAPTION_HEIGHT - 1
+        finished_width = width * (step + 1) / (last + 1)
+        draw.rectangle((0, top, width, bottom), fill=MOVIE_COLORS["line"])
+        draw.rectangle((0, top, finished_width, bottom), fill=MOVIE_COLORS["agent"])

@@ -5,7 +5,7 @@ background.
 
 A color has one meaning. On a map, blue is an agent, green is food and eating, orange is the input
 of an agent, plum is the selection of the reader, and purple is a teaching signal. In text, green is
-good and vermilion is bad. Conditions have the colors of `SERIES`, in the order of the study.
+good and vermilion is bad. Conditions have the colors of `SERIES_COLORS`, in the order of the study.
 Lifetimes under the circumstances of an assay, and newborns, have colors that the first conditions
 do not have.
 
@@ -34,16 +34,16 @@ MID_GRAY = "#999999"
 PALE = "#e4e4e4"
 
 # Conditions, in print.
-SERIES: Final = (BLUE, VERMILION, GREEN, PURPLE, BROWN, SKY, BLACK)
+SERIES_COLORS: Final = (BLUE, VERMILION, GREEN, PURPLE, BROWN, SKY, BLACK)
 # Black is invisible on a dark page.
-SERIES_ON_SCREEN: Final = (*SERIES[:6], "#8a8a8a")
+SERIES_COLORS_ON_SCREEN: Final = (*SERIES_COLORS[:6], "#8a8a8a")
 # Lifetimes of the same newborns with learning on, off, frozen, or replaced by drift.
 LIFE_COLORS: Final = {"on": BLACK, "off": PURPLE, "frozen": SKY, "drift": MID_GRAY}
 # Random genomes, then generations. Later generations are darker.
 NEWBORN_COLORS: Final = (MID_GRAY, "#c8a57a", BROWN, "#4a3016")
 
 # Colors by name, on a light and on a dark screen. Parts use these names to declare their color.
-NAMED: Final[Mapping[str, tuple[str, str]]] = {
+NAMED_COLORS: Final[Mapping[str, tuple[str, str]]] = {
     "blue": (BLUE, SKY),
     "vermilion": (VERMILION, "#ff8a3d"),
     "green": (GREEN, "#22b78a"),
@@ -55,7 +55,7 @@ NAMED: Final[Mapping[str, tuple[str, str]]] = {
 }
 
 # Colors by use, on a light and on a dark screen: the page of the lab.
-PAGE: Final[Mapping[str, tuple[str, str]]] = {
+PAGE_COLORS: Final[Mapping[str, tuple[str, str]]] = {
     "ground": ("#f4f6f8", "#0e1217"),
     "surface": ("#ffffff", "#151b22"),
     "raised": ("#ffffff", "#1b232c"),
@@ -76,25 +76,25 @@ PAGE: Final[Mapping[str, tuple[str, str]]] = {
 }
 
 # The map in the lab.
-WORLD: Final[Mapping[str, tuple[str, str]]] = {
+WORLD_COLORS: Final[Mapping[str, tuple[str, str]]] = {
     "around": ("#eceff3", "#0b0f13"),
     "map": ("#ffffff", "#141b22"),
     "grid": ("#eef1f4", "#1a222b"),
     "edge": ("#c3cbd5", "#36424f"),
-    "meal": NAMED["green"],
-    "agent": NAMED["blue"],
+    "meal": NAMED_COLORS["green"],
+    "agent": NAMED_COLORS["blue"],
     "hungry": ("#ffffff", "#141b22"),
     "outline": ("#56616e", "#8796a5"),
-    "trail": NAMED["blue"],
+    "trail": NAMED_COLORS["blue"],
     "chosen": (PLUM, "#f08ac8"),
-    "sight": NAMED["blue"],
-    "lit": NAMED["orange"],
+    "sight": NAMED_COLORS["blue"],
+    "lit": NAMED_COLORS["orange"],
     "flash": ("#00795a", "#7fe3c0"),
-    "lesson": NAMED["purple"],
+    "lesson": NAMED_COLORS["purple"],
 }
 
 # The background of a verdict.
-VERDICTS: Final[Mapping[str, str]] = {
+VERDICT_COLORS: Final[Mapping[str, str]] = {
     "holds": "#a9dcc8",
     "undecided": "#f3f3f3",
     "does not hold": "#f2b08a",
@@ -102,7 +102,7 @@ VERDICTS: Final[Mapping[str, str]] = {
 }
 
 # A movie.
-MOVIE: Final[Mapping[str, str]] = {
+MOVIE_COLORS: Final[Mapping[str, str]] = {
     "background": "#fbfaf7",
     "agent": BLUE,
     "hungry": "#ffffff",
@@ -114,7 +114,7 @@ MOVIE: Final[Mapping[str, str]] = {
 }
 
 # A report, on a light screen, on a dark screen, and on paper.
-REPORT: Final[Mapping[str, tuple[str, str, str]]] = {
+REPORT_COLORS: Final[Mapping[str, tuple[str, str, str]]] = {
     "page": ("#fff", "#14181c", "#fff"),
     "text": ("#1d2329", "#e6eaee", "#000"),
     "soft": ("#5a646e", "#a3adb7", "#444"),
@@ -128,13 +128,13 @@ REPORT: Final[Mapping[str, tuple[str, str, str]]] = {
 }
 
 
-def shade(color: str) -> str:
+def resolve_color(color: str) -> str:
     """Return a color on a light background as "#rrggbb".
 
     Parameters
     ----------
     color
-        A name of `NAMED` or `WORLD`, or "#rrggbb", which is returned as it is.
+        A name of `NAMED_COLORS` or `WORLD_COLORS`, or "#rrggbb", which is returned as it is.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def shade(color: str) -> str:
     KeyError
         If the name is unknown.
     """
-    return color if color.startswith("#") else {**NAMED, **WORLD}[color][0]
+    return color if color.startswith("#") else {**NAMED_COLORS, **WORLD_COLORS}[color][0]
 
 
 def lab_css() -> str:
@@ -154,17 +154,17 @@ def lab_css() -> str:
 
     The variables `--series-0` to `--series-6` are the colors of curves on light and dark screens.
     """
-    shades = {**NAMED, **PAGE, **WORLD}
+    shades = {**NAMED_COLORS, **PAGE_COLORS, **WORLD_COLORS}
     light = {name: on_light for name, (on_light, _) in shades.items()}
     dark = {name: on_dark for name, (_, on_dark) in shades.items()}
-    series = {f"series-{number}": color for number, color in enumerate(SERIES_ON_SCREEN)}
+    series = {f"series-{number}": color for number, color in enumerate(SERIES_COLORS_ON_SCREEN)}
     return f"{_root(light | series)}\n@media (prefers-color-scheme: dark) {{ {_root(dark)} }}\n"
 
 
 def report_css() -> str:
     """Return the colors of a report as CSS variables, for light and dark screens and for paper."""
     light, dark, paper = (
-        {name: shades[medium] for name, shades in REPORT.items()} for medium in range(3)
+        {name: shades[medium] for name, shades in REPORT_COLORS.items()} for medium in range(3)
     )
     on_dark = f"@media (prefers-color-scheme: dark) {{ {_root(dark)} }}"
     on_paper = f"@media print {{ {_root(paper)} }}"

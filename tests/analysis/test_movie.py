@@ -11,34 +11,34 @@ import pytest
 from PIL import Image, ImageColor
 
 from baldwinlab.analysis.movie import (
-    CAPTION,
-    GAP,
+    CAPTION_HEIGHT,
+    SCENE_GAP,
     MovieError,
     Scene,
     write_movie,
     write_scenes,
 )
-from baldwinlab.analysis.palette import MOVIE
+from baldwinlab.analysis.palette import MOVIE_COLORS
 from baldwinlab.core.extras import installation_command
 from baldwinlab.simulation.replay import replay
 from tests.small_studies import shorten_preset
 
 
 def rgb(name: str) -> tuple[int, ...]:
-    return ImageColor.getrgb(MOVIE[name])
+    return ImageColor.getrgb(MOVIE_COLORS[name])
 
 
 def map_colors(movie: Image.Image) -> set[tuple[int, ...]]:
     """Return the colors on the map of the current frame."""
     shown = movie.convert("RGB")
-    counts = shown.crop((0, CAPTION, shown.width, shown.height)).getcolors(2**24)
+    counts = shown.crop((0, CAPTION_HEIGHT, shown.width, shown.height)).getcolors(2**24)
     return {color for _, color in counts or () if isinstance(color, tuple)}
 
 
 def test_a_gif_has_many_frames_and_the_proportions_of_the_map(tmp_path: Path) -> None:
     write_movie(replay(shorten_preset(), seed=1), 640, 320, tmp_path / "life.gif")
     with Image.open(tmp_path / "life.gif") as movie:
-        assert movie.size == (640, 320 + CAPTION)
+        assert movie.size == (640, 320 + CAPTION_HEIGHT)
         assert getattr(movie, "n_frames", 1) > 200
 
 
@@ -47,7 +47,7 @@ def test_an_mp4_can_be_read_back(tmp_path: Path) -> None:
     path = tmp_path / "life.mp4"
     write_movie(replay(shorten_preset(), seed=1), 640, 640, path)
     frames = imageio_ffmpeg.read_frames(str(path))
-    assert next(frames)["size"] == (640, 640 + CAPTION)
+    assert next(frames)["size"] == (640, 640 + CAPTION_HEIGHT)
     assert sum(1 for _ in frames) == 300
 
 
@@ -69,10 +69,10 @@ def test_the_shorter_of_two_lifetimes_ends_with_its_last_frame(tmp_path: Path) -
     )
     write_scenes([Scene(long, 640, 640), Scene(short, 640, 320)], tmp_path / "lives.gif")
     with Image.open(tmp_path / "lives.gif") as movie:
-        assert movie.size == (2 * 640 + GAP, 640 + CAPTION)
+        assert movie.size == (2 * 640 + SCENE_GAP, 640 + CAPTION_HEIGHT)
         assert getattr(movie, "n_frames", 1) > 30
         picture = movie.convert("RGB")
-    assert {picture.getpixel((640 + at, y)) for at in range(GAP) for y in (0, 300, 640)} == {
+    assert {picture.getpixel((640 + at, y)) for at in range(SCENE_GAP) for y in (0, 300, 640)} == {
         rgb("line")
     }
 

@@ -41,7 +41,7 @@ def test_every_color_used_by_the_page_is_defined() -> None:
 
 
 def test_a_color_name_has_a_shade_and_an_unknown_name_is_an_error() -> None:
-    assert palette.shade("green") == palette.GREEN
-    assert palette.shade("#123456") == "#123456"
+    assert palette.resolve_color("green") == palette.GREEN
+    assert palette.resolve_color("#123456") == "#123456"
     with pytest.raises(KeyError):
-        palette.shade("greenish")
+        palette.resolve_color("greenish")

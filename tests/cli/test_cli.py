@@ -289,7 +289,7 @@ def test_replay_writes_a_trace_a_movie_or_an_image(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The movie lasts a second.
-    monkeypatch.setattr("baldwinlab.analysis.movie.MAX_DURATION", 1)
+    monkeypatch.setattr("baldwinlab.analysis.movie.MAX_SECONDS", 1)
     study = make_small_study(tmp_path / "study")
     for name in ("life.nc", "life.gif", "life.mp4", "life.png"):
         result = command(

@@ -18,7 +18,7 @@ import pytest
 import xarray as xr
 from PIL import Image
 
-from baldwinlab.analysis.movie import CAPTION, GAP, Scene
+from baldwinlab.analysis.movie import CAPTION_HEIGHT, SCENE_GAP, Scene
 from baldwinlab.cli import main
 from baldwinlab.core.extras import installation_command
 from baldwinlab.lab import binary_frames, downloads, single_page
@@ -130,7 +130,7 @@ def test_the_movie_of_two_lifetimes_has_both_names_in_its_file_name(
     lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # One second is enough: the size of a frame does not depend on the duration.
-    monkeypatch.setattr("baldwinlab.analysis.movie.MAX_DURATION", 1)
+    monkeypatch.setattr("baldwinlab.analysis.movie.MAX_SECONDS", 1)
     response = get_response(
         lab_server.address,
         "movie",
@@ -142,7 +142,7 @@ def test_the_movie_of_two_lifetimes_has_both_names_in_its_file_name(
     assert response.headers["content-disposition"].endswith(f"''{name}")
     (tmp_path / "life.gif").write_bytes(response.content)
     with Image.open(tmp_path / "life.gif") as movie:
-        assert movie.size == (2 * 640 + GAP, 640 + CAPTION)
+        assert movie.size == (2 * 640 + SCENE_GAP, 640 + CAPTION_HEIGHT)
 
 
 def test_the_progress_of_a_movie_is_available_while_it_is_rendered(

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pytest
 from playwright.sync_api import Page, expect
 
-from baldwinlab.analysis.palette import shade
+from baldwinlab.analysis.palette import resolve_color
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import binary_frames
@@ -99,7 +99,7 @@ def test_teachers_are_drawn_and_named_in_the_legend(offline_page: Page, tmp_path
     teacher = binary_frames.unpack(record_life(*make_last_life(social), {}))[1]["teacher"]
     assert (teacher != np.arange(20)).any(), "no agent learns"
     assert np.array_equal(received_array(offline_page, "teacher").reshape(-1, 20), teacher)
-    assert shade("lesson") in offline_page.evaluate("drawn.shades")
+    assert resolve_color("lesson") in offline_page.evaluate("drawn.shades")
 
 
 @pytest.mark.parametrize("teacher", ["inherited", "shuffled"])

@@ -7,7 +7,7 @@ from baldwinlab.analysis.figures.emergence import draw_emergence, draw_trajector
 from baldwinlab.analysis.figures.fitness import draw_fitness_boxes, draw_fitness_curves
 from baldwinlab.analysis.figures.measures import (
     MeasureValues,
-    draw_clocks,
+    draw_fitness_by_evaluations,
     draw_measures,
     draw_shares,
     draw_survival,
@@ -16,7 +16,7 @@ from baldwinlab.analysis.figures.networks import AgentKind, draw_networks
 from baldwinlab.analysis.figures.overview import draw_overview, overview_cells
 from baldwinlab.analysis.figures.style import save_figure, to_svg
 from baldwinlab.analysis.figures.world import (
-    Look,
+    Appearance,
     draw_agent_senses,
     draw_world_maps,
     group_sectors,
@@ -24,12 +24,12 @@ from baldwinlab.analysis.figures.world import (
 
 __all__ = [
     "AgentKind",
-    "Look",
+    "Appearance",
     "MeasureValues",
     "draw_agent_senses",
-    "draw_clocks",
     "draw_emergence",
     "draw_fitness_boxes",
+    "draw_fitness_by_evaluations",
     "draw_fitness_curves",
     "draw_measures",
     "draw_networks",

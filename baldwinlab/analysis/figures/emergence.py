@@ -1,4 +1,4 @@
-"""Draw how foraging evolves: positions of one population at several generations, and its success.
+"""Figure of the evolution of foraging: positions of agents by generation, and shares that ate.
 
 Source: N. Le (2019), "The Emergence of Intelligent Foraging" and the last figure.
 """
@@ -26,36 +26,37 @@ from baldwinlab.analysis.traces import read_appearance
 from baldwinlab.experiment import World
 from baldwinlab.experiment.toml import from_toml
 
-# Segments of a trajectory. Later segments are more opaque.
-SEGMENTS = 40
-# Cells along each edge of a map.
-CELLS = 32
-# Percent of the time in one cell: ten times a uniform distribution.
-DARKEST = 1000 / CELLS**2
-# Inches: side of a map, space between and above maps; below them, the color bar and the curve.
-PANEL = 2.24
-GAP = 0.12
-TITLE = 0.3
-BAR = 0.75
-SHARE = 2.1
+# Largest number of segments of a trajectory. Later segments are more opaque.
+MAX_SEGMENTS = 40
+# Number of cells along each edge of a map.
+N_CELLS = 32
+# Percentage of time with the darkest color: ten times the value of a uniform distribution.
+DARKEST_PERCENT = 1000 / N_CELLS**2
+# Layout, in inches: side of a map, space between and above maps, and heights below the maps.
+MAP_SIDE = 2.24
+MAP_GAP = 0.12
+TITLE_HEIGHT = 0.3
+COLOR_BAR_HEIGHT = 0.75
+CURVE_HEIGHT = 2.1
 WHITE_TO_BLUE = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE, "black"])
 
 
 @styled
 def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
-    """Draw where the agents of one population were, and the share of agents that ate.
+    """Draw the positions of the agents of one population, and the share of agents that ate.
 
     Parameters
     ----------
     dataset
         Runs as (condition, run, generation, agent).
     traces
-        Lifetimes of one population at several generations. Three maps are in a row, with one scale.
+        Lifetimes of one population at several generations. A row has three maps. All maps have the
+        same scale.
 
     Returns
     -------
     Figure
-        Maps of the time per cell above, the share of agents that ate in all runs below.
+        Above, maps of the time per cell. Below, the share of agents that ate, in all runs.
 
     Raises
     ------
@@ -65,24 +66,27 @@ def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
     if not traces:
         raise ValueError("there is no trace to draw")
     rows = -(-len(traces) // 3)
-    figure = Figure((FIGURE_WIDTH, rows * (PANEL + TITLE) + BAR + SHARE))
-    # The last digits of the layout engine vary, and a color bar shows them.
+    figure_height = rows * (MAP_SIDE + TITLE_HEIGHT) + COLOR_BAR_HEIGHT + CURVE_HEIGHT
+    figure = Figure((FIGURE_WIDTH, figure_height))
+    maps_bottom = CURVE_HEIGHT + COLOR_BAR_HEIGHT
+    # The layout engine is not reproducible to the last digit, which changes the color bar.
     figure.set_layout_engine("none")
     for number, trace in enumerate(traces):
         row, column = divmod(number, 3)
-        left = GAP + column * (PANEL + GAP)
-        bottom = SHARE + BAR + (rows - 1 - row) * (PANEL + TITLE)
-        image = _draw_presence(_add_axes(figure, left, bottom, PANEL, PANEL), trace)
-    bar = _add_axes(figure, FIGURE_WIDTH / 4, SHARE + BAR - 0.22, FIGURE_WIDTH / 2, 0.1)
+        left = MAP_GAP + column * (MAP_SIDE + MAP_GAP)
+        bottom = maps_bottom + (rows - 1 - row) * (MAP_SIDE + TITLE_HEIGHT)
+        image = _draw_presence(_add_axes(figure, left, bottom, MAP_SIDE, MAP_SIDE), trace)
+    bar = _add_axes(figure, FIGURE_WIDTH / 4, maps_bottom - 0.22, FIGURE_WIDTH / 2, 0.1)
     figure.colorbar(
         image,
         cax=bar,
         orientation="horizontal",
         extend="max",
-        label=f"share of all agents' time in a cell of 1/{CELLS} by 1/{CELLS} of the map, %",
+        label=f"share of all agents' time in a cell of 1/{N_CELLS} by 1/{N_CELLS} of the map, %",
         ticks=[0, 0.1, 0.3, 0.6, 0.9],
     )
-    _draw_share(_add_axes(figure, 0.55, 0.45, FIGURE_WIDTH - 0.65, SHARE - 0.55), dataset, traces)
+    curve = _add_axes(figure, 0.55, 0.45, FIGURE_WIDTH - 0.65, CURVE_HEIGHT - 0.55)
+    _draw_share(curve, dataset, traces)
     return figure
 
 
@@ -100,11 +104,11 @@ def _add_axes(figure: Figure, *inches: float) -> Axes:
     )
 
 
-def time_density(trace: xr.Dataset) -> np.ndarray:
+def compute_time_shares(trace: xr.Dataset) -> np.ndarray:
     """Return the percentage of all agents' time in each cell of the map, [row, column]."""
-    world = _world(trace)
-    rows = np.linspace(0, world.height, CELLS + 1)
-    columns = np.linspace(0, world.width, CELLS + 1)
+    world = _parse_world(trace)
+    rows = np.linspace(0, world.height, N_CELLS + 1)
+    columns = np.linspace(0, world.width, N_CELLS + 1)
     y = trace["y"].values.ravel()
     x = trace["x"].values.ravel()
     counts, _, _ = np.histogram2d(y, x, (rows, columns))
@@ -112,12 +116,12 @@ def time_density(trace: xr.Dataset) -> np.ndarray:
 
 
 def _draw_presence(axes: Axes, trace: xr.Dataset) -> AxesImage:
-    world = _world(trace)
+    world = _parse_world(trace)
     _draw_titled_map(axes, trace, world)
     return axes.imshow(
-        time_density(trace),
+        compute_time_shares(trace),
         WHITE_TO_BLUE,
-        PowerNorm(0.5, 0, DARKEST, clip=True),
+        PowerNorm(0.5, 0, DARKEST_PERCENT, clip=True),
         extent=(0, world.width, world.height, 0),
         interpolation="nearest",
         zorder=0,
@@ -138,29 +142,29 @@ def draw_trajectories(trace: xr.Dataset) -> Figure:
 
 
 def _draw_trajectories(axes: Axes, trace: xr.Dataset) -> None:
-    world = _world(trace)
+    world = _parse_world(trace)
     has_eaten = _draw_titled_map(axes, trace, world)
     colors = np.where(has_eaten, BLUE, GRAY)
     segments = []
-    shades = []
+    segment_colors = []
     # Agents that never ate are drawn first, below the others.
     for agent in np.argsort(has_eaten, kind="stable"):
         path = split_at_edges(trace["x"].values[:, agent], trace["y"].values[:, agent], world)
-        steps = np.array_split(np.arange(len(path)), min(SEGMENTS, len(path)))
+        steps = np.array_split(np.arange(len(path)), min(MAX_SEGMENTS, len(path)))
         segments += [path[max(part[0] - 1, 0) : part[-1] + 1] for part in steps]
         opacities = 0.05 + 0.75 * np.linspace(0, 1, len(steps)) ** 3
-        shades += [to_rgba(colors[agent], opacity) for opacity in opacities]
-    lines = LineCollection(segments, colors=shades, linewidths=0.6, rasterized=True)
+        segment_colors += [to_rgba(colors[agent], opacity) for opacity in opacities]
+    lines = LineCollection(segments, colors=segment_colors, linewidths=0.6, rasterized=True)
     axes.add_collection(lines, autolim=False)
     axes.scatter(trace["x"].values[-1], trace["y"].values[-1], s=7, c=colors, lw=0, zorder=3)
 
 
-def _world(trace: xr.Dataset) -> World:
+def _parse_world(trace: xr.Dataset) -> World:
     return from_toml(trace.attrs["experiment"], where="the trace", lenient=True).world
 
 
 def _draw_titled_map(axes: Axes, trace: xr.Dataset, world: World) -> np.ndarray:
-    """Draw the map of a trace, with the number of agents that ate; return which agents ate."""
+    """Draw the map of a trace, with the number of agents that ate, and return whether each ate."""
     draw_empty_map(axes, world, read_appearance(trace))
     axes.tick_params(labelbottom=False, labelleft=False, length=0)
     axes.grid(visible=False)
@@ -182,18 +186,18 @@ def _draw_share(axes: Axes, dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -
     name = traces[0].attrs["condition"]
     run = traces[0].attrs["run"]
     conditions = plotted_conditions(dataset)
-    look = next(condition.look for condition in conditions if condition.name == name)
+    style = next(condition.style for condition in conditions if condition.name == name)
     shares = fitness.share(dataset).sel(condition=name)
     average, low, high = interval_of_mean(shares)
     generation = shares["generation"].values
     label = f"{name}, mean of {int(shares.notnull().any('generation').sum())} runs"
-    axes.fill_between(generation, low, high, color=look.color, alpha=0.2, lw=0)
-    axes.plot(generation, average, color=look.color, ls=look.line, lw=1.6, label=label)
+    axes.fill_between(generation, low, high, color=style.color, alpha=0.2, lw=0)
+    axes.plot(generation, average, color=style.color, ls=style.line, lw=1.6, label=label)
     if run in shares["run"]:
-        of_run = shares.sel(run=run)
-        axes.plot(generation, of_run, color=GRAY, lw=0.8, ls=":", label="the population above")
+        run_shares = shares.sel(run=run)
+        axes.plot(generation, run_shares, color=GRAY, lw=0.8, ls=":", label="the population above")
         generations = [trace.attrs["generation"] for trace in traces]
-        axes.plot(generations, of_run.sel(generation=generations), "o", color=GRAY, ms=4)
+        axes.plot(generations, run_shares.sel(generation=generations), "o", color=GRAY, ms=4)
     axes.set(xlabel="generation", ylabel="share of agents that ate", ylim=(0, 1.02))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
     axes.legend(loc="lower right", ncols=2)

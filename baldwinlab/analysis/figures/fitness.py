@@ -26,13 +26,14 @@ from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.experiment.factors import read_factors
 
-# Brackets above each other. More would hide the boxes.
+# Largest number of brackets above each other. More would hide the boxes.
 MAX_BRACKETS = 6
-# Letters of horizontal labels that fit below a panel of half the width.
-MAX_LETTERS = 48
-# Inches per letter of a vertical label.
-LETTER = 0.075
-COLUMNS = {"best": "best agent", "mean": "average agent"}
+# Number of letters of horizontal labels that fit below a panel.
+MAX_LABEL_LETTERS = 48
+# Length of a vertical label, in inches per letter.
+LETTER_INCHES = 0.075
+# Titles of the columns by measure.
+MEASURE_TITLES = {"best": "best agent", "mean": "average agent"}
 
 
 class PlottedCondition(NamedTuple):
@@ -41,11 +42,11 @@ class PlottedCondition(NamedTuple):
     name: str
     learner: str
     map_name: str
-    look: SeriesStyle
+    style: SeriesStyle
 
 
 def plotted_conditions(dataset: xr.Dataset) -> list[PlottedCondition]:
-    """Return the conditions in the order of the study; a learner looks the same on every map."""
+    """Return the conditions in the order of the study. A learner has one style on all maps."""
     factors = read_factors(dataset)
     learners = list(dict.fromkeys(levels.learner for levels in factors.values()))
     return [
@@ -62,28 +63,31 @@ class _Panel(NamedTuple):
     conditions: list[PlottedCondition]
 
 
-def _panels(figure: Figure, dataset: xr.Dataset) -> Iterator[_Panel]:
+def _make_panels(figure: Figure, dataset: xr.Dataset) -> Iterator[_Panel]:
     """Yield a panel for each map and measure, with the conditions to draw in it."""
     conditions = plotted_conditions(dataset)
     maps = list(dict.fromkeys(condition.map_name for condition in conditions))
-    grid = figure.subplots(len(maps), len(COLUMNS), squeeze=False)
+    grid = figure.subplots(len(maps), len(MEASURE_TITLES), squeeze=False)
     for row, map_name in zip(grid, maps, strict=True):
-        on_map = [condition for condition in conditions if condition.map_name == map_name]
-        for axes, (measure, column) in zip(row, COLUMNS.items(), strict=True):
-            title = f"Map {map_name}, {column}" if map_name else column.capitalize()
+        conditions_on_map = [
+            condition for condition in conditions if condition.map_name == map_name
+        ]
+        for axes, (measure, measure_title) in zip(row, MEASURE_TITLES.items(), strict=True):
+            title = f"Map {map_name}, {measure_title}" if map_name else measure_title.capitalize()
             axes.set_title(title, loc="left", fontweight="bold")
             axes.set_ylabel("fitness (energy)" if "food_eaten" in dataset else "fitness")
-            yield _Panel(axes, measure, on_map)
-            top = _top(axes)
+            yield _Panel(axes, measure, conditions_on_map)
+            # The caller has drawn the panel now, so its limit is known.
+            top = _panel_top(axes)
             axes.set_ylim(-0.025 * top, top)
 
 
-def _top(axes: Axes) -> float:
-    """Return the upper limit of a panel, or 1 if all fitness is 0."""
+def _panel_top(axes: Axes) -> float:
+    """Return the upper limit of a panel, or 1 if no fitness is above 0."""
     return axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
 
 
-def _height(dataset: xr.Dataset) -> float:
+def _figure_height(dataset: xr.Dataset) -> float:
     maps = len({condition.map_name for condition in plotted_conditions(dataset)})
     return 0.5 + 2.5 * maps
 
@@ -102,36 +106,36 @@ def draw_fitness_curves(dataset: xr.Dataset) -> Figure:
     Figure
         A row per map, a column for best and mean fitness. A single run has no interval.
     """
-    figure = Figure((FIGURE_WIDTH, _height(dataset)))
-    tables = {measure: fitness.MEASURES[measure](dataset) for measure in COLUMNS}
-    for axes, measure, on_map in _panels(figure, dataset):
-        for condition in on_map:
-            _draw_curve(axes, tables[measure].sel(condition=condition.name), condition.look)
+    figure = Figure((FIGURE_WIDTH, _figure_height(dataset)))
+    tables = {measure: fitness.MEASURES[measure](dataset) for measure in MEASURE_TITLES}
+    for axes, measure, conditions_on_map in _make_panels(figure, dataset):
+        for condition in conditions_on_map:
+            _draw_curve(axes, tables[measure].sel(condition=condition.name), condition.style)
         axes.set_xlabel("generation")
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
     conditions = plotted_conditions(dataset)
-    learners = {condition.learner: condition.look for condition in reversed(conditions)}
+    learners = {condition.learner: condition.style for condition in reversed(conditions)}
     handles = [
         figure.axes[0].plot(
-            [], [], color=look.color, ls=look.line, marker=look.marker, ms=4, label=learner
+            [], [], color=style.color, ls=style.line, marker=style.marker, ms=4, label=learner
         )[0]
-        for learner, look in reversed(learners.items())
+        for learner, style in reversed(learners.items())
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 4))
     return figure
 
 
-def _draw_curve(axes: Axes, values: xr.DataArray, look: SeriesStyle) -> None:
+def _draw_curve(axes: Axes, values: xr.DataArray, style: SeriesStyle) -> None:
     average, low, high = interval_of_mean(values)
     generation = values["generation"].values
-    axes.fill_between(generation, low, high, color=look.color, alpha=0.18, lw=0)
+    axes.fill_between(generation, low, high, color=style.color, alpha=0.18, lw=0)
     axes.plot(
         generation,
         average,
-        color=look.color,
-        ls=look.line,
+        color=style.color,
+        ls=style.line,
         lw=1.5,
-        marker=look.marker,
+        marker=style.marker,
         ms=3.5,
         markevery=max(1, len(generation) // 8),
     )
@@ -161,26 +165,24 @@ def draw_fitness_boxes(
     """
     labels = _labels_by_map(dataset)
     label_height = {
-        map_name: 0 if _fit_horizontally(names) else LETTER * max(map(len, names))
+        map_name: 0 if _fit_horizontally(names) else LETTER_INCHES * max(map(len, names))
         for map_name, names in labels.items()
     }
-    figure = Figure((FIGURE_WIDTH, _height(dataset) + 0.4 + sum(label_height.values())))
-    tables = {measure: fitness.final(dataset, measure, last) for measure in COLUMNS}
-    for axes, measure, on_map in _panels(figure, dataset):
-        for number, condition in enumerate(on_map):
+    figure = Figure((FIGURE_WIDTH, _figure_height(dataset) + 0.4 + sum(label_height.values())))
+    tables = {measure: fitness.final(dataset, measure, last) for measure in MEASURE_TITLES}
+    for axes, measure, conditions_on_map in _make_panels(figure, dataset):
+        for number, condition in enumerate(conditions_on_map):
             sample = tables[measure].sel(condition=condition.name).dropna("run").values
             if sample.size:
-                draw_box(axes, number, sample, condition.look)
-        map_name = on_map[0].map_name
-        axes.set_xticks(
-            range(len(on_map)),
-            labels[map_name] or [""] * len(on_map),
-            rotation=90 if label_height[map_name] else 0,
-        )
-        axes.set_xlim(-0.6, len(on_map) - 0.4)
+                draw_box(axes, number, sample, condition.style)
+        map_name = conditions_on_map[0].map_name
+        tick_labels = labels[map_name] or [""] * len(conditions_on_map)
+        rotation = 90 if label_height[map_name] else 0
+        axes.set_xticks(range(len(conditions_on_map)), tick_labels, rotation=rotation)
+        axes.set_xlim(-0.6, len(conditions_on_map) - 0.4)
         axes.grid(visible=False, axis="x")
-        names = [condition.name for condition in on_map]
-        _draw_brackets(axes, names, _findings(results, measure))
+        names = [condition.name for condition in conditions_on_map]
+        _draw_brackets(axes, names, _select_findings(results, measure))
     return figure
 
 
@@ -202,12 +204,12 @@ def _labels_by_map(dataset: xr.Dataset) -> dict[str, list[str]]:
 def _fit_horizontally(labels: Sequence[str]) -> bool:
     """Return whether labels fit next to each other below a panel."""
     widest = max((len(left) + len(right) for left, right in pairwise(labels)), default=0) / 2
-    return widest * len(labels) <= MAX_LETTERS
+    return widest * len(labels) <= MAX_LABEL_LETTERS
 
 
-def draw_box(axes: Axes, position: int, sample: np.ndarray, look: SeriesStyle) -> None:
+def draw_box(axes: Axes, position: int, sample: np.ndarray, style: SeriesStyle) -> None:
     """Draw a box plot, and a point per run."""
-    line = {"color": look.color, "linewidth": 1.1}
+    line = {"color": style.color, "linewidth": 1.1}
     axes.boxplot(
         [sample],
         positions=[position],
@@ -224,8 +226,8 @@ def draw_box(axes: Axes, position: int, sample: np.ndarray, look: SeriesStyle) -
     axes.plot(
         position + offsets,
         sample,
-        look.marker,
-        color=look.color,
+        style.marker,
+        color=style.color,
         ms=3.2,
         alpha=0.6,
         mew=0,
@@ -233,7 +235,7 @@ def draw_box(axes: Axes, position: int, sample: np.ndarray, look: SeriesStyle) -
     )
 
 
-def _findings(results: Sequence[ClaimResult], measure: str) -> list[Finding]:
+def _select_findings(results: Sequence[ClaimResult], measure: str) -> list[Finding]:
     findings = (finding for result in results for finding in result.findings)
     return [finding for finding in findings if finding.comparison.measure == measure]
 
@@ -247,11 +249,11 @@ class _Bracket(NamedTuple):
 
     @property
     def color(self) -> str:
-        """Black if the difference is significant."""
+        """Black if the difference is significant, else gray."""
         return BLACK if self.p < SIGNIFICANCE_LEVEL else GRAY
 
 
-def _brackets(names: list[str], findings: list[Finding]) -> list[_Bracket]:
+def _make_brackets(names: list[str], findings: list[Finding]) -> list[_Bracket]:
     brackets = []
     for finding in findings:
         compared = (finding.comparison.a, finding.comparison.b)
@@ -263,8 +265,8 @@ def _brackets(names: list[str], findings: list[Finding]) -> list[_Bracket]:
 
 def _draw_brackets(axes: Axes, names: list[str], findings: list[Finding]) -> None:
     """Draw brackets above the boxes, short ones below long ones."""
-    brackets = _brackets(names, findings)
-    top = _top(axes)
+    brackets = _make_brackets(names, findings)
+    top = _panel_top(axes)
     if len(brackets) > MAX_BRACKETS:
         _draw_against_baseline(axes, brackets, top)
         return
@@ -279,7 +281,7 @@ def _draw_brackets(axes: Axes, names: list[str], findings: list[Finding]) -> Non
         axes.text(
             (bracket.left + bracket.right) / 2,
             height + 0.01 * top,
-            format_p(bracket.p),
+            format_p_label(bracket.p),
             ha="center",
             va="bottom",
             color=bracket.color,
@@ -292,16 +294,18 @@ def _draw_against_baseline(axes: Axes, brackets: list[_Bracket], top: float) -> 
     """Write each p-value above its box, if all comparisons share a condition."""
     pairs = ({bracket.left, bracket.right} for bracket in brackets)
     vertical: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "bottom"}
+    # Empty if no condition is part of all comparisons.
     for baseline in set.intersection(*pairs):
         axes.text(baseline, 1.03 * top, "against", **vertical)
         for bracket in brackets:
+            # The end of the bracket that is not the baseline.
             position = bracket.left + bracket.right - baseline
-            label = format_p(bracket.p)
+            label = format_p_label(bracket.p)
             axes.text(position, 1.03 * top, label, **vertical, color=bracket.color)
         axes.set_ylim(top=1.7 * top)
 
 
-def format_p(p: float) -> str:
+def format_p_label(p: float) -> str:
     """Return a p-value as text, such as "p = 0.013"."""
     if p < 0.001:
         return "p < 0.001"

@@ -1,4 +1,4 @@
-"""Draw the results of models without a map: shares, evaluations, measures, and survival."""
+"""Figures of models without a map: shares, fitness by evaluations, measures, and survival."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from baldwinlab.analysis.figures.style import FIGURE_WIDTH, choose_style, styled
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 
-COLUMNS = 3
-# Inches, of a panel.
-HEIGHT = 2.2
+# Largest number of panels in a row.
+MAX_COLUMNS = 3
+# Height of a panel, in inches.
+PANEL_HEIGHT = 2.2
 
 
 class MeasureValues(NamedTuple):
@@ -31,7 +32,7 @@ class MeasureValues(NamedTuple):
     name, meaning : str
         The measure, and its meaning in words.
     values : mapping
-        By condition, one value per run. A run without a value is missing.
+        Values of the runs, by condition. A run without a value is left out.
     """
 
     name: str
@@ -54,9 +55,9 @@ def draw_shares(shares: xr.Dataset) -> Figure:
         A panel per condition.
     """
     conditions = plotted_conditions(shares)
-    rows = math.ceil(len(conditions) / COLUMNS)
-    figure = Figure((FIGURE_WIDTH, rows * HEIGHT + 0.5))
-    panels = figure.subplots(rows, min(COLUMNS, len(conditions)), squeeze=False, sharey=True)
+    rows = math.ceil(len(conditions) / MAX_COLUMNS)
+    figure = Figure((FIGURE_WIDTH, rows * PANEL_HEIGHT + 0.5))
+    panels = figure.subplots(rows, min(MAX_COLUMNS, len(conditions)), squeeze=False, sharey=True)
     for axes in panels.flat[len(conditions) :]:
         axes.remove()
     generation = shares["generation"]
@@ -64,10 +65,10 @@ def draw_shares(shares: xr.Dataset) -> Figure:
         axes.set_title(condition.name, loc="left", fontweight="bold")
         for number, (name, share) in enumerate(shares.items()):
             average, low, high = interval_of_mean(share.sel(condition=condition.name))
-            look = choose_style(number)
-            axes.fill_between(generation, low, high, color=look.color, alpha=0.18, lw=0)
+            style = choose_style(number)
+            axes.fill_between(generation, low, high, color=style.color, alpha=0.18, lw=0)
             label = str(name)
-            axes.plot(generation, average, color=look.color, ls=look.line, lw=1.5, label=label)
+            axes.plot(generation, average, color=style.color, ls=style.line, lw=1.5, label=label)
         axes.set_ylim(-0.025, 1.025)
         axes.set_xlabel("generation")
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
@@ -79,7 +80,7 @@ def draw_shares(shares: xr.Dataset) -> Figure:
 
 
 @styled
-def draw_clocks(dataset: xr.Dataset, evaluations: str) -> Figure:
+def draw_fitness_by_evaluations(dataset: xr.Dataset, evaluations: str) -> Figure:
     """Draw mean fitness by generation and by the number of evaluations, averaged over runs.
 
     Parameters
@@ -101,12 +102,12 @@ def draw_clocks(dataset: xr.Dataset, evaluations: str) -> Figure:
         average = fitness.mean(runs).mean("run")
         per_generation = runs[evaluations].sum("agent", min_count=1)
         total = per_generation.cumsum("generation").mean("run")
-        look = condition.look
+        style = condition.style
         line = {
-            "color": look.color,
-            "ls": look.line,
+            "color": style.color,
+            "ls": style.line,
             "lw": 1.5,
-            "marker": look.marker,
+            "marker": style.marker,
             "ms": 3.5,
             "markevery": 8,
         }
@@ -121,7 +122,7 @@ def draw_clocks(dataset: xr.Dataset, evaluations: str) -> Figure:
 
 @styled
 def draw_measures(dataset: xr.Dataset, measures: Sequence[MeasureValues]) -> Figure:
-    """Draw measures: a panel each, with a box per condition and a point per run.
+    """Draw each measure in a panel, with a box per condition and a point per run.
 
     Parameters
     ----------
@@ -146,27 +147,28 @@ def draw_measures(dataset: xr.Dataset, measures: Sequence[MeasureValues]) -> Fig
     if maps == [""]:
         ticks = ([float(position) for position in positions.values()], learners)
     else:
-        on_map = {
+        positions_by_map = {
             name: [positions[item.name] for item in conditions if item.map_name == name]
             for name in maps
         }
-        ticks = ([float(np.mean(numbers)) for numbers in on_map.values()], maps)
+        centers = [float(np.mean(map_positions)) for map_positions in positions_by_map.values()]
+        ticks = (centers, maps)
     figure = Figure((FIGURE_WIDTH, 0.5 + 2.6 * len(measures)))
     panels = figure.subplots(len(measures), squeeze=False).flat
     for axes, measure in zip(panels, measures, strict=True):
         for condition in conditions:
             values = measure.values[condition.name]
             if values.size:
-                draw_box(axes, positions[condition.name], values, condition.look)
+                draw_box(axes, positions[condition.name], values, condition.style)
         title = measure.meaning[0].upper() + measure.meaning[1:]
         axes.set_title(title, loc="left", fontweight="bold")
         axes.set_xticks(*ticks)
         axes.set_xlim(-0.8, max(positions.values()) + 0.8)
         axes.grid(visible=False, axis="x")
     if maps != [""] and len(learners) > 1:
-        looks = {condition.learner: condition.look for condition in conditions}
+        styles = {condition.learner: condition.style for condition in conditions}
         handles = [
-            Line2D([], [], color=looks[name].color, marker=looks[name].marker, ms=4, label=name)
+            Line2D([], [], color=styles[name].color, marker=styles[name].marker, ms=4, label=name)
             for name in learners
         ]
         figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 4))
@@ -196,13 +198,13 @@ def draw_survival(dataset: xr.Dataset) -> Figure:
         alive = 1 - np.arange(1, times.size + 1) / max(1, times.size)
         # A run that survives to the end of the simulation has no death to draw.
         alive[times == float(lifetimes.max())] = np.nan
-        look = condition.look
+        style = condition.style
         axes.step(
             [start, *times],
             [1.0, *alive],
             where="post",
-            color=look.color,
-            ls=look.line,
+            color=style.color,
+            ls=style.line,
             lw=1.5,
             label=condition.name,
         )

@@ -17,13 +17,13 @@ from baldwinlab.analysis.figures.style import BLUE, styled
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
 
-DIRECTIONS: Mapping[Verdict, int] = {HOLDS: 1, FAILS: -1, UNDECIDED: 0, NOT_EVALUATED: 0}
-MARKS = {1: " ▲", -1: " ▼", 0: ""}
+VERDICT_DIRECTIONS: Mapping[Verdict, int] = {HOLDS: 1, FAILS: -1, UNDECIDED: 0, NOT_EVALUATED: 0}
+DIRECTION_MARKS = {1: " ▲", -1: " ▼", 0: ""}
 # Share of the best value above which text is white.
-DARK = 0.6
+MIN_SHARE_FOR_WHITE_TEXT = 0.6
 # Inches: width of a column and of a letter. Narrow columns let a phone show all maps.
-COLUMN = 0.75
-LETTER = 0.08
+COLUMN_WIDTH = 0.75
+LETTER_WIDTH = 0.08
 
 
 class OverviewCell(NamedTuple):
@@ -71,7 +71,7 @@ def overview_cells(
     """
     medians = fitness.final(dataset, "mean", last).median("run")
     conditions = plotted_conditions(dataset)
-    verdicts = _verdicts(results, {cell.name: cell.map_name for cell in conditions})
+    verdicts = _find_verdicts(results, {cell.name: cell.map_name for cell in conditions})
     cells = []
     for condition in conditions:
         verdict = verdicts.get(condition.name)
@@ -81,14 +81,14 @@ def overview_cells(
             map=condition.map_name,
             median=float(medians.sel(condition=condition.name)),
             verdict=verdict or "",
-            direction=DIRECTIONS[verdict] if verdict else 0,
+            direction=VERDICT_DIRECTIONS[verdict] if verdict else 0,
         )
         if np.isfinite(cell.median):
             cells.append(cell)
     return cells
 
 
-def _verdicts(results: Sequence[ClaimResult], maps: Mapping[str, str]) -> dict[str, Verdict]:
+def _find_verdicts(results: Sequence[ClaimResult], maps: Mapping[str, str]) -> dict[str, Verdict]:
     """Return the verdict on "greater" mean fitness of conditions, compared on their map."""
     verdicts: dict[str, Verdict] = {}
     for finding in (finding for result in results for finding in result.findings):
@@ -117,9 +117,9 @@ def draw_overview(panels: Mapping[str, Sequence[OverviewCell]]) -> Figure:
     rows = [len({cell.learner for cell in cells}) for cells in panels.values()]
     columns = max(len({cell.map for cell in cells}) for cells in panels.values())
     all_cells = [cell for cells in panels.values() for cell in cells]
-    names = LETTER * max((len(cell.learner) for cell in all_cells), default=0)
-    width = max(COLUMN * columns, *(LETTER * len(title) for title in panels))
-    figure = Figure((0.3 + names + width, 0.7 * len(panels) + 0.3 * sum(rows)))
+    labels_width = LETTER_WIDTH * max((len(cell.learner) for cell in all_cells), default=0)
+    width = max(COLUMN_WIDTH * columns, *(LETTER_WIDTH * len(title) for title in panels))
+    figure = Figure((0.3 + labels_width + width, 0.7 * len(panels) + 0.3 * sum(rows)))
     grid = figure.subplots(len(panels), squeeze=False, height_ratios=rows)
     for axes, (title, cells) in zip(grid.flat, panels.items(), strict=True):
         _draw_table(axes, cells)
@@ -138,8 +138,8 @@ def _draw_table(axes: Axes, cells: Sequence[OverviewCell]) -> None:
         column = maps.index(cell.map)
         highest = best[cell.map]
         shares[row, column] = max(cell.median, 0) / highest if highest > 0 else 0
-        text = f"{round(cell.median)}{MARKS[cell.direction]}"
-        color = "white" if shares[row, column] > DARK else "black"
+        text = f"{round(cell.median)}{DIRECTION_MARKS[cell.direction]}"
+        color = "white" if shares[row, column] > MIN_SHARE_FOR_WHITE_TEXT else "black"
         axes.text(column, row, text, ha="center", va="center", color=color)
     white_to_blue = LinearSegmentedColormap.from_list("to blue", ["white", BLUE])
     axes.imshow(shares, aspect="auto", vmin=0, vmax=1, cmap=white_to_blue)

@@ -27,7 +27,7 @@ from baldwinlab.analysis.palette import (
     GREEN,
     ORANGE,
     PALE,
-    SERIES,
+    SERIES_COLORS,
 )
 from baldwinlab.core.file_writing import write_atomically
 
@@ -37,7 +37,7 @@ FIGURE_WIDTH = 7.2  # inches
 LINE_STYLES = ("-", "--", "-.", ":")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
-SETTINGS: dict[str, Any] = {
+MATPLOTLIB_SETTINGS: dict[str, Any] = {
     "axes.grid": True,
     "axes.axisbelow": True,
     "axes.spines.right": False,
@@ -65,11 +65,11 @@ Result = TypeVar("Result")
 
 
 def styled(draw: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
-    """Draw with `SETTINGS`, whatever the process has set; one thread at a time."""
+    """Draw with `MATPLOTLIB_SETTINGS`, whatever the process has set; one thread at a time."""
 
     @wraps(draw)
     def draw_styled(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
-        with _settings_lock, style.context(SETTINGS, after_reset=True):
+        with _settings_lock, style.context(MATPLOTLIB_SETTINGS, after_reset=True):
             return draw(*args, **kwargs)
 
     return draw_styled
@@ -86,7 +86,7 @@ class SeriesStyle(NamedTuple):
 def choose_style(number: int) -> SeriesStyle:
     """Return the appearance of a condition by its number; the first 28 differ."""
     line = LINE_STYLES[(number % 7 + number // 7) % 4]
-    return SeriesStyle(SERIES[number % 7], line, MARKERS[number % 7])
+    return SeriesStyle(SERIES_COLORS[number % 7], line, MARKERS[number % 7])
 
 
 @styled

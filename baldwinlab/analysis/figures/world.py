@@ -1,7 +1,7 @@
-"""Draw maps and the senses of agents to scale. y increases downward, as on a screen.
+"""Figures of maps and of agents' senses, to scale. y increases downward, as on a screen.
 
-Besides edges and the birth disc, a map shows what the parts declare: their *look*, which traces
-store as an attribute. If the parts are not installed, it shows the food of the experiment.
+A map shows its edges, the birth disc, and the *appearance* that the parts declare. Traces store
+the appearance as an attribute. If the parts are not installed, a map shows the regions of food.
 
 Source: N. Le (2019), "The Simulated World of Foods and Agents".
 """
@@ -20,25 +20,27 @@ from matplotlib.patches import Circle, Ellipse, Rectangle, Wedge
 from matplotlib.patheffects import withStroke
 
 from baldwinlab.analysis.figures.style import BLACK, BLUE, FIGURE_WIDTH, GRAY, ORANGE, PALE, styled
-from baldwinlab.analysis.palette import shade
+from baldwinlab.analysis.palette import resolve_color
 from baldwinlab.experiment import FoodRegion, World
 
 # Side of an agent and of an item, in map units.
-BODY = 10.0
-# Degrees: edges of narrower sectors have no label, because there is no space.
-NARROW = 10
+BODY_SIDE = 10.0
+# Angle of a sector, in degrees, up to which its edges have no label, for lack of space.
+MIN_LABELED_DEGREES = 10
 # Seed of the example positions.
 EXAMPLE_SEED = 1906
 # A white outline makes text readable on items.
-HALO = [withStroke(linewidth=2, foreground="white")]
+TEXT_HALO = [withStroke(linewidth=2, foreground="white")]
 
-Look = Mapping[str, Any]
+Appearance = Mapping[str, Any]
 """`models.miniworld.appearance.Appearance` as plain data."""
 
 
 @styled
 def draw_world_maps(
-    worlds: Mapping[str, World], agents: int, looks: Mapping[str, Look] = MappingProxyType({})
+    worlds: Mapping[str, World],
+    agents: int,
+    appearances: Mapping[str, Appearance] = MappingProxyType({}),
 ) -> Figure:
     """Draw maps with the birth disc, the regions of items, and an example of agents and items.
 
@@ -49,7 +51,7 @@ def draw_world_maps(
     agents
         The number of agents to draw.
     looks
-        The looks of the worlds, by title. A world without a look shows its food.
+        Appearances by title. A world without an appearance shows its food.
 
     Returns
     -------
@@ -61,15 +63,15 @@ def draw_world_maps(
     figure = Figure((min(FIGURE_WIDTH, 3.6 * columns), rows * (3.5 if columns < 3 else 2.5)))
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes, (title, world) in zip(grid.flat, worlds.items(), strict=False):
-        _draw_map(axes, world, agents, looks.get(title) or look_of_food(world))
+        _draw_map(axes, world, agents, appearances.get(title) or make_food_appearance(world))
         axes.set_title(title, loc="left", fontweight="bold")
     for axes in grid.flat[len(worlds) :]:
         axes.set_visible(False)
     return figure
 
 
-def look_of_food(world: World) -> Look:
-    """Return the look of a world without its parts: the regions of food."""
+def make_food_appearance(world: World) -> Appearance:
+    """Return the appearance of a world without installed parts: the regions of food."""
     kinds = [{"name": "food", "color": "green", "number": region.count} for region in world.food]
     return {"marks": [_food_mark(region) for region in world.food], "item_kinds": kinds}
 
@@ -89,13 +91,15 @@ def _food_mark(region: FoodRegion) -> dict[str, Any]:
     }
 
 
-def _draw_map(axes: Axes, world: World, agents: int, look: Look) -> None:
+def _draw_map(axes: Axes, world: World, agents: int, appearance: Appearance) -> None:
     generator = np.random.default_rng(EXAMPLE_SEED)
-    draw_empty_map(axes, world, look)
+    draw_empty_map(axes, world, appearance)
     _draw_agents(axes, world, agents, generator)
     # Regions that overlap have one common label.
     labels: dict[tuple[float, float, float], list[str]] = {}
-    for region, kind in zip(_regions(look), look["item_kinds"], strict=True):
+    for region, kind in zip(
+        _select_item_regions(appearance), appearance["item_kinds"], strict=True
+    ):
         left = region["x"]
         top = region["y"]
         right = left + region["width"]
@@ -103,7 +107,7 @@ def _draw_map(axes: Axes, world: World, agents: int, look: Look) -> None:
         count = kind["number"]
         x = generator.uniform(left, right, count)
         y = generator.uniform(top, bottom, count)
-        _draw_squares(axes, x, y, shade(kind["color"]))
+        _draw_squares(axes, x, y, resolve_color(kind["color"]))
         noun = f"of {kind['name']}"
         if kind["name"] == "food":
             noun = "item" if count == 1 else "items"
@@ -117,7 +121,7 @@ def _draw_map(axes: Axes, world: World, agents: int, look: Look) -> None:
             (right if is_right else center, height),
             ha="right" if is_right else "center",
             va="bottom",
-            path_effects=HALO,
+            path_effects=TEXT_HALO,
         )
 
 
@@ -129,22 +133,24 @@ def _draw_agents(axes: Axes, world: World, agents: int, generator: np.random.Gen
         (start.x, start.y + start.radius + 8),
         ha="center",
         va="top",
-        path_effects=HALO,
+        path_effects=TEXT_HALO,
     )
     angle = generator.uniform(0, 2 * np.pi, agents)
     distance = start.radius * np.sqrt(generator.uniform(size=agents))
     x = start.x + distance * np.cos(angle)
     y = start.y + distance * np.sin(angle)
     _draw_squares(axes, x, y, BLUE)
-    axes.hlines(y, x, x + 1.2 * BODY, color=BLACK, lw=0.9)
+    axes.hlines(y, x, x + 1.2 * BODY_SIDE, color=BLACK, lw=0.9)
 
 
-def _regions(look: Look) -> list[Mapping[str, Any]]:
+def _select_item_regions(appearance: Appearance) -> list[Mapping[str, Any]]:
     """Return the regions of items, in the order of `item_kinds`."""
-    return [mark for mark in look["marks"] if mark["kind"] == "rectangle" and not mark["solid"]]
+    return [
+        mark for mark in appearance["marks"] if mark["kind"] == "rectangle" and not mark["solid"]
+    ]
 
 
-def draw_empty_map(axes: Axes, world: World, look: Look) -> None:
+def draw_empty_map(axes: Axes, world: World, appearance: Appearance) -> None:
     """Draw the edges of a map, the birth disc, the regions of items, and obstacles."""
     axes.set(xlim=(0, world.width), ylim=(world.height, 0), aspect="equal")
     quarters = np.linspace(0, 1, 5)
@@ -154,13 +160,13 @@ def draw_empty_map(axes: Axes, world: World, look: Look) -> None:
     start = world.start
     disc = Circle((start.x, start.y), start.radius, fill=False, ec=BLUE, ls="--", lw=1)
     axes.add_patch(disc)
-    for region in _regions(look):
+    for region in _select_item_regions(appearance):
         corner = (region["x"], region["y"])
         size = (region["width"], region["height"])
-        color = shade(region["color"])
+        color = resolve_color(region["color"])
         axes.add_patch(Rectangle(corner, *size, fc=color, alpha=0.15, lw=0))
         axes.add_patch(Rectangle(corner, *size, fill=False, ec=color, lw=1))
-    for mark in look["marks"]:
+    for mark in appearance["marks"]:
         if mark["solid"]:
             _draw_obstacle(axes, mark)
 
@@ -174,27 +180,27 @@ def _draw_obstacle(axes: Axes, mark: Mapping[str, Any]) -> None:
     center = (left + width / 2, top + height / 2)
     is_disc = mark["kind"] == "disc"
     shape = Ellipse(center, width, height) if is_disc else Rectangle((left, top), width, height)
-    shape.set(facecolor=shade(mark["color"]), linewidth=0, zorder=2)
+    shape.set(facecolor=resolve_color(mark["color"]), linewidth=0, zorder=2)
     axes.add_patch(shape)
     axes.annotate(mark["label"], (left + width + 8, center[1]), ha="left", va="center")
 
 
 def _draw_squares(axes: Axes, x: np.ndarray, y: np.ndarray, color: str) -> None:
     squares = [
-        Rectangle((left - BODY / 2, top - BODY / 2), BODY, BODY)
+        Rectangle((left - BODY_SIDE / 2, top - BODY_SIDE / 2), BODY_SIDE, BODY_SIDE)
         for left, top in zip(x, y, strict=True)
     ]
     collection = PatchCollection(squares, facecolor=color, edgecolor="white", linewidth=0.3)
     axes.add_collection(collection)
 
 
-def group_sectors(look: Look) -> dict[tuple[float, float, float], list[str]]:
+def group_sectors(appearance: Appearance) -> dict[tuple[float, float, float], list[str]]:
     """Return the names of the inputs of each sector: first and last angle, and radius.
 
     Angles are degrees clockwise from the heading; the radius is in map units.
     """
     sectors: dict[tuple[float, float, float], list[str]] = {}
-    for name, sector in zip(look["inputs"], look["sectors"], strict=True):
+    for name, sector in zip(appearance["inputs"], appearance["sectors"], strict=True):
         if sector:
             key = (sector["from_degrees"], sector["to_degrees"], sector["radius"])
             sectors.setdefault(key, []).append(name)
@@ -202,10 +208,10 @@ def group_sectors(look: Look) -> dict[tuple[float, float, float], list[str]]:
 
 
 @styled
-def draw_agent_senses(look: Look) -> Figure:
+def draw_agent_senses(appearance: Appearance) -> Figure:
     """Draw an agent that heads right, its sensor sectors, and an item in the last sector."""
-    sectors = group_sectors(look)
-    radius = max((distance for _, _, distance in sectors), default=4 * BODY)
+    sectors = group_sectors(appearance)
+    radius = max((distance for _, _, distance in sectors), default=4 * BODY_SIDE)
     figure = Figure((3.6, 3.1))
     axes = figure.subplots()
     _draw_sectors(axes, sectors, radius)
@@ -214,13 +220,13 @@ def draw_agent_senses(look: Look) -> Figure:
     axes.text(0, -1.05 * radius, text, ha="center", va="bottom", color=GRAY)
     axes.annotate("", (0.45 * radius, 0), (0, 0), arrowprops={"arrowstyle": "->", "color": BLACK})
     _draw_body(axes, 0.0, 0.0, BLUE)
-    axes.text(-BODY / 2, BODY / 2, "agent ", ha="right", va="top")
+    axes.text(-BODY_SIDE / 2, BODY_SIDE / 2, "agent ", ha="right", va="top")
     for first, last, distance in list(sectors)[-1:]:
-        x, y = _on_circle(0.78 * distance, _middle(first, last))
-        kinds = look["item_kinds"]
-        _draw_body(axes, x, y, shade(kinds[-1]["color"]) if kinds else GRAY)
-        axes.text(x, y + 0.55 * BODY, "item", ha="center", va="top")
-    limit = 1.2 * max(radius, 0.8 * BODY)
+        x, y = _point_on_circle(0.78 * distance, _middle_degrees(first, last))
+        kinds = appearance["item_kinds"]
+        _draw_body(axes, x, y, resolve_color(kinds[-1]["color"]) if kinds else GRAY)
+        axes.text(x, y + 0.55 * BODY_SIDE, "item", ha="center", va="top")
+    limit = 1.2 * max(radius, 0.8 * BODY_SIDE)
     axes.set(xlim=(-0.9 * limit, 1.2 * limit), ylim=(limit, -limit), aspect="equal")
     axes.axis("off")
     return figure
@@ -233,26 +239,28 @@ def _draw_sectors(
         # The last sector contains the item, so it has the color of an active input in the lab.
         color = ORANGE if number == len(sectors) else PALE
         axes.add_patch(Wedge((0, 0), distance, first, last, fc=color, alpha=0.55, ec=GRAY, lw=1))
-        x, y = _on_circle(1.06 * radius, _middle(first, last))
+        x, y = _point_on_circle(1.06 * radius, _middle_degrees(first, last))
         axes.text(x, y, "\n".join(names), ha="left", va="center", fontweight="bold")
-    wide = [(first, last) for first, last, _ in sectors if (last - first) % 360 > NARROW]
-    for edge in dict.fromkeys(edge for pair in wide for edge in pair):
-        x, y = _on_circle(1.1 * radius, edge)
+    wide_sectors = [
+        (first, last) for first, last, _ in sectors if (last - first) % 360 > MIN_LABELED_DEGREES
+    ]
+    for edge in dict.fromkeys(edge for sector in wide_sectors for edge in sector):
+        x, y = _point_on_circle(1.1 * radius, edge)
         label = f"{abs((edge + 180) % 360 - 180):g}°"
         axes.text(x, y, label, ha="center", va="center", color=GRAY)
 
 
-def _middle(first: float, last: float) -> float:
+def _middle_degrees(first: float, last: float) -> float:
     """Return the middle of a sector, in degrees."""
     return first + (last - first) % 360 / 2
 
 
-def _on_circle(radius: float, degrees: float) -> tuple[float, float]:
+def _point_on_circle(radius: float, degrees: float) -> tuple[float, float]:
     radians = np.radians(degrees)
     return radius * float(np.cos(radians)), radius * float(np.sin(radians))
 
 
 def _draw_body(axes: Axes, x: float, y: float, color: str) -> None:
-    corner = (x - BODY / 2, y - BODY / 2)
-    axes.add_patch(Rectangle(corner, BODY, BODY, fill=False, ec=color, lw=1.6))
+    corner = (x - BODY_SIDE / 2, y - BODY_SIDE / 2)
+    axes.add_patch(Rectangle(corner, BODY_SIDE, BODY_SIDE, fill=False, ec=color, lw=1.6))
     axes.plot(x, y, "o", color=color, ms=4)

@@ -1,11 +1,12 @@
 """Claims of a paper under all of its variants: which claims depend on which open choice.
 
 Within a variant, the p-values of all claims are one family, corrected by Holm's method, as in a
-study of the paper. Nothing is corrected across variants: each is compared with the paper as if it
-were the only one.
+study of the paper. p-values are not corrected across variants, because each variant is compared
+only with the paper.
 
-The distance of a variant from the paper is the mean of |effect - figure| / figure over the claims
-for which the paper has an effect size. 0 is the result of the paper, and 1 is no effect.
+The distance of a variant from the paper is the mean of |effect - figure| / figure, where *figure*
+is the effect size in the paper. Claims without an effect size in the paper are left out. A variant
+with the effects of the paper has distance 0, and a variant without any effect has distance 1.
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ from baldwinlab.analysis.multiverse.records import ClaimText, Multiverse, Outcom
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UNDECIDED, Verdict
 from baldwinlab.papers import Paper, load
 
-# The name of the variant with which all others are compared.
+# Name of the variant with which all other variants are compared.
 STANDARD: Final = "standard"
-DECIDED: Final = (HOLDS, UNDECIDED, FAILS)
+DECIDED_VERDICTS: Final = (HOLDS, UNDECIDED, FAILS)
 
 
 class VariantSettings(Protocol):
@@ -133,12 +134,12 @@ def group_by_verdict(
         verdict: tuple(
             variant for variant in multiverse.variants if variant.outcomes[claim].verdict == verdict
         )
-        for verdict in DECIDED
+        for verdict in DECIDED_VERDICTS
     }
 
 
 def select_claims(multiverse: Multiverse, *verdicts: Verdict) -> list[str]:
-    """Return the claims that have one of these verdicts under every variant that decides them."""
+    """Return the claims with one of the given verdicts under every variant that evaluates them."""
     selected = []
     for claim in multiverse.claims:
         decided = {variant.outcomes[claim.id].verdict for variant in multiverse.variants}
@@ -148,7 +149,7 @@ def select_claims(multiverse: Multiverse, *verdicts: Verdict) -> list[str]:
     return selected
 
 
-def decisive_choices(multiverse: Multiverse, claim: str) -> dict[str, list[str]]:
+def find_decisive_choices(multiverse: Multiverse, claim: str) -> dict[str, list[str]]:
     """Return the choices on which the verdict of a claim depends.
 
     Parameters
@@ -179,9 +180,9 @@ def decisive_choices(multiverse: Multiverse, claim: str) -> dict[str, list[str]]
 def find_nearest(multiverse: Multiverse) -> VariantResult | None:
     """Return the variant nearest to the paper.
 
-    Under it, the most claims with an effect size hold. Among several such variants, it has the
-    smallest distance. A variant without any eaten item has a distance of only 1, so the distance
-    alone is not sufficient.
+    It is the variant under which the most claims with an effect size hold, and among several such
+    variants, the variant with the smallest distance. The distance alone is not sufficient, because
+    a variant without any eaten item has a distance of only 1.
 
     Parameters
     ----------
@@ -194,16 +195,16 @@ def find_nearest(multiverse: Multiverse) -> VariantResult | None:
         The variant, or None if no variant has a distance.
     """
     measured = [variant for variant in multiverse.variants if variant.distance is not None]
-    sized = [claim.id for claim in multiverse.claims if claim.figure is not None]
+    claims_with_effect = [claim.id for claim in multiverse.claims if claim.figure is not None]
 
     def rank(variant: VariantResult) -> tuple[int, float]:
-        held = sum(variant.outcomes[claim].verdict == HOLDS for claim in sized)
+        held = sum(variant.outcomes[claim].verdict == HOLDS for claim in claims_with_effect)
         return -held, variant.distance or 0.0
 
     return min(measured, key=rank, default=None)
 
 
-def variants_with_figures(multiverse: Multiverse) -> list[VariantResult]:
+def variants_with_paper_effects(multiverse: Multiverse) -> list[VariantResult]:
     """Return the variants whose intervals contain all effect sizes of the paper."""
     figures = {claim.id: claim.figure for claim in multiverse.claims if claim.figure}
 
@@ -224,27 +225,28 @@ def variants_with_most_claims(multiverse: Multiverse) -> list[VariantResult]:
 
 
 class Share(NamedTuple):
-    """Combinations with one alternative of a choice, and those of them that hold a claim."""
+    """Share of the combinations with one alternative of a choice under which a claim holds."""
 
     choice: str
     # "standard", or the name of a variant.
     alternative: str
     claim: str
+    # Number of combinations under which the claim holds, and is evaluated.
     held: int
     decided: int
 
     @property
     def share(self) -> float | None:
-        """Share of the deciding combinations under which the claim holds."""
+        """The share, or None if the claim is evaluated under no combination."""
         return self.held / self.decided if self.decided else None
 
 
-def standard_variant(multiverse: Multiverse) -> VariantResult | None:
+def find_standard_variant(multiverse: Multiverse) -> VariantResult | None:
     """Return the variant without changed choices, or None."""
     return next((variant for variant in multiverse.variants if not variant.choices), None)
 
 
-def paper_effects(multiverse: Multiverse) -> dict[str, float]:
+def list_paper_effects(multiverse: Multiverse) -> dict[str, float]:
     """Return the effect sizes of the paper by claim."""
     return {claim.id: claim.figure for claim in multiverse.claims if claim.figure}
 
@@ -279,10 +281,10 @@ def compute_shares(multiverse: Multiverse) -> list[Share]:
 
 def _count_held(variants: Iterable[VariantResult], claim: str) -> tuple[int, int]:
     verdicts = [variant.outcomes[claim].verdict for variant in variants]
-    return verdicts.count(HOLDS), sum(verdict in DECIDED for verdict in verdicts)
+    return verdicts.count(HOLDS), sum(verdict in DECIDED_VERDICTS for verdict in verdicts)
 
 
-def largest_effect(shares: Sequence[Share], claim: str) -> tuple[Share, Share] | None:
+def find_largest_effect(shares: Sequence[Share], claim: str) -> tuple[Share, Share] | None:
     """Return the largest and smallest share of the choice with the largest effect on a claim.
 
     Parameters
@@ -305,9 +307,14 @@ def largest_effect(shares: Sequence[Share], claim: str) -> tuple[Share, Share] |
             if share.choice == choice and share.claim == claim and share.share is not None
         ]
         if group:
-            pairs.append((max(group, key=_share_of), min(group, key=_share_of)))
-    return max(pairs, key=lambda pair: _share_of(pair[0]) - _share_of(pair[1]), default=None)
+            pairs.append((max(group, key=_share_or_zero), min(group, key=_share_or_zero)))
+    return max(pairs, key=_compute_range, default=None)
 
 
-def _share_of(share: Share) -> float:
+def _compute_range(pair: tuple[Share, Share]) -> float:
+    largest, smallest = pair
+    return _share_or_zero(largest) - _share_or_zero(smallest)
+
+
+def _share_or_zero(share: Share) -> float:
     return share.share or 0.0

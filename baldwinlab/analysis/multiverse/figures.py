@@ -14,12 +14,12 @@ from matplotlib.patches import Patch
 from baldwinlab.analysis.figures.style import BLUE, FIGURE_WIDTH, styled
 from baldwinlab.analysis.multiverse.analysis import Share, compute_shares
 from baldwinlab.analysis.multiverse.records import Multiverse, Outcome, VariantResult
-from baldwinlab.analysis.palette import DARK_GRAY, MID_GRAY, VERDICTS
+from baldwinlab.analysis.palette import DARK_GRAY, MID_GRAY, VERDICT_COLORS
 from baldwinlab.analysis.statistics.rules import VERDICT_MARKS
 
 WHITE_TO_BLUE: Final = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE])
 # From this share on, white text is easier to read than black text.
-DARK: Final = 0.9
+MIN_SHARE_FOR_WHITE_TEXT: Final = 0.9
 
 
 @styled
@@ -45,18 +45,18 @@ def draw_variants(multiverse: Multiverse) -> Figure:
             outcome = variant.outcomes[claim]
             left = column / len(claims)
             right = (column + 1) / len(claims)
-            color = VERDICTS[outcome.verdict]
+            color = VERDICT_COLORS[outcome.verdict]
             axes.axhspan(row - 0.5, row + 0.5, left, right, color=color, lw=0)
             axes.text(column, row, _format_outcome(outcome), ha="center", va="center")
     choices = [min(variant.choices, default="") for variant in variants]
     _draw_lines(axes, len(claims), choices)
-    shown = {variant.outcomes[claim].verdict for variant in variants for claim in claims}
-    keys = [
-        Patch(facecolor=VERDICTS[verdict], edgecolor=MID_GRAY, label=f"{mark} {verdict}")
+    drawn_verdicts = {variant.outcomes[claim].verdict for variant in variants for claim in claims}
+    legend_handles = [
+        Patch(facecolor=VERDICT_COLORS[verdict], edgecolor=MID_GRAY, label=f"{mark} {verdict}")
         for verdict, mark in VERDICT_MARKS.items()
-        if verdict in shown
+        if verdict in drawn_verdicts
     ]
-    figure.legend(handles=keys, loc="outside lower center", ncols=len(keys))
+    figure.legend(handles=legend_handles, loc="outside lower center", ncols=len(legend_handles))
     return figure
 
 
@@ -110,7 +110,7 @@ def draw_shares(multiverse: Multiverse) -> Figure:
 
 def _write_share(axes: Axes, column: int, row: int, share: Share) -> None:
     text = "–" if share.share is None else f"{share.share:.0%}"
-    color = "white" if (share.share or 0) >= DARK else "black"
+    color = "white" if (share.share or 0) >= MIN_SHARE_FOR_WHITE_TEXT else "black"
     axes.text(column, row, text, ha="center", va="center", color=color)
 
 

@@ -12,11 +12,11 @@ from pydantic import ValidationError
 
 from baldwinlab.analysis.multiverse.analysis import (
     compute_shares,
-    decisive_choices,
+    find_decisive_choices,
     find_nearest,
     select_claims,
-    variants_with_figures,
     variants_with_most_claims,
+    variants_with_paper_effects,
 )
 from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED
@@ -44,12 +44,12 @@ def summarize(multiverse: Multiverse) -> dict[str, Any]:
         "refuted_under_no_variant": select_claims(multiverse, HOLDS, UNDECIDED),
         "hold_under_no_variant": select_claims(multiverse, UNDECIDED, FAILS),
         "depends_on": {
-            claim.id: decisive_choices(multiverse, claim.id) for claim in multiverse.claims
+            claim.id: find_decisive_choices(multiverse, claim.id) for claim in multiverse.claims
         },
         "nearest": nearest
         and {"variant": nearest.name, "distance": nearest.distance, "held": nearest.held},
         "intervals_contain_the_figures": [
-            variant.name for variant in variants_with_figures(multiverse)
+            variant.name for variant in variants_with_paper_effects(multiverse)
         ],
         "most_held": [variant.name for variant in variants_with_most_claims(multiverse)],
         "shares": None if shares is None else [share._asdict() for share in shares],

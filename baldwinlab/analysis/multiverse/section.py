@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from baldwinlab.analysis.multiverse import analysis, figures
 from baldwinlab.analysis.multiverse.records import Multiverse, VariantResult
 from baldwinlab.analysis.multiverse.sentences import (
-    PHRASES,
+    VERDICT_PHRASES,
     compose_sentences,
     describe_combinations,
     join_names,
@@ -58,7 +58,7 @@ def make_section(
     singles = multiverse.singles
     explanation = explain_differences(multiverse, study) if study else ""
     sentences = compose_sentences(singles)
-    figures_by_claim = analysis.paper_effects(multiverse)
+    paper_effects = analysis.list_paper_effects(multiverse)
     body = render(
         "multiverse/section.html",
         n_variants=len(singles.variants),
@@ -69,11 +69,11 @@ def make_section(
         combinations=describe_combinations(multiverse),
         figures=[save_and_inline(figure, folder) for figure in _draw_figures(multiverse)],
         claims=multiverse.claims,
-        paper_figures=figures_by_claim,
-        rows=[_make_row(variant, list(figures_by_claim)) for variant in singles.variants],
+        paper_effects=paper_effects,
+        rows=[_make_row(variant, list(paper_effects)) for variant in singles.variants],
     )
     return Section(
-        "variants", "Variants of the paper", body, short=sentences[0], of_claims=explanation
+        "variants", "Variants of the paper", body, summary=sentences[0], claims_note=explanation
     )
 
 
@@ -92,7 +92,7 @@ def explain_differences(multiverse: Multiverse, study: StandardStudy) -> str:
     str
         Sentences, or "" if the numbers of runs or the verdicts are equal.
     """
-    standard = analysis.standard_variant(multiverse)
+    standard = analysis.find_standard_variant(multiverse)
     if standard is None or standard.runs == study.runs:
         return ""
     differing: dict[tuple[Verdict, Verdict], list[str]] = {}
@@ -105,8 +105,8 @@ def explain_differences(multiverse: Multiverse, study: StandardStudy) -> str:
     study_runs = format_range(study.runs)
     variant_runs = format_range(standard.runs)
     changes = "; ".join(
-        f"{join_names(claims)} ({PHRASES[in_study]} with {study_runs}, {PHRASES[in_variant]} with "
-        f"{variant_runs})"
+        f"{join_names(claims)} ({VERDICT_PHRASES[in_study]} with {study_runs}, "
+        f"{VERDICT_PHRASES[in_variant]} with {variant_runs})"
         for (in_study, in_variant), claims in differing.items()
     )
     return (
@@ -133,7 +133,7 @@ def _make_row(variant: VariantResult, claims: Sequence[str]) -> dict[str, Any]:
     return {
         "name": variant.name,
         "description": variant.description,
-        "counts": [verdicts.count(verdict) for verdict in PHRASES],
+        "counts": [verdicts.count(verdict) for verdict in VERDICT_PHRASES],
         "effects": [_format_effect(variant, claim) for claim in claims],
         "distance": distance,
     }

@@ -10,8 +10,8 @@ from baldwinlab.analysis.multiverse.records import ClaimText, Multiverse, Varian
 from baldwinlab.analysis.report.phrases import format_number, format_signed
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED, Verdict
 
-PHRASES: Final = {HOLDS: "holds", UNDECIDED: "is undecided", FAILS: "does not hold"}
-# Largest numbers of variants of which the report lists the names instead of their number.
+VERDICT_PHRASES: Final = {HOLDS: "holds", UNDECIDED: "is undecided", FAILS: "does not hold"}
+# Largest numbers of variants that a sentence lists by name. Larger numbers are counted.
 MAX_NAMED: Final = 8
 MAX_NAMED_WITH_STANDARD: Final = 2
 
@@ -32,10 +32,10 @@ def compose_sentences(multiverse: Multiverse) -> list[str]:
     titles = {claim.id: _format_title(claim) for claim in multiverse.claims}
     robust = analysis.select_claims(multiverse, HOLDS)
     return [
-        *_describe_robust(multiverse, titles, robust),
+        *_describe_robust_claims(multiverse, titles, robust),
         *_describe_nearest(multiverse),
-        _describe_most(multiverse),
-        *_describe_equal(multiverse),
+        _describe_most_claims(multiverse),
+        *_describe_equal_variants(multiverse),
         *(
             f"{titles[claim.id]} {_describe_verdicts(multiverse, claim.id)}."
             for claim in multiverse.claims
@@ -48,20 +48,21 @@ def _format_title(claim: ClaimText) -> str:
     return f"{claim.id} ({claim.title[0].lower()}{claim.title[1:]})"
 
 
-def _describe_robust(
+def _describe_robust_claims(
     multiverse: Multiverse, titles: Mapping[str, str], robust: Sequence[str]
 ) -> Iterator[str]:
-    """Name the claims that no variant changes."""
+    """Yield sentences on the claims that hold under every variant, or under none."""
     if robust:
         names = join_names([titles[claim] for claim in robust])
         yield f"These claims hold under every variant: {names}."
     else:
         yield "No claim holds under every variant."
     unrefuted = analysis.select_claims(multiverse, HOLDS, UNDECIDED)
-    if partly := [claim for claim in unrefuted if claim not in robust]:
-        yield f"Undecided under some variants, and contradicted by none: {join_names(partly)}."
-    if never := analysis.select_claims(multiverse, UNDECIDED, FAILS):
-        yield f"These claims hold under no variant: {join_names(never)}."
+    if undecided_claims := [claim for claim in unrefuted if claim not in robust]:
+        names = join_names(undecided_claims)
+        yield f"Undecided under some variants, and contradicted by none: {names}."
+    if failing_claims := analysis.select_claims(multiverse, UNDECIDED, FAILS):
+        yield f"These claims hold under no variant: {join_names(failing_claims)}."
 
 
 def _describe_verdicts(multiverse: Multiverse, claim: str) -> str:
@@ -78,23 +79,26 @@ def _describe_verdicts(multiverse: Multiverse, claim: str) -> str:
         return "is not evaluated under any variant, because runs are missing"
     if len(groups) == 1:
         (verdict,) = groups
-        return f"{PHRASES[verdict]} under {'any' if verdict == FAILS else 'every'} variant"
-    parts = [f"{PHRASES[verdict]} under {_name_all(group)}" for verdict, group in groups.items()]
+        return f"{VERDICT_PHRASES[verdict]} under {'any' if verdict == FAILS else 'every'} variant"
+    parts = [
+        f"{VERDICT_PHRASES[verdict]} under {_name_variants(group)}"
+        for verdict, group in groups.items()
+    ]
     return "; ".join(parts)
 
 
-def _name_all(variants: Sequence[VariantResult]) -> str:
+def _name_variants(variants: Sequence[VariantResult]) -> str:
     """Return the names of a few variants, or the number of many."""
     nonstandard = [variant for variant in variants if variant.choices]
     has_standard = len(nonstandard) < len(variants)
     if len(nonstandard) <= (MAX_NAMED_WITH_STANDARD if has_standard else MAX_NAMED):
-        return join_names([_name(variant) for variant in variants])
+        return join_names([_name_variant(variant) for variant in variants])
     if has_standard:
         return f"the standard variant and {len(nonstandard)} others"
     return f"{len(variants)} variants"
 
 
-def _name(variant: VariantResult) -> str:
+def _name_variant(variant: VariantResult) -> str:
     if not variant.choices:
         return "the standard variant"
     return f"{variant.name} ({', '.join(variant.choices)})"
@@ -104,22 +108,22 @@ def _describe_nearest(multiverse: Multiverse) -> Iterator[str]:
     nearest = analysis.find_nearest(multiverse)
     if nearest is None or nearest.distance is None:
         return
-    paper_figures = analysis.paper_effects(multiverse)
-    values = join_names([f"{figure:+g} for {claim}" for claim, figure in paper_figures.items()])
+    paper_effects = analysis.list_paper_effects(multiverse)
+    values = join_names([f"{figure:+g} for {claim}" for claim, figure in paper_effects.items()])
     yield (
-        f"The variant nearest to the effect sizes of the paper ({values}) is {_name(nearest)}: "
-        f"{_list_effects(nearest, paper_figures)}, at a distance of "
+        f"The variant nearest to the effect sizes of the paper ({values}) is "
+        f"{_name_variant(nearest)}: {_list_effects(nearest, paper_effects)}, at a distance of "
         f"{format_number(nearest.distance)}. Under it, {nearest.held} of {len(nearest.outcomes)} "
         "claims hold."
     )
-    inside = analysis.variants_with_figures(multiverse)
-    names = _name_all(inside) if inside else "no variant"
+    inside = analysis.variants_with_paper_effects(multiverse)
+    names = _name_variants(inside) if inside else "no variant"
     yield f"All these values are inside the measured 95 % intervals under {names}."
-    standard = analysis.standard_variant(multiverse)
+    standard = analysis.find_standard_variant(multiverse)
     if standard and standard != nearest and standard.distance is not None:
         yield (
             "The standard variant is at a distance of "
-            f"{format_number(standard.distance)}: {_list_effects(standard, paper_figures)}."
+            f"{format_number(standard.distance)}: {_list_effects(standard, paper_effects)}."
         )
 
 
@@ -129,24 +133,24 @@ def _list_effects(variant: VariantResult, claims: Mapping[str, float]) -> str:
     )
 
 
-def _describe_most(multiverse: Multiverse) -> str:
+def _describe_most_claims(multiverse: Multiverse) -> str:
     best = analysis.variants_with_most_claims(multiverse)
     if not best or not best[0].held:
         return "No claim holds under any variant."
     held = best[0].held
     count = len(multiverse.claims)
     if held == count:
-        return f"Under {_name_all(best)}, all {count} claims hold."
-    return f"Under {_name_all(best)}, {held} of {count} claims hold, the highest number."
+        return f"Under {_name_variants(best)}, all {count} claims hold."
+    return f"Under {_name_variants(best)}, {held} of {count} claims hold, the highest number."
 
 
-def _describe_equal(multiverse: Multiverse) -> Iterator[str]:
-    """Name the variants with the verdicts and effects of the standard variant."""
-    standard = analysis.standard_variant(multiverse)
+def _describe_equal_variants(multiverse: Multiverse) -> Iterator[str]:
+    """Yield a sentence that names the variants with the same results as the standard variant."""
+    standard = analysis.find_standard_variant(multiverse)
     if standard is None:
         return
     equal = [
-        _name(variant)
+        _name_variant(variant)
         for variant in multiverse.variants
         if variant.choices and _list_results(variant) == _list_results(standard)
     ]
@@ -188,7 +192,7 @@ def _describe_claim(multiverse: Multiverse, claim: str, shares: Sequence[analysi
     text = (
         f"{claim} holds under {held:.0%} of {decided:,} combinations and fails under {failed:.0%}."
     )
-    pair = analysis.largest_effect(shares, claim)
+    pair = analysis.find_largest_effect(shares, claim)
     if pair is None or pair[0].share == pair[1].share:
         return text
     largest, smallest = pair

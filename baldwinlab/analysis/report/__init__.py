@@ -11,7 +11,7 @@ from baldwinlab.analysis.claims import describe_claims_too_few
 from baldwinlab.analysis.report import content, settings, setup
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import save_and_inline
-from baldwinlab.analysis.report.figures import EXPLAINING, SUMMING_UP, draw_figures
+from baldwinlab.analysis.report.figures import SETUP_FIGURES, SUMMARY_FIGURES, draw_figures
 from baldwinlab.analysis.report.phrases import name_measures
 from baldwinlab.analysis.report.sections import (
     ReportSummary,
@@ -34,8 +34,8 @@ __all__ = [
     "write_report",
 ]
 
-# Number of generations in the figure of emergence.
-PANELS: Final = 6
+# Largest number of generations in the figure of emergence.
+MAX_EMERGENCE_PANELS: Final = 6
 
 
 def emergence_generations(generations: int) -> list[int]:
@@ -54,10 +54,11 @@ def emergence_generations(generations: int) -> list[int]:
     list of int
         At most six generations, with the first and the last.
     """
-    if generations <= PANELS:
+    if generations <= MAX_EMERGENCE_PANELS:
         return list(range(generations))
     last = generations - 1
-    return sorted({0, *(round(last ** (step / (PANELS - 2))) for step in range(PANELS - 1))})
+    n_intervals = MAX_EMERGENCE_PANELS - 2
+    return sorted({0, *(round(last ** (step / n_intervals)) for step in range(n_intervals + 1))})
 
 
 def draw_report(report: ReportData) -> dict[str, Any]:
@@ -87,13 +88,13 @@ def draw_report(report: ReportData) -> dict[str, Any]:
             report.data, report.experiments, report.provenance, report.paper
         ),
         "figures": [save_and_inline(figure, folder) for figure in draw_figures(report)],
-        "explaining": EXPLAINING,
-        "summing_up": SUMMING_UP,
+        "setup_figures": SETUP_FIGURES,
+        "summary_figures": SUMMARY_FIGURES,
         "measures": name_measures("food_eaten" in report.data),
         "last": report.last,
         "changed_settings": _list_changed_settings(report),
         "summary": summarize_conditions(report.data, report.last),
-        "experiments": content.experiment_texts(report.data),
+        "experiments": content.read_experiment_texts(report.data),
         "provenance": report.provenance,
         "timing": content.format_timing(report.provenance),
         **_summarize_claims(report),
@@ -103,14 +104,14 @@ def draw_report(report: ReportData) -> dict[str, Any]:
 def _list_changed_settings(report: ReportData) -> list[str]:
     if report.paper is None:
         return []
-    return settings.changed_settings(report.data, report.experiments, report.paper)
+    return settings.describe_changed_settings(report.data, report.experiments, report.paper)
 
 
 def _summarize_claims(report: ReportData) -> dict[str, Any]:
     """Return the contents of a report that depend on its claims."""
     results: Sequence[ClaimResult] = report.results
     findings = [finding for result in results for finding in result.findings]
-    differing = content.differing_claims(results)
+    differing = content.select_differing_claims(results)
     return {
         "results": results,
         "too_few": describe_claims_too_few(results),
@@ -120,7 +121,7 @@ def _summarize_claims(report: ReportData) -> dict[str, Any]:
         "has_survival": any(finding.comparison.rule == "survives_longer" for finding in findings),
         "has_model_measures": any(finding.meaning for finding in findings),
         "differing": differing,
-        "open_choices": settings.relevant_choices(differing, report.experiments),
+        "open_choices": settings.select_open_choices(differing, report.experiments),
     }
 
 
@@ -143,7 +144,7 @@ def write_report(
         File to write.
     sections : sequence of Section
         Sections of assays and of the multiverse.
-    summary : Summary or None
+    summary : ReportSummary or None
         Sentences and a table at the top of the report.
 
     Returns

@@ -20,7 +20,11 @@ def draw_maps(report: ReportData) -> ReportFigure | None:
         return None
     titles = title_worlds(conditions, read_factors(report.data))
     worlds = {title: conditions[name].world for title, name in titles.items()}
-    looks = {title: report.looks[name] for title, name in titles.items() if name in report.looks}
+    appearances = {
+        title: report.appearances[name]
+        for title, name in titles.items()
+        if name in report.appearances
+    }
     starts = [
         f"{title}: agents start around ({world.start.x:g}, {world.start.y:g})"
         for title, world in worlds.items()
@@ -33,7 +37,7 @@ def draw_maps(report: ReportData) -> ReportFigure | None:
         "enters it at the opposite edge. The positions of agents (blue, with a line in the "
         "direction of their heading) and of items are examples.",
         f"{'; '.join(starts)}.",
-        figures.draw_world_maps(worlds, n_agents, looks),
+        figures.draw_world_maps(worlds, n_agents, appearances),
     )
 
 
@@ -68,15 +72,15 @@ def draw_emergence(report: ReportData) -> ReportFigure | None:
 
 
 def draw_networks(report: ReportData) -> ReportFigure | None:
-    """Draw the network of each learner, or return None without looks of agents."""
-    if not report.looks:
+    """Draw the network of each learner, or return None without appearances."""
+    if not report.appearances:
         return None
     paper = report.paper or load()
     experiments = select_foragers(report.experiments)
     kinds: dict[str, figures.AgentKind] = {}
     for name, factors in read_factors(report.data).items():
-        if name in report.looks and name in experiments:
-            kind = _make_kind(factors.learner, experiments[name], report.looks[name])
+        if name in report.appearances and name in experiments:
+            kind = _make_kind(factors.learner, experiments[name], report.appearances[name])
             kinds.setdefault(factors.learner, kind)
     sources = {
         learner: kind
@@ -103,7 +107,9 @@ def draw_networks(report: ReportData) -> ReportFigure | None:
     )
 
 
-def _make_kind(learner: str, experiment: Experiment, look: figures.Look) -> figures.AgentKind:
+def _make_kind(
+    learner: str, experiment: Experiment, appearance: figures.Appearance
+) -> figures.AgentKind:
     inherits = experiment.evolution.inheritance != "none"
     heredity = (
         "evolves: inherits weights" if inherits else "does not evolve: new random\nweights at birth"
@@ -116,25 +122,27 @@ def _make_kind(learner: str, experiment: Experiment, look: figures.Look) -> figu
     return figures.AgentKind(
         learner,
         (heredity, learning),
-        look["inputs"],
+        appearance["inputs"],
         experiment.network.hidden,
-        look["actions"],
-        look["modules"],
+        appearance["actions"],
+        appearance["modules"],
     )
 
 
 def draw_senses(report: ReportData) -> ReportFigure | None:
-    """Draw the sectors of the senses, or return None without looks of agents."""
-    if not report.looks:
+    """Draw the sectors of the senses, or return None without appearances."""
+    if not report.appearances:
         return None
-    name, look = next(iter(report.looks.items()))
-    sectors = figures.group_sectors(look)
+    name, appearance = next(iter(report.appearances.items()))
+    sectors = figures.group_sectors(appearance)
     ranges = [
         f"{' and '.join(inputs)} from {first:g} to {last:g} degrees, to {radius:g} units"
         for (first, last, radius), inputs in sectors.items()
     ]
     without_sector = [
-        sensor for sensor, sector in zip(look["inputs"], look["sectors"], strict=True) if not sector
+        sensor
+        for sensor, sector in zip(appearance["inputs"], appearance["sectors"], strict=True)
+        if not sector
     ]
     unseen = f" Inputs without a sector: {', '.join(without_sector)}." if without_sector else ""
     last_inputs = " and ".join([*sectors.values()][-1]) if sectors else ""
@@ -145,5 +153,5 @@ def draw_senses(report: ReportData) -> ReportFigure | None:
         f"Sectors in which the inputs sense items, to scale, for {name}. The agent heads to the "
         f"right of the page, and its right hand is below.{item}{unseen}",
         f"An agent and its sectors, clockwise from its heading: {'; '.join(ranges) or 'none'}.",
-        figures.draw_agent_senses(look),
+        figures.draw_agent_senses(appearance),
     )

@@ -17,7 +17,7 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
 
 # Singular and plural of each verdict.
-VERBS: Final = (
+VERDICT_VERBS: Final = (
     ("holds", "hold"),
     ("is undecided", "are undecided"),
     ("does not hold", "do not hold"),
@@ -25,7 +25,7 @@ VERBS: Final = (
 )
 
 
-def experiment_texts(data: xr.Dataset) -> dict[str, str]:
+def read_experiment_texts(data: xr.Dataset) -> dict[str, str]:
     """Return the experiment of each condition as TOML."""
     pairs = zip(data["condition"].values, data["experiment"].values, strict=True)
     return {str(name): str(text) for name, text in pairs}
@@ -80,7 +80,7 @@ def compute_shares(data: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -
         Shares with the dimensions (condition, run, generation) and their meaning as `long_name`.
         Empty unless all conditions have models that define the same shares.
     """
-    shares = [model.all_shares() for model in _loaded_models(conditions)]
+    shares = [model.all_shares() for model in _iterate_loaded_models(conditions)]
     meanings = [
         {name: share.meaning for name, share in model_shares.items()} for model_shares in shares
     ]
@@ -94,14 +94,14 @@ def compute_shares(data: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -
     )
 
 
-def find_clock(conditions: Mapping[str, BaseExperiment]) -> str:
+def find_evaluation_variable(conditions: Mapping[str, BaseExperiment]) -> str:
     """Return the variable that counts evaluations, or "" if the conditions do not share one."""
-    clocks = [model.clock for model in _loaded_models(conditions)]
-    is_shared = len(clocks) == len(conditions) and len({*clocks}) == 1
-    return clocks[0] if is_shared else ""
+    evaluation_variables = [model.clock for model in _iterate_loaded_models(conditions)]
+    is_shared = len(evaluation_variables) == len(conditions) and len({*evaluation_variables}) == 1
+    return evaluation_variables[0] if is_shared else ""
 
 
-def _loaded_models(conditions: Mapping[str, BaseExperiment]) -> Iterator[Any]:
+def _iterate_loaded_models(conditions: Mapping[str, BaseExperiment]) -> Iterator[Any]:
     """Yield the loaded models other than MiniWorld. A report needs no parts."""
     models = (experiment.loaded_model for experiment in conditions.values())
     return (model for model in models if model is not None)
@@ -141,7 +141,7 @@ def title_worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dic
     """
     names: dict[str, list[str]] = {}
     for name, experiment in conditions.items():
-        names.setdefault(_world_key(experiment), []).append(name)
+        names.setdefault(_serialize_world(experiment), []).append(name)
     maps = {
         world: sorted({factors[name].map for name in shared} - {""})
         for world, shared in names.items()
@@ -156,7 +156,7 @@ def title_worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dic
     return titles
 
 
-def _world_key(experiment: Experiment) -> str:
+def _serialize_world(experiment: Experiment) -> str:
     """Return a world as text. A map shows positions, so headings do not distinguish worlds."""
     start = experiment.world.start.model_copy(update={"headings": "equal"})
     # Worlds with other features have other classes, so equal worlds are compared as text.
@@ -166,18 +166,18 @@ def _world_key(experiment: Experiment) -> str:
 def describe_verdicts(results: Sequence[ClaimResult]) -> str:
     """Return the number of claims by verdict, such as "7 hold, 1 is undecided"."""
     phrases = []
-    for verdict, (singular, plural) in zip(VERDICTS, VERBS, strict=True):
-        count = _count(results, verdict)
+    for verdict, (singular, plural) in zip(VERDICTS, VERDICT_VERBS, strict=True):
+        count = _count_claims(results, verdict)
         if count:
             phrases.append(f"{count} {plural if count > 1 else singular}")
     return ", ".join(phrases)
 
 
-def _count(results: Sequence[ClaimResult], verdict: Verdict) -> int:
+def _count_claims(results: Sequence[ClaimResult], verdict: Verdict) -> int:
     return sum(result.verdict == verdict for result in results)
 
 
-def weakest_findings(result: ClaimResult) -> list[Finding]:
+def find_weakest_findings(result: ClaimResult) -> list[Finding]:
     """Return the weakest finding under each rule of a claim."""
     rules = dict.fromkeys(finding.comparison.rule for finding in result.findings)
     parts = [
@@ -188,7 +188,7 @@ def weakest_findings(result: ClaimResult) -> list[Finding]:
     return [finding for finding in weakest if finding]
 
 
-def differing_claims(results: Sequence[ClaimResult]) -> list[ClaimResult]:
+def select_differing_claims(results: Sequence[ClaimResult]) -> list[ClaimResult]:
     """Return the evaluated claims whose verdict or effect size differs from the paper."""
     return [
         result

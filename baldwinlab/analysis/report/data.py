@@ -18,7 +18,7 @@ from baldwinlab.papers import Paper
 
 Experiments = Mapping[str, Experiment]
 # Appearances of MiniWorld conditions whose parts are installed.
-Looks = Mapping[str, figures.Look]
+Appearances = Mapping[str, figures.Appearance]
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class ReportData:
         Number of final generations to average in each run.
     paper : Paper or None
         The paper of the claims. Without a paper, the report mentions none.
-    looks : mapping of str to Look
+    appearances : mapping of str to Appearance
         Appearances of MiniWorld conditions whose parts are installed.
     contrasts : Contrasts or None
         The comparisons of the conditions.
@@ -61,7 +61,7 @@ class ReportData:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     last: int = 10
     paper: Paper | None = None
-    looks: Looks = field(default_factory=dict)
+    appearances: Appearances = field(default_factory=dict)
     contrasts: Contrasts | None = None
     model_measures: Sequence[ModelMeasure] = ()
     is_reproduction: bool = False

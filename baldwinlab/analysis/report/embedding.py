@@ -14,8 +14,8 @@ from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.core.file_writing import write_atomically
 
 # Widths in inches below which a figure is shown narrower than the page.
-NARROW: Final = 4.0
-SLIM: Final = 6.0
+NARROW_WIDTH: Final = 4.0
+SLIM_WIDTH: Final = 6.0
 
 
 class ReportFigure(NamedTuple):
@@ -74,7 +74,7 @@ def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
 def _name_shape(figure: Drawing) -> str:
     """Return the CSS classes of a figure, by its size."""
     width, height = figure.get_size_inches()
-    if width < NARROW:
+    if width < NARROW_WIDTH:
         return "narrow"
-    classes = {"slim": width < SLIM, "tall": height > width}
+    classes = {"slim": width < SLIM_WIDTH, "tall": height > width}
     return " ".join(name for name, applies in classes.items() if applies)

@@ -29,13 +29,13 @@ from baldwinlab.analysis.report.figure_data import (
 from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.papers.texts import DEFAULT_FIGURES, Figure
 
-# Figures that models other than MiniWorld record.
-OF_ANY_MODEL: Final = ("shares", "clocks", "measures", "survival")
-# Figures that show what was run. The section "What was run" shows them.
-EXPLAINING: Final = ("networks", "senses", "maps")
+# Figures that are also drawn for models other than MiniWorld.
+FIGURES_OF_ANY_MODEL: Final = ("shares", "clocks", "measures", "survival")
+# Figures in the section "What was run".
+SETUP_FIGURES: Final = ("networks", "senses", "maps")
 # Figures at the top of a report.
-SUMMING_UP: Final = ("overview",)
-BOXES: Final = (
+SUMMARY_FIGURES: Final = ("overview",)
+BOXES_NOTE: Final = (
     "Each point is a run. The box shows the quartiles, and its thick line the median. Whiskers "
     "extend to the most distant run within 1.5 times the interquartile range."
 )
@@ -58,15 +58,16 @@ def draw_figures(report: ReportData) -> Iterator[ReportFigure]:
     captions = report.paper.texts.captions if report.paper else {}
     is_foraging = bool(select_foragers(report.experiments))
     for name in names:
-        drawn = DRAW[name](report)
+        drawn = DRAW_FUNCTIONS[name](report)
         if drawn:
-            has_caption = name in captions and (is_foraging or name in OF_ANY_MODEL)
-            addition = captions[name] if has_caption else ""
+            # Captions of the paper on maps and agents describe MiniWorld.
+            is_caption_valid = is_foraging or name in FIGURES_OF_ANY_MODEL
+            addition = captions.get(name, "") if is_caption_valid else ""
             yield drawn._replace(caption=f"{drawn.caption} {addition}".rstrip())
 
 
 def _draw_overview(report: ReportData) -> ReportFigure:
-    standings = figures.overview_cells(report.data, report.results, report.last)
+    cells = figures.overview_cells(report.data, report.results, report.last)
     measure = name_fitness(report.data, "average")
     return ReportFigure(
         "overview",
@@ -75,8 +76,8 @@ def _draw_overview(report: ReportData) -> ReportFigure:
         "are closer to the highest value of their map. A triangle marks a condition that a claim "
         "compares: it points up if the claim holds, and down if it does not hold.",
         describe_final_medians(report.data, report.last),
-        figures.draw_overview({"": standings}),
-        [cell._asdict() for cell in standings],
+        figures.draw_overview({"": cells}),
+        [cell._asdict() for cell in cells],
     )
 
 
@@ -105,7 +106,8 @@ def _draw_final_fitness(report: ReportData) -> ReportFigure:
     return ReportFigure(
         "final-fitness",
         f"Fitness in the last {report.last} generations",
-        f"Fitness, averaged over the last {report.last} generations of each run. {BOXES}{brackets}",
+        f"Fitness, averaged over the last {report.last} generations of each run. "
+        f"{BOXES_NOTE}{brackets}",
         "Box plots of final fitness by condition. "
         f"{describe_final_medians(report.data, report.last)}",
         figures.draw_fitness_boxes(report.data, report.results, report.last),
@@ -147,16 +149,16 @@ def _draw_measures(report: ReportData) -> ReportFigure | None:
     return ReportFigure(
         "measures",
         "Measures that the claims compare",
-        BOXES,
+        BOXES_NOTE,
         f"Box plots by condition, with medians over runs: {'; '.join(medians)}.",
         figures.draw_measures(report.data, measures),
         rows,
     )
 
 
-def _draw_clocks(report: ReportData) -> ReportFigure | None:
-    clock = content.find_clock(report.experiments)
-    if not clock:
+def _draw_fitness_by_evaluations(report: ReportData) -> ReportFigure | None:
+    evaluation_variable = content.find_evaluation_variable(report.experiments)
+    if not evaluation_variable:
         return None
     return ReportFigure(
         "clocks",
@@ -166,7 +168,7 @@ def _draw_clocks(report: ReportData) -> ReportFigure | None:
         "within one generation.",
         "The same curves of fitness by generation and by evaluations. "
         f"{describe_final_medians(report.data, 1)}",
-        figures.draw_clocks(report.data, clock),
+        figures.draw_fitness_by_evaluations(report.data, evaluation_variable),
     )
 
 
@@ -182,7 +184,7 @@ def _draw_survival(report: ReportData) -> ReportFigure:
     )
 
 
-DRAW: Final[Mapping[Figure, Callable[[ReportData], ReportFigure | None]]] = {
+DRAW_FUNCTIONS: Final[Mapping[Figure, Callable[[ReportData], ReportFigure | None]]] = {
     "overview": _draw_overview,
     "fitness": _draw_fitness,
     "final-fitness": _draw_final_fitness,
@@ -191,7 +193,7 @@ DRAW: Final[Mapping[Figure, Callable[[ReportData], ReportFigure | None]]] = {
     "maps": draw_maps,
     "senses": draw_senses,
     "shares": _draw_shares,
-    "clocks": _draw_clocks,
+    "clocks": _draw_fitness_by_evaluations,
     "measures": _draw_measures,
     "survival": _draw_survival,
 }

@@ -7,13 +7,13 @@ import math
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.statistics.comparisons import Comparison
 
-MEASURES = {
+MEASURE_NAMES = {
     "best": "best agent",
     "mean": "average agent",
     "share": "share of agents that ate",
     "most": "highest number of items that an agent ate",
 }
-AGGREGATES = {
+RULE_AGGREGATES = {
     "mean_within": ", mean over runs",
     "mean_at_most": ", mean over runs",
     "every_at_most": ", maximum over runs",
@@ -35,8 +35,8 @@ def name_measures(food: bool) -> dict[str, str]:
         Names by measure.
     """
     if food:
-        return MEASURES
-    return MEASURES | {
+        return MEASURE_NAMES
+    return MEASURE_NAMES | {
         "share": "share of agents with fitness above 0",
         "most": "highest fitness of any agent",
     }
@@ -88,7 +88,7 @@ def format_effect(finding: Finding) -> str:
 
 def name_measure(finding: Finding) -> str:
     """Return the name of the measure of a finding."""
-    return finding.meaning or MEASURES[finding.comparison.measure]
+    return finding.meaning or MEASURE_NAMES[finding.comparison.measure]
 
 
 def describe_comparison(finding: Finding) -> str:
@@ -96,15 +96,15 @@ def describe_comparison(finding: Finding) -> str:
     comparison = finding.comparison
     measure = name_measure(finding)
     if not comparison.b:
-        aggregate = AGGREGATES.get(comparison.rule, "")
+        aggregate = RULE_AGGREGATES.get(comparison.rule, "")
         return f"{comparison.a}, {measure}{aggregate}; the bound is {comparison.reference}"
     median_a = format_number(finding.numbers.median_a)
     median_b = format_number(finding.numbers.median_b)
-    method = _name_method(finding)
+    method = _describe_method(finding)
     return f"{comparison.a} {median_a}, {comparison.reference} {median_b} ({measure}{method})"
 
 
-def _name_method(finding: Finding) -> str:
+def _describe_method(finding: Finding) -> str:
     if finding.comparison.paired:
         return "; paired runs"
     return "; medians" if finding.comparison.rule == "survives_longer" else ""
@@ -118,7 +118,7 @@ def describe_finding(finding: Finding) -> str:
     if comparison.measure == "most":
         return f"{comparison.a}: {measure}: {effect}"
     if not comparison.b and comparison.measure != "share":
-        aggregate = AGGREGATES.get(comparison.rule, ", median over runs")
+        aggregate = RULE_AGGREGATES.get(comparison.rule, ", median over runs")
         return f"{comparison.a}: {measure}{aggregate}: {effect}"
     if not comparison.b:
         return f"{comparison.a}: share of agents that ate in the last generations: {effect}"

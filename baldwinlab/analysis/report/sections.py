@@ -16,11 +16,11 @@ from baldwinlab.analysis.report import content, phrases
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import is_local
 
-FIGURE: Final = re.compile(r'<figure id="([^"]+)"')
-REFERENCE: Final = re.compile(r'(<a href="#(figure-[^"]+)">)Figure</a>')
-HEADING: Final = re.compile(r'<h2 id="([^"]+)">(.+?)</h2>')
-CONTENTS: Final = "<!-- contents -->"
-FILTERS: Final[dict[str, Callable[..., Any]]] = {
+FIGURE_PATTERN: Final = re.compile(r'<figure id="([^"]+)"')
+REFERENCE_PATTERN: Final = re.compile(r'(<a href="#(figure-[^"]+)">)Figure</a>')
+HEADING_PATTERN: Final = re.compile(r'<h2 id="([^"]+)">(.+?)</h2>')
+CONTENTS_PLACEHOLDER: Final = "<!-- contents -->"
+TEMPLATE_FILTERS: Final[dict[str, Callable[..., Any]]] = {
     "number": phrases.format_number,
     "signed": phrases.format_signed,
     "p_value": phrases.format_p_value,
@@ -30,7 +30,7 @@ FILTERS: Final[dict[str, Callable[..., Any]]] = {
     "comparison": phrases.describe_comparison,
     "finding": phrases.describe_finding,
     "distance": phrases.describe_distance,
-    "weakest": content.weakest_findings,
+    "weakest": content.find_weakest_findings,
 }
 
 
@@ -42,9 +42,9 @@ class Section(NamedTuple):
     # HTML.
     body: str
     # The summary of the section at the top of the report.
-    short: str = ""
+    summary: str = ""
     # A remark that the section adds to the claims of the study.
-    of_claims: str = ""
+    claims_note: str = ""
 
 
 class ReportSummary(NamedTuple):
@@ -61,8 +61,8 @@ def render(template: str, **values: Any) -> str:
     Parameters
     ----------
     template : str
-        Path below the package, for example ``report/page.html``. It may use `FILTERS` and the
-        macros of ``report/macros.html``.
+        Path below the package, for example ``report/page.html``. The template may use
+        `TEMPLATE_FILTERS` and the macros of ``report/macros.html``.
     **values : Any
         The variables of the template.
 
@@ -78,8 +78,8 @@ def render(template: str, **values: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= FILTERS
-    environment.globals |= {"measures": phrases.MEASURES, "colours": palette.report_css()}
+    environment.filters |= TEMPLATE_FILTERS
+    environment.globals |= {"measures": phrases.MEASURE_NAMES, "colours": palette.report_css()}
     return environment.get_template(template).render(**values)
 
 
@@ -132,21 +132,22 @@ def complete_page(page: str, out: Path, figures: Path) -> str:
     str
         HTML.
     """
-    numbers = {name: number for number, name in enumerate(FIGURE.findall(page), 1)}
+    numbers = {name: number for number, name in enumerate(FIGURE_PATTERN.findall(page), 1)}
 
     def number_reference(match: re.Match[str]) -> str:
         return f"{match[1]}Figure\N{NO-BREAK SPACE}{numbers[match[2]]}</a>"
 
-    page = REFERENCE.sub(number_reference, page)
+    page = REFERENCE_PATTERN.sub(number_reference, page)
     if is_local(out) and is_local(figures):
         folder = quote(Path(relpath(figures, out.parent)).as_posix())
         page = page.replace('href="figures/', f'href="{folder}/')
-    return page.replace(CONTENTS, _list_contents(page))
+    return page.replace(CONTENTS_PLACEHOLDER, _list_contents(page))
 
 
 def _list_contents(page: str) -> str:
     entries = [
-        f'<li><a href="#{anchor}">{title}</a></li>' for anchor, title in HEADING.findall(page)
+        f'<li><a href="#{anchor}">{title}</a></li>'
+        for anchor, title in HEADING_PATTERN.findall(page)
     ]
     if not entries:
         return ""

@@ -63,7 +63,7 @@ def _iterate_settings(tree: Mapping[str, Any], path: str = "") -> Iterator[tuple
             yield f"{path}{key}", value
 
 
-def relevant_choices(
+def select_open_choices(
     results: Sequence[ClaimResult], conditions: Experiments
 ) -> list[tuple[OpenChoice, str, list[str]]]:
     """Return the open choices of the paper that may explain these claims.
@@ -106,7 +106,7 @@ def format_value(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def changed_settings(data: xr.Dataset, conditions: Experiments, paper: Paper) -> list[str]:
+def describe_changed_settings(data: xr.Dataset, conditions: Experiments, paper: Paper) -> list[str]:
     """Return a sentence for each difference between the study and the paper.
 
     Parameters

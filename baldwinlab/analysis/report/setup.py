@@ -16,7 +16,7 @@ from baldwinlab.experiment.factors import Factors, read_factors
 from baldwinlab.papers import Paper
 
 # Above this number of conditions, a report lists learners and maps instead of conditions.
-MOST_LISTED: Final = 12
+MAX_LISTED_CONDITIONS: Final = 12
 
 
 def summarize_setup(
@@ -85,7 +85,7 @@ def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]
     combinations = {(condition.learner, condition.map) for condition in factors.values()}
     is_complete = combinations == {*product(learners, maps)}
     is_complete = is_complete and len(factors) == len(learners) * len(maps)
-    if len(factors) <= MOST_LISTED or not is_complete or len(maps) < 2:
+    if len(factors) <= MAX_LISTED_CONDITIONS or not is_complete or len(maps) < 2:
         return [("conditions", ", ".join(factors))]
     return [
         (

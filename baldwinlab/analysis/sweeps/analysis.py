@@ -1,9 +1,9 @@
 """Response of the final fitness to the fields of a sweep.
 
-The value of a run is its average over the last generations. In a grid or a list, runs are
-sampled: intervals are those of the mean over runs, with each run averaged over the points that
-share a value. In a random or a Sobol sample, points are sampled: intervals are those of the mean
-over points, with each point averaged over its runs.
+The value of a run is its average over the last generations. In a grid or a list, the sample
+consists of runs: a run is averaged over the points that share a value, and the interval is that of
+the mean over runs. In a random or a Sobol sample, the sample consists of points: a point is
+averaged over its runs, and the interval is that of the mean over points.
 
 Source: C. Spearman, American Journal of Psychology 15 (1904), for the rank correlation.
 """
@@ -26,24 +26,26 @@ from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 from baldwinlab.core.file_writing import write_atomically
 
+# Largest number of groups of a field's values.
 MAX_GROUPS: Final = 8
-# Points in a group of several values.
-MIN_POINTS: Final = 5
+# Smallest number of points in a group of several values.
+MIN_GROUP_POINTS: Final = 5
 # Columns of responses.csv after the fields.
-COLUMNS: Final = ("measure", "runs", "mean", "low", "high")
+RESPONSE_COLUMNS: Final = ("measure", "runs", "mean", "low", "high")
 
 
 class Group(NamedTuple):
     """Points with the same value of a field, or with neighboring values."""
 
     label: str
-    # On the axis of the field: the value, the median of several values, or the number of a text.
+    # Position on the axis of the field: the value, the median of several values, or for text the
+    # index of the value.
     position: float
     points: npt.NDArray[np.intp]
 
 
 class Response(NamedTuple):
-    """Mean of a measure over a group of points, with its 95 % interval, or NaN."""
+    """Mean of a measure over a group of points, with its 95 % interval. NaN if undefined."""
 
     field: str
     group: str
@@ -56,15 +58,15 @@ class Response(NamedTuple):
 
 
 class Correlation(NamedTuple):
-    """Spearman's correlation of a field with the points' means over runs."""
+    """Spearman's correlation of a field with a measure, whose values are means over runs."""
 
     field: str
     measure: str
     points: int
     rho: float
-    # Two-sided, by Student's t.
+    # Two-sided p-value, by Student's t.
     p: float
-    # Corrected for all fields and measures.
+    # p-value, corrected for all fields and measures.
     p_holm: float
 
 
@@ -88,22 +90,22 @@ def compute_finals(sweep: xr.Dataset, last: int = 10) -> xr.Dataset:
     ValueError
         `last` is less than 1.
     """
-    finals = {measure: fitness.final(sweep, measure, last) for measure in fitness.MEASURES}
-    measured = xr.Dataset(finals, attrs=sweep.attrs | {"food": "food_eaten" in sweep})
-    if "point" not in measured.dims:
-        measured = _stack_grid(measured, sweep)
-    return measured.transpose("point", "run")
+    averages = {measure: fitness.final(sweep, measure, last) for measure in fitness.MEASURES}
+    finals = xr.Dataset(averages, attrs=sweep.attrs | {"food": "food_eaten" in sweep})
+    if "point" not in finals.dims:
+        finals = _stack_grid(finals, sweep)
+    return finals.transpose("point", "run")
 
 
-def _stack_grid(measured: xr.Dataset, sweep: xr.Dataset) -> xr.Dataset:
+def _stack_grid(finals: xr.Dataset, sweep: xr.Dataset) -> xr.Dataset:
     """Replace the dimensions of a grid by one dimension `point`."""
     fields = sweep.attrs["fields"]
     attributes = {field: dict(sweep[field].attrs) for field in fields}
-    measured = measured.stack(corner=fields).reset_index("corner").rename(corner="point")
-    measured = measured.assign_coords(point=np.arange(measured.sizes["point"]))
+    finals = finals.stack(corner=fields).reset_index("corner").rename(corner="point")
+    finals = finals.assign_coords(point=np.arange(finals.sizes["point"]))
     for field in fields:
-        measured[field].attrs = attributes[field]
-    return measured
+        finals[field].attrs = attributes[field]
+    return finals
 
 
 def is_sampled(sweep: xr.Dataset) -> bool:
@@ -122,13 +124,13 @@ def format_value(value: Any) -> str:
 
 
 def list_values(values: xr.DataArray) -> list[Any]:
-    """Return the distinct values of a field: numbers ascending, texts in their order."""
+    """Return the distinct values of a field: numbers in ascending order, texts as declared."""
     if is_number(values):
         return list(np.unique(values.values).tolist())
     return list(dict.fromkeys(values.values.tolist()))
 
 
-def group_points(measured: xr.Dataset, field: str) -> list[Group]:
+def group_points(finals: xr.Dataset, field: str) -> list[Group]:
     """Group the points by their value of a field.
 
     If a sample or a list has more than eight different numbers, quantiles form up to eight groups
@@ -136,7 +138,7 @@ def group_points(measured: xr.Dataset, field: str) -> list[Group]:
 
     Parameters
     ----------
-    measured : xr.Dataset
+    finals : xr.Dataset
         The result of `compute_finals`.
     field : str
         A field of the sweep.
@@ -144,21 +146,26 @@ def group_points(measured: xr.Dataset, field: str) -> list[Group]:
     Returns
     -------
     list of Group
-        Groups, numbers ascending.
+        Groups, with numbers in ascending order.
     """
-    values = measured[field].values
-    distinct = list_values(measured[field])
-    has_numbers = is_number(measured[field])
-    if measured.attrs["design"] == "grid" or not has_numbers or len(distinct) <= MAX_GROUPS:
+    values = finals[field].values
+    distinct = list_values(finals[field])
+    has_numbers = is_number(finals[field])
+    has_few_values = not has_numbers or len(distinct) <= MAX_GROUPS
+    if finals.attrs["design"] == "grid" or has_few_values:
+        # One group per value.
         positions = distinct if has_numbers else range(len(distinct))
         return [
             Group(format_value(value), float(position), np.flatnonzero(values == value))
             for value, position in zip(distinct, positions, strict=True)
         ]
-    n_groups = min(MAX_GROUPS, max(2, values.size // MIN_POINTS))
+    n_groups = min(MAX_GROUPS, max(2, values.size // MIN_GROUP_POINTS))
     edges = np.quantile(values, np.linspace(0, 1, n_groups + 1)[1:-1])
-    group_of = np.searchsorted(edges, values, side="right")
-    return [_make_group(values, np.flatnonzero(group_of == group)) for group in np.unique(group_of)]
+    group_numbers = np.searchsorted(edges, values, side="right")
+    return [
+        _make_group(values, np.flatnonzero(group_numbers == group))
+        for group in np.unique(group_numbers)
+    ]
 
 
 def _make_group(values: npt.NDArray[Any], points: npt.NDArray[np.intp]) -> Group:
@@ -167,12 +174,12 @@ def _make_group(values: npt.NDArray[Any], points: npt.NDArray[np.intp]) -> Group
     return Group(label, float(np.median(selected)), points)
 
 
-def compute_responses(measured: xr.Dataset, field: str, measure: str) -> list[Response]:
+def compute_responses(finals: xr.Dataset, field: str, measure: str) -> list[Response]:
     """Return the response of a measure to a field, averaged over all other fields.
 
     Parameters
     ----------
-    measured : xr.Dataset
+    finals : xr.Dataset
         The result of `compute_finals`.
     field : str
         A field of the sweep.
@@ -184,11 +191,11 @@ def compute_responses(measured: xr.Dataset, field: str, measure: str) -> list[Re
     list of Response
         One response per group of `group_points`.
     """
-    sampled, averaged = ("point", "run") if is_sampled(measured) else ("run", "point")
+    sample_dim, averaged_dim = ("point", "run") if is_sampled(finals) else ("run", "point")
     responses = []
-    for group in group_points(measured, field):
-        values = measured[measure].isel(point=group.points).mean(averaged)
-        mean, low, high = (float(number) for number in interval_of_mean(values, sampled))
+    for group in group_points(finals, field):
+        values = finals[measure].isel(point=group.points).mean(averaged_dim)
+        mean, low, high = (float(number) for number in interval_of_mean(values, sample_dim))
         responses.append(
             Response(
                 field, group.label, group.position, measure, len(group.points), mean, low, high
@@ -206,13 +213,13 @@ def list_pairs(sweep: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def compute_table(
-    measured: xr.Dataset, row: str, column: str, measure: str
+    finals: xr.Dataset, row: str, column: str, measure: str
 ) -> npt.NDArray[np.float64]:
     """Return means over runs and all other fields.
 
     Parameters
     ----------
-    measured : xr.Dataset
+    finals : xr.Dataset
         The result of `compute_finals`.
     row, column : str
         Fields of the sweep.
@@ -224,27 +231,26 @@ def compute_table(
     np.ndarray
         Shape (values of `row`, values of `column`), in the order of `group_points`.
     """
-    means = measured[measure].mean("run").values
-    columns = group_points(measured, column)
-    return np.array(
-        [
-            [_mean(means[np.intersect1d(down.points, across.points)]) for across in columns]
-            for down in group_points(measured, row)
-        ]
-    )
+    means = finals[measure].mean("run").values
+    columns = group_points(finals, column)
+    table = []
+    for row_group in group_points(finals, row):
+        cells = [np.intersect1d(row_group.points, group.points) for group in columns]
+        table.append([_finite_mean(means[points]) for points in cells])
+    return np.array(table)
 
 
-def _mean(values: npt.NDArray[np.float64]) -> float:
+def _finite_mean(values: npt.NDArray[np.float64]) -> float:
     finite = values[np.isfinite(values)]
     return float(finite.mean()) if finite.size else nan
 
 
-def compute_correlations(measured: xr.Dataset) -> list[Correlation]:
+def compute_correlations(finals: xr.Dataset) -> list[Correlation]:
     """Return Spearman's correlation of each measure with each numeric field.
 
     Parameters
     ----------
-    measured : xr.Dataset
+    finals : xr.Dataset
         The result of `compute_finals`.
 
     Returns
@@ -253,14 +259,14 @@ def compute_correlations(measured: xr.Dataset) -> list[Correlation]:
         Correlations, NaN if the field or the measure does not vary.
     """
     correlations = []
-    for field in measured.attrs["fields"]:
-        if is_number(measured[field]):
+    for field in finals.attrs["fields"]:
+        if is_number(finals[field]):
             for measure in fitness.MEASURES:
-                means = measured[measure].mean("run").dropna("point")
+                means = finals[measure].mean("run").dropna("point")
                 rho, p = _spearman(means[field].values, means.values)
                 correlations.append(Correlation(field, measure, means.size, rho, p, nan))
-    tested = [correlation.p for correlation in correlations if not np.isnan(correlation.p)]
-    corrected = iter(statistics.holm(tested).tolist())
+    p_values = [correlation.p for correlation in correlations if not np.isnan(correlation.p)]
+    corrected = iter(statistics.holm(p_values).tolist())
     return [
         correlation if np.isnan(correlation.p) else correlation._replace(p_holm=next(corrected))
         for correlation in correlations
@@ -274,12 +280,12 @@ def _spearman(values: npt.NDArray[Any], means: npt.NDArray[np.float64]) -> tuple
     return float(result.statistic), float(result.pvalue)
 
 
-def tabulate_points(measured: xr.Dataset) -> list[dict[str, Any]]:
+def tabulate_points(finals: xr.Dataset) -> list[dict[str, Any]]:
     """Return one row per point and measure.
 
     Parameters
     ----------
-    measured : xr.Dataset
+    finals : xr.Dataset
         The result of `compute_finals`.
 
     Returns
@@ -287,12 +293,12 @@ def tabulate_points(measured: xr.Dataset) -> list[dict[str, Any]]:
     list of dict
         Rows with the fields, the number of runs, and the mean over runs with its 95 % interval.
     """
-    fields = measured.attrs["fields"]
-    intervals = {measure: interval_of_mean(measured[measure]) for measure in fitness.MEASURES}
-    counts = measured["mean"].count("run").values
+    fields = finals.attrs["fields"]
+    intervals = {measure: interval_of_mean(finals[measure]) for measure in fitness.MEASURES}
+    counts = finals["mean"].count("run").values
     rows = []
-    for position, point in enumerate(measured["point"].values.tolist()):
-        settings = {field: measured[field].values[position].item() for field in fields}
+    for position, point in enumerate(finals["point"].values.tolist()):
+        settings = {field: finals[field].values[position].item() for field in fields}
         for measure, numbers in intervals.items():
             mean, low, high = (float(values[position]) for values in numbers)
             row = {"measure": measure, "runs": int(counts[position])}
@@ -301,12 +307,12 @@ def tabulate_points(measured: xr.Dataset) -> list[dict[str, Any]]:
     return rows
 
 
-def write_responses(measured: xr.Dataset, directory: Path) -> None:
+def write_responses(finals: xr.Dataset, directory: Path) -> None:
     """Write `responses.csv`, with one row per point and measure, atomically.
 
     Parameters
     ----------
-    measured : xr.Dataset
+    finals : xr.Dataset
         The result of `compute_finals`.
     directory : Path
         Folder for the file.
@@ -316,5 +322,5 @@ def write_responses(measured: xr.Dataset, directory: Path) -> None:
     OSError
         The file cannot be written.
     """
-    columns = ("point", *measured.attrs["fields"], *COLUMNS)
-    write_atomically(directory / "responses.csv", to_csv(columns, tabulate_points(measured)))
+    columns = ("point", *finals.attrs["fields"], *RESPONSE_COLUMNS)
+    write_atomically(directory / "responses.csv", to_csv(columns, tabulate_points(finals)))

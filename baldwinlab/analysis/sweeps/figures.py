@@ -1,4 +1,4 @@
-"""Response of fitness to the fields of a sweep: curves by field, and heat maps by two fields.
+"""Figures of the response of fitness to fields of a sweep: curves, and heat maps of two fields.
 
 Heat maps use the colormap cividis, which people with any color vision can read: J. R. Nuñez,
 C. R. Anderton and R. S. Renslow, PLOS ONE 13 (2018).
@@ -21,16 +21,16 @@ from baldwinlab.analysis.figures.style import BLACK, BLUE, FIGURE_WIDTH, GRAY, s
 from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.analysis import Group, Response
 
-TITLES: Final = {"best": "Best agent", "mean": "Average agent", "share": "Share that ate"}
+MEASURE_TITLES: Final = {"best": "Best agent", "mean": "Average agent", "share": "Share that ate"}
 MAX_TICKS: Final = 8
-# Characters in a line of an axis label.
+# Largest number of characters in a line of an axis label.
 LINE_LENGTH: Final = 26
-# Largest heat map with numbers in its cells.
-MAX_COLUMNS: Final = 5
-MAX_ROWS: Final = 8
+# Largest numbers of columns and rows of a heat map with numbers in its cells.
+MAX_NUMBERED_COLUMNS: Final = 5
+MAX_NUMBERED_ROWS: Final = 8
 
 
-def axis_scale(values: Sequence[float] | npt.NDArray[np.float64]) -> str:
+def choose_axis_scale(values: Sequence[float] | npt.NDArray[np.float64]) -> str:
     """Return the scale of an axis.
 
     Parameters
@@ -41,30 +41,32 @@ def axis_scale(values: Sequence[float] | npt.NDArray[np.float64]) -> str:
     Returns
     -------
     str
-        "log" if the values span a factor of ten and are spaced more evenly on a log scale,
-        "symlog" if 0 is one of them, else "linear".
+        "log" if the positive values span a factor of ten or more, and are spaced more evenly on a
+        log scale than on a linear scale. "symlog" if they also include 0. Otherwise "linear".
     """
     numbers = np.unique(np.asarray(values, np.float64))
     positive = numbers[numbers > 0]
-    if numbers.size == 0 or numbers[0] < 0 or positive.size < 2 or positive[-1] < 10 * positive[0]:
+    has_negative = numbers.size > 0 and numbers[0] < 0
+    if has_negative or positive.size < 2 or positive[-1] < 10 * positive[0]:
         return "linear"
-    if positive.size > 2 and _unevenness(np.log(positive)) >= _unevenness(positive):
+    if positive.size > 2 and _measure_unevenness(np.log(positive)) >= _measure_unevenness(positive):
         return "linear"
     return "log" if positive.size == numbers.size else "symlog"
 
 
-def _unevenness(numbers: npt.NDArray[np.float64]) -> float:
+def _measure_unevenness(numbers: npt.NDArray[np.float64]) -> float:
+    """Return the relative standard deviation of the distances between neighbors."""
     steps = np.diff(numbers)
     return float(steps.std() / steps.mean())
 
 
 @styled
-def draw_response_curves(measured: xr.Dataset) -> Figure:
+def draw_response_curves(finals: xr.Dataset) -> Figure:
     """Draw the mean of each measure by the value of each field, with its 95 % interval.
 
     Parameters
     ----------
-    measured : xr.Dataset
+    finals : xr.Dataset
         The result of `compute_finals`.
 
     Returns
@@ -72,15 +74,15 @@ def draw_response_curves(measured: xr.Dataset) -> Figure:
     Figure
         One row per field, one column per measure. A random or Sobol sample has a dot per point.
     """
-    fields = measured.attrs["fields"]
+    fields = finals.attrs["fields"]
     figure = Figure((FIGURE_WIDTH, 0.3 + 2.2 * len(fields)))
-    grid = figure.subplots(len(fields), len(TITLES), squeeze=False, sharey="col")
+    grid = figure.subplots(len(fields), len(MEASURE_TITLES), squeeze=False, sharey="col")
     for row, field in zip(grid, fields, strict=True):
-        for axes, measure in zip(row, TITLES, strict=True):
-            _draw_responses(axes, measured, field, measure)
-        row[0].set_xlabel(textwrap.fill(describe_field(measured, field), 60), loc="left")
-        row[0].set_ylabel(_unit(measured))
-    for axes, (measure, title) in zip(grid[0], TITLES.items(), strict=True):
+        for axes, measure in zip(row, MEASURE_TITLES, strict=True):
+            _draw_responses(axes, finals, field, measure)
+        row[0].set_xlabel(textwrap.fill(describe_field(finals, field), 60), loc="left")
+        row[0].set_ylabel(_fitness_label(finals))
+    for axes, (measure, title) in zip(grid[0], MEASURE_TITLES.items(), strict=True):
         axes.set_title(title, loc="left", fontweight="bold")
         top = _axis_top(axes, measure)
         axes.set_ylim(-0.025 * top, 1.025 * top)
@@ -92,29 +94,27 @@ def _axis_top(axes: Axes, measure: str) -> float:
     return axes.get_ylim()[1] if has_values and measure != "share" else 1.0
 
 
-def _unit(measured: xr.Dataset) -> str:
-    return "fitness (energy)" if measured.attrs["food"] else "fitness"
+def _fitness_label(finals: xr.Dataset) -> str:
+    return "fitness (energy)" if finals.attrs["food"] else "fitness"
 
 
-def describe_field(measured: xr.Dataset, field: str) -> str:
+def describe_field(finals: xr.Dataset, field: str) -> str:
     """Return the description of a field, or its path if it has none."""
-    return str(measured[field].attrs.get("long_name") or field)
+    return str(finals[field].attrs.get("long_name") or field)
 
 
-def _draw_responses(axes: Axes, measured: xr.Dataset, field: str, measure: str) -> None:
-    responses = analysis.compute_responses(measured, field, measure)
-    has_numbers = analysis.is_number(measured[field])
-    if analysis.is_sampled(measured):
-        positions = (
-            measured[field].values
-            if has_numbers
-            else _number_points(analysis.group_points(measured, field))
-        )
-        means = measured[measure].mean("run")
+def _draw_responses(axes: Axes, finals: xr.Dataset, field: str, measure: str) -> None:
+    responses = analysis.compute_responses(finals, field, measure)
+    has_numbers = analysis.is_number(finals[field])
+    if analysis.is_sampled(finals):
+        positions = finals[field].values
+        if not has_numbers:
+            positions = _locate_points(analysis.group_points(finals, field))
+        means = finals[measure].mean("run")
         axes.plot(positions, means, "o", color=GRAY, ms=3, alpha=0.45, mew=0, clip_on=False)
     _draw_line(axes, responses, is_joined=has_numbers)
     if has_numbers:
-        _scale_axis(axes, measured[field].values)
+        _scale_axis(axes, finals[field].values)
     else:
         labels = [response.group for response in responses]
         axes.set_xticks(range(len(labels)), labels, rotation=0 if len(labels) < 4 else 30)
@@ -122,7 +122,7 @@ def _draw_responses(axes: Axes, measured: xr.Dataset, field: str, measure: str) 
 
 
 def _scale_axis(axes: Axes, values: npt.NDArray[np.float64]) -> None:
-    scale = axis_scale(values)
+    scale = choose_axis_scale(values)
     if scale == "symlog":
         axes.set_xscale("symlog", linthresh=float(values[values > 0].min()))
     elif scale == "log":
@@ -133,8 +133,8 @@ def _scale_axis(axes: Axes, values: npt.NDArray[np.float64]) -> None:
         axes.xaxis.set_minor_locator(NullLocator())
 
 
-def _number_points(groups: Sequence[Group]) -> npt.NDArray[np.float64]:
-    """Return the number of the text of each point."""
+def _locate_points(groups: Sequence[Group]) -> npt.NDArray[np.float64]:
+    """Return the position of each point on an axis of texts."""
     positions = np.empty(sum(len(group.points) for group in groups))
     for group in groups:
         positions[group.points] = group.position
@@ -159,12 +159,12 @@ def _draw_line(axes: Axes, responses: Sequence[Response], is_joined: bool) -> No
 
 
 @styled
-def draw_heat_maps(measured: xr.Dataset, row: str, column: str) -> Figure:
+def draw_heat_maps(finals: xr.Dataset, row: str, column: str) -> Figure:
     """Draw means over runs and all other fields by the values of two fields of a grid.
 
     Parameters
     ----------
-    measured : xr.Dataset
+    finals : xr.Dataset
         The result of `compute_finals`.
     row, column : str
         Fields of the sweep.
@@ -174,23 +174,23 @@ def draw_heat_maps(measured: xr.Dataset, row: str, column: str) -> Figure:
     Figure
         One map per measure.
     """
-    rows = analysis.group_points(measured, row)
-    columns = analysis.group_points(measured, column)
+    rows = analysis.group_points(finals, row)
+    columns = analysis.group_points(finals, column)
     figure = Figure((FIGURE_WIDTH, 1.5 + min(max(0.32 * len(rows), 0.9), 3.2)))
-    grid = figure.subplots(1, len(TITLES), squeeze=False, sharey=True)[0]
-    for axes, (measure, title) in zip(grid, TITLES.items(), strict=True):
-        values = analysis.compute_table(measured, row, column, measure)
+    grid = figure.subplots(1, len(MEASURE_TITLES), squeeze=False, sharey=True)[0]
+    for axes, (measure, title) in zip(grid, MEASURE_TITLES.items(), strict=True):
+        values = analysis.compute_table(finals, row, column, measure)
         is_share = measure == "share"
         top = 1.0 if is_share else max(float(np.nanmax(values, initial=0.0)), 1e-9)
         image = axes.imshow(values, cmap="cividis", vmin=0, vmax=top, origin="lower", aspect="auto")
-        label = "share of agents" if is_share else _unit(measured)
+        label = "share of agents" if is_share else _fitness_label(finals)
         figure.colorbar(image, ax=axes, location="top", label=label, aspect=30)
         axes.set_title(title, loc="left", fontweight="bold")
         axes.grid(visible=False)
         _label_values(axes, rows, columns)
         _write_values(axes, values, top)
-    grid[0].set_ylabel(textwrap.fill(describe_field(measured, row), LINE_LENGTH))
-    grid[1].set_xlabel(textwrap.fill(describe_field(measured, column), 60))
+    grid[0].set_ylabel(textwrap.fill(describe_field(finals, row), LINE_LENGTH))
+    grid[1].set_xlabel(textwrap.fill(describe_field(finals, column), 60))
     return figure
 
 
@@ -206,7 +206,7 @@ def _label_values(axes: Axes, rows: Sequence[Group], columns: Sequence[Group]) -
 def _write_values(axes: Axes, values: npt.NDArray[np.float64], top: float) -> None:
     """Write the number in each cell of a small map."""
     n_rows, n_columns = values.shape
-    if n_columns > MAX_COLUMNS or n_rows > MAX_ROWS:
+    if n_columns > MAX_NUMBERED_COLUMNS or n_rows > MAX_NUMBERED_ROWS:
         return
     for (row, column), value in np.ndenumerate(values):
         if np.isfinite(value):

@@ -1,4 +1,4 @@
-"""The page of a sweep: its design, the response of fitness to its fields, and all points."""
+"""Page of a sweep: its design, the response of fitness to its fields, and all points."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from baldwinlab.analysis.statistics.contrasts import Contrasts
 from baldwinlab.analysis.sweeps import analysis, figures
 from baldwinlab.analysis.sweeps.analysis import Response
 
-DESIGNS: Final = {
+DESIGN_DESCRIPTIONS: Final = {
     "grid": "grid: all combinations of the fields' values",
     "list": "list: one value of each field per point",
     "random": "random sample",
     "sobol": "Sobol sample: quasi-random points, which cover the space more evenly",
 }
-# The measure of the summary.
-AVERAGE: Final = "mean"
+# Measure of the summary: fitness of the average agent.
+SUMMARY_MEASURE: Final = "mean"
 
 
 def write_sweep_report(
     directory: Path,
-    measured: xr.Dataset,
+    finals: xr.Dataset,
     provenance: Mapping[str, Any],
     out: Path,
     last: int = 10,
@@ -43,7 +43,7 @@ def write_sweep_report(
     ----------
     directory : Path
         Directory of the sweep. Figures are written to its folder `figures`.
-    measured : xr.Dataset
+    finals : xr.Dataset
         The result of `compute_finals`.
     provenance : mapping of str to Any
         Known facts about the study, as in `report.ReportData`.
@@ -64,15 +64,15 @@ def write_sweep_report(
     OSError
         A file cannot be written.
     """
-    title = f"{measured.attrs['base']}: sweep of {_join(measured.attrs['fields'])}"
+    title = f"{finals.attrs['base']}: sweep of {_join_names(finals.attrs['fields'])}"
     lead = f"The value of a run is its average over the last {last} generations."
-    sections = [make_section(directory, measured, provenance, contrasts)]
+    sections = [make_section(directory, finals, provenance, contrasts)]
     return write_page(title, lead, sections, out, directory / "figures")
 
 
 def make_section(
     directory: Path,
-    measured: xr.Dataset,
+    finals: xr.Dataset,
     provenance: Mapping[str, Any],
     contrasts: Contrasts | None = None,
 ) -> Section:
@@ -82,7 +82,7 @@ def make_section(
     ----------
     directory : Path
         Directory of the sweep. Figures are written to its folder `figures`.
-    measured : xr.Dataset
+    finals : xr.Dataset
         The result of `compute_finals`.
     provenance : mapping of str to Any
         Known facts about the study, as in `report.ReportData`.
@@ -99,39 +99,39 @@ def make_section(
     OSError
         A figure cannot be written.
     """
-    fields = measured.attrs["fields"]
-    is_sampled = analysis.is_sampled(measured)
+    fields = finals.attrs["fields"]
+    is_sampled = analysis.is_sampled(finals)
+    shown_contrasts = contrasts if contrasts and contrasts.rows else None
+    correlations = analysis.compute_correlations(finals) if is_sampled else []
     body = render(
         "sweeps/section.html",
-        overview=summarize_design(measured),
-        findings=list(describe_responses(measured)),
-        contrasts=contrasts if contrasts and contrasts.rows else None,
-        figures=[
-            save_and_inline(figure, directory / "figures") for figure in draw_figures(measured)
-        ],
+        overview=summarize_design(finals),
+        findings=list(describe_responses(finals)),
+        contrasts=shown_contrasts,
+        figures=[save_and_inline(figure, directory / "figures") for figure in draw_figures(finals)],
         sampled=is_sampled,
         fields=fields,
-        responses={field: _responses_of_all_measures(measured, field) for field in fields},
-        correlations=analysis.compute_correlations(measured) if is_sampled else [],
-        points=analysis.tabulate_points(measured),
+        responses={field: _responses_of_all_measures(finals, field) for field in fields},
+        correlations=correlations,
+        points=analysis.tabulate_points(finals),
         format_value=analysis.format_value,
-        measures=name_measures(measured.attrs["food"]),
+        measures=name_measures(finals.attrs["food"]),
         provenance=provenance,
         timing=content.format_timing(provenance),
     )
     return Section("responses", "Responses", body)
 
 
-def _join(names: Sequence[str]) -> str:
+def _join_names(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def summarize_design(measured: xr.Dataset) -> list[tuple[str, str]]:
+def summarize_design(finals: xr.Dataset) -> list[tuple[str, str]]:
     """Return the design of a sweep, as pairs of a heading and a text.
 
     Parameters
     ----------
-    measured : xr.Dataset
+    finals : xr.Dataset
         The result of `compute_finals`.
 
     Returns
@@ -140,34 +140,34 @@ def summarize_design(measured: xr.Dataset) -> list[tuple[str, str]]:
         Headings and texts.
     """
     fields = [
-        (field, f"{_list_values(measured, field)} ({measured[field].attrs['long_name']})")
-        for field in measured.attrs["fields"]
+        (field, f"{_list_values(finals, field)} ({finals[field].attrs['long_name']})")
+        for field in finals.attrs["fields"]
     ]
-    settings = [text.replace("=", " = ", 1) for text in measured.attrs["set"]]
-    counts = measured[AVERAGE].count("run").values.tolist()
+    settings = [text.replace("=", " = ", 1) for text in finals.attrs["set"]]
+    counts = finals[SUMMARY_MEASURE].count("run").values.tolist()
     return [
-        ("experiment", ", ".join([measured.attrs["base"], *settings])),
-        ("design", DESIGNS[measured.attrs["design"]]),
+        ("experiment", ", ".join([finals.attrs["base"], *settings])),
+        ("design", DESIGN_DESCRIPTIONS[finals.attrs["design"]]),
         *fields,
-        ("points", f"{measured.sizes['point']:,}"),
+        ("points", f"{finals.sizes['point']:,}"),
         ("runs per point", content.format_range(counts)),
-        ("seed", str(measured.attrs["seed"])),
+        ("seed", str(finals.attrs["seed"])),
     ]
 
 
-def _list_values(measured: xr.Dataset, field: str) -> str:
-    values = [analysis.format_value(value) for value in analysis.list_values(measured[field])]
-    if len(values) <= analysis.MAX_GROUPS or not analysis.is_number(measured[field]):
+def _list_values(finals: xr.Dataset, field: str) -> str:
+    values = [analysis.format_value(value) for value in analysis.list_values(finals[field])]
+    if len(values) <= analysis.MAX_GROUPS or not analysis.is_number(finals[field]):
         return ", ".join(values)
     return f"{values[0]} to {values[-1]}, {len(values)} different values"
 
 
-def describe_responses(measured: xr.Dataset) -> Iterator[str]:
+def describe_responses(finals: xr.Dataset) -> Iterator[str]:
     """Yield sentences on the best point and on the effect of each field on the average agent.
 
     Parameters
     ----------
-    measured : xr.Dataset
+    finals : xr.Dataset
         The result of `compute_finals`.
 
     Yields
@@ -175,9 +175,9 @@ def describe_responses(measured: xr.Dataset) -> Iterator[str]:
     str
         Sentences.
     """
-    fields = measured.attrs["fields"]
-    means = measured[AVERAGE].mean("run")
-    best = measured.isel(point=int(means.argmax("point")))
+    fields = finals.attrs["fields"]
+    means = finals[SUMMARY_MEASURE].mean("run")
+    best = finals.isel(point=int(means.argmax("point")))
     settings = ", ".join(
         f"{field} = {analysis.format_value(best[field].item())}" for field in fields
     )
@@ -188,7 +188,7 @@ def describe_responses(measured: xr.Dataset) -> Iterator[str]:
     for field in fields:
         responses = [
             response
-            for response in analysis.compute_responses(measured, field, AVERAGE)
+            for response in analysis.compute_responses(finals, field, SUMMARY_MEASURE)
             if np.isfinite(response.mean)
         ]
         if len(responses) > 1:
@@ -200,20 +200,18 @@ def describe_responses(measured: xr.Dataset) -> Iterator[str]:
             )
 
 
-def _responses_of_all_measures(measured: xr.Dataset, field: str) -> list[tuple[Response, ...]]:
+def _responses_of_all_measures(finals: xr.Dataset, field: str) -> list[tuple[Response, ...]]:
     """Return the responses of all measures for each group of a field's values."""
-    responses = [
-        analysis.compute_responses(measured, field, measure) for measure in fitness.MEASURES
-    ]
+    responses = [analysis.compute_responses(finals, field, measure) for measure in fitness.MEASURES]
     return list(zip(*responses, strict=True))
 
 
-def draw_figures(measured: xr.Dataset) -> Iterator[ReportFigure]:
+def draw_figures(finals: xr.Dataset) -> Iterator[ReportFigure]:
     """Draw the response to each field, and a heat map for each pair of fields of a grid.
 
     Parameters
     ----------
-    measured : xr.Dataset
+    finals : xr.Dataset
         The result of `compute_finals`.
 
     Yields
@@ -221,22 +219,22 @@ def draw_figures(measured: xr.Dataset) -> Iterator[ReportFigure]:
     ReportFigure
         The figures.
     """
-    findings = " ".join(describe_responses(measured))
+    findings = " ".join(describe_responses(finals))
     yield ReportFigure(
         "responses",
         "Response to each field",
-        _describe_curves(measured),
-        f"Fitness by {_join(measured.attrs['fields'])}. {findings}",
-        figures.draw_response_curves(measured),
-        analysis.tabulate_points(measured),
+        _describe_curves(finals),
+        f"Fitness by {_join_names(finals.attrs['fields'])}. {findings}",
+        figures.draw_response_curves(finals),
+        analysis.tabulate_points(finals),
     )
-    for row, column in analysis.list_pairs(measured):
-        yield _draw_heat_map(measured, row, column)
+    for row, column in analysis.list_pairs(finals):
+        yield _draw_heat_map(finals, row, column)
 
 
-def _describe_curves(measured: xr.Dataset) -> str:
+def _describe_curves(finals: xr.Dataset) -> str:
     """Return the caption of the response curves."""
-    if analysis.is_sampled(measured):
+    if analysis.is_sampled(finals):
         return (
             "Each gray dot is the mean over the runs of a point. Blue marks are means over points "
             "with the same value, or over groups of neighboring values if a field has more than "
@@ -248,33 +246,33 @@ def _describe_curves(measured: xr.Dataset) -> str:
     )
 
 
-def _draw_heat_map(measured: xr.Dataset, row: str, column: str) -> ReportFigure:
-    values = analysis.compute_table(measured, row, column, AVERAGE)
+def _draw_heat_map(finals: xr.Dataset, row: str, column: str) -> ReportFigure:
+    values = analysis.compute_table(finals, row, column, SUMMARY_MEASURE)
     finite = values[np.isfinite(values)]
     low = format_number(float(finite.min()))
     high = format_number(float(finite.max()))
-    row_title = figures.describe_field(measured, row)
-    column_title = figures.describe_field(measured, column)
+    row_title = figures.describe_field(finals, row)
+    column_title = figures.describe_field(finals, column)
     return ReportFigure(
         f"responses-{row}-{column}",
         f"{row_title[0].upper()}{row_title[1:]}, and {column_title}",
         "Means over runs and over all other fields. The axes are not to scale: all values are "
         "evenly spaced.",
         f"Heat map of fitness by {row} and {column}. The average agent: from {low} to {high}.",
-        figures.draw_heat_maps(measured, row, column),
-        _tabulate_cells(measured, row, column),
+        figures.draw_heat_maps(finals, row, column),
+        _tabulate_cells(finals, row, column),
     )
 
 
-def _tabulate_cells(measured: xr.Dataset, row: str, column: str) -> list[dict[str, Any]]:
+def _tabulate_cells(finals: xr.Dataset, row: str, column: str) -> list[dict[str, Any]]:
     """Return one row per cell of the heat maps."""
     tables = {
-        measure: analysis.compute_table(measured, row, column, measure)
+        measure: analysis.compute_table(finals, row, column, measure)
         for measure in fitness.MEASURES
     }
     cells = []
-    for i, row_group in enumerate(analysis.group_points(measured, row)):
-        for j, column_group in enumerate(analysis.group_points(measured, column)):
+    for i, row_group in enumerate(analysis.group_points(finals, row)):
+        for j, column_group in enumerate(analysis.group_points(finals, column)):
             values = {measure: float(table[i, j]) for measure, table in tables.items()}
             cells.append({row: row_group.label, column: column_group.label, **values})
     return cells

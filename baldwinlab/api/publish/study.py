@@ -100,7 +100,7 @@ def publish(plan: ReportPlan, log: Callable[[str], None]) -> Published:
         provenance=provenance(study),
         last=plan.last,
         paper=plan.paper,
-        looks=_describe_looks(study),
+        appearances=_describe_looks(study),
         contrasts=contrasts,
         model_measures=samples.model_measures() if samples else (),
         is_reproduction=bool(study.paper),

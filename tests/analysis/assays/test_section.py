@@ -148,7 +148,7 @@ def test_the_section_says_how_many_runs_a_verdict_needs(tmp_path: Path) -> None:
         "With 5 runs and 5 tests, the smallest corrected p-value is 0.31. "
         "At least 8 runs are needed."
     )
-    assert sentence in few.body and few.short.endswith(sentence)
+    assert sentence in few.body and few.summary.endswith(sentence)
     assert (
         "</span> too few runs</span>" in few.body
         and "(too few runs to establish a difference)" in few.body
@@ -156,7 +156,7 @@ def test_the_section_says_how_many_runs_a_verdict_needs(tmp_path: Path) -> None:
     enough = make_section(
         {"innate": {A: innate(A, off=constant(1), on=constant(50), runs=8)}}, tmp_path
     )
-    assert "too few runs" not in enough.body and "smallest corrected" not in enough.short
+    assert "too few runs" not in enough.body and "smallest corrected" not in enough.summary
 
 
 @pytest.fixture(scope="module")
@@ -197,7 +197,7 @@ def test_the_section_has_verdict_questions_figures_and_numbers(page: Path) -> No
 
 
 def test_its_verdict_is_its_summary(tmp_path: Path) -> None:
-    short = make_section(make_all_assays(), tmp_path).short
+    short = make_section(make_all_assays(), tmp_path).summary
     assert (
         short.startswith("On map A (evo+self-taught): both phases of the Baldwin effect")
         and "On map B" in short
@@ -219,8 +219,8 @@ def test_many_conditions_have_an_overview_and_folded_sentences(
         names[0], off=rising(0, 80), on=rising(50, 100), drift=constant(2)
     )
     result = make_section({"innate": innate_assays}, tmp_path)
-    assert result.short.startswith("In 9 of 10 conditions: only phase 1 of the Baldwin effect")
-    assert "In 1 of 10 conditions: both phases of the Baldwin effect" in result.short
+    assert result.summary.startswith("In 9 of 10 conditions: only phase 1 of the Baldwin effect")
+    assert "In 1 of 10 conditions: both phases of the Baldwin effect" in result.summary
     assert (
         "<strong>9 of 10 conditions</strong>" in result.body and result.body.count("<figure") == 1
     )
@@ -250,7 +250,7 @@ def test_many_conditions_with_only_the_neutral_control_have_an_overview(
     result = make_section(
         {"neutral": {name: neutral(name, (5, 50), (5, 20)) for name in names}}, tmp_path
     )
-    assert result.short == "" and "unknown" not in result.body and "<ul>\n<li>" in result.body
+    assert result.summary == "" and "unknown" not in result.body and "<ul>\n<li>" in result.body
     drawn = (tmp_path / "figures" / "baldwin-overview.csv").read_text().splitlines()
     assert [row.split(",")[1] for row in drawn[1:11]] == names  # in the study's order
     assert "Effect of selection on the gain from learning" in "".join(drawn)

@@ -19,7 +19,7 @@ from PIL import Image
 
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.claims import evaluate_claims
-from baldwinlab.analysis.figures.emergence import split_at_edges, time_density
+from baldwinlab.analysis.figures.emergence import compute_time_shares, split_at_edges
 from baldwinlab.analysis.figures.fitness import plotted_conditions
 from baldwinlab.analysis.figures.style import choose_style
 from baldwinlab.analysis.multiverse.figures import draw_shares, draw_variants
@@ -76,7 +76,7 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "senses": lambda: figures.draw_agent_senses(describe_appearance(load("evo/A")).to_dict()),
     "networks": lambda: figures.draw_networks([kind("evo", 1), kind("taught", 2)]),
     "shares": lambda: figures.draw_shares(STRINGS[["ones", "unset"]].mean("agent")),
-    "clocks": lambda: figures.draw_clocks(STRINGS, "used"),
+    "clocks": lambda: figures.draw_fitness_by_evaluations(STRINGS, "used"),
     "measures": lambda: figures.draw_measures(study(AS_THE_PAPER), [MEASURED]),
     "survival": lambda: figures.draw_survival(STRINGS),
     "variants": lambda: draw_variants(MULTIVERSE),
@@ -133,7 +133,7 @@ def test_threads_may_draw_at_the_same_time() -> None:
 
 
 def test_the_time_density_sums_to_all_time() -> None:
-    shares = time_density(trace(FORAGERS, 3))
+    shares = compute_time_shares(trace(FORAGERS, 3))
     assert shares.sum() == pytest.approx(100)
     # All agents walk along y = 150.
     assert shares[7].sum() == pytest.approx(100)
@@ -175,8 +175,8 @@ def test_learners_look_the_same_on_every_map_and_differ_in_more_than_color() -> 
         ("evo", "A"),
         ("evo", "B"),
     ]
-    assert shown[0].look == shown[3].look
-    assert len({(look.line, look.marker) for look in map(choose_style, range(28))}) == 28
+    assert shown[0].style == shown[3].style
+    assert len({(style.line, style.marker) for style in map(choose_style, range(28))}) == 28
 
 
 def test_brackets_show_the_corrected_p() -> None:

@@ -11,13 +11,13 @@ import pytest
 from baldwinlab.analysis.multiverse.analysis import (
     compute_distance,
     compute_shares,
-    decisive_choices,
+    find_decisive_choices,
+    find_largest_effect,
     find_nearest,
     group_by_verdict,
-    largest_effect,
     select_claims,
-    variants_with_figures,
     variants_with_most_claims,
+    variants_with_paper_effects,
 )
 from baldwinlab.analysis.multiverse.files import read_multiverse, summarize, write_multiverse
 from tests.analysis.multiverse.variants import (
@@ -42,9 +42,9 @@ def test_the_results_of_the_paper_confirm_every_claim_at_distance_0() -> None:
 
 
 def test_a_claim_that_one_choice_overturns_depends_on_that_choice() -> None:
-    assert decisive_choices(OVERTURNED, "C6") == {"R4": ["rank"]}
+    assert find_decisive_choices(OVERTURNED, "C6") == {"R4": ["rank"]}
     assert {
-        claim: decisive_choices(OVERTURNED, claim) for claim in EVERY_CLAIM if claim != "C6"
+        claim: find_decisive_choices(OVERTURNED, claim) for claim in EVERY_CLAIM if claim != "C6"
     } == {claim: {} for claim in EVERY_CLAIM if claim != "C6"}
     assert select_claims(OVERTURNED, "holds") == [claim for claim in EVERY_CLAIM if claim != "C6"]
     groups = {
@@ -61,7 +61,7 @@ def test_a_claim_may_hold_under_no_variant() -> None:
 
 
 def test_without_the_standard_variant_nothing_is_overturned() -> None:
-    assert decisive_choices(multiverse_of(variant_of("rank", TAUGHT_BEAT_EVOLVED)), "C6") == {}
+    assert find_decisive_choices(multiverse_of(variant_of("rank", TAUGHT_BEAT_EVOLVED)), "C6") == {}
 
 
 def test_the_nearest_variant_is_that_of_the_least_distance() -> None:
@@ -82,7 +82,7 @@ def test_variants_whose_intervals_contain_the_effects_of_the_paper_are_selected(
     several = multiverse_of(
         STANDARD, variant_of("rank", with_gain(100)), variant_of("biases", {"evo/A": [1, 2]})
     )
-    assert variants_with_figures(several) == [STANDARD]
+    assert variants_with_paper_effects(several) == [STANDARD]
 
 
 def test_variants_with_the_most_claims_that_hold_are_selected() -> None:
@@ -124,7 +124,7 @@ def test_shares_over_all_combinations_show_the_decisive_choice() -> None:
         ("R4", "standard"): 1,
         ("R4", "rank"): 0,
     }
-    ends = largest_effect(compute_shares(several), "C6")
+    ends = find_largest_effect(compute_shares(several), "C6")
     assert ends is not None and [end.alternative for end in ends] == ["standard", "rank"]
 
 

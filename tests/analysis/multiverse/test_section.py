@@ -129,7 +129,7 @@ def test_a_study_with_more_runs_has_an_explanation_of_its_other_verdicts(tmp_pat
     assert "This study has 30 runs of each condition, and every variant has 8." in sentences
     assert "Some verdicts therefore differ: C6 (is undecided with 30, holds with 8)." in sentences
     made = make_section(few, tmp_path, undecided)
-    assert made.of_claims == sentences and sentences in made.body
+    assert made.claims_note == sentences and sentences in made.body
 
 
 def test_equal_runs_or_equal_verdicts_need_no_explanation() -> None:

@@ -11,7 +11,7 @@ from playwright.sync_api import Browser
 from baldwinlab import papers
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.report import ReportData, ReportSummary, draw_report, write_report
-from baldwinlab.analysis.report.content import experiment_texts, parse_experiments
+from baldwinlab.analysis.report.content import parse_experiments, read_experiment_texts
 from baldwinlab.analysis.report.setup import describe_conditions
 from baldwinlab.experiment.factors import Factors
 from tests.analysis.report.browsing import errors_and_width
@@ -34,7 +34,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for number, name in enumerate(LEARNERS)
     }
     data = study(eaten, generations=3, agents=2)
-    experiments = parse_experiments(experiment_texts(data))
+    experiments = parse_experiments(read_experiment_texts(data))
     results = evaluate_claims(data, 10, PAPER)
     contents = draw_report(ReportData(folder, data, experiments, results, paper=PAPER))
     return write_report(folder, contents, folder / "report.html", summary=SUMMARY)

@@ -16,9 +16,9 @@ from baldwinlab.analysis.claim_results import Finding
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.report import ReportData, draw_report, emergence_generations, write_report
 from baldwinlab.analysis.report.content import (
-    experiment_texts,
     format_timing,
     parse_experiments,
+    read_experiment_texts,
     title_worlds,
 )
 from baldwinlab.analysis.report.phrases import (
@@ -27,7 +27,11 @@ from baldwinlab.analysis.report.phrases import (
     format_number,
     format_p_value,
 )
-from baldwinlab.analysis.report.settings import describe_variant, format_setting, relevant_choices
+from baldwinlab.analysis.report.settings import (
+    describe_variant,
+    format_setting,
+    select_open_choices,
+)
 from baldwinlab.analysis.report.setup import describe_fitness, summarize_setup
 from baldwinlab.analysis.statistics.contrasts import compare_conditions
 from baldwinlab.experiment.factors import Factors
@@ -53,7 +57,7 @@ FACTS = {
 
 def report_data(data: xr.Dataset, folder: Path, **fields: Any) -> ReportData:
     """Return a study and its results, without a paper."""
-    return ReportData(folder, data, parse_experiments(experiment_texts(data)), **fields)
+    return ReportData(folder, data, parse_experiments(read_experiment_texts(data)), **fields)
 
 
 def report_of(
@@ -70,7 +74,7 @@ def report_of(
         traces=traces or [],
         provenance=provenance or {},
         paper=PAPER,
-        looks=LOOKS,
+        appearances=LOOKS,
         contrasts=compare_conditions(data),
     )
     return write_report(folder, draw_report(report), folder / "report.html")
@@ -279,7 +283,7 @@ def test_facts_may_be_absent() -> None:
         dict(summarize_setup(study({"mine": [1]}), {"mine": load("evo/A")}, {}, PAPER))["seed"]
         == "7"
     )
-    assert relevant_choices([], {}) == []
+    assert select_open_choices([], {}) == []
 
 
 @pytest.mark.parametrize(
@@ -348,7 +352,7 @@ def own_report(data: xr.Dataset, folder: Path) -> str:
         folder,
         traces=traces,
         provenance=FACTS,
-        looks=LOOKS,
+        appearances=LOOKS,
         contrasts=compare_conditions(data),
     )
     return text_of(write_report(folder, draw_report(report), folder / "report.html"))

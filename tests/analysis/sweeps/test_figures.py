@@ -13,7 +13,11 @@ from matplotlib.text import Text
 
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.sweeps.analysis import compute_finals
-from baldwinlab.analysis.sweeps.figures import axis_scale, draw_heat_maps, draw_response_curves
+from baldwinlab.analysis.sweeps.figures import (
+    choose_axis_scale,
+    draw_heat_maps,
+    draw_response_curves,
+)
 from tests.analysis.sweeps.made import grid, sample
 
 RATE = "learning.rate"
@@ -81,7 +85,7 @@ def test_odd_sweeps_are_drawn_without_a_warning(data: xr.Dataset) -> None:
 def test_an_axis_is_logarithmic_where_the_values_are_spaced_so(
     values: list[float], scale: str
 ) -> None:
-    assert axis_scale(values) == scale
+    assert choose_axis_scale(values) == scale
 
 
 def test_heat_maps_write_the_means_into_their_cells() -> None:
