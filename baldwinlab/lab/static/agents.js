@@ -1,18 +1,18 @@
 /**
- * Draw agents as darts: filled after the first meal, with a flash for a meal, and a ring if chosen.
+ * Draw agents as darts: filled after the first meal, with a flash for a meal, and a ring if selected.
  */
 
 import { FONT, palette } from "./palette.js";
 
 // In map units. A body has a length of about ten units.
-const DART = [
+const DART_CORNERS = [
   [6.4, 0],
   [-4.6, 4.4],
   [-2.4, 0],
   [-4.6, -4.4],
 ];
 // The part inside the outline of an agent that has not eaten.
-const HOLLOW = [
+const HOLLOW_CORNERS = [
   [3.1, 0],
   [-2.9, 2.8],
   [-1.1, 0],
@@ -21,43 +21,43 @@ const HOLLOW = [
 // Number of steps that a flash lasts.
 const FLASH_STEPS = 24;
 // With more agents, outlines are not stroked, and counts are drawn only at a large scale.
-const MANY = 60;
+const MAX_DETAILED_AGENTS = 60;
 
 /**
  * Draw all agents. One path per agent is several times faster than one path for a thousand agents.
  * @param {import("./world.js").WorldView} view
  */
-export function drawAgents(view, recording, step, chosen) {
+export function drawAgents(view, recording, step, selectedAgent) {
   const { scale, count } = view;
   // A dart is thinner than a body, so it has a minimum size.
   const size = Math.max(1.15, 1.15 / scale);
   drawFlashes(view, recording, step, size);
   for (const hasEaten of [false, true])
-    drawGroup(
+    drawDarts(
       view,
       (agent) => recording.countEaten(step + 1, agent) > 0 === hasEaten,
       hasEaten,
       size,
     );
-  drawTeacherLinks(view, recording, step, chosen);
-  if (chosen != null && chosen < count) drawChosen(view, chosen, size);
-  if (scale > 1.7 && (count <= MANY || scale > 5)) drawCounts(view, recording, step);
+  drawTeacherLinks(view, recording, step, selectedAgent);
+  if (selectedAgent != null && selectedAgent < count) drawSelectionRing(view, selectedAgent, size);
+  if (scale > 1.7 && (count <= MAX_DETAILED_AGENTS || scale > 5)) drawCounts(view, recording, step);
 }
 
-function drawGroup({ pen, x, y, angle, count, scale }, isIncluded, hasEaten, size) {
-  const isCrowd = count > MANY;
+function drawDarts({ pen, x, y, angle, count, scale }, isIncluded, hasEaten, size) {
+  const isCrowd = count > MAX_DETAILED_AGENTS;
   const hungryColor = isCrowd ? palette.outline : palette.hungry;
   pen.lineWidth = (hasEaten ? 0.8 : 1.4) / scale;
   pen.strokeStyle = hasEaten ? palette.map : palette.outline;
   for (let agent = 0; agent < count; agent++) {
     if (!isIncluded(agent)) continue;
     pen.fillStyle = hasEaten ? palette.agent : hungryColor;
-    tracePolygon(pen, DART, x[agent], y[agent], angle[agent], size);
+    tracePolygon(pen, DART_CORNERS, x[agent], y[agent], angle[agent], size);
     pen.fill();
     if (!isCrowd) pen.stroke();
     else if (!hasEaten) {
       pen.fillStyle = palette.hungry;
-      tracePolygon(pen, HOLLOW, x[agent], y[agent], angle[agent], size);
+      tracePolygon(pen, HOLLOW_CORNERS, x[agent], y[agent], angle[agent], size);
       pen.fill();
     }
   }
@@ -86,16 +86,20 @@ function drawFlashes({ pen, x, y, count }, recording, step, size) {
 }
 
 /**
- * Draw dotted lines from learners to teachers along the shorter way, or only those of the chosen
+ * Draw dotted lines from learners to teachers along the shorter way, or only those of the selected
  * agent.
  */
-function drawTeacherLinks({ pen, x, y, count, scale, world }, recording, step, chosen) {
+function drawTeacherLinks({ pen, x, y, count, scale, world }, recording, step, selectedAgent) {
   pen.strokeStyle = palette.lesson;
   pen.lineWidth = 1.4 / scale;
   pen.setLineDash([1.5 / scale, 3.5 / scale]);
   for (let learner = 0; learner < count; learner++) {
     const teacher = recording.findTeacher(step, learner);
-    if (teacher === null || (chosen != null && chosen !== learner && chosen !== teacher)) continue;
+    if (
+      teacher === null ||
+      (selectedAgent != null && selectedAgent !== learner && selectedAgent !== teacher)
+    )
+      continue;
     const across = shortestDistance(x[teacher] - x[learner], world.width);
     const down = shortestDistance(y[teacher] - y[learner], world.height);
     pen.beginPath();
@@ -115,7 +119,7 @@ export function shortestDistance(distance, size) {
   return distance < -size / 2 ? distance + size : distance;
 }
 
-function drawChosen({ pen, x, y, scale }, agent, size) {
+function drawSelectionRing({ pen, x, y, scale }, agent, size) {
   pen.strokeStyle = palette.chosen;
   pen.lineWidth = 2 / scale;
   pen.beginPath();

@@ -42,7 +42,7 @@ export function setCursor(chart, index, top = 0) {
  * Return the target of a key, or null: left and right move along the x axis, up and down between
  * curves.
  */
-export function readKey({ key }, chart, series, chosen) {
+export function readKey({ key }, chart, series, selectedColumn) {
   const last = chart.data[0].length - 1;
   const current = chart.cursor.idx ?? last;
   const target = {
@@ -60,7 +60,7 @@ export function readKey({ key }, chart, series, chosen) {
   const index = Math.min(Math.max(target, 0), last);
   const curves = findVisibleCurves(chart, series, index);
   const previous =
-    curves.find(({ columns: [column] }) => column === chosen) ??
+    curves.find(({ columns: [column] }) => column === selectedColumn) ??
     curves.find(({ run }) => run === undefined);
   const ordered = curves.toSorted((first, second) => second.top - first.top);
   const rank = ordered.indexOf(previous) + ({ ArrowUp: 1, ArrowDown: -1 }[key] ?? 0);

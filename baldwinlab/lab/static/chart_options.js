@@ -9,7 +9,7 @@ const TICK_DISTANCES = [1, 10, 100, 1000].flatMap((power) => [power, 2 * power, 
 
 const FONT = "12px system-ui, sans-serif";
 // Visible on light and dark backgrounds.
-const GRID = "rgba(128, 128, 128, 0.22)";
+const GRID_COLOR = "rgba(128, 128, 128, 0.22)";
 
 /**
  * Return the options of uPlot.
@@ -20,7 +20,7 @@ const GRID = "rgba(128, 128, 128, 0.22)";
  * @param {(index: number|null, focused: number|null) => void} showValues called when the cursor
  *   moves
  */
-export function createSettings(plot, series, hidden, options, showValues) {
+export function createPlotOptions(plot, series, hidden, options, showValues) {
   const runs = createRunLines(series, hidden);
   const means = new Set(
     collectCurves(series)
@@ -69,8 +69,8 @@ function createAxes(plot, { names, xLabel, yLabel }) {
     font: FONT,
     labelFont: FONT,
     stroke: () => getComputedStyle(plot).color,
-    grid: { stroke: GRID, width: 1 },
-    ticks: { stroke: GRID, width: 1 },
+    grid: { stroke: GRID_COLOR, width: 1 },
+    ticks: { stroke: GRID_COLOR, width: 1 },
     labelSize: 18,
   });
   return [

@@ -5,7 +5,7 @@ import { palette } from "./palette.js";
 import { Tooltip } from "./tooltip.js";
 
 // CSS pixels. The slider is half a thumb wider than its canvas at each end.
-const THUMB = 16;
+const THUMB_WIDTH = 16;
 
 export class ChartSlider {
   /**
@@ -17,7 +17,8 @@ export class ChartSlider {
     this.slider = el("input", { type: "range", min: 0, step: 1, value: 0, ...attributes });
     this.root = el("div", { class: `chart-slider ${kind}` }, this.canvas, this.slider);
     this.tip = new Tooltip(this.root);
-    const share = (event) => (event.offsetX - THUMB / 2) / Math.max(1, this.canvas.clientWidth);
+    const share = (event) =>
+      (event.offsetX - THUMB_WIDTH / 2) / Math.max(1, this.canvas.clientWidth);
     this.slider.addEventListener(
       "pointermove",
       (event) =>
@@ -50,15 +51,15 @@ export class ChartSlider {
    * changed.
    */
   redrawIfChanged(...data) {
-    const dots = Math.min(devicePixelRatio || 1, 2);
-    const width = this.canvas.clientWidth * dots;
-    const height = this.canvas.clientHeight * dots;
+    const pixelRatio = Math.min(devicePixelRatio || 1, 2);
+    const width = this.canvas.clientWidth * pixelRatio;
+    const height = this.canvas.clientHeight * pixelRatio;
     const key = [width, height, palette.map, ...data];
     if (key.length === this.key.length && key.every((value, index) => value === this.key[index]))
       return null;
     this.key = key;
     this.canvas.width = Math.max(1, width);
     this.canvas.height = Math.max(1, height);
-    return { pen: this.canvas.getContext("2d"), width, height, dots };
+    return { pen: this.canvas.getContext("2d"), width, height, pixelRatio };
   }
 }

@@ -10,7 +10,7 @@ import {
   setCursor,
 } from "./chart_cursor.js";
 import { createLegendEntry } from "./chart_legend.js";
-import { createSettings } from "./chart_options.js";
+import { createPlotOptions } from "./chart_options.js";
 import {
   MAX_PLAIN_CURVES,
   collectColumns,
@@ -105,7 +105,7 @@ export class LineChart {
       {
         width: this.width,
         height: this.options.height ?? DEFAULT_HEIGHT,
-        ...createSettings(this.plot, this.series, this.hidden, this.options, showValues),
+        ...createPlotOptions(this.plot, this.series, this.hidden, this.options, showValues),
       },
       collectColumns(this.x, this.series),
       this.plot,

@@ -20,11 +20,11 @@ const MEASURES = {
  * Return the section of the claims, or "" for a study without a paper and without claims.
  * @param {object[]} claims records of claims.json
  * @param {{id: string, paper: string}} study
- * @param {(condition: string) => number} typicalRun
- * @param {(condition: string) => number} lastGeneration
+ * @param {(condition: string) => number} findTypicalRun
+ * @param {(condition: string) => number} findLastGeneration
  * @param {string | null} problem the error if the claims are not valid
  */
-export function createClaimList(claims, study, typicalRun, lastGeneration, problem) {
+export function createClaimList(claims, study, findTypicalRun, findLastGeneration, problem) {
   const section = el(
     "section",
     { class: "card", "data-testid": "claims" },
@@ -52,13 +52,13 @@ export function createClaimList(claims, study, typicalRun, lastGeneration, probl
   section.append(el("p", { class: "soft" }, countVerdicts(claims)));
   for (const claim of claims) {
     const conditions = [claim.condition, claim.comparison].filter(
-      (name) => typicalRun(name) !== undefined,
+      (name) => findTypicalRun(name) !== undefined,
     );
     const lifetimes = conditions.map((condition) => ({
       study: study.id,
       condition,
-      run: typicalRun(condition),
-      generation: lastGeneration(condition),
+      run: findTypicalRun(condition),
+      generation: findLastGeneration(condition),
     }));
     section.append(createClaimEntry(claim, lifetimes));
   }

@@ -81,7 +81,7 @@ export async function getBinary(path, signal) {
   return unpack(await (await request(path, { signal })).arrayBuffer());
 }
 
-const TYPES = {
+const ARRAY_TYPES = {
   int8: Int8Array,
   uint8: Uint8Array,
   int16: Int16Array,
@@ -104,7 +104,7 @@ export function unpack(buffer) {
   const arrays = {};
   for (const { name, dtype, shape, offset, differences } of header.arrays) {
     const count = shape.reduce((product, size) => product * size, 1);
-    arrays[name] = new TYPES[dtype](buffer, 8 + length + offset, count);
+    arrays[name] = new ARRAY_TYPES[dtype](buffer, 8 + length + offset, count);
     if (differences) arrays[name] = decodeDifferences(arrays[name], shape);
   }
   return { header, arrays };
@@ -112,9 +112,9 @@ export function unpack(buffer) {
 
 /** Decode an array [row, column] that is stored as bit differences, column by column. */
 function decodeDifferences(encoded, [rows, columns]) {
-  const bits = { 1: Uint8Array, 2: Uint16Array, 4: Uint32Array }[encoded.BYTES_PER_ELEMENT];
-  const differences = new bits(encoded.buffer, encoded.byteOffset, encoded.length);
-  const sums = new bits(encoded.length);
+  const BitArray = { 1: Uint8Array, 2: Uint16Array, 4: Uint32Array }[encoded.BYTES_PER_ELEMENT];
+  const differences = new BitArray(encoded.buffer, encoded.byteOffset, encoded.length);
+  const sums = new BitArray(encoded.length);
   for (let column = 0; column < columns; column++) {
     for (let row = 0; row < rows; row++) {
       sums[row * columns + column] =
@@ -136,7 +136,7 @@ export async function inflate(text) {
 }
 
 /**
- * Send a request. Without a connection, show a banner and retry. Throw Refusal for an error status.
+ * Send a request. Without a connection, show a banner and retry. Throw RequestError for an error status.
  */
 export async function request(path, options) {
   for (;;) {

@@ -2,7 +2,7 @@
 
 import { el } from "./common.js";
 
-const TYPES = { csv: "text/csv", svg: "image/svg+xml", toml: "application/toml" };
+const MEDIA_TYPES = { csv: "text/csv", svg: "image/svg+xml", toml: "application/toml" };
 
 /**
  * Return two buttons that download the data and the drawing of a chart.
@@ -23,7 +23,9 @@ export function createChartDownloads(name, columns, rows, drawFile) {
 /** Return a button that downloads a text. `text` is called when the button is pressed. */
 export function createDownloadButton(name, text, label = `Save as ${name}`) {
   const save = () => {
-    const url = URL.createObjectURL(new Blob([text()], { type: TYPES[name.split(".").pop()] }));
+    const url = URL.createObjectURL(
+      new Blob([text()], { type: MEDIA_TYPES[name.split(".").pop()] }),
+    );
     el("a", { href: url, download: name }).click();
     setTimeout(() => URL.revokeObjectURL(url), 1000);
   };

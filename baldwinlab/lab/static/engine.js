@@ -4,11 +4,11 @@
  * This file contains no model. It needs no page, so workers, Node and tests can use it.
  */
 
-// Bytes. Memory grows in pages.
-const PAGE = 65536;
-// Bytes. Arrays are aligned to a multiple of this number.
-const ALIGNMENT = 64;
-const ARRAYS = {
+// Memory grows in pages.
+const PAGE_BYTES = 65536;
+// Arrays are aligned to a multiple of this number.
+const ALIGNMENT_BYTES = 64;
+const ARRAY_TYPES = {
   f4: Float32Array,
   f8: Float64Array,
   i4: Int32Array,
@@ -16,7 +16,7 @@ const ARRAYS = {
   u4: Uint32Array,
   bool: Uint8Array,
 };
-const NUMBERS = {
+const NUMBER_WRITERS = {
   f4: (view, address, value) => view.setFloat32(address, value, true),
   f8: (view, address, value) => view.setFloat64(address, value, true),
   i8: (view, address, value) => view.setBigInt64(address, BigInt(Math.trunc(value)), true),
@@ -66,7 +66,7 @@ export class Engine {
   /** Return the array of a name such as "state.weights". `prepare` invalidates it. */
   array(name) {
     const { type, data, size } = this.arrays[name];
-    return new ARRAYS[type](this.memory.buffer, data, size);
+    return new ARRAY_TYPES[type](this.memory.buffer, data, size);
   }
 
   /**
@@ -81,7 +81,7 @@ export class Engine {
   set(name, value) {
     const [tuple, leaf] = splitName(name);
     const { offset, type } = this.plan.tuples[tuple].leaves[leaf];
-    NUMBERS[type](new DataView(this.memory.buffer), this.tuples[tuple] + offset, value);
+    NUMBER_WRITERS[type](new DataView(this.memory.buffer), this.tuples[tuple] + offset, value);
   }
 
   /** Allocate a tuple and its arrays. */
@@ -101,7 +101,7 @@ export class Engine {
       ? [content.length / spec.columns.length, spec.columns.length]
       : this.resolveSizes(spec.shape ?? [content.length]);
     const size = shape.reduce((product, length) => product * length, 1);
-    const width = ARRAYS[type].BYTES_PER_ELEMENT;
+    const width = ARRAY_TYPES[type].BYTES_PER_ELEMENT;
     const data = this.allocate(size * width);
     this.arrays[name] = { type, data, size, shape };
     const number = type === "i8" ? (value) => BigInt(value) : Number;
@@ -155,9 +155,9 @@ export class Engine {
 
   /** Return the address of new memory. It may contain old values. Throw an Error without memory. */
   allocate(bytes) {
-    const address = Math.ceil(this.free / ALIGNMENT) * ALIGNMENT;
+    const address = Math.ceil(this.free / ALIGNMENT_BYTES) * ALIGNMENT_BYTES;
     this.free = address + bytes;
-    const missing = Math.ceil((this.free - this.memory.buffer.byteLength) / PAGE);
+    const missing = Math.ceil((this.free - this.memory.buffer.byteLength) / PAGE_BYTES);
     if (missing > 0) allocateOrThrow(() => this.memory.grow(missing));
     return address;
   }

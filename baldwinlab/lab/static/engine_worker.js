@@ -4,9 +4,9 @@ import { MEMORY_ERROR, compileProgram } from "./engine.js";
 import { Run, simulate } from "./simulation.js";
 import { inspectAgent, limitSpan, recordLifetime } from "./lifetime_recorder.js";
 
-// Milliseconds.
+// Milliseconds of simulation before the first run.
 const WARM_UP_TIME = 150;
-// Steps.
+// Steps between two checks of the time.
 const CHUNK_STEPS = 100;
 // Agent-steps between two checks.
 const CHUNK_AGENT_STEPS = 200_000;
@@ -16,24 +16,24 @@ const YIELD_INTERVAL = 50;
 const MAX_GENOME_BYTES = 256_000_000;
 
 // Compiled modules, by name.
-const loaded = new Map();
+const programs = new Map();
 // Runs that are simulated together, by the name that the page gives them.
 const groups = new Map();
 
 const COMMANDS = {
   async program({ name, bytes, plan }) {
-    loaded.set(name, await compileProgram(bytes, plan));
+    programs.set(name, await compileProgram(bytes, plan));
   },
   /**
    * Simulate for a moment and discard the result, because browsers optimize code that runs often.
    */
   warm({ program, experiment }) {
-    const run = new Run(loaded.get(program), experiment, 0, 0);
-    const until = performance.now() + WARM_UP_TIME;
+    const run = new Run(programs.get(program), experiment, 0, 0);
+    const endTime = performance.now() + WARM_UP_TIME;
     run.startGeneration(0);
     for (
       let step = 0;
-      step < experiment.lifetime.steps && performance.now() < until;
+      step < experiment.lifetime.steps && performance.now() < endTime;
       step += CHUNK_STEPS
     )
       run.simulateSteps(step, Math.min(step + CHUNK_STEPS, experiment.lifetime.steps));
@@ -41,7 +41,7 @@ const COMMANDS = {
   begin({ group, program, experiment, seed, runs }) {
     const members = runs.map((run) => ({
       run,
-      simulation: new Run(loaded.get(program), experiment, seed, run),
+      simulation: new Run(programs.get(program), experiment, seed, run),
       genomes: [],
     }));
     groups.set(group, { members });
@@ -75,7 +75,7 @@ const COMMANDS = {
   recording: (options) => replayLifetime(options, recordLifetime),
   agent: (options) => replayLifetime(options, inspectAgent),
   simulate: ({ program, experiment, seed, run }) =>
-    simulate(loaded.get(program), experiment, seed, run),
+    simulate(programs.get(program), experiment, seed, run),
   /** Stop a group within a lifetime. Finished generations remain available. */
   stop({ group }) {
     groups.get(group).stopped = true;
@@ -110,7 +110,7 @@ function replayLifetime(
   { program, experiment, seed, run, genome, first, last, ...options },
   recordArrays,
 ) {
-  const replayRun = new Run(loaded.get(program), experiment, seed, run);
+  const replayRun = new Run(programs.get(program), experiment, seed, run);
   replayRun.engine.array("population.genome").set(genome);
   const part = limitSpan(experiment, first, last);
   return {

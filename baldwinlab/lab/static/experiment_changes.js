@@ -34,7 +34,7 @@ export function applyChanges(base, changes) {
   for (const [path, value] of Object.entries(changes)) {
     const steps = path.split(".");
     const last = steps.pop();
-    const holder = steps.reduce((below, step) => below?.[step], tree);
+    const holder = steps.reduce((node, step) => node?.[step], tree);
     if (holder && Object.hasOwn(holder, last)) holder[last] = value;
   }
   return tree;

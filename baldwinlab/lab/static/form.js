@@ -114,8 +114,8 @@ function createFields(form, node, holder, path) {
   );
   const unknown = Object.keys(holder).filter((name) => !(name in (node.properties ?? {})));
   return [
-    ...visible.map(([name, below]) =>
-      createField(form, resolve(form, below), holder, name, at(name), below.title),
+    ...visible.map(([name, child]) =>
+      createField(form, resolve(form, child), holder, name, at(name), child.title),
     ),
     ...unknown.map((name) => createConstantField(formatName(name), holder[name], at(name))),
   ];

@@ -33,9 +33,9 @@ function chooseDefault(form, node) {
   if (resolved.default !== undefined) return structuredClone(resolved.default);
   if (resolved.type === "object")
     return Object.fromEntries(
-      Object.entries(resolved.properties).map(([name, below]) => [
+      Object.entries(resolved.properties).map(([name, child]) => [
         name,
-        chooseDefault(form, below),
+        chooseDefault(form, child),
       ]),
     );
   if (resolved.prefixItems) return resolved.prefixItems.map((_, number) => 100 * number);

@@ -111,9 +111,9 @@ export class GridView {
     const text = this.describeStep(step);
     if (this.description.textContent !== text) this.description.textContent = text;
     this.slider.setAttribute("aria-valuetext", text);
-    const dots = Math.min(devicePixelRatio || 1, 2);
-    canvas.width = Math.max(1, canvas.clientWidth * dots);
-    canvas.height = Math.max(1, canvas.clientHeight * dots);
+    const pixelRatio = Math.min(devicePixelRatio || 1, 2);
+    canvas.width = Math.max(1, canvas.clientWidth * pixelRatio);
+    canvas.height = Math.max(1, canvas.clientHeight * pixelRatio);
     const pen = canvas.getContext("2d");
     pen.scale(canvas.width / life.columns, canvas.height / life.rows);
     this.drawCells(pen, step);

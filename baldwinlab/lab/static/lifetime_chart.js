@@ -77,12 +77,12 @@ export class LifetimeChart {
   }
 
   draw(step, text) {
-    const dots = Math.min(devicePixelRatio || 1, 2);
+    const pixelRatio = Math.min(devicePixelRatio || 1, 2);
     const width = this.canvas.clientWidth;
     const height = this.canvas.clientHeight;
     if (!width) return;
-    const key = `${width} ${height} ${dots} ${palette.map}`;
-    if (key !== this.key) this.drawLines(width, height, dots);
+    const key = `${width} ${height} ${pixelRatio} ${palette.map}`;
+    if (key !== this.key) this.drawLines(width, height, pixelRatio);
     this.key = key;
     const pen = this.canvas.getContext("2d");
     pen.setTransform(1, 0, 0, 1, 0, 0);
@@ -91,10 +91,10 @@ export class LifetimeChart {
     pen.fillStyle = palette.text;
     pen.globalAlpha = 0.65;
     pen.fillRect(
-      Math.round(this.computeX(step, width) * dots),
-      MARGIN.top * dots,
-      Math.max(1, dots),
-      (height - MARGIN.top - MARGIN.bottom) * dots,
+      Math.round(this.computeX(step, width) * pixelRatio),
+      MARGIN.top * pixelRatio,
+      Math.max(1, pixelRatio),
+      (height - MARGIN.top - MARGIN.bottom) * pixelRatio,
     );
     pen.globalAlpha = 1;
     if (this.value.textContent !== text) this.value.textContent = text;
@@ -104,13 +104,13 @@ export class LifetimeChart {
     return MARGIN.left + (step / this.steps) * (width - MARGIN.left - MARGIN.right);
   }
 
-  drawLines(width, height, dots) {
+  drawLines(width, height, pixelRatio) {
     for (const canvas of [this.canvas, this.layer]) {
-      canvas.width = width * dots;
-      canvas.height = height * dots;
+      canvas.width = width * pixelRatio;
+      canvas.height = height * pixelRatio;
     }
     const pen = this.layer.getContext("2d");
-    pen.setTransform(dots, 0, 0, dots, 0, 0);
+    pen.setTransform(pixelRatio, 0, 0, pixelRatio, 0, 0);
     const yAt = (value) =>
       MARGIN.top +
       (1 - (value - this.low) / (this.high - this.low)) * (height - MARGIN.top - MARGIN.bottom);

@@ -68,7 +68,8 @@ export class Setup {
       { type: "button", class: "quiet", hidden: true, "data-testid": "reset" },
       "Undo all changes",
     );
-    this.waiting = this.turn = 0;
+    this.validationTimer = 0;
+    this.latestRequest = 0;
   }
 
   /** Load the presets and fill `root`. */
@@ -89,7 +90,7 @@ export class Setup {
   /** Open the dialog of a sweep. */
   openSweepDialog(fields) {
     const { runs, seed } = this.numbers;
-    const remember = (chosen) => this.navigate({ fields: chosen && JSON.stringify(chosen) });
+    const remember = (fields) => this.navigate({ fields: fields && JSON.stringify(fields) });
     const dialog = openSweepDialog(
       { preset: this.preset.value, experiment: this.form.value, runs, seed },
       fields,
@@ -222,14 +223,14 @@ export class Setup {
 
   /** Validate the experiment soon after the last change. */
   validateSoon() {
-    clearTimeout(this.waiting);
-    const request = ++this.turn;
-    this.waiting = setTimeout(async () => {
+    clearTimeout(this.validationTimer);
+    const request = ++this.latestRequest;
+    this.validationTimer = setTimeout(async () => {
       // A copy, because the user can change the form during the request.
       const form = this.form;
       const order = structuredClone(this.createOrder());
       const { errors, note } = await postJSON("/api/validate", order, this.signal);
-      if (request !== this.turn) return;
+      if (request !== this.latestRequest) return;
       form.show(errors.filter(({ path }) => !(path in this.numbers)));
       for (const name of ["runs", "seed"])
         this.root.querySelector(`#setup-${name}`)?.setAttribute(
@@ -241,12 +242,12 @@ export class Setup {
       this.note.textContent = note ?? "";
       this.note.hidden = !note;
       if (errors.length) return;
-      const shown = await postJSON(
+      const preview = await postJSON(
         "/api/appearance",
         { experiment: order.experiment },
         this.signal,
       );
-      if (request === this.turn) this.listener.valid(shown);
+      if (request === this.latestRequest) this.listener.valid(preview);
     }, VALIDATION_DELAY);
   }
 

@@ -288,7 +288,7 @@ export class LiveWorld {
     if (!ready) this.player.invalidate();
     if (!this.life) return isLoaded;
     const step = Math.floor(time);
-    this.bar.draw(step, this.life.steps, [{ life: this.life, chosen: this.figure.agent }]);
+    this.bar.draw(step, this.life.steps, [{ life: this.life, selectedAgent: this.figure.agent }]);
     this.inspector.draw(step);
     if (this.player.playing && !this.followsNewest) this.remember();
     return isLoaded;

@@ -144,16 +144,16 @@ export class ModelPanel extends LifetimeSelector {
   }
 
   showViewLists() {
-    const options = (list, entries) => {
+    const setOptions = (list, entries) => {
       if (list.dataset.shown === JSON.stringify(entries)) return;
       list.dataset.shown = JSON.stringify(entries);
       list.replaceChildren(...entries.map(([value, text]) => el("option", { value }, text)));
     };
-    options(
+    setOptions(
       this.viewList,
       this.views.map(({ name }) => [name, name]),
     );
-    options(this.agents, [
+    setOptions(this.agents, [
       ["", "fittest agent"],
       ...Array.from({ length: this.condition.agents }, (_, agent) => [
         String(agent),

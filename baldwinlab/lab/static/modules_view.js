@@ -18,12 +18,12 @@ const TITLE_HEIGHT = 28;
 export function drawModules(canvas, { header, arrays }, row, activations, weights) {
   const { inputs, memory, modules } = header.appearance;
   const networks = listNetworks({ header, arrays }, row, activations, weights);
-  const dots = Math.min(devicePixelRatio || 1, 2);
+  const pixelRatio = Math.min(devicePixelRatio || 1, 2);
   const width = canvas.parentElement.clientWidth;
   const height = networks.length * (NETWORK_HEIGHT + TITLE_HEIGHT);
-  resizeCanvas(canvas, width, height, dots);
+  resizeCanvas(canvas, width, height, pixelRatio);
   const pen = canvas.getContext("2d");
-  pen.setTransform(dots, 0, 0, dots, 0, 0);
+  pen.setTransform(pixelRatio, 0, 0, pixelRatio, 0, 0);
   pen.clearRect(0, 0, width, height);
   networks.forEach((network, number) => {
     const top = number * (NETWORK_HEIGHT + TITLE_HEIGHT);
@@ -62,9 +62,9 @@ function listNetworks({ header, arrays }, row, activations, weights) {
   return networks;
 }
 
-function resizeCanvas(canvas, width, height, dots) {
-  const pixelWidth = Math.round(width * dots);
-  const pixelHeight = Math.round(height * dots);
+function resizeCanvas(canvas, width, height, pixelRatio) {
+  const pixelWidth = Math.round(width * pixelRatio);
+  const pixelHeight = Math.round(height * pixelRatio);
   if (canvas.width === pixelWidth && canvas.height === pixelHeight) return;
   canvas.width = pixelWidth;
   canvas.height = pixelHeight;

@@ -68,12 +68,12 @@ function showCharts(section, { unit, panels }, groups, field, choose) {
     return [];
   }
   const names = new Map(matching.map((panel) => [panel.field, panel.name]));
-  const chosen = names.has(field) ? field : matching[0].field;
+  const selectedField = names.has(field) ? field : matching[0].field;
   const options = [...names].map(([value, name]) =>
-    el("option", { value, selected: value === chosen }, name),
+    el("option", { value, selected: value === selectedField }, name),
   );
   const containers = matching
-    .filter((panel) => panel.field === chosen)
+    .filter((panel) => panel.field === selectedField)
     .map((panel) => [panel, el("div")]);
   section.append(
     el("p", { class: "soft" }, EXPLANATION),

@@ -24,8 +24,8 @@ export class Recording {
       sector: sectors[input],
       isContinuous: isContinuous[input],
     }));
-    // float32 inputs instead of bits.
-    this.numbers = isContinuous.some(Boolean);
+    // Whether inputs are float32 numbers instead of bits.
+    this.hasNumbers = isContinuous.some(Boolean);
     this.inputBytes = Math.ceil(this.inputs.length / 8);
     this.positions = { x: arrays.item_x.slice(), y: arrays.item_y.slice() };
     // Number of moves that `positions` contains.
@@ -35,7 +35,7 @@ export class Recording {
   }
 
   /** Return the positions of items at a step, {x, y}. The arrays are reused by the next call. */
-  findItems(step) {
+  computeItemPositions(step) {
     const moveCount = countMovesUntil(this.arrays.move_step, step);
     const keyframe = Math.min(Math.floor(moveCount / KEYFRAME_INTERVAL), this.keyframes.length - 1);
     if (moveCount < this.movesApplied || this.movesApplied < keyframe * KEYFRAME_INTERVAL) {
@@ -60,7 +60,7 @@ export class Recording {
    */
   readInput(step, agent, input) {
     const row = (step - this.first) * this.agents + agent;
-    if (this.numbers) return this.arrays.sensor[row * this.inputs.length + input];
+    if (this.hasNumbers) return this.arrays.sensor[row * this.inputs.length + input];
     return (this.arrays.sensor[row * this.inputBytes + (input >> 3)] >> (input & 7)) & 1;
   }
 

@@ -23,7 +23,7 @@ export async function play(root, replay) {
     bar.draw(
       Math.floor(time),
       player.last + 1,
-      figures.map(({ life, agent }) => ({ life, chosen: agent })),
+      figures.map(({ life, agent }) => ({ life, selectedAgent: agent })),
     );
     if (ready.includes(false)) player.invalidate();
     return true;

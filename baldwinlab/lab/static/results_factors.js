@@ -23,22 +23,24 @@ export function groupConditions({ conditions, factors, swept }, state) {
     Object.entries(only).every(
       ([factor, value]) => !value || String(factors[factor][number]) === value,
     );
-  const shown = conditions.map((_, number) => number).filter(matches);
-  const values = (factor) => [...new Set(shown.map((number) => String(factors[factor][number])))];
+  const matching = conditions.map((_, number) => number).filter(matches);
+  const values = (factor) => [
+    ...new Set(matching.map((number) => String(factors[factor][number]))),
+  ];
   const varying = Object.keys(factors).filter((factor) => values(factor).length > 1);
   const defaultFactor =
-    swept || shown.length > MAX_CURVES
+    swept || matching.length > MAX_CURVES
       ? (varying.find((factor) => values(factor).length <= MAX_CURVES) ?? varying[0])
       : undefined;
   const by = chooseFactor(state.group, varying, defaultFactor);
   const groups = by
     ? values(by).map((value) => ({
         label: value,
-        conditions: shown
+        conditions: matching
           .filter((number) => String(factors[by][number]) === value)
           .map((number) => conditions[number]),
       }))
-    : shown.map((number) => ({ label: conditions[number], conditions: [conditions[number]] }));
+    : matching.map((number) => ({ label: conditions[number], conditions: [conditions[number]] }));
   return { by, only, groups };
 }
 
@@ -51,10 +53,10 @@ function chooseFactor(requested, varying, defaultFactor) {
 /** Combine the curves of several conditions: their mean, and the range of their means. */
 export function combineCurves(curves) {
   if (curves.length === 1) return curves[0];
-  const combine = (choose) =>
+  const combine = (aggregate) =>
     curves[0].mean.map((_, index) => {
       const present = curves.map((curve) => curve.mean[index]).filter((value) => value !== null);
-      return present.length ? choose(present) : null;
+      return present.length ? aggregate(present) : null;
     });
   return {
     mean: combine((values) => values.reduce((sum, value) => sum + value, 0) / values.length),
@@ -86,9 +88,9 @@ export function createFactorLists({ factors }, { by, only }, choose) {
   return el("div", { class: "row results-factors" }, ...filters, grouped);
 }
 
-function createList(name, options, chosen, change, id) {
+function createList(name, options, selectedValue, change, id) {
   const entries = options.map(([value, text]) =>
-    el("option", { value, selected: value === chosen }, text),
+    el("option", { value, selected: value === selectedValue }, text),
   );
   return el(
     "label",

@@ -92,14 +92,14 @@ export class RunCurve extends ChartSlider {
   draw() {
     const sheet = this.curve && this.redrawIfChanged(this.curve);
     if (!sheet) return;
-    const { pen, width, height, dots } = sheet;
+    const { pen, width, height, pixelRatio } = sheet;
     const { best, mean } = this.curve;
     const maximum = Math.max(...best, 1);
     const x = (generation) => (best.length > 1 ? generation / (best.length - 1) : 0.5) * width;
-    const y = (value) => (height - dots) * (1 - value / maximum) + dots / 2;
+    const y = (value) => (height - pixelRatio) * (1 - value / maximum) + pixelRatio / 2;
     pen.fillStyle = palette.edge;
     pen.globalAlpha = 0.6;
-    pen.fillRect(0, height - dots, width, dots);
+    pen.fillRect(0, height - pixelRatio, width, pixelRatio);
     pen.fillStyle = pen.strokeStyle = palette.meal;
     pen.globalAlpha = 0.4;
     pen.beginPath();
@@ -108,7 +108,7 @@ export class RunCurve extends ChartSlider {
     pen.lineTo(width, y(0));
     pen.fill();
     pen.globalAlpha = 1;
-    pen.lineWidth = 1.2 * dots;
+    pen.lineWidth = 1.2 * pixelRatio;
     pen.lineJoin = "round";
     pen.beginPath();
     best.forEach((value, generation) => pen.lineTo(x(generation), y(value)));

@@ -4,16 +4,16 @@ import { el } from "./common.js";
 
 /**
  * Return the list of runs, or null for a single run.
- * @param {(run: number) => void} chosen
+ * @param {(run: number) => void} picked
  */
-export function createRunPicker(runs, run, chosen) {
+export function createRunPicker(runs, run, picked) {
   if (runs === 1) return null;
   const options = Array.from({ length: runs }, (_, number) =>
     el("option", { value: number }, `run ${number}`),
   );
   const picker = el("select", { "aria-label": "Run shown", "data-testid": "live-run" }, ...options);
   picker.value = String(run);
-  picker.addEventListener("change", () => chosen(Number(picker.value)));
+  picker.addEventListener("change", () => picked(Number(picker.value)));
   return picker;
 }
 

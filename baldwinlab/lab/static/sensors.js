@@ -4,15 +4,15 @@ import { palette, resolveColor } from "./palette.js";
 
 const DEGREE = Math.PI / 180;
 // Levels of brightness. Each level is one path.
-const LEVELS = 4;
-// With more agents, only the chosen one is drawn, unless discs are large on the canvas.
-const MAX_DRAWN = 60;
+const BRIGHTNESS_LEVELS = 4;
+// With more agents, only the selected one is drawn, unless discs are large on the canvas.
+const MAX_DRAWN_AGENTS = 60;
 
 /**
  * Draw all discs as one path, so that overlapping discs do not add up.
  * @param {import("./world.js").WorldView} view
  */
-export function drawSensors(view, recording, step, chosen) {
+export function drawSensors(view, recording, step, selectedAgent) {
   const { pen, scale } = view;
   const { agents, inputs } = recording;
   const visibleSectors = inputs
@@ -20,9 +20,9 @@ export function drawSensors(view, recording, step, chosen) {
     .filter(({ radius }) => radius);
   if (!visibleSectors.length) return;
   const farthest = Math.max(...visibleSectors.map(({ radius }) => radius));
-  const drawsAll = agents <= MAX_DRAWN || farthest * scale > 90;
-  const chosenAgents = chosen != null && chosen < agents ? [chosen] : [];
-  const visible = drawsAll ? findVisibleAgents(view, farthest) : chosenAgents;
+  const drawsAll = agents <= MAX_DRAWN_AGENTS || farthest * scale > 90;
+  const selectedAgents = selectedAgent != null && selectedAgent < agents ? [selectedAgent] : [];
+  const visible = drawsAll ? findVisibleAgents(view, farthest) : selectedAgents;
   const drawShape = (draw) => {
     pen.beginPath();
     for (const agent of visible) forEachCopy(view, agent, farthest, (x, y) => draw(agent, x, y));
@@ -43,15 +43,19 @@ export function drawSensors(view, recording, step, chosen) {
   for (const color of new Set(visibleSectors.map((sector) => sector.color))) {
     const sameColor = visibleSectors.filter((sector) => sector.color === color);
     pen.fillStyle = resolveColor(color);
-    for (let level = recording.numbers ? 1 : LEVELS; level <= LEVELS; level++) {
+    for (
+      let level = recording.hasNumbers ? 1 : BRIGHTNESS_LEVELS;
+      level <= BRIGHTNESS_LEVELS;
+      level++
+    ) {
       const hasLevel = (agent, { input }) =>
-        Math.ceil(LEVELS * recording.readInput(step, agent, input)) === level;
+        Math.ceil(BRIGHTNESS_LEVELS * recording.readInput(step, agent, input)) === level;
       drawShape((agent, x, y) =>
         sameColor.forEach(
           (sector) => hasLevel(agent, sector) && traceSector(pen, x, y, view.angle[agent], sector),
         ),
       );
-      pen.globalAlpha = (0.42 * level) / LEVELS;
+      pen.globalAlpha = (0.42 * level) / BRIGHTNESS_LEVELS;
       pen.fill();
     }
   }
@@ -73,9 +77,9 @@ function findVisibleAgents(view, radius) {
   for (let agent = 0; agent < view.count; agent++) {
     const x = view.x[agent];
     const y = view.y[agent];
-    const wraps = x < radius || y < radius || x > width - radius || y > height - radius;
+    const isNearEdge = x < radius || y < radius || x > width - radius || y > height - radius;
     if (
-      wraps ||
+      isNearEdge ||
       (x > left - radius && x < right + radius && y > top - radius && y < bottom + radius)
     )
       near.push(agent);

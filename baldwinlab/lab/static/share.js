@@ -177,25 +177,25 @@ function createMovieRequest(format, getState) {
 /** Draw the visible worlds next to each other, with captions. */
 async function drawPicture({ panels, step }) {
   // The same resolution as the worlds.
-  const dots = Math.min(devicePixelRatio || 1, 2);
+  const pixelRatio = Math.min(devicePixelRatio || 1, 2);
   const width = panels.reduce((sum, { canvas }) => sum + canvas.width, 0);
   const height = Math.max(...panels.map(({ canvas }) => canvas.height));
-  const sheet = el("canvas", { width, height: height + CAPTION_HEIGHT * dots });
+  const sheet = el("canvas", { width, height: height + CAPTION_HEIGHT * pixelRatio });
   const pen = sheet.getContext("2d");
   const style = getComputedStyle(document.body);
   pen.fillStyle = style.backgroundColor;
   pen.fillRect(0, 0, sheet.width, sheet.height);
   pen.fillStyle = style.color;
-  pen.font = `${13 * dots}px system-ui, sans-serif`;
+  pen.font = `${13 * pixelRatio}px system-ui, sans-serif`;
   pen.textBaseline = "middle";
   let left = 0;
   for (const { canvas, source } of panels) {
     pen.drawImage(canvas, left, 0);
     pen.fillText(
       `${formatTitle(source)}, step ${step}`,
-      left + 12 * dots,
-      height + (CAPTION_HEIGHT * dots) / 2,
-      canvas.width - 24 * dots,
+      left + 12 * pixelRatio,
+      height + (CAPTION_HEIGHT * pixelRatio) / 2,
+      canvas.width - 24 * pixelRatio,
     );
     left += canvas.width;
   }

@@ -54,9 +54,9 @@ export function findNearestLifetime(
   const named = match.conditions.find(({ name }) => name === condition);
   if (strict && condition !== undefined && !named)
     throw new Error(`The study ${match.id} has no finished runs of ${condition}.`);
-  const chosen = named ?? match.conditions.find(({ shown }) => shown) ?? match.conditions[0];
-  const last = chosen.generations - 1;
-  const requestedGeneration = Number(generation ?? chosen.generations - 1);
+  const selected = named ?? match.conditions.find(({ shown }) => shown) ?? match.conditions[0];
+  const last = selected.generations - 1;
+  const requestedGeneration = Number(generation ?? selected.generations - 1);
   if (
     strict &&
     !(
@@ -66,14 +66,14 @@ export function findNearestLifetime(
     )
   )
     throw new Error(
-      `${chosen.name} has no generation ${generation}: its generations are 0 to ${last}.`,
+      `${selected.name} has no generation ${generation}: its generations are 0 to ${last}.`,
     );
-  if (strict && run !== undefined && !chosen.runs.includes(Number(run)))
-    throw new Error(`The study ${match.id} has no run ${run} of ${chosen.name}.`);
+  if (strict && run !== undefined && !selected.runs.includes(Number(run)))
+    throw new Error(`The study ${match.id} has no run ${run} of ${selected.name}.`);
   return {
     study: match.id,
-    condition: chosen.name,
-    run: chosen.runs.includes(Number(run)) ? Number(run) : chosen.runs[0],
+    condition: selected.name,
+    run: selected.runs.includes(Number(run)) ? Number(run) : selected.runs[0],
     generation: Math.min(requestedGeneration, last),
   };
 }
@@ -107,10 +107,10 @@ export function chooseComparison({ source, conditions }) {
     .filter(({ learner }) => learner === first)
     .concat(candidates)
     .find(
-      (chosen) =>
-        chosen !== current &&
-        chosen.runs.includes(source.run) &&
-        chosen.generations > source.generation,
+      (candidate) =>
+        candidate !== current &&
+        candidate.runs.includes(source.run) &&
+        candidate.generations > source.generation,
     );
   return alternative
     ? { ...source, condition: alternative.name }
@@ -127,13 +127,13 @@ export async function loadStudies() {
   const problems = studies.flatMap(({ problem }) => problem ?? []);
   const worldless = studies.flatMap(({ id, conditions }) =>
     conditions
-      .filter((chosen) => !isViewable(chosen))
+      .filter((stored) => !isViewable(stored))
       .map(({ name }) => ({ study: id, condition: name })),
   );
   const stored = studies
     .map((study) => ({
       ...study,
-      conditions: study.conditions.filter((chosen) => chosen.runs.length && isViewable(chosen)),
+      conditions: study.conditions.filter((stored) => stored.runs.length && isViewable(stored)),
     }))
     .filter(({ conditions }) => conditions.length);
   return { studies: stored.length ? stored : [await loadPresets()], worldless, problems };

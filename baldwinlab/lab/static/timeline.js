@@ -9,7 +9,7 @@ const BAR_WIDTH = 3;
 /**
  * @typedef {object} Track
  * @property {import("./recording.js").Lifetime} life
- * @property {number|null} chosen the agent whose meals are marked
+ * @property {number|null} selectedAgent the agent whose meals are marked
  */
 export class Timeline extends ChartSlider {
   /** @param {(step: number) => void} seek */
@@ -42,13 +42,17 @@ export class Timeline extends ChartSlider {
     const steps = Number(this.slider.max) + 1;
     const sheet = this.redrawIfChanged(
       steps,
-      ...tracks.flatMap(({ life, chosen }) => [life, chosen, [...life.parts.keys()].join()]),
+      ...tracks.flatMap(({ life, selectedAgent }) => [
+        life,
+        selectedAgent,
+        [...life.parts.keys()].join(),
+      ]),
     );
     if (!sheet) return;
-    const { pen, width, height, dots } = sheet;
+    const { pen, width, height, pixelRatio } = sheet;
     const row = height / tracks.length;
     tracks.forEach((track, number) =>
-      drawTrack(pen, track, { top: number * row, width, row, dots, steps }),
+      drawTrack(pen, track, { top: number * row, width, row, pixelRatio, steps }),
     );
   }
 }
@@ -63,34 +67,35 @@ function countEaten(life, from, to) {
   return sum;
 }
 
-function drawTrack(pen, { life, chosen }, { top, width, row, dots, steps }) {
-  const wide = BAR_WIDTH * dots;
-  const bars = new Float32Array(Math.ceil(width / wide));
-  const chosenBars = new Set();
+function drawTrack(pen, { life, selectedAgent }, { top, width, row, pixelRatio, steps }) {
+  const barWidth = BAR_WIDTH * pixelRatio;
+  const bars = new Float32Array(Math.ceil(width / barWidth));
+  const selectedBars = new Set();
   for (const part of life.parts.values()) {
-    const barAt = (step) => Math.floor(((step / steps) * width) / wide);
+    const barAt = (step) => Math.floor(((step / steps) * width) / barWidth);
     part.meals.forEach((count, index) => (bars[barAt(part.first + index)] += count));
-    for (let step = part.first + 1; chosen !== null && step <= part.last; step++) {
-      if (part.countEaten(step, chosen) > part.countEaten(step - 1, chosen))
-        chosenBars.add(barAt(step - 1));
+    for (let step = part.first + 1; selectedAgent !== null && step <= part.last; step++) {
+      if (part.countEaten(step, selectedAgent) > part.countEaten(step - 1, selectedAgent))
+        selectedBars.add(barAt(step - 1));
     }
   }
   const maximum = Math.max(4, ...bars);
-  const barHeight = row - 4 * dots;
+  const barHeight = row - 4 * pixelRatio;
   pen.fillStyle = palette.edge;
   pen.globalAlpha = 0.6;
-  pen.fillRect(0, top + row - dots, width, dots);
+  pen.fillRect(0, top + row - pixelRatio, width, pixelRatio);
   bars.forEach((count, index) => {
     if (!count) return;
     const barTop = Math.max(
-      2 * dots,
-      Math.sqrt(count / maximum) * barHeight * (chosenBars.size ? 0.72 : 1),
+      2 * pixelRatio,
+      Math.sqrt(count / maximum) * barHeight * (selectedBars.size ? 0.72 : 1),
     );
     pen.globalAlpha = 0.75;
     pen.fillStyle = palette.meal;
-    pen.fillRect(index * wide, top + row - dots - barTop, wide - dots, barTop);
+    pen.fillRect(index * barWidth, top + row - pixelRatio - barTop, barWidth - pixelRatio, barTop);
   });
   pen.globalAlpha = 1;
   pen.fillStyle = palette.chosen;
-  for (const index of chosenBars) pen.fillRect(index * wide, top + dots, wide - dots, 5 * dots);
+  for (const index of selectedBars)
+    pen.fillRect(index * barWidth, top + pixelRatio, barWidth - pixelRatio, 5 * pixelRatio);
 }

@@ -2,25 +2,24 @@
 
 // From the oldest quarter of a recent trail to the newest.
 const OPACITIES = [0.12, 0.22, 0.36, 0.55];
-// Steps.
 const RECENT_STEPS = 220;
 // Maximum per frame, so trails are shorter for a large population.
-const RECENT_SEGMENTS = 9000;
+const MAX_RECENT_SEGMENTS = 9000;
 // With more agents, trails are short and use every fourth position.
 const MANY_AGENTS = 300;
 // Maximum per frame.
-const LIFE_SEGMENTS = 24000;
+const MAX_LIFE_SEGMENTS = 24000;
 // Relative to the map. A longer move between two positions is a jump across the edge.
 const MAX_JUMP_SHARE = 1 / 8;
 // Map units per step, for small maps.
-const MIN_JUMP = 10;
+const MIN_JUMP_DISTANCE = 10;
 
 /** Draw fading paths of all agents over the last steps. `pen` uses map units. */
-export function drawRecent(pen, recording, step, color, width) {
+export function drawRecentTrails(pen, recording, step, color, width) {
   const isCrowd = recording.agents > MANY_AGENTS;
   const length = isCrowd
     ? 16
-    : Math.min(RECENT_STEPS, Math.floor(RECENT_SEGMENTS / recording.agents));
+    : Math.min(RECENT_STEPS, Math.floor(MAX_RECENT_SEGMENTS / recording.agents));
   const row = step - recording.first;
   pen.strokeStyle = color;
   pen.lineWidth = width;
@@ -63,7 +62,7 @@ function tracePath(
   interval = 1,
 ) {
   const [maxX, maxY] = [world.width, world.height].map((span) =>
-    Math.min(span / 2, Math.max(span * MAX_JUMP_SHARE, MIN_JUMP * interval)),
+    Math.min(span / 2, Math.max(span * MAX_JUMP_SHARE, MIN_JUMP_DISTANCE * interval)),
   );
   let index = from * agents + agent;
   let oldX = x[index];
@@ -85,8 +84,8 @@ export class LifeTrails {
   constructor() {
     this.layer = null;
     this.key = [];
-    // Rows.
-    this.drawn = 0;
+    // The number of rows on the layer.
+    this.drawnRows = 0;
   }
 
   /**
@@ -97,22 +96,22 @@ export class LifeTrails {
     const row = step - recording.first;
     const key = [recording, canvas.width, canvas.height, color, ...transform];
     this.layer ??= document.createElement("canvas");
-    if (row < this.drawn || key.some((value, number) => value !== this.key[number])) {
+    if (row < this.drawnRows || key.some((value, number) => value !== this.key[number])) {
       this.layer.width = canvas.width;
       this.layer.height = canvas.height;
-      this.drawn = 0;
+      this.drawnRows = 0;
       this.key = key;
     }
     const to = Math.min(
       row,
-      this.drawn + Math.max(1, Math.floor(LIFE_SEGMENTS / recording.agents)),
+      this.drawnRows + Math.max(1, Math.floor(MAX_LIFE_SEGMENTS / recording.agents)),
     );
-    if (to > this.drawn) this.extend(transform, recording, to, color, width);
+    if (to > this.drawnRows) this.extend(transform, recording, to, color, width);
     pen.save();
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.drawImage(this.layer, 0, 0);
     pen.restore();
-    return this.drawn >= row;
+    return this.drawnRows >= row;
   }
 
   extend(transform, recording, to, color, width) {
@@ -124,9 +123,9 @@ export class LifeTrails {
     pen.lineJoin = "round";
     for (let agent = 0; agent < recording.agents; agent++) {
       pen.beginPath();
-      tracePath(pen, recording, agent, this.drawn, to);
+      tracePath(pen, recording, agent, this.drawnRows, to);
       pen.stroke();
     }
-    this.drawn = to;
+    this.drawnRows = to;
   }
 }

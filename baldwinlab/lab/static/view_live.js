@@ -172,6 +172,6 @@ function drawPreview(stage, preview) {
   map.hidden = !preview.world;
   if (map.hidden) return;
   const view = new WorldView(map);
-  view.show(preview);
+  view.setWorld(preview);
   view.draw(null, 0);
 }

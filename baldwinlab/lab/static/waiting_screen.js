@@ -108,7 +108,8 @@ class WaitingScreen {
     const { life, agent } = this.figure;
     const { isLoaded, ready } = this.figure.draw(time);
     if (!ready) this.player.invalidate();
-    if (life) this.bar.draw(Math.floor(time), this.player.last + 1, [{ life, chosen: agent }]);
+    if (life)
+      this.bar.draw(Math.floor(time), this.player.last + 1, [{ life, selectedAgent: agent }]);
     return isLoaded;
   }
 

@@ -3,11 +3,11 @@
 import { drawAgents, shortestDistance } from "./agents.js";
 import { palette, resolveColor } from "./palette.js";
 import { drawSensors } from "./sensors.js";
-import { LifeTrails, drawAgentTrail, drawRecent } from "./trails.js";
+import { LifeTrails, drawAgentTrail, drawRecentTrails } from "./trails.js";
 
 /**
  * @typedef {object} DrawOptions
- * @property {number|null} [chosen] the selected agent
+ * @property {number|null} [selectedAgent] the selected agent
  * @property {"off"|"recent"|"life"} [trails]
  * @property {boolean} [sight] whether visual ranges are drawn
  */
@@ -26,11 +26,11 @@ export class WorldView {
 
   /** Adapt to the size of the canvas on the page. */
   resize() {
-    this.dots = Math.min(globalThis.devicePixelRatio || 1, 2);
+    this.pixelRatio = Math.min(globalThis.devicePixelRatio || 1, 2);
     this.width = this.canvas.clientWidth || this.canvas.width;
     this.height = this.canvas.clientHeight || this.canvas.height;
-    this.canvas.width = Math.max(1, Math.round(this.width * this.dots));
-    this.canvas.height = Math.max(1, Math.round(this.height * this.dots));
+    this.canvas.width = Math.max(1, Math.round(this.width * this.pixelRatio));
+    this.canvas.height = Math.max(1, Math.round(this.height * this.pixelRatio));
   }
 
   /** CSS pixels per map unit. */
@@ -107,16 +107,16 @@ export class WorldView {
 
   /**
    * @param {import("./recording.js").Recording|null} recording null: only the map
-   * @param {number} time a step, or a moment between two steps
+   * @param {number} time a step, with a fraction between two steps
    * @param {DrawOptions} [options]
    * @returns {boolean} whether all is drawn; otherwise draw again
    */
   draw(recording, time, options = {}) {
-    const { pen, dots } = this;
-    if (recording) this.show(recording.header);
+    const { pen, pixelRatio } = this;
+    if (recording) this.setWorld(recording.header);
     const scale = this.scale;
     const [left, top] = this.origin;
-    const transform = [scale * dots, left * dots, top * dots];
+    const transform = [scale * pixelRatio, left * pixelRatio, top * pixelRatio];
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.fillStyle = palette.around;
     pen.fillRect(0, 0, this.canvas.width, this.canvas.height);
@@ -129,18 +129,22 @@ export class WorldView {
     pen.rect(0, 0, this.world.width, this.world.height);
     pen.clip();
     const step = Math.min(Math.floor(time), recording.last - 1);
-    this.placeAgents(recording, step, time - step);
-    const ready = this.drawTrails(transform, recording, step, options, scale);
-    if (options.sight !== false) drawSensors(this, recording, step, options.chosen);
-    this.drawItems(recording.findItems(step), recording.header.appearance.item_kinds, scale);
-    drawAgents(this, recording, step, options.chosen);
+    this.interpolateAgents(recording, step, time - step);
+    const isComplete = this.drawTrails(transform, recording, step, options, scale);
+    if (options.sight !== false) drawSensors(this, recording, step, options.selectedAgent);
+    this.drawItems(
+      recording.computeItemPositions(step),
+      recording.header.appearance.item_kinds,
+      scale,
+    );
+    drawAgents(this, recording, step, options.selectedAgent);
     pen.restore();
     this.drawEdge(scale);
-    return ready;
+    return isComplete;
   }
 
   /** Set the size and the marks of the world. */
-  show({ world: { width, height }, appearance: { marks } }) {
+  setWorld({ world: { width, height }, appearance: { marks } }) {
     this.world = { width, height, marks };
   }
 
@@ -166,7 +170,7 @@ export class WorldView {
   }
 
   /** Interpolate the position of every agent between two steps. */
-  placeAgents(
+  interpolateAgents(
     { agents, first, last, header: { appearance }, arrays: { x, y, heading } },
     step,
     share,
@@ -190,11 +194,11 @@ export class WorldView {
   }
 
   drawTrails(transform, recording, step, options, scale) {
-    const { trails = "recent", chosen } = options;
+    const { trails = "recent", selectedAgent } = options;
     const width = Math.max(1.1 / scale, 0.9);
-    let ready = true;
+    let isComplete = true;
     if (trails === "life")
-      ready = this.life.draw(
+      isComplete = this.life.draw(
         this.pen,
         this.canvas,
         transform,
@@ -203,10 +207,10 @@ export class WorldView {
         palette.trail,
         width,
       );
-    else if (trails === "recent") drawRecent(this.pen, recording, step, palette.trail, width);
-    if (trails !== "off" && chosen != null && chosen < this.count)
-      drawAgentTrail(this.pen, recording, step, chosen, palette.chosen, width * 1.3);
-    return ready;
+    else if (trails === "recent") drawRecentTrails(this.pen, recording, step, palette.trail, width);
+    if (trails !== "off" && selectedAgent != null && selectedAgent < this.count)
+      drawAgentTrail(this.pen, recording, step, selectedAgent, palette.chosen, width * 1.3);
+    return isComplete;
   }
 
   /** Draw items. They are numbered by kind. */

@@ -113,7 +113,7 @@ export class WorldFigure {
   draw(time) {
     const recording = this.life?.findPart(Math.floor(time)) ?? null;
     const moment = Math.max(time, recording?.first ?? 0);
-    const ready = this.view.draw(recording, moment, { chosen: this.agent });
+    const ready = this.view.draw(recording, moment, { selectedAgent: this.agent });
     if (recording) this.showFacts(recording, Math.min(Math.floor(moment), recording.last - 1));
     return { isLoaded: recording !== null || !this.life, ready };
   }

@@ -234,15 +234,15 @@ export class WorldTab {
   draw(time) {
     let isLoaded = true;
     for (const panel of this.panels) {
-      const chosen = panel.name === this.side ? this.agent : null;
-      const drawn = panel.draw(time, { trails: this.trails, sight: this.sight, chosen });
+      const selectedAgent = panel.name === this.side ? this.agent : null;
+      const drawn = panel.draw(time, { trails: this.trails, sight: this.sight, selectedAgent });
       isLoaded &&= drawn.isLoaded;
       if (!drawn.ready) this.player.invalidate();
     }
     const step = Math.floor(time);
     const tracks = this.panels
       .filter(({ life }) => life)
-      .map(({ life, name }) => ({ life, chosen: name === this.side ? this.agent : null }));
+      .map(({ life, name }) => ({ life, selectedAgent: name === this.side ? this.agent : null }));
     if (tracks.length) this.timeline.draw(tracks);
     this.timeline.show(step);
     this.playbackBar.showStep(step);
