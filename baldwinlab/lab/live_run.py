@@ -29,7 +29,7 @@ MAX_SECONDS_PER_GENERATION: Final = 60.0
 
 
 class InterruptibleBatch(cpu.CpuBatch):
-    """A batch that calls `check` every few steps. Its results equal those of `CpuBatch`."""
+    """A batch that calls `check` every few steps. Its results are bit-identical to `CpuBatch`."""
 
     def __init__(
         self, check: Callable[[], None], experiment: Experiment, seed: int, runs: Sequence[int]

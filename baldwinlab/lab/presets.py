@@ -1,4 +1,4 @@
-"""The presets of a lab: those of all papers, and the defaults of third-party models."""
+"""The presets of a lab: the presets of all papers, and the defaults of third-party models."""
 
 from __future__ import annotations
 

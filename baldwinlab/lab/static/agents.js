@@ -1,5 +1,6 @@
 /**
- * Draw agents as darts: filled after the first meal, with a flash for a meal, and a ring if selected.
+ * Draw agents as darts. A dart is filled after the first meal, and has a flash for each meal. The
+ * selected agent has a ring.
  */
 
 import { FONT, palette } from "./palette.js";
@@ -86,8 +87,8 @@ function drawFlashes({ pen, x, y, count }, recording, step, size) {
 }
 
 /**
- * Draw dotted lines from learners to teachers along the shorter way, or only those of the selected
- * agent.
+ * Draw dotted lines from learners to teachers, along the shorter way. If an agent is selected, draw
+ * only its lines.
  */
 function drawTeacherLinks({ pen, x, y, count, scale, world }, recording, step, selectedAgent) {
   pen.strokeStyle = palette.lesson;

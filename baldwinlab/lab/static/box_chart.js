@@ -9,6 +9,9 @@ const BOTTOM = 8;
 const LEFT = 46;
 // Half of the width of a box, relative to its slot.
 const BOX_SHARE = 0.34;
+// CSS pixels. Narrower slots have slanted labels, and wider slots do not have wider boxes.
+const MIN_STRAIGHT_SLOT = 110;
+const MAX_HALF_BOX = 36;
 // SVG units.
 const FILE_SIZE = { width: 760, height: 400 };
 
@@ -58,7 +61,7 @@ export function drawBoxChart(root, options) {
 }
 
 function drawPlot(title, groups, width, height) {
-  const isSlanted = (width - LEFT) / groups.length < 110;
+  const isSlanted = (width - LEFT) / groups.length < MIN_STRAIGHT_SLOT;
   const longest = Math.max(...groups.map((group) => group.label.length));
   // Approximate height of the labels.
   const bottom = BOTTOM + (isSlanted ? 14 + 4 * longest : 18);
@@ -91,7 +94,7 @@ function drawPlot(title, groups, width, height) {
 
 function drawBox(group, middle, slot, y) {
   const { low, first, median, third, high } = computeBoxStatistics(group.values);
-  const half = Math.min(slot * BOX_SHARE, 36);
+  const half = Math.min(slot * BOX_SHARE, MAX_HALF_BOX);
   const line = (x1, y1, x2, y2, width = 1.5) =>
     createSvg("line", { x1, y1, x2, y2, stroke: group.color, "stroke-width": width });
   return createSvg(
@@ -115,7 +118,7 @@ function drawBox(group, middle, slot, y) {
 }
 
 function drawPoints(group, middle, slot, y) {
-  const half = Math.min(slot * BOX_SHARE, 36) * 0.8;
+  const half = Math.min(slot * BOX_SHARE, MAX_HALF_BOX) * 0.8;
   return group.values.map((value, index) => {
     // Deterministic, evenly spread positions.
     const x = middle + half * (2 * ((index * 0.618034) % 1) - 1);

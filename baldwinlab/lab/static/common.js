@@ -136,7 +136,9 @@ export async function inflate(text) {
 }
 
 /**
- * Send a request. Without a connection, show a banner and retry. Throw RequestError for an error status.
+ * Send a request. Without a connection, show a banner and retry.
+ *
+ * Throw RequestError for an error status.
  */
 export async function request(path, options) {
   for (;;) {

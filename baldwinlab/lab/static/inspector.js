@@ -191,7 +191,7 @@ export class Inspector {
     const count = arrays.weights.length / arrays.sample_step.length;
     const changes = arrays.weights.map((weight, index) => weight - arrays.weights[index % count]);
     const maximum = findMaximum(changes);
-    // The first weights of a network are those of its first layer.
+    // The first weights of a network are the weights of its first layer.
     const firstLayerCount = (sizes[0] + Number(biases)) * sizes[1];
     const lines = Array.from({ length: Math.min(count, MAX_LINES) }, (_, offset) => ({
       x: arrays.sample_step,
@@ -265,7 +265,7 @@ export class Inspector {
     }
   }
 
-  /** Return the distance between the current weights and those at birth. */
+  /** Return the distance between the current weights and the weights at birth. */
   computeWeightDistance() {
     const { weights } = this.data.arrays;
     return Math.sqrt(

@@ -20,7 +20,7 @@ const PLAY_ALL = "Play the generations one after another (g)";
 export class LifetimeSelector {
   /**
    * @param {string} name "a" or "b"
-   * @param {object[]} studies from /api/studies, without those that cannot be read
+   * @param {object[]} studies the readable studies of /api/studies
    * @param {{invalidate: () => void, chosen: () => void, playAllClicked: () => void}} callbacks
    */
   constructor(name, studies, callbacks) {

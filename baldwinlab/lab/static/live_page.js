@@ -11,6 +11,7 @@ import { LIVE } from "./topics.js";
 import { mount } from "./view_live.js";
 
 /**
+ * Fill the page.
  * @param {HTMLElement} root is filled; the page also has #about, #actions and #messages
  * @param {import("./browser_lab.js").Laboratory} laboratory
  * @param {string} code of a worker

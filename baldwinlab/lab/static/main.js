@@ -92,7 +92,7 @@ function applyAddress(target, isTabLink) {
   guide.applyState(target.state);
 }
 
-/** Return the last state of a view, or the study that another view has shown since. */
+/** Return the last state of a view. If another view showed a study later, return this study. */
 function restoreState(name) {
   const saved = savedViews.get(name)?.state ?? {};
   const last = [...savedViews.values()].at(-1)?.state.study;

@@ -22,7 +22,7 @@ const ALLELES = "alleles";
 
 export class ModelPanel extends LifetimeSelector {
   /**
-   * @param {object[]} studies from /api/studies, without those that cannot be read
+   * @param {object[]} studies the readable studies of /api/studies
    * @param {{invalidate: () => void, chosen: () => void, shown: () => void, failed: (fault: Error)
    *   => void, playAllClicked: () => void, moved: () => void}} callbacks
    */

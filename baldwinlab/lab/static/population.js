@@ -45,7 +45,7 @@ export class Population {
     });
   }
 
-  /** Build the list: all agents in order, or those that eat most. */
+  /** Build the list: all agents in order, or the agents that eat most. */
   buildLines(recording, lifetimeTotals) {
     this.best = Math.max(1, ...[...lifetimeTotals]);
     const agents = Array.from({ length: recording.agents }, (_, agent) => agent);

@@ -8,6 +8,7 @@ import { TimeBar } from "./time_bar.js";
 import { WorldFigure, createLifetime } from "./world_figure.js";
 
 /**
+ * Fill the page and start the replay.
  * @param {HTMLElement} root is emptied and filled
  * @param {{version: string, step: number, panels: {title: string, recording: string, experiment:
  *   string|null, commands: string[]}[]}} replay
@@ -19,13 +20,13 @@ export async function play(root, replay) {
     ),
   );
   const player = new Player((time) => {
-    const ready = figures.map((figure) => figure.draw(time).ready);
+    const isComplete = figures.map((figure) => figure.draw(time).ready);
     bar.draw(
       Math.floor(time),
       player.last + 1,
       figures.map(({ life, agent }) => ({ life, selectedAgent: agent })),
     );
-    if (ready.includes(false)) player.invalidate();
+    if (isComplete.includes(false)) player.invalidate();
     return true;
   });
   player.last = Math.max(...lives.map((life) => life.findPart(0).last)) - 1;

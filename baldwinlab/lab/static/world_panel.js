@@ -15,7 +15,7 @@ const PART_AGENT_STEPS = 1_300_000;
 export class WorldPanel extends LifetimeSelector {
   /**
    * @param {string} name "a" or "b"
-   * @param {object[]} studies from /api/studies, without those that cannot be read
+   * @param {object[]} studies the readable studies of /api/studies
    * @param {{invalidate: () => void, chosen: () => void, loaded: () => void, failed: (fault: Error)
    *   => void, picked: (agent: number|null) => void, moved: () => void, fitted: () => void,
    *   playAllClicked: () => void}} callbacks
