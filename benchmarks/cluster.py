@@ -37,12 +37,12 @@ from benchmarks.machine import provenance
 from benchmarks.tables import table
 
 # The extrapolated study.
-RUNS = 1_000_000
-CORES = 10_000
-ROUNDS = 4
+N_RUNS = 1_000_000
+N_CORES = 10_000
+N_ROUNDS = 4
 # Empty tasks, and events, for the load of the scheduler.
-TASKS = 5000
-EVENTS = 20_000
+N_TASKS = 5000
+N_EVENTS = 20_000
 
 
 class Process:
@@ -188,7 +188,7 @@ def measure_workers() -> dict[str, list[Duration]]:
             small_study(*executor)
         rounds = [
             {name: small_study(*executor) for name, executor in executors.items()}
-            for _ in range(ROUNDS)
+            for _ in range(N_ROUNDS)
         ]
     return {name: [durations[name] for durations in rounds] for name in executors}
 
@@ -247,7 +247,7 @@ def measure_scheduler() -> Costs:
         Client(address) as client,
     ):
         study = create_study(Path(folder), paper(), seed=0)
-        tasks = [RunTask(experiment, tuple(range(50))) for experiment in paper()] * (TASKS // 6)
+        tasks = [RunTask(experiment, tuple(range(50))) for experiment in paper()] * (N_TASKS // 6)
         orders = dask._pack_tasks(study, tasks, CPU, "benchmark")
         with workers(address, 2) as started:
             client.run(compile_experiments, paper())
@@ -265,9 +265,9 @@ def measure_scheduler() -> Costs:
             send = time.process_time() - cpu_began
             wait_until_idle(process)
             scheduled = process.cpu()
-            client.submit(send_events, EVENTS, pure=False).result()
+            client.submit(send_events, N_EVENTS, pure=False).result()
             wait_until_idle(process)
-            event = (process.cpu() - scheduled) / EVENTS
+            event = (process.cpu() - scheduled) / N_EVENTS
         empty = process.mib()
         waiting = client.map(do_nothing, orders, pure=False, batch_size=dask.TASKS_PER_MESSAGE)
         wait_until_idle(process)
@@ -329,27 +329,27 @@ def spread(values: Sequence[float]) -> str:
 
 def extrapolation_table(run: Run, costs: Costs) -> str:
     """Return a table of the costs of a million runs on 10,000 cores."""
-    batches = -(-RUNS // (CPU.worlds * MAX_TASKS))
+    batches = -(-N_RUNS // (CPU.worlds * MAX_TASKS))
     runs = CPU.worlds * batches
     cost = run.simulate + run.store
-    tasks = -(-RUNS // runs)
-    wall = RUNS * cost / CORES
-    n_batches = RUNS // CPU.worlds
-    core_hours = RUNS * cost / 3600
-    files = RUNS / wall
-    rate = RUNS * run.size / wall / 1e9
+    tasks = -(-N_RUNS // runs)
+    wall = N_RUNS * cost / N_CORES
+    n_batches = N_RUNS // CPU.worlds
+    core_hours = N_RUNS * cost / 3600
+    files = N_RUNS / wall
+    rate = N_RUNS * run.size / wall / 1e9
     split = f"{batches} batches of {CPU.worlds}"
     events = 100 * dask.EVENTS_PER_SECOND * costs.event
     rows = [
         [
             "work",
-            f"{RUNS:,} runs x {cost:.2f} s = {core_hours:,.0f} core hours, "
+            f"{N_RUNS:,} runs x {cost:.2f} s = {core_hours:,.0f} core hours, "
             f"{wall:.0f} s of 10,000 cores",
         ],
         [
             "tasks",
             f"{tasks:,} of {runs} runs ({split}), {runs * cost:.0f} s each, "
-            f"{tasks / CORES:.1f} per core",
+            f"{tasks / N_CORES:.1f} per core",
         ],
         [
             "sent by the command",
@@ -371,14 +371,15 @@ def extrapolation_table(run: Run, costs: Costs) -> str:
         ],
         [
             "written",
-            f"{RUNS:,} files, {RUNS * run.size / 1e12:.2f} TB: "
+            f"{N_RUNS:,} files, {N_RUNS * run.size / 1e12:.2f} TB: "
             f"{files:,.0f} files and {rate:.0f} GB per second",
         ],
         [
             "written, with few genomes",
-            f"{RUNS * run.small / 1e12:.2f} TB, {RUNS * run.small / wall / 1e9:.0f} GB per second",
+            f"{N_RUNS * run.small / 1e12:.2f} TB, "
+            f"{N_RUNS * run.small / wall / 1e9:.0f} GB per second",
         ],
-        ["check all runs at resume", f"{RUNS * run.check / 60:.0f} minutes"],
+        ["check all runs at resume", f"{N_RUNS * run.check / 60:.0f} minutes"],
     ]
     return table(["a million runs on 10,000 cores", "extrapolated"], rows)
 

@@ -20,20 +20,20 @@ from benchmarks.scenarios import SCENARIOS, scenario
 from benchmarks.setting import Genomes, Setting, from_experiment
 from benchmarks.tables import draw_comparison, tables
 
-OUT = Path("build/benchmarks")
+OUTPUT_FOLDER = Path("build/benchmarks")
 SAME_MODEL = ("baldwinlab_lives", "python_plain", "numpy_vectorised", "jax_scan")
 PUBLISHED = ("evojax_waterworld", "mesa_boids")
 MULTI_CORE = ("baldwinlab_lives", "jax_scan")
 # Steps of the lifetimes that measure the time to the first result, and fresh processes for it.
-FIRST_STEPS = 100
-STARTS = 3
+N_FIRST_STEPS = 100
+N_STARTS = 3
 # It compiles for 15 seconds, so its single start in the race is used.
 SLOW_TO_START = "evojax_waterworld"
 
 
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    arguments.add_argument("--out", type=Path, default=OUT)
+    arguments.add_argument("--out", type=Path, default=OUTPUT_FOLDER)
     arguments.add_argument("--rounds", type=int, default=5)
     given = arguments.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
@@ -90,10 +90,10 @@ def first_results() -> list[Record]:
     The last record is baldwinlab with an empty compilation cache.
     """
     setting, genomes = scenario(SCENARIOS[0])
-    short = replace(setting, steps=FIRST_STEPS)
+    short = replace(setting, steps=N_FIRST_STEPS)
     names = [name for name in SAME_MODEL + PUBLISHED if name != SLOW_TO_START]
     records: list[Record] = []
-    for name in names * STARTS:
+    for name in names * N_STARTS:
         records += race([Entry(name, short, genomes)], rounds=0)
     with TemporaryDirectory() as empty:
         cold = Entry("baldwinlab_lives", short, genomes, environment={"BALDWINLAB_CACHE": empty})

@@ -11,20 +11,20 @@ import numpy as np
 
 import baldwinlab as bl
 
-WORLDS = 50
-STEPS = 2000
+N_WORLDS = 50
+N_STEPS = 2000
 
 
 def main() -> None:
-    worlds = bl.vector_env(bl.load("evo/A").replace(lifetime={"steps": STEPS}), worlds=WORLDS)
+    worlds = bl.vector_env(bl.load("evo/A").replace(lifetime={"steps": N_STEPS}), worlds=N_WORLDS)
     for _ in range(3):
         sensed, _ = worlds.reset(seed=1)
         began = time.perf_counter()
-        for _ in range(STEPS):
+        for _ in range(N_STEPS):
             left, front, right = (sensed[:, number] > 0 for number in range(3))
             action = np.select([front, left, right], [1, 0, 2], default=1)
             sensed, *_ = worlds.step(action)
-        rate = worlds.num_envs * STEPS / (time.perf_counter() - began)
+        rate = worlds.num_envs * N_STEPS / (time.perf_counter() - began)
         print(f"{rate / 1e6:.1f} million agent-steps/s")
 
 

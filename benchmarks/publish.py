@@ -7,7 +7,7 @@ import re
 import shutil
 from pathlib import Path
 
-from benchmarks.compare import OUT
+from benchmarks.compare import OUTPUT_FOLDER
 from benchmarks.machine import ROOT
 
 PAGE = ROOT / "docs" / "development" / "benchmarks.md"
@@ -16,7 +16,10 @@ PAGE = ROOT / "docs" / "development" / "benchmarks.md"
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     arguments.add_argument(
-        "--out", type=Path, default=OUT, help="folder of the results of `compare` and `scaling`"
+        "--out",
+        type=Path,
+        default=OUTPUT_FOLDER,
+        help="folder of the results of `compare` and `scaling`",
     )
     out = arguments.parse_args().out
     page = PAGE.read_text("utf-8")

@@ -23,7 +23,7 @@ from benchmarks.setting import Genomes, Setting
 
 ROOT = Path(__file__).parent.parent
 # Smallest duration of a measurement, in seconds.
-FILL = 0.3
+MIN_MEASUREMENT_SECONDS = 0.3
 ALLOCATOR = {"MALLOC_TRIM_THRESHOLD_": "100000000", "MALLOC_MMAP_THRESHOLD_": "100000000"}
 """Settings of glibc against returning freed memory, which slows NumPy by up to 40 %."""
 
@@ -151,7 +151,7 @@ def race(entries: Sequence[Entry], rounds: int) -> list[Record]:
         for _ in range(rounds):
             for (process, record), meals in zip(started, eaten, strict=True):
                 if not record.not_measured:
-                    answer = process.measure(FILL)
+                    answer = process.measure(MIN_MEASUREMENT_SECONDS)
                     record.rates.append(answer["agent_steps"] / answer["seconds"])
                     record.cpu_rates.append(answer["agent_steps"] / answer["cpu_seconds"])
                     record.peak_mib = answer["peak_mib"]

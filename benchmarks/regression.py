@@ -21,10 +21,11 @@ from benchmarks.machine import provenance
 from benchmarks.race import Entry, cpu_ratios, race
 from benchmarks.scenarios import SCENARIOS, scenario
 
-RECORD = Path(__file__).with_name("recorded.json")
+RECORD_FILE = Path(__file__).with_name("recorded.json")
 CONTENDERS = ("baldwinlab_lives", "numpy_vectorised")
-ROUNDS = 9
-ALLOWED = 0.15
+N_ROUNDS = 9
+# Largest loss of the ratio that is accepted, as a share.
+MAX_LOSS = 0.15
 
 
 def measure() -> dict[str, float]:
@@ -32,25 +33,25 @@ def measure() -> dict[str, float]:
     ratios = {}
     for name in SCENARIOS:
         setting, genomes = scenario(name)
-        ours, theirs = race(
-            [Entry(contender, setting, genomes) for contender in CONTENDERS], ROUNDS
+        baldwinlab_record, numpy_record = race(
+            [Entry(contender, setting, genomes) for contender in CONTENDERS], N_ROUNDS
         )
-        for record in (ours, theirs):
+        for record in (baldwinlab_record, numpy_record):
             if record.not_measured:
                 sys.exit(f"{record.contender} could not be measured: {record.not_measured}")
-        ratios[name] = round(median(cpu_ratios(ours, theirs)), 2)
+        ratios[name] = round(median(cpu_ratios(baldwinlab_record, numpy_record)), 2)
     return ratios
 
 
-def describe_loss(now: dict[str, float], recorded: dict[str, Any]) -> str | None:
+def describe_loss(ratios: dict[str, float], recorded: dict[str, Any]) -> str | None:
     """Return a sentence about the scenarios that lost too much speed, or None."""
     slower = [
-        f"{name} ({now[name]:g} times NumPy's speed, recorded were {recorded['ratios'][name]:g})"
-        for name in now
-        if now[name] < (1 - ALLOWED) * recorded["ratios"][name]
+        f"{name} ({ratios[name]:g} times NumPy's speed, recorded were {recorded['ratios'][name]:g})"
+        for name in ratios
+        if ratios[name] < (1 - MAX_LOSS) * recorded["ratios"][name]
     ]
     return (
-        f"baldwinlab has become slower by more than {ALLOWED:.0%} in {' and in '.join(slower)}."
+        f"baldwinlab has become slower by more than {MAX_LOSS:.0%} in {' and in '.join(slower)}."
         if slower
         else None
     )
@@ -61,20 +62,22 @@ def main() -> None:
     arguments.add_argument(
         "--record", action="store_true", help="write the measured ratios to recorded.json"
     )
-    given = arguments.parse_args()
-    now = measure()
-    if given.record:
-        RECORD.write_text(json.dumps({"ratios": now, "machine": provenance()}, indent=1) + "\n")
-        print(f"recorded: {now}")
+    options = arguments.parse_args()
+    ratios = measure()
+    if options.record:
+        RECORD_FILE.write_text(
+            json.dumps({"ratios": ratios, "machine": provenance()}, indent=1) + "\n"
+        )
+        print(f"recorded: {ratios}")
         return
-    recorded = json.loads(RECORD.read_text())
+    recorded = json.loads(RECORD_FILE.read_text())
     if recorded["machine"]["cpu"] != provenance()["cpu"]:
         print(f"The record is from another CPU ({recorded['machine']['cpu']}): compare with care.")
-    if sentence := describe_loss(now, recorded):
+    if sentence := describe_loss(ratios, recorded):
         sys.exit(sentence)
     print(
         "not slower than recorded: "
-        + ", ".join(f"{name} {now[name]:g} ({recorded['ratios'][name]:g})" for name in now)
+        + ", ".join(f"{name} {ratios[name]:g} ({recorded['ratios'][name]:g})" for name in ratios)
     )
 
 

@@ -26,15 +26,15 @@ from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.run import available_cores
-from benchmarks.compare import OUT
+from benchmarks.compare import OUTPUT_FOLDER
 from benchmarks.machine import provenance
 from benchmarks.tables import save, table
 
 # Agent-steps before the measurement.
-STEPS = 40_000
+N_STEPS = 40_000
 # Smallest duration of a measurement, in seconds.
-FILL = 0.1
-ROUNDS = 3
+MIN_MEASUREMENT_SECONDS = 0.1
+N_ROUNDS = 3
 MAX_AGENTS = 2000
 
 Measure = Callable[[], float]
@@ -104,7 +104,7 @@ def measure(experiment: Experiment, worlds: int, threads: int = 1) -> Measure:
     """Return a measurement with a batch in each thread, after some steps."""
     agents = worlds * experiment.population.size
     # The current step of all batches.
-    step = [max(1, STEPS // agents)]
+    step = [max(1, N_STEPS // agents)]
     batches = [CpuBatch(experiment, thread, range(worlds)) for thread in range(threads)]
     for batch in batches:
         batch.begin(
@@ -117,10 +117,10 @@ def measure(experiment: Experiment, worlds: int, threads: int = 1) -> Measure:
 
     def continue_lifetimes() -> float:
         steps_done = 0
-        piece = max(1, STEPS // agents)
+        piece = max(1, N_STEPS // agents)
         began = time.perf_counter()
         with ThreadPoolExecutor(threads) as pool:
-            while time.perf_counter() - began < FILL:
+            while time.perf_counter() - began < MIN_MEASUREMENT_SECONDS:
                 first = step[0]
                 step[0] += piece
                 list(pool.map(lambda batch: batch.simulate(first, first + piece), batches))  # noqa: B023
@@ -135,7 +135,7 @@ def measure(experiment: Experiment, worlds: int, threads: int = 1) -> Measure:
 def run_cases() -> dict[str, dict[int, list[float]]]:
     results: dict[str, dict[int, list[float]]] = {}
     for name, points in cases().items():
-        rounds = [[point() for point in points.values()] for _ in range(ROUNDS)]
+        rounds = [[point() for point in points.values()] for _ in range(N_ROUNDS)]
         results[name] = dict(zip(points, map(list, zip(*rounds, strict=True)), strict=True))
     return results
 
@@ -174,7 +174,7 @@ def draw(results: dict[str, dict[int, list[float]]], out: Path) -> None:
 
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    arguments.add_argument("--out", type=Path, default=OUT)
+    arguments.add_argument("--out", type=Path, default=OUTPUT_FOLDER)
     given = arguments.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     results = run_cases()

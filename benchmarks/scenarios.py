@@ -13,7 +13,7 @@ from baldwinlab.simulation.simulate import simulate_batch
 from benchmarks.setting import Genomes, Setting, from_experiment
 
 SCENARIOS = ("evo+self-taught/A", "evo/A", "evo+self-taught/B")
-WORLDS = 8
+N_WORLDS = 8
 GENERATION = 50
 
 
@@ -23,6 +23,6 @@ def scenario(name: str) -> tuple[Setting, Genomes]:
     short = experiment.replace(
         evolution={"generations": GENERATION + 1}, record={"genome_every": GENERATION}
     )
-    runs = simulate_batch(short, seed=0, runs=range(WORLDS))
+    runs = simulate_batch(short, seed=0, runs=range(N_WORLDS))
     genomes = np.stack([run["genome"].values[GENERATION] for run in runs])
     return from_experiment(experiment), genomes.tolist()

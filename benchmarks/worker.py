@@ -1,8 +1,8 @@
 """The process of one contender: `python -m benchmarks.worker NAME`, started by `benchmarks.race`.
 
 The first line of standard input is the task as JSON. Each further line requests a measurement, and
-the worker answers with a line of JSON: wall time, CPU time and agent-steps of as many calls as fill
-`fill` seconds (at least one), and the peak memory.
+the worker writes a line of JSON: wall time, CPU time and agent-steps of a number of calls, and the
+peak memory. The calls are repeated until at least `fill` seconds have passed.
 """
 
 from __future__ import annotations
@@ -30,24 +30,26 @@ def main() -> None:
     simulate = contender.prepare(setting, task["genomes"])
     seed = 0
     for line in sys.stdin:
-        fill = json.loads(line)["fill"]
+        min_seconds = json.loads(line)["fill"]
         calls = 0
-        began = time.perf_counter()
-        cpu_began = time.process_time()
-        while not calls or time.perf_counter() - began < fill:
+        start_time = time.perf_counter()
+        cpu_start_time = time.process_time()
+        while not calls or time.perf_counter() - start_time < min_seconds:
             eaten = simulate(seed)
             calls += 1
             seed += 1
-        seconds = time.perf_counter() - began
-        cpu_seconds = time.process_time() - cpu_began
-        answer = {
+        seconds = time.perf_counter() - start_time
+        cpu_seconds = time.process_time() - cpu_start_time
+        measurement = {
             "seconds": seconds,
             "cpu_seconds": cpu_seconds,
             "calls": calls,
             "agent_steps": calls * contender.agent_steps(setting),
         }
         print(
-            json.dumps(answer | {"eaten": mean(eaten), "peak_mib": (peak_memory() or 0) / 2**20}),
+            json.dumps(
+                measurement | {"eaten": mean(eaten), "peak_mib": (peak_memory() or 0) / 2**20}
+            ),
             flush=True,
         )
 

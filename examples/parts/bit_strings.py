@@ -49,9 +49,10 @@ class BitStrings(Model, name="bit-strings"):
             [uniforms(seed, run, generation, LIFE, (genomes.shape[1], 1))[:, 0, 0] for run in runs]
         )
         unknown = ((genomes != 0) & (genomes != 1)).sum(axis=-1)
+        # Number of guesses up to the first correct one.
         used = np.empty_like(unknown)
         for count in np.unique(unknown):
-            # The probability of a number of wrong guesses in a row.
+            # Probability that the first n guesses are wrong, for each n.
             wrong = np.cumprod(np.full(self.guesses, 1 - 1 / 2 ** int(count)))
             used[unknown == count] = 1 + np.searchsorted(-wrong, -luck[unknown == count])
         can_succeed = (genomes != 0).all(axis=-1) & (self.guessing | (unknown == 0))

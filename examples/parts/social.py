@@ -3,7 +3,8 @@
     baldwinlab run evo/A --part examples/parts/social.py --set learning.rule=social \
         learning.social.least=3
 
-The per-world hook `observe_others` finds the best agent, because it may read all agents of a world.
+The per-world hook `observe_others` determines the best agent, because it may read all agents of a
+world.
 The per-agent hook `learn` then changes the weights of each agent.
 
 Source: R. Boyd and P. J. Richerson, Culture and the Evolutionary Process (1985).
@@ -36,8 +37,9 @@ class Social(LearningRule, name="social"):
         for lane in range(first, first + model.agents):
             # An agent whose targets are its own outputs does not learn.
             teacher = best if most_eaten >= part.least else lane
-            for k in range(actions):
-                state.targets[k, lane] = state.activations[first_output + k, teacher]
+            for output in range(actions):
+                activation = state.activations[first_output + output, teacher]
+                state.targets[output, lane] = activation
 
     @staticmethod
     def learn(part, model, state, step, lane):

@@ -1,4 +1,4 @@
-"""A fitness from a data file: line k contains the fitness of the energy k - 1.
+"""A fitness from a data file: line k has the fitness for an energy of k - 1.
 
     baldwinlab run evo/A --part examples/parts/tabled_fitness.py --set evolution.fitness=tabled \
         evolution.tabled.table=worth.txt
@@ -17,7 +17,7 @@ def read_table(part, experiment):
 
 
 class Tabled(Fitness, name="tabled"):
-    """The entry of a table for the energy, or its last entry. Without a table, the energy."""
+    """The entry of a table at the index energy - cost. Without a table, energy - cost."""
 
     table: File = Field(File(), description="Text file with the fitness of each energy, or none.")
 

@@ -75,7 +75,7 @@ def compute_payoffs(
 
 def _learn(genome: Any, pair: Any, move: Any, opponent_move: Any) -> Any:
     """Return the genome after a round. `pair` is the pair of moves of the previous round."""
-    # 1 ^ opponent_move is 1 if the opponent defected.
+    # The learned move is the opposite of the move if the opponent defected (opponent_move is 0).
     learned_move = move ^ 1 ^ opponent_move
     is_plastic = (genome >> (4 + pair)) & 1
     return np.where(is_plastic, genome & ~(1 << pair) | learned_move << pair, genome)
