@@ -1,6 +1,6 @@
 """Check parts against the contract of parts: `baldwinlab check FILE`, `bl.check_part`.
 
-A requirement is a function of a `PartGroup`: parts that are checked in the same small worlds.
+A function checks a requirement for a `PartGroup`: parts that are checked in the same small worlds.
 The function returns a remark. It raises `FailsError` if the requirement does not hold, and
 `NotCheckedError` if the group does not support the check. Hooks run in child processes: first in
 plain Python, where an error has a name and a line, then compiled.
@@ -100,7 +100,8 @@ def iterate_findings(
     for name in filter(commands.get, DECLARED):
         yield from check_requirement(name, groups, commands[name])
     outcomes: list[list[plain_python.Outcome]] = []
-    if any(name in commands for name in plain_python.DESCRIPTIONS):
+    checks_plain_python = any(name in commands for name in plain_python.DESCRIPTIONS)
+    if checks_plain_python:
         outcomes = plain_python.simulate_groups(groups, seed)
         plain_commands = {
             name: _repeat_command(part, name, seed) for name in plain_python.DESCRIPTIONS
@@ -148,12 +149,16 @@ def _load_parts(part: PartSource) -> Sequence[type[Part]]:
 
 def _repeat_command(part: PartSource, name: str, seed: int) -> str:
     """Return the command that repeats a requirement, with the seed unless it is the default."""
-    if isinstance(part, str | Path):
-        options = [f"--requirements {name}"] * bool(name) + [f"--seed {seed}"] * (seed != SEED)
+    is_file = isinstance(part, str | Path)
+    options = []
+    if name:
+        options.append(f"--requirements {name}" if is_file else f"requirements=[{name!r}]")
+    if seed != SEED:
+        options.append(f"--seed {seed}" if is_file else f"seed={seed}")
+    if is_file:
         return " ".join([f"baldwinlab check {part}", *options])
     classes = ", ".join(part_class.__name__ for part_class in _load_parts(part))
-    keywords = [f"requirements=[{name!r}]"] * bool(name) + [f"seed={seed}"] * (seed != SEED)
-    return f"baldwinlab.check_part({', '.join([f'[{classes}]', *keywords])})"
+    return f"baldwinlab.check_part({', '.join([f'[{classes}]', *options])})"
 
 
 __all__ = ["REQUIREMENTS", "CheckFinding", "check_part", "iterate_findings"]

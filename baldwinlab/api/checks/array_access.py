@@ -23,16 +23,16 @@ from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.engine import poison
 from baldwinlab.parts.part import Part, overridden_hooks
 
-AXES: Final = {1: (("entry", "entries"),), 2: (("row", "rows"), ("column", "columns"))}
+AXIS_NOUNS: Final = {1: (("entry", "entries"),), 2: (("row", "rows"), ("column", "columns"))}
 """Singular and plural of the entries along each axis, by number of dimensions."""
-OUTPUTS: Final = {
+OUTPUT_ARRAYS: Final = {
     "vary": "child",
     "vary_population": "children",
     "select": "parents",
     "select_with_genomes": "parents",
     "evaluate": "fitness",
 }
-"""The array that a hook fills. `_outputs` has the hooks `measure` and `inherit`."""
+"""The array that a hook fills. `_list_outputs` has the hooks `measure` and `inherit`."""
 
 
 class HookError(BaldwinLabError):
@@ -44,6 +44,8 @@ class UnwrittenError(HookError):
 
 
 class _Call(NamedTuple):
+    """A call of a hook."""
+
     part: type[Part]
     hook: str
     file: str
@@ -70,14 +72,14 @@ class Watch:
     def __init__(self, parts: Iterable[type[Part]]) -> None:
         self.unwritten_read = ""
         self._calls: list[_Call] = []
-        # The key is the address of a tuple and its name. The value has the tuple, so that the
-        # address stays in use, and the tuple with named arrays.
+        # The key is the address of a tuple and its name. The value is the tuple and the tuple with
+        # named arrays. Without a reference to the tuple, Python could use its address again.
         self._named: dict[tuple[int, str], tuple[Any, Any]] = {}
         for part in parts:
             for hook in overridden_hooks(part):
-                setattr(part, hook, staticmethod(self._watched(part, hook)))
+                setattr(part, hook, staticmethod(self._watch_hook(part, hook)))
 
-    def _watched(self, part: type[Part], hook: str) -> Callable[..., Any]:
+    def _watch_hook(self, part: type[Part], hook: str) -> Callable[..., Any]:
         function: Any = getattr(part, hook)
         names = list(inspect.signature(function).parameters)
         call = _Call(part, hook, function.__code__.co_filename)
@@ -85,7 +87,7 @@ class Watch:
         @wraps(function)
         def watched(*arguments: Any) -> Any:
             values = dict(zip(names, arguments, strict=True))
-            outputs = _outputs(part, hook, values)
+            outputs = _list_outputs(part, hook, values)
             for array in outputs.values():
                 array[...] = _unwritten_value(array)
             self._calls.append(call)
@@ -100,8 +102,8 @@ class Watch:
             finally:
                 self._calls.pop()
             for name, array in outputs.items():
-                if (index := _first_unwritten(array)) is not None:
-                    entry = f"{name}[{_index_text(index)}]"
+                if (index := _find_first_unwritten(array)) is not None:
+                    entry = f"{name}[{_format_index(index)}]"
                     raise UnwrittenError(f"{call.describe(None)} leaves {entry} unwritten")
             return result
 
@@ -148,7 +150,7 @@ class Watch:
         while frame is not None and frame.f_code.co_filename != call.file:
             frame = frame.f_back
         location = call.describe(frame.f_lineno if frame is not None else None)
-        self.unwritten_read = f"{location}: {array}[{_index_text(index)}]"
+        self.unwritten_read = f"{location}: {array}[{_format_index(index)}]"
 
 
 class NamedArray(np.ndarray):
@@ -171,7 +173,7 @@ class NamedArray(np.ndarray):
         self._require_within(index)
         value = super().__getitem__(index)
         if isinstance(value, NamedArray):
-            value.name = f"{self.name}[{_index_text(index)}]"
+            value.name = f"{self.name}[{_format_index(index)}]"
             value.watch = self.watch
         elif self.watch is not None and poison.is_on() and _is_poisoned(value):
             self.watch.note_read(self.name, index)
@@ -189,18 +191,23 @@ class NamedArray(np.ndarray):
                 return
             is_number = isinstance(entry, int | np.integer)
             if is_number and axis < self.ndim and not 0 <= entry < self.shape[axis]:
-                below = "; an index must be at least 0" * (entry < 0)
-                size = _size_text(self.shape, axis)
-                raise IndexError(f"index {entry} of {self.name}, which has {size}{below}")
+                message = (
+                    f"index {entry} of {self.name}, which has {_format_size(self.shape, axis)}"
+                )
+                if entry < 0:
+                    message += "; an index must be at least 0"
+                raise IndexError(message)
 
 
-def _size_text(shape: tuple[int, ...], axis: int) -> str:
-    entry, entries = AXES[len(shape)][axis] if len(shape) in AXES else ("entry", "entries")
-    words = f"{shape[axis]} {entry if shape[axis] == 1 else entries}"
-    return words if len(shape) in AXES else f"{words} along axis {axis}"
+def _format_size(shape: tuple[int, ...], axis: int) -> str:
+    """Return the size of an axis with its noun, such as "5 columns"."""
+    has_nouns = len(shape) in AXIS_NOUNS
+    singular, plural = AXIS_NOUNS[len(shape)][axis] if has_nouns else ("entry", "entries")
+    size = f"{shape[axis]} {singular if shape[axis] == 1 else plural}"
+    return size if has_nouns else f"{size} along axis {axis}"
 
 
-def _index_text(index: Any) -> str:
+def _format_index(index: Any) -> str:
     entries = index if isinstance(index, tuple) else (index,)
     return ", ".join(":" if isinstance(entry, slice) else str(entry) for entry in entries)
 
@@ -208,7 +215,7 @@ def _index_text(index: Any) -> str:
 def _is_poisoned(value: Any) -> bool:
     """Return whether a number equals the pattern of unwritten memory.
 
-    The patterns are numbers that calculations and counts seldom give.
+    Calculations and counts seldom result in the numbers of the patterns.
     """
     pattern = poison.PATTERNS[poison.pattern_number()]
     if isinstance(value, np.floating):
@@ -217,7 +224,7 @@ def _is_poisoned(value: Any) -> bool:
     return is_signed and pattern.signed < 0 and bool(value == pattern.signed)
 
 
-def _outputs(part: Any, hook: str, values: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:
+def _list_outputs(part: Any, hook: str, values: Mapping[str, Any]) -> dict[str, npt.NDArray[Any]]:
     """Return the arrays that a hook must fill, by name."""
     if hook == "measure":
         lane = values["world"] * values["model"].agents + values["agent"]
@@ -226,22 +233,22 @@ def _outputs(part: Any, hook: str, values: Mapping[str, Any]) -> dict[str, npt.N
     if hook == "inherit":
         # A genome can have further genes after those of the action module.
         return {"inherited": np.asarray(values["inherited"])[: values["learned"].size]}
-    if hook not in OUTPUTS:
+    if hook not in OUTPUT_ARRAYS:
         return {}
-    return {OUTPUTS[hook]: np.asarray(values[OUTPUTS[hook]])}
+    return {OUTPUT_ARRAYS[hook]: np.asarray(values[OUTPUT_ARRAYS[hook]])}
 
 
 def _unwritten_value(array: npt.NDArray[Any]) -> float:
     return np.nan if array.dtype.kind == "f" else np.iinfo(array.dtype).min
 
 
-def _first_unwritten(array: npt.NDArray[Any]) -> tuple[int, ...] | None:
+def _find_first_unwritten(array: npt.NDArray[Any]) -> tuple[int, ...] | None:
     is_unwritten = np.isnan(array) if array.dtype.kind == "f" else array == _unwritten_value(array)
     return tuple(map(int, np.argwhere(is_unwritten)[0])) if is_unwritten.any() else None
 
 
 def _find_line(error: Exception, file: str) -> int | None:
-    """Return the line of the file that raises the error."""
+    """Return the line of the file in which the error was raised."""
     frames = traceback.extract_tb(error.__traceback__)
     return next((frame.lineno for frame in reversed(frames) if frame.filename == file), None)
 

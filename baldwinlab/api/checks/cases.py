@@ -1,6 +1,6 @@
 """Small worlds in which parts are checked.
 
-They differ in the number of agents, the update, the modules of genomes and the items of a feature.
+The worlds differ in the number of agents, the update, the modules of genomes and the items.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from baldwinlab.api.checks.fixture import PartGroup, is_of_miniworld
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.miniworld.backends.cpu import code_key
 
-FEATURE: Final = "patches"
+ITEM_FEATURE: Final = "patches"
 """A world feature that adds items."""
-RULES: Final = {1: "none", 2: "self-taught"}
+RULE_OF_MODULES: Final = {1: "none", 2: "self-taught"}
 """Learning rules, by the number of modules of their genomes."""
-SETTINGS: Final = (
+CASE_SETTINGS: Final = (
     (1, "sequential", False, False, 30),
     (2, "simultaneous", True, True, 12),
     (17, "sequential", True, True, 8),
@@ -31,7 +31,7 @@ SETTINGS: Final = (
 
 Every pair of values occurs. Plain Python simulates all cases in seconds.
 """
-POPULATIONS: Final = (1, 2, 17, 20)
+POPULATION_SIZES: Final = (1, 2, 17, 20)
 """Numbers of agents for models other than MiniWorld."""
 
 
@@ -57,7 +57,7 @@ class Case(NamedTuple):
 
     @property
     def agents(self) -> int:
-        """The number of agents in a world."""
+        """Return the number of agents in a world."""
         return int(self.experiment.population.size)
 
 
@@ -74,22 +74,22 @@ def make_cases(group: PartGroup) -> Iterator[Case]:
     Case
         One case.
     """
-    make: Callable[..., Case] = _case_of_miniworld
-    settings: Iterable[tuple[Any, ...]] = SETTINGS
+    make: Callable[..., Case] = _make_miniworld_case
+    settings: Iterable[tuple[Any, ...]] = CASE_SETTINGS
     if not is_of_miniworld(group.experiment):
-        make = _case_of_model
-        settings = [(agents,) for agents in POPULATIONS]
+        make = _make_model_case
+        settings = [(agents,) for agents in POPULATION_SIZES]
     for values in settings:
         with suppress(ExperimentError):
             yield make(group, *values)
 
 
-def _case_of_model(group: PartGroup, agents: int) -> Case:
-    return Case(_count_agents(agents), group.experiment.replace(population={"size": agents}))
+def _make_model_case(group: PartGroup, agents: int) -> Case:
+    return Case(_format_agents(agents), group.experiment.replace(population={"size": agents}))
 
 
-def _case_of_miniworld(group: PartGroup, *values: Any) -> Case:
-    """Return the case with the values of an entry of `SETTINGS`."""
+def _make_miniworld_case(group: PartGroup, *values: Any) -> Case:
+    """Return the case with the values of an entry of `CASE_SETTINGS`."""
     agents, update, changes_modules, has_items, steps = values
     lifetime = {"update": update, "steps": steps}
     base = group.experiment.replace(population={"size": agents}, lifetime=lifetime)
@@ -107,22 +107,22 @@ def _change_modules(group: PartGroup, experiment: Any) -> Any:
     """
     if all(part.kind == "learning rule" for part in group.parts):
         return experiment
-    rule = RULES[2 if len(experiment.modules) == 1 else 1]
+    rule = RULE_OF_MODULES[2 if len(experiment.modules) == 1 else 1]
     return assign(experiment, [f"learning.rule={rule}"])
 
 
 def _add_items(experiment: Any) -> Any:
-    features = dict.fromkeys([*experiment.world.features, FEATURE])
+    features = dict.fromkeys([*experiment.world.features, ITEM_FEATURE])
     return assign(experiment, [f"world.features={list(features)}"])
 
 
 def _describe(experiment: Any, has_items: bool) -> str:
     modules = len(experiment.modules)
-    genomes = f"genomes of {modules} module{'s' * (modules > 1)}"
-    items = ", items of a world feature" * has_items
-    agents = _count_agents(experiment.population.size)
+    genomes = "genomes of 1 module" if modules == 1 else f"genomes of {modules} modules"
+    items = ", items of a world feature" if has_items else ""
+    agents = _format_agents(experiment.population.size)
     return f"{agents}, {experiment.lifetime.update} update, {genomes}{items}"
 
 
-def _count_agents(agents: int) -> str:
-    return f"{agents} agent{'s' * (agents > 1)}"
+def _format_agents(agents: int) -> str:
+    return "1 agent" if agents == 1 else f"{agents} agents"

@@ -99,11 +99,11 @@ def main() -> None:
     """Answer the request. The printed output of parts goes to standard error."""
     channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
-    from baldwinlab.api.checks.processes import LAST, load_parts
+    from baldwinlab.api.checks.processes import END_LINE, load_parts
 
     request = json.load(sys.stdin)
     answers = TASKS[request["task"]](request, load_parts(request["parts"]))
-    for answer in chain(answers, [LAST]):
+    for answer in chain(answers, [END_LINE]):
         print(json.dumps(answer), file=channel, flush=True)
 
 

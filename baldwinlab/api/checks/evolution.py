@@ -21,11 +21,12 @@ from baldwinlab.parts.part import overridden_hooks
 
 ROUNDS: Final = 200
 """Number of random arguments for parts that use single parents or children."""
-AGENTS = 30
+POPULATION_SIZE = 30
 """Population size for parts that use complete populations."""
 GENERATIONS = 40
 """Number of generations for parts that use complete populations."""
-CLOSE: Final = 1e-5
+TOLERANCE: Final = 1e-5
+"""Relative and absolute tolerance of float32 relative to float64."""
 
 
 class Round(NamedTuple):
@@ -73,7 +74,7 @@ class Generation(NamedTuple):
     key: GenerationKey
 
 
-def _rounds(group: PartGroup, part: Any) -> Iterator[Round]:
+def _draw_rounds(group: PartGroup, part: Any) -> Iterator[Round]:
     random = np.random.default_rng(group.seed)
     values = part_values(group.experiment, part)
     for number in range(ROUNDS):
@@ -82,14 +83,14 @@ def _rounds(group: PartGroup, part: Any) -> Iterator[Round]:
         yield Round(number, values, arrays, lists)
 
 
-def _generations(group: PartGroup, part: Any) -> Iterator[Generation]:
+def _simulate_generations(group: PartGroup, part: Any) -> Iterator[Generation]:
     """Yield populations that reproduce with random fitness."""
-    experiment = group.experiment.replace(population={"size": AGENTS})
+    experiment = group.experiment.replace(population={"size": POPULATION_SIZE})
     random = np.random.default_rng(group.seed)
     values = part_values(experiment, part)
     genome = draw_genomes(experiment, GenerationKey(group.seed, 0, 0))
     for generation in range(1, GENERATIONS + 1):
-        fitness = np.round(random.uniform(0, 4, AGENTS), 1)
+        fitness = np.round(random.uniform(0, 4, POPULATION_SIZE), 1)
         key = GenerationKey(group.seed, 0, generation)
         yield Generation(experiment, values, genome, fitness, key)
         genome, _ = breed(experiment, genome, fitness, key)
@@ -113,11 +114,11 @@ def compare_pairs(group: PartGroup, part: Any) -> None:
     FailsError
         If the results differ.
     """
-    for experiment, values, genome, fitness, key in _generations(group, part):
-        uniforms = key.uniforms(rng.SELECTION, (AGENTS, 2))
+    for experiment, values, genome, fitness, key in _simulate_generations(group, part):
+        uniforms = key.uniforms(rng.SELECTION, (POPULATION_SIZE, 2))
         parents = select(experiment, fitness, uniforms, genome).tolist()
         pairs = part.oracle(values, genome.tolist(), fitness.tolist(), uniforms.tolist())
-        expected = _fitter_first(pairs, fitness)
+        expected = _sort_by_fitness(pairs, fitness)
         if parents != expected:
             raise FailsError(
                 f"in generation {key.generation}, parents are {parents}, "
@@ -143,16 +144,17 @@ def compare_children(group: PartGroup, part: Any) -> None:
     FailsError
         If the results differ.
     """
-    for experiment, values, genome, fitness, key in _generations(group, part):
-        uniforms = key.uniforms(rng.SELECTION, (AGENTS, 2))
+    for experiment, values, genome, fitness, key in _simulate_generations(group, part):
+        uniforms = key.uniforms(rng.SELECTION, (POPULATION_SIZE, 2))
         parents = select(experiment, fitness, uniforms, genome).tolist()
-        draws = key.uniforms(rng.INHERITANCE, (AGENTS, genome[0].size)).tolist()
+        draws = key.uniforms(rng.INHERITANCE, (POPULATION_SIZE, genome[0].size)).tolist()
         expected = part.oracle(values, genome.tolist(), fitness.tolist(), parents, draws)
         children, _ = breed(experiment, genome, fitness, key)
         _require_close(children, expected, f"in generation {key.generation}, the population")
 
 
-def _fitter_first(pairs: Any, fitness: Any) -> Any:
+def _sort_by_fitness(pairs: Any, fitness: Any) -> Any:
+    """Return pairs of parents with the fitter parent first. A survivor is not sorted."""
     return [
         pair if pair[1] == ITSELF else sorted(pair, key=lambda agent: -fitness[agent])
         for pair in pairs
@@ -178,11 +180,11 @@ def compare_selection(group: PartGroup, part: Any) -> None:
     """
     names = ("genome", "fitness", "uniforms", "shares", "order", "parents")
     _, code = breeding_part(group.experiment, "selection")
-    for number, values, arrays, lists in _rounds(group, part):
+    for number, values, arrays, lists in _draw_rounds(group, part):
         cached_jit(select_parents, code)(values, 0, *(arrays[name] for name in names))
         parents = arrays["parents"].tolist()
         fitness = lists["fitness"]
-        expected = _fitter_first(part.oracle(values, fitness, lists["uniforms"]), fitness)
+        expected = _sort_by_fitness(part.oracle(values, fitness, lists["uniforms"]), fitness)
         if parents != expected:
             raise FailsError(
                 f"in round {number}, with the fitness {fitness}, parents are {parents}, "
@@ -208,7 +210,7 @@ def compare_variation(group: PartGroup, part: Any) -> None:
         If the results differ.
     """
     names = ("fitter", "second", "draws", "gate")
-    for number, values, arrays, lists in _rounds(group, part):
+    for number, values, arrays, lists in _draw_rounds(group, part):
         part.vary(values, *(arrays[name] for name in names), arrays["child"])
         expected = part.oracle(values, *(lists[name] for name in names))
         _require_close(arrays["child"], expected, f"in round {number}, a child")
@@ -233,7 +235,7 @@ def compare_inheritance(group: PartGroup, part: Any) -> None:
         If the results differ.
     """
     _, code = breeding_part(group.experiment, "inheritance")
-    for number, values, arrays, lists in _rounds(group, part):
+    for number, values, arrays, lists in _draw_rounds(group, part):
         genome = np.stack([arrays["innate"], arrays["taught"]])[None]
         inherited = genome.copy()
         cached_jit(inherit_all, code)(values, genome, arrays["learned"][None].copy(), inherited)
@@ -261,7 +263,7 @@ def compare_fitness(group: PartGroup, part: Any) -> None:
         If the results differ.
     """
     _, code = breeding_part(group.experiment, "fitness")
-    for number, values, arrays, lists in _rounds(group, part):
+    for number, values, arrays, lists in _draw_rounds(group, part):
         fitness = arrays["fitness"]
         cached_jit(evaluate_agents, code)(values, arrays["energy"], arrays["cost"], fitness)
         expected = part.oracle(values, lists["energy"], lists["cost"])
@@ -269,7 +271,7 @@ def compare_fitness(group: PartGroup, part: Any) -> None:
 
 
 def _require_close(actual: Any, expected: Any, label: str) -> None:
-    if not np.allclose(actual, expected, rtol=CLOSE, atol=CLOSE):
+    if not np.allclose(actual, expected, rtol=TOLERANCE, atol=TOLERANCE):
         raise FailsError(
             f"{label} is {np.asarray(actual).tolist()}, "
             f"and by the oracle {np.asarray(expected).tolist()}"

@@ -8,7 +8,7 @@ from typing import Any
 from annotated_types import Ge, Gt, Le, Lt
 
 from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.fixture import PATHS, PartGroup
+from baldwinlab.api.checks.fixture import CHOICE_PATHS, PartGroup
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.parts.part import Part
@@ -36,7 +36,7 @@ def check_declarations(group: PartGroup) -> str:
         for name, info in part.model_fields.items():
             if not info.description:
                 raise FailsError(f"{part.__name__}.{name} has no description: its meaning and unit")
-            if info.annotation in (int, float) and len(_limits(info)) < 2:
+            if info.annotation in (int, float) and len(_list_limits(info)) < 2:
                 raise FailsError(f"{part.__name__}.{name} has no limits: ge or gt, and le or lt")
     return ""
 
@@ -52,7 +52,7 @@ def check_limits(group: PartGroup) -> str:
     Returns
     -------
     str
-        The number of tested values, in words.
+        The number of tested values, as text.
 
     Raises
     ------
@@ -61,8 +61,8 @@ def check_limits(group: PartGroup) -> str:
     """
     count = 0
     for part in group.parts:
-        for name, value in _outside(part):
-            path = f"{_table(part)}.{name}"
+        for name, value in _list_values_beyond_limits(part):
+            path = f"{_table_path(part)}.{name}"
             try:
                 assign(group.experiment, [f"{path}={value}"])
             except ExperimentError as error:
@@ -76,16 +76,16 @@ def check_limits(group: PartGroup) -> str:
     return f"{count} values" if count else "it has no numbers"
 
 
-def _limits(info: Any) -> list[Any]:
+def _list_limits(info: Any) -> list[Any]:
     return [mark for mark in info.metadata if isinstance(mark, Ge | Gt | Le | Lt)]
 
 
-def _outside(part: type[Part]) -> Iterator[tuple[str, float]]:
+def _list_values_beyond_limits(part: type[Part]) -> Iterator[tuple[str, float]]:
     """Yield the numbers of a part, with a value just beyond each limit."""
     for name, info in part.model_fields.items():
         if info.annotation not in (int, float):
             continue
-        for mark in _limits(info):
+        for mark in _list_limits(info):
             bounds = ("ge", "gt", "le", "lt")
             limit: Any = next(getattr(mark, bound) for bound in bounds if hasattr(mark, bound))
             step = 1 if info.annotation is int else max(1e-6, abs(limit) * 1e-6)
@@ -97,8 +97,8 @@ def _outside(part: type[Part]) -> Iterator[tuple[str, float]]:
                 yield name, limit
 
 
-def _table(part: type[Part]) -> str:
+def _table_path(part: type[Part]) -> str:
     """Return the dotted path of the table of a part."""
     if part.kind == "model":
         return table_name(part.name)
-    return f"{PATHS[part.kind].rpartition('.')[0]}.{table_name(part.name)}"
+    return f"{CHOICE_PATHS[part.kind].rpartition('.')[0]}.{table_name(part.name)}"

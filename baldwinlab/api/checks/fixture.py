@@ -21,12 +21,14 @@ from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.model_part import Model
 from baldwinlab.parts.part import Part
 
-PATHS: Final = {kind: path for path, kind, _ in choosing_fields(Experiment)} | {"model": "model"}
+CHOICE_PATHS: Final = {kind: path for path, kind, _ in choosing_fields(Experiment)} | {
+    "model": "model"
+}
 """The setting that chooses the part, by kind of part."""
 LISTED_KINDS: Final = ("sense", "world feature")
 """Kinds of part of which an experiment can have several."""
 BREEDING_KINDS: Final = ("selection", "variation", "inheritance", "fitness")
-WORLD: Final[Mapping[str, Any]] = {
+WORLD_SETTINGS: Final[Mapping[str, Any]] = {
     "name": "check",
     "world": {
         "start": {"x": 370, "y": 160, "radius": 60, "headings": "random"},
@@ -38,16 +40,16 @@ WORLD: Final[Mapping[str, Any]] = {
     "network": {"hidden": [4]},
     "lifetime": {"steps": 40},
 }
-"""Settings of experiments with MiniWorld."""
+"""Settings of the experiments that use the model MiniWorld."""
 COMMON_SETTINGS: Final[Mapping[str, Any]] = {
     "population": {"size": 5},
     "evolution": {"generations": 2},
 }
-"""Settings of experiments with any model."""
+"""Settings of the experiments that use any model."""
 SEED: Final = 11
 """Default seed of the random worlds."""
-RATE: Final = 0.5
-"""Learning rate, so high that the effect of a wrong rule exceeds rounding errors."""
+LEARNING_RATE: Final = 0.5
+"""High learning rate. With a low rate, rounding errors could hide a wrong rule."""
 
 
 class PartGroup(NamedTuple):
@@ -62,7 +64,8 @@ class PartGroup(NamedTuple):
     seed : int
         Seed of the random worlds.
     plain_bits : mapping of str to sequence of str
-        Hashes of simulations in plain Python, by the description of the case. They may be missing.
+        Hashes of simulations in plain Python, by the description of the case. Empty without these
+        simulations.
     """
 
     parts: tuple[type[Part], ...]
@@ -72,7 +75,7 @@ class PartGroup(NamedTuple):
 
     @property
     def label(self) -> str:
-        """The labels of the parts, for messages."""
+        """Return the labels of the parts, for messages."""
         return " and ".join(map(part_label, self.parts))
 
 
@@ -112,17 +115,18 @@ def group_parts(parts: Iterable[type[Part]], seed: int = SEED) -> Iterator[PartG
         parts_of_kind.setdefault(part.kind, []).append(part)
     for model in parts_of_kind.pop("model", []):
         if issubclass(model, Model):
-            yield _group_of_model(model, parts_of_kind, seed)
+            yield _group_model(model, parts_of_kind, seed)
     listed = tuple(part for kind in LISTED_KINDS for part in parts_of_kind.pop(kind, []))
     rows: Iterable[tuple[type[Part] | None, ...]] = zip_longest(*parts_of_kind.values())
     if listed and not parts_of_kind:
+        # A row without further parts, because `zip_longest` of nothing has no row.
         rows = [()]
     for row in rows:
-        chosen = (*listed, *(part for part in row if part))
-        yield PartGroup(chosen, _make_experiment(chosen), seed)
+        members = (*listed, *(part for part in row if part))
+        yield PartGroup(members, _make_experiment(members), seed)
 
 
-def _group_of_model(
+def _group_model(
     model: type[Model], parts_of_kind: dict[str, list[type[Part]]], seed: int
 ) -> PartGroup:
     """Return a model with the parts of reproduction, which are removed from `parts_of_kind`."""
@@ -137,8 +141,8 @@ def _group_of_model(
 def _make_experiment(parts: tuple[type[Part], ...]) -> Any:
     kinds = {part.kind: part.name for part in parts}
     default_rule = "self-taught" if kinds.keys() & {"network", "inheritance"} else "none"
-    learning = {"rule": kinds.get("learning rule", default_rule), "rate": RATE}
-    experiment = validate({**WORLD, **COMMON_SETTINGS, "learning": learning})
+    learning = {"rule": kinds.get("learning rule", default_rule), "rate": LEARNING_RATE}
+    experiment = validate({**WORLD_SETTINGS, **COMMON_SETTINGS, "learning": learning})
     if "inheritance" in kinds:
         experiment = experiment.replace(evolution={"lamarckian_share": 0.5})
     listed = {kind: [part.name for part in parts if part.kind == kind] for kind in LISTED_KINDS}
@@ -147,7 +151,7 @@ def _make_experiment(parts: tuple[type[Part], ...]) -> Any:
     for part in parts:
         settings += [f"{path}={value}" for path, value in part.required_settings.items()]
     settings += [
-        f"{PATHS[part.kind]}={part.name}" for part in parts if part.kind not in LISTED_KINDS
+        f"{CHOICE_PATHS[part.kind]}={part.name}" for part in parts if part.kind not in LISTED_KINDS
     ]
     return assign(experiment, settings)
 

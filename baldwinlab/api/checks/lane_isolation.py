@@ -21,7 +21,8 @@ from baldwinlab.models.miniworld.state import ARRAYS
 from baldwinlab.parts.lane_check import PER_AGENT_HOOKS
 from baldwinlab.parts.part import overridden_hooks
 
-AGENT: Final = 2
+TESTED_AGENT: Final = 2
+"""Number of the agent for which the hooks run."""
 STEPS: Final = 12
 """Number of steps before the hooks run."""
 
@@ -78,37 +79,37 @@ def _check_hook(
     random = np.random.default_rng(group.seed)
     for _, owner, array in _list_arrays(dirty):
         if owner == "agent":
-            columns = np.arange(array.shape[-1]) != AGENT
+            columns = np.arange(array.shape[-1]) != TESTED_AGENT
             array[..., columns] = _make_garbage(array, random, garbage)[..., columns]
     before = _copy(dirty)
-    results = [_call(group.experiment, batch, state, part, name) for state in (clean, dirty)]
+    results = [_call_hook(group.experiment, batch, state, part, name) for state in (clean, dirty)]
     hook = f"{part.__name__}.{name}"
     if results[0] != results[1]:
         raise FailsError(f"{hook} returns a result that depends on other agents")
     for old, expected, actual in zip(*map(_list_arrays, (before, clean, dirty)), strict=True):
         is_of_agents = actual.owner == "agent"
-        column = (..., AGENT) if is_of_agents else ...
+        column = (..., TESTED_AGENT) if is_of_agents else ...
         if actual.values[column].tobytes() != expected.values[column].tobytes():
             raise FailsError(f"{hook} makes {actual.name} of an agent depend on other agents")
-        if is_of_agents and _neighbor_bytes(actual.values) != _neighbor_bytes(old.values):
+        if is_of_agents and _bytes_of_others(actual.values) != _bytes_of_others(old.values):
             raise FailsError(f"{hook} writes {actual.name} of other agents")
 
 
-def _neighbor_bytes(array: npt.NDArray[Any]) -> bytes:
-    """Return the bytes of the columns of all agents except `AGENT`."""
-    return np.delete(array, AGENT, -1).tobytes()
+def _bytes_of_others(array: npt.NDArray[Any]) -> bytes:
+    """Return the bytes of the columns of all agents except `TESTED_AGENT`."""
+    return np.delete(array, TESTED_AGENT, -1).tobytes()
 
 
-def _call(experiment: Any, batch: CpuBatch, state: Any, part: Any, name: str) -> Any:
+def _call_hook(experiment: Any, batch: CpuBatch, state: Any, part: Any, name: str) -> Any:
     """Call a hook for one agent, in plain Python."""
     arguments = {
         **state._asdict(),
         "world": 0,
-        "agent": AGENT,
-        "lane": AGENT,
+        "agent": TESTED_AGENT,
+        "lane": TESTED_AGENT,
         "step": STEPS,
         "first": 0,
-        "rate": state.rate[0, AGENT],
+        "rate": state.rate[0, TESTED_AGENT],
         "units": len(state.activations),
         "table": np.empty((len(state.weights), 3), np.float32),
         "model": batch.model,
@@ -129,7 +130,7 @@ def _call(experiment: Any, batch: CpuBatch, state: Any, part: Any, name: str) ->
 def _make_garbage(
     array: npt.NDArray[Any], random: np.random.Generator, value: float | None
 ) -> npt.NDArray[Any]:
-    """Return an array of the given value or of random numbers, and of integers if it has them."""
+    """Return an array of `value`, or of random numbers if it is None or the array has integers."""
     if array.dtype.kind != "f":
         return random.integers(0, 4, array.shape).astype(array.dtype)
     if value is not None:

@@ -23,18 +23,18 @@ from baldwinlab.engine.numba_internals.dispatchers import (
 from baldwinlab.models.miniworld.allocation import make_model, make_state
 from baldwinlab.parts.part import Part, overridden_hooks
 
-DECLARED: Final = re.compile(r"^declare [^\n]*?@\"?([\w.$]+)\"?\(", re.MULTILINE)
-DOUBLE: Final = re.compile(
+DECLARED_SYMBOL: Final = re.compile(r"^declare [^\n]*?@\"?([\w.$]+)\"?\(", re.MULTILINE)
+FLOAT64_INSTRUCTION: Final = re.compile(
     r"= (fadd|fsub|fmul|fdiv|frem|fcmp|fpext|sitofp|uitofp)\b[^\n]*\bdouble\b"
 )
-FROM_INTEGER: Final = re.compile(r"= [su]itofp\b[^\n]*\bto double\b")
-HARMLESS: Final = re.compile(rf"{RUNTIME_SYMBOLS}|mem(set|cpy|move)$|llvm\.")
+INTEGER_TO_FLOAT64: Final = re.compile(r"= [su]itofp\b[^\n]*\bto double\b")
+HARMLESS_SYMBOL: Final = re.compile(rf"{RUNTIME_SYMBOLS}|mem(set|cpy|move)$|llvm\.")
 # Functions with the same results on every machine.
-EXACT: Final = re.compile(r"(floor|ceil|trunc|rint|fabs|fmod|copysign|sqrt)f?$")
-LIBM: Final = re.compile(
+EXACT_SYMBOL: Final = re.compile(r"(floor|ceil|trunc|rint|fabs|fmod|copysign|sqrt)f?$")
+LIBM_SYMBOL: Final = re.compile(
     r"llvm\.(sin|cos|tan|exp|exp2|exp10|log|log2|log10|pow|powi|fma|fmuladd)\."
 )
-RANDOM: Final = re.compile(RANDOM_SYMBOLS)
+RANDOM_SYMBOL: Final = re.compile(RANDOM_SYMBOLS)
 
 
 def check_arithmetic(group: PartGroup) -> str:
@@ -61,24 +61,26 @@ def check_arithmetic(group: PartGroup) -> str:
     for part, name in hooks:
         code = _compile_to_llvm(group, part, name)
         hook = f"{part.__name__}.{name}"
-        for symbol in DECLARED.findall(code):
-            if RANDOM.match(symbol):
+        for symbol in DECLARED_SYMBOL.findall(code):
+            if RANDOM_SYMBOL.match(symbol):
                 raise FailsError(
                     f"{hook} draws random numbers that do not depend on the seed; use philox"
                 )
-            if LIBM.match(symbol) or not (HARMLESS.match(symbol) or EXACT.match(symbol)):
+            if LIBM_SYMBOL.match(symbol) or not (
+                HARMLESS_SYMBOL.match(symbol) or EXACT_SYMBOL.match(symbol)
+            ):
                 raise FailsError(
                     f"{hook} calls {symbol}, which differs between machines; "
                     "use baldwinlab.engine.arithmetic"
                 )
         allows_float64 = part.kind in BREEDING_KINDS or getattr(part, "allows_births", False)
-        if not allows_float64 and DOUBLE.search(code):
+        if not allows_float64 and FLOAT64_INSTRUCTION.search(code):
             raise FailsError(f"{hook} calculates in float64: {_explain_float64(code)}")
     return ""
 
 
 def _explain_float64(code: str) -> str:
-    if FROM_INTEGER.search(code):
+    if INTEGER_TO_FLOAT64.search(code):
         return "an integer and a float32 make a float64; write np.float32(n) for an integer n"
     return "constants must be float32, such as np.float32(0.5)"
 

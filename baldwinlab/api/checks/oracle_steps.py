@@ -17,10 +17,10 @@ from baldwinlab.models.miniworld.allocation import item_kinds, item_regions
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 
-PLACED = ("x", "y", "heading", "action")
+MOVED_VARIABLES = ("x", "y", "heading", "action")
 """Variables of an agent that a body changes."""
-BEFORE = ("hidden", "eaten_in_life", "gained_in_life", "rate")
-"""Variables of an agent that oracles get as before the step."""
+EARLIER_VARIABLES = ("hidden", "eaten_in_life", "gained_in_life", "rate")
+"""Variables of an agent that oracles get with their values before the step."""
 
 
 class Step(NamedTuple):
@@ -109,7 +109,7 @@ def record_steps(group: PartGroup, part: Any) -> Iterator[Step]:
             fixed = {
                 "inputs": after["inputs"][agent],
                 "outputs": after["outputs"][agent],
-                **{name: before[name][agent] for name in BEFORE},
+                **{name: before[name][agent] for name in EARLIER_VARIABLES},
                 "number": agent,
                 "step": number,
                 "arrays": arrays,
@@ -137,7 +137,7 @@ def _make_agent(
 ) -> Agent:
     positions = enumerate(zip(snapshot["x"], snapshot["y"], strict=True))
     return Agent(
-        **{name: snapshot[name][number] for name in PLACED},
+        **{name: snapshot[name][number] for name in MOVED_VARIABLES},
         **fixed,
         action_module=modules[0],
         reinforcement_module=modules[1],

@@ -21,11 +21,11 @@ from baldwinlab.api.checks.signatures import require_signature, verified_hooks
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.parts.part import overridden_hooks
 
-CLOSE: Final = 1e-5
+TOLERANCE: Final = 1e-5
 """Tolerance of float32 relative to float64, for weights and outputs of about 1."""
-NEAR: Final = 1e-3
+POSITION_TOLERANCE: Final = 1e-3
 """Tolerance of positions, in units of length."""
-POSITIONS: Final = 2000
+N_POSITIONS: Final = 2000
 """Number of positions at which a world feature is compared."""
 MARGIN: Final = 40.0
 """Distance around the shapes of world features, in units of length."""
@@ -76,16 +76,18 @@ def check_oracle(group: PartGroup) -> str:
 
 
 def _require_close(
-    actual: Sequence[float], expected: Sequence[float], label: str, tolerance: float = CLOSE
+    actual: Sequence[float], expected: Sequence[float], label: str, tolerance: float = TOLERANCE
 ) -> None:
     pairs = list(zip(actual, expected, strict=True))
     if not pairs:
         return
-    worst = max(range(len(pairs)), key=lambda index: abs(pairs[index][0] - pairs[index][1]))
-    value, oracle_value = pairs[worst]
+    worst_index = max(range(len(pairs)), key=lambda index: abs(pairs[index][0] - pairs[index][1]))
+    value, oracle_value = pairs[worst_index]
     # NaN is not close to any number.
     if not abs(value - oracle_value) <= tolerance * (1 + abs(oracle_value)):
-        raise FailsError(f"{label} {worst} is {value:.7g}, and by the oracle {oracle_value:.7g}")
+        raise FailsError(
+            f"{label} {worst_index} is {value:.7g}, and by the oracle {oracle_value:.7g}"
+        )
 
 
 def _compare_rule(group: PartGroup, part: Any) -> str:
@@ -125,7 +127,7 @@ def _compare_body(group: PartGroup, part: Any) -> str:
             turn = math.remainder(agent.heading - after.heading, 360)
             errors = [dx, dy, turn, agent.action - after.action]
             label = f"after step {step.number}, agent {number}: error (x, y, heading, action)"
-            _require_close(errors, [0, 0, 0, 0], label, NEAR)
+            _require_close(errors, [0, 0, 0, 0], label, POSITION_TOLERANCE)
     return ""
 
 
@@ -163,12 +165,13 @@ def _move(agent: Agent, dx: float, dy: float) -> Agent:
 
 
 def _are_alike(expected: Sequence[Any], actual: Sequence[Any]) -> bool:
+    """Return whether binary inputs are equal."""
     return list(map(bool, expected)) == list(map(bool, actual))
 
 
 def _are_close(expected: Sequence[float], actual: Sequence[float]) -> bool:
     pairs = zip(expected, actual, strict=True)
-    return all(abs(oracle_value - value) <= NEAR for oracle_value, value in pairs)
+    return all(abs(oracle_value - value) <= POSITION_TOLERANCE for oracle_value, value in pairs)
 
 
 def _require_same(
@@ -177,11 +180,17 @@ def _require_same(
     label: str,
     are_same: Callable[[Any, Any], bool] = operator.eq,
 ) -> None:
-    """Require the result of the oracle at a position, or at a distance of `NEAR` along an axis.
+    """Require the result of the oracle at a position, or next to it along an axis.
 
     At an edge, rounding may put a position on either side.
     """
-    nudges = ((0.0, 0.0), (NEAR, 0.0), (-NEAR, 0.0), (0.0, NEAR), (0.0, -NEAR))
+    nudges = (
+        (0.0, 0.0),
+        (POSITION_TOLERANCE, 0.0),
+        (-POSITION_TOLERANCE, 0.0),
+        (0.0, POSITION_TOLERANCE),
+        (0.0, -POSITION_TOLERANCE),
+    )
     if not any(are_same(oracle(*nudge), actual) for nudge in nudges):
         raise FailsError(f"{label} are {actual}, and by the oracle {oracle(0.0, 0.0)}")
 
@@ -202,8 +211,8 @@ def _compare_feature(group: PartGroup, part: Any) -> str:
     ]
     model = CpuBatch(experiment, group.seed, [0]).model
     low, high = _bounding_box(experiment)
-    starts = random.uniform(low, high, (POSITIONS, 2))
-    displacements = random.uniform(-MARGIN, MARGIN, (POSITIONS, 2))
+    starts = random.uniform(low, high, (N_POSITIONS, 2))
+    displacements = random.uniform(-MARGIN, MARGIN, (N_POSITIONS, 2))
     has_effect = False
     for row in np.column_stack([starts, displacements]).tolist():
         point = [np.float32(coordinate) for coordinate in row]
@@ -215,11 +224,11 @@ def _compare_feature(group: PartGroup, part: Any) -> str:
         has_effect |= any(results.values())
         x, y, dx, dy = row
         label = f"at ({x:g}, {y:g}), with the displacement ({dx:g}, {dy:g}): results"
-        _require_same(partial(_feature_oracle, part, values, point), results, label)
+        _require_same(partial(_call_feature_oracle, part, values, point), results, label)
     return "" if has_effect else "but it has no effect"
 
 
-def _feature_oracle(
+def _call_feature_oracle(
     part: Any, values: Any, point: Sequence[np.float32], nudge_x: float, nudge_y: float
 ) -> Any:
     x, y, dx, dy = point

@@ -14,7 +14,7 @@ from baldwinlab.api.checks.cases import Case, make_cases
 from baldwinlab.api.checks.findings import CheckFinding
 from baldwinlab.api.checks.fixture import PartGroup
 from baldwinlab.api.checks.hashes import hash_runs
-from baldwinlab.api.checks.processes import PLAIN, Process, ProcessEndError
+from baldwinlab.api.checks.processes import PLAIN_ENVIRONMENT, Process, ProcessEndError
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.engine import poison
 
@@ -88,7 +88,9 @@ def simulate_groups(groups: Sequence[PartGroup], seed: int) -> list[list[Outcome
         The outcomes, [pattern][group].
     """
     parts = list(dict.fromkeys(part for group in groups for part in group.parts))
-    environments = [PLAIN | {poison.VARIABLE: str(pattern)} for pattern in poison.PATTERNS]
+    environments = [
+        PLAIN_ENVIRONMENT | {poison.VARIABLE: str(pattern)} for pattern in poison.PATTERNS
+    ]
     processes = [Process("hooks", parts, environment, seed=seed) for environment in environments]
     return [_read_answers(process) for process in processes]
 

@@ -23,11 +23,11 @@ from baldwinlab.core.errors import ArgumentError
 from baldwinlab.parts.loading import MODULE_PREFIX, load_text
 from baldwinlab.parts.part import Part
 
-LAST: Final = "end"
+END_LINE: Final = "end"
 """The last line of a process that answered the complete request."""
-PLAIN: Final = {"NUMBA_DISABLE_JIT": "1"}
-SIMULATOR: Final = PLAIN | {"NUMBA_ENABLE_CUDASIM": "1"}
-SIGNALS: Final = {
+PLAIN_ENVIRONMENT: Final = {"NUMBA_DISABLE_JIT": "1"}
+SIMULATOR_ENVIRONMENT: Final = PLAIN_ENVIRONMENT | {"NUMBA_ENABLE_CUDASIM": "1"}
+SIGNAL_REASONS: Final = {
     "SIGSEGV": "it accessed invalid memory",
     "SIGABRT": "its memory was corrupted",
     "SIGKILL": "another process ended it, or the memory of the machine was exhausted",
@@ -76,7 +76,7 @@ class Process:
         )
         assert self._process.stdin is not None
         with suppress(BrokenPipeError), self._process.stdin as channel:
-            json.dump({"task": task, "parts": _sources(parts), **request}, channel)
+            json.dump({"task": task, "parts": _describe_sources(parts), **request}, channel)
 
     def answers(self) -> Iterator[Any]:
         """Yield each answer as soon as it is available.
@@ -94,7 +94,7 @@ class Process:
         assert self._process.stdout is not None
         try:
             for answer in map(json.loads, self._process.stdout):
-                if answer == LAST:
+                if answer == END_LINE:
                     return
                 yield answer
             raise ProcessEndError(_describe_end(self._process.wait(), self._last_line()))
@@ -114,11 +114,11 @@ def _describe_end(status: int, last_line: str) -> str:
     if status >= 0:
         return f"the process ended with status {status}: {last_line or 'without a message'}"
     name = signal.Signals(-status).name
-    reason = SIGNALS.get(name, last_line)
+    reason = SIGNAL_REASONS.get(name, last_line)
     return f"the process ended by the signal {name}" + (f": {reason}" if reason else "")
 
 
-def _sources(parts: Sequence[type[Part]]) -> list[dict[str, str]]:
+def _describe_sources(parts: Sequence[type[Part]]) -> list[dict[str, str]]:
     """Return the sources for `load_parts`, or raise ArgumentError for a local class."""
     sources = []
     for part in parts:

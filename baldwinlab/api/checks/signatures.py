@@ -10,7 +10,7 @@ from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import PartGroup, part_label
 from baldwinlab.parts.part import Part, overridden_hooks
 
-PACKAGE: Final = "baldwinlab."
+PACKAGE_PREFIX: Final = "baldwinlab."
 
 
 class OracleSignature(NamedTuple):
@@ -31,7 +31,7 @@ class OracleSignature(NamedTuple):
     verifies: tuple[str, ...]
 
 
-PARENTS: Final = "it returns two parents of each child"
+PARENTS_RESULT: Final = "it returns two parents of each child"
 ORACLES: Final = {
     "learning rule": OracleSignature(
         "part, agents, agent, naive", "it changes agent.action_module", ("observe_others", "learn")
@@ -48,9 +48,9 @@ ORACLES: Final = {
         "it returns a result by hook",
         ("blocks_placement", "blocks_sight", "blocks_movement"),
     ),
-    "selection": OracleSignature("part, fitness, uniforms", PARENTS, ("select",)),
+    "selection": OracleSignature("part, fitness, uniforms", PARENTS_RESULT, ("select",)),
     "select_with_genomes": OracleSignature(
-        "part, genome, fitness, uniforms", PARENTS, ("select", "select_with_genomes")
+        "part, genome, fitness, uniforms", PARENTS_RESULT, ("select", "select_with_genomes")
     ),
     "variation": OracleSignature(
         "part, fitter, second, draws, gate", "it returns the child", ("vary",)
@@ -69,7 +69,7 @@ ORACLES: Final = {
         "part, energy, cost", "it returns the fitness of each agent", ("evaluate",)
     ),
 }
-"""The contracts, by the kind of part or by the hook that replaces the contract of the kind."""
+"""The contracts, by the kind of part. A hook in `POPULATION_HOOKS` has another contract."""
 POPULATION_HOOKS: Final = ("select_with_genomes", "vary_population")
 
 
@@ -129,7 +129,7 @@ def require_signature(part: Any) -> None:
     """
     key = oracle_key(part)
     contract = ORACLES[key]
-    reason = f", because it has `{key}`" * (key != part.kind)
+    reason = "" if key == part.kind else f", because it has `{key}`"
     expected = f"it must be a static method oracle({contract.arguments}){reason}; {contract.result}"
     if not isinstance(inspect.getattr_static(part, "oracle"), staticmethod):
         raise FailsError(f"{part_label(part)}: oracle is not a static method; {expected}")
@@ -178,11 +178,11 @@ def unverified_hooks(part: type[Part]) -> Iterator[tuple[str, str]]:
     has_oracle = hasattr(part, "oracle")
     reason = "its oracle does not cover this hook" if has_oracle else "it has no oracle"
     for hook in overridden_hooks(part):
-        if hook not in verified_hooks(part) and not _is_of_package(part, hook):
+        if hook not in verified_hooks(part) and not _is_built_in_hook(part, hook):
             yield hook, reason
 
 
-def _is_of_package(part: type[Part], hook: str) -> bool:
+def _is_built_in_hook(part: type[Part], hook: str) -> bool:
     """Return whether a custom part uses a hook of a built-in part without changes."""
-    is_custom = not part.__module__.startswith(PACKAGE)
-    return is_custom and getattr(part, hook).__module__.startswith(PACKAGE)
+    is_custom = not part.__module__.startswith(PACKAGE_PREFIX)
+    return is_custom and getattr(part, hook).__module__.startswith(PACKAGE_PREFIX)

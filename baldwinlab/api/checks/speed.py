@@ -1,4 +1,4 @@
-"""Compare the speed of a part with that of a built-in part of its kind."""
+"""Compare the speed of a part with the speed of a built-in part of its kind."""
 
 from __future__ import annotations
 
@@ -6,7 +6,13 @@ import time
 from typing import Any, Final
 
 from baldwinlab.api.checks.findings import NotCheckedError
-from baldwinlab.api.checks.fixture import BREEDING_KINDS, PATHS, SEED, PartGroup, is_of_miniworld
+from baldwinlab.api.checks.fixture import (
+    BREEDING_KINDS,
+    CHOICE_PATHS,
+    SEED,
+    PartGroup,
+    is_of_miniworld,
+)
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.registry import BUILT_IN
@@ -16,7 +22,7 @@ from baldwinlab.simulation.simulate import simulate_batch
 
 BASELINES: Final = {"learning rule": "self-taught"}
 """The built-in part to compare with; by default, the first one of the kind."""
-ROUNDS: Final = 5
+N_ROUNDS: Final = 5
 
 
 def measure_speed(group: PartGroup) -> str:
@@ -30,7 +36,7 @@ def measure_speed(group: PartGroup) -> str:
     Returns
     -------
     str
-        The relative speed, in words.
+        The relative speed, as text.
 
     Raises
     ------
@@ -44,12 +50,16 @@ def measure_speed(group: PartGroup) -> str:
     title = f"the built-in {part.kind} {baseline!r}" if baseline else "a world without it"
     network = {} if "network.hidden" in part.required_settings else {"network": {"hidden": [10]}}
     lifetime = {"steps": 500 if part.kind in BREEDING_KINDS else 3000}
-    longer = group.experiment.replace(population={"size": 20}, lifetime=lifetime, **network)
+    timed_experiment = group.experiment.replace(
+        population={"size": 20}, lifetime=lifetime, **network
+    )
     value = baseline
     if part.kind in ("sense", "world feature"):
         value = f'["{baseline}"]' if baseline else "[]"
-    settings = [f"{PATHS[part.kind]}={value}", *_default_settings(part)]
-    seconds, built_in_seconds = _measure_seconds(longer, assign(longer, settings))
+    settings = [f"{CHOICE_PATHS[part.kind]}={value}", *_default_settings(part)]
+    seconds, built_in_seconds = _measure_seconds(
+        timed_experiment, assign(timed_experiment, settings)
+    )
     return f"{built_in_seconds / seconds:.2f} times the speed of {title}"
 
 
@@ -63,12 +73,12 @@ def _default_settings(part: type[Part]) -> list[str]:
 
 
 def _measure_seconds(*experiments: Any) -> list[float]:
-    """Return the shortest of several times of each experiment, measured in turns."""
-    smallest = [float("inf")] * len(experiments)
+    """Return the shortest of `N_ROUNDS` times of each experiment, measured in turns."""
+    shortest_seconds = [float("inf")] * len(experiments)
     # The first round compiles.
-    for _ in range(ROUNDS + 1):
+    for _ in range(N_ROUNDS + 1):
         for number, experiment in enumerate(experiments):
             start = time.perf_counter()
             simulate_batch(experiment, SEED, range(4))
-            smallest[number] = min(smallest[number], time.perf_counter() - start)
-    return smallest
+            shortest_seconds[number] = min(shortest_seconds[number], time.perf_counter() - start)
+    return shortest_seconds

@@ -7,7 +7,7 @@ from itertools import combinations, product
 
 import pytest
 
-from baldwinlab.api.checks.cases import SETTINGS, Case, make_cases
+from baldwinlab.api.checks.cases import CASE_SETTINGS, Case, make_cases
 from baldwinlab.api.checks.fixture import group_parts
 from baldwinlab.experiment import registry
 
@@ -16,7 +16,7 @@ FACTORS = ({1, 2, 17, 20}, {"sequential", "simultaneous"}, {False, True}, {False
 
 def test_every_pair_of_values_of_two_settings_occurs() -> None:
     for first, second in combinations(range(4), 2):
-        pairs = {(values[first], values[second]) for values in SETTINGS}
+        pairs = {(values[first], values[second]) for values in CASE_SETTINGS}
         assert pairs == set(product(FACTORS[first], FACTORS[second]))
 
 
@@ -33,7 +33,7 @@ def test_every_pair_of_values_of_two_settings_occurs() -> None:
 def test_the_worlds_of_a_part_differ_in_modules_and_items(kind: str, name: str) -> None:
     (group,) = group_parts([registry.find_class(kind, name)])
     worlds = list(make_cases(group))
-    assert len(worlds) == len(SETTINGS)
+    assert len(worlds) == len(CASE_SETTINGS)
     assert {len(case.experiment.modules) for case in worlds} == {1, 2}
     assert {"patches" in case.experiment.world.features for case in worlds} == {False, True}
     assert updates(case for case in worlds if case.is_same_code) == {"sequential", "simultaneous"}
