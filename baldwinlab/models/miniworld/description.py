@@ -1,4 +1,4 @@
-"""Descriptions of MiniWorld experiments in short sentences, from their settings and parts."""
+"""Descriptions of MiniWorld experiments in brief sentences, from their settings and parts."""
 
 from __future__ import annotations
 

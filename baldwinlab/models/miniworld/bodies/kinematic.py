@@ -2,7 +2,7 @@
 
 A body moves by at most `STRIDE` in a step, as the body of the paper.
 
-The sizes are our interpretation. Sources:
+The lengths of moves and the angles of turns are our interpretation. Sources:
 
 - Stay: S. Nolfi, J. L. Elman and D. Parisi, "Learning and evolution in neural networks",
   Adaptive Behavior 3 (1994). Their organisms go ahead, turn left or right, or do nothing.
@@ -26,12 +26,12 @@ from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, MiniWorldMo
 from baldwinlab.parts.bodies import Body
 
 MAX_SPEED = np.float32(STRIDE)
-QUARTER = np.float32(HEADING_COUNT // 4)
-HEADINGS = np.float32(HEADING_COUNT)
+HEADINGS_PER_QUARTER = np.float32(HEADING_COUNT // 4)
+N_HEADINGS = np.float32(HEADING_COUNT)
 LAST_HEADING = np.float32(HEADING_COUNT - 1)
-# Degrees between two headings.
-DEGREES_PER_TURN = np.float32(360 / HEADING_COUNT)
-# Adding and subtracting it rounds to the nearest integer, and ties to even.
+# Degrees between two neighboring headings.
+DEGREES_PER_HEADING = np.float32(360 / HEADING_COUNT)
+# Adding and subtracting this constant rounds to the nearest integer, and ties to even.
 ROUNDING = np.float32(1.5 * 2**23)
 
 
@@ -39,9 +39,12 @@ ROUNDING = np.float32(1.5 * 2**23)
 def _move_along(
     model: MiniWorldModel, state: State, heading: Value, speed: Value, lane: Lane
 ) -> None:
-    """Set the heading, at most one turn out of range, and move in its direction."""
-    heading = choose(heading < ZERO, heading + HEADINGS, heading)
-    heading = choose(heading > LAST_HEADING, heading - HEADINGS, heading)
+    """Set the heading, and move by `speed` in its direction.
+
+    `heading` is a number of headings. It can be out of range by at most a complete turn.
+    """
+    heading = choose(heading < ZERO, heading + N_HEADINGS, heading)
+    heading = choose(heading > LAST_HEADING, heading - N_HEADINGS, heading)
     x = get(state.positions, 0, lane) + speed * lookup(model.cosine, heading)
     y = get(state.positions, 1, lane) + speed * lookup(model.sine, heading)
     put(state.positions, 0, lane, wrap_position(x, model.width))
@@ -66,7 +69,9 @@ class Stay(Body, name="stay"):
     def move(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
         action = get(state.action, 0, lane)
         turn = choose(action > TWO, ZERO, action - ONE)
-        speed = choose((action > ZERO) & (action < TWO), TWO, choose(action > TWO, ZERO, ONE))
+        is_forward = (action > ZERO) & (action < TWO)
+        is_stay = action > TWO
+        speed = choose(is_forward, TWO, choose(is_stay, ZERO, ONE))
         _move_along(model, state, get(state.heading, 0, lane) + turn, speed, lane)
 
     @staticmethod
@@ -89,7 +94,9 @@ class Grid(Body, name="grid"):
 
     @staticmethod
     def move(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
-        _move_along(model, state, get(state.action, 0, lane) * QUARTER, MAX_SPEED, lane)
+        _move_along(
+            model, state, get(state.action, 0, lane) * HEADINGS_PER_QUARTER, MAX_SPEED, lane
+        )
 
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> None:
@@ -116,7 +123,7 @@ class Continuous(Body, name="continuous"):
         36.0,
         ge=0,
         le=180,
-        description=("Turn in degrees if one wheel has full speed and the other stands still."),
+        description=("Turn in degrees if one wheel has full speed and the other does not move."),
     )
     actions: ClassVar[tuple[str, ...]] = ("left wheel", "right wheel")
     stride: ClassVar[float] = STRIDE
@@ -134,7 +141,7 @@ class Continuous(Body, name="continuous"):
         rows = state.activations.shape[0]
         left = get(state.activations, rows - 2, lane)
         right = get(state.activations, rows - 1, lane)
-        turn = ((left - right) * (part.max_turn / DEGREES_PER_TURN) + ROUNDING) - ROUNDING
+        turn = ((left - right) * (part.max_turn / DEGREES_PER_HEADING) + ROUNDING) - ROUNDING
         _move_along(model, state, get(state.heading, 0, lane) + turn, left + right, lane)
 
     @staticmethod

@@ -14,14 +14,14 @@ from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrap_position
 from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, MiniWorldModel, State
 from baldwinlab.parts.bodies import Body
 
-HEADINGS = np.float32(HEADING_COUNT)
+N_HEADINGS = np.float32(HEADING_COUNT)
 LAST_HEADING = np.float32(HEADING_COUNT - 1)
 
 
 class Walker(Body, name="walker"):
     """Three actions: turn left, go forward, turn right.
 
-    A turn is 9 degrees and a move of 1; forward is a move of 2.
+    A turn is a rotation by 9 degrees, and a move by 1. Going forward is a move by 2.
 
     References
     ----------
@@ -43,12 +43,13 @@ class Walker(Body, name="walker"):
 
     @staticmethod
     def move(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
-        """Turn by the action, then move."""
+        """Turn left for action 0 and right for action 2, then move."""
         action = get(state.action, 0, lane)
         heading = get(state.heading, 0, lane) + (action - ONE)
-        heading = choose(heading < ZERO, heading + HEADINGS, heading)
-        heading = choose(heading > LAST_HEADING, heading - HEADINGS, heading)
-        speed = choose((action > ZERO) & (action < TWO), TWO, ONE)
+        heading = choose(heading < ZERO, heading + N_HEADINGS, heading)
+        heading = choose(heading > LAST_HEADING, heading - N_HEADINGS, heading)
+        is_forward = (action > ZERO) & (action < TWO)
+        speed = choose(is_forward, TWO, ONE)
         x = get(state.positions, 0, lane) + speed * lookup(model.cosine, heading)
         y = get(state.positions, 1, lane) + speed * lookup(model.sine, heading)
         put(state.positions, 0, lane, wrap_position(x, model.width))

@@ -1,10 +1,10 @@
 """World features with items: patches, drifting food, slow regrowth, regions in turn.
 
-The implementation is our interpretation. It rebuilds no world of the papers. Drift and slow
-regrowth have no single source.
+The features are our interpretations, and not the worlds of papers. Drifting food and slow regrowth
+have no single source.
 
-Items that are absent have a position off the map, at `AWAY` times its width. No agent can sense or
-touch them there.
+An absent item has a position off the map. Its x is `ABSENT_X` times the width of the map. No agent
+can sense or touch it there.
 
 References
 ----------
@@ -29,8 +29,8 @@ from baldwinlab.parts import Field, ItemRegion, WorldFeature, choose, compiled, 
 
 ZERO = np.float32(0)
 ONE = np.float32(1)
-# In widths of the map: out of sight of all images of the map.
-AWAY = np.float32(-3)
+# x of an absent item, in widths of the map. No image of the map has agents within sight of it.
+ABSENT_X = np.float32(-3)
 Count = Annotated[int, Field(ge=0, le=1_000_000)]
 Energy = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]
 Patch = tuple[Coordinate, Coordinate, Coordinate, Coordinate, Count, Energy]
@@ -39,8 +39,8 @@ Patch = tuple[Coordinate, Coordinate, Coordinate, Coordinate, Count, Energy]
 class Patches(WorldFeature, name="patches"):
     """Regions with items of the kind `patch`.
 
-    Their energy can be negative, as that of poison.
-    The items of all patches look alike.
+    The energy of an item can be negative, as in poison.
+    Agents cannot distinguish the items of different patches.
     """
 
     patches: tuple[Patch, ...] = Field(
@@ -104,13 +104,14 @@ class DriftingFood(WorldFeature, name="drifting-food"):
 
     @staticmethod
     def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-        """Move the food. An item on a blocked position appears at another one of its region."""
+        """Move the food. An item at a blocked position gets a new position in its region."""
         for region in range(model.regions.shape[0]):
             left = model.regions[region, 0]
             width = model.regions[region, 1]
             upper = model.regions[region, 2]
             height = model.regions[region, 3]
-            if model.region_kind[region] == 0:
+            is_food = model.region_kind[region] == 0
+            if is_food:
                 for item in range(model.region_items[region], model.region_items[region + 1]):
                     # Absent items have negative coordinates.
                     if state.item_x[world, item] >= ZERO:
@@ -134,7 +135,7 @@ class SlowRegrowth(WorldFeature, name="slow-regrowth"):
         100, ge=1, le=100_000_000, description="Number of steps for which an eaten item is absent."
     )
     arrays: ClassVar[Mapping[str, Array]] = {
-        # x of an absent item when it reappears.
+        # Position in x at which an absent item reappears.
         "x": per_world("items"),
         # Step after which an absent item reappears. -1 if it is present.
         "due": per_world("items", dtype="int32"),
@@ -154,20 +155,20 @@ class SlowRegrowth(WorldFeature, name="slow-regrowth"):
 
     @staticmethod
     def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-        """Remove the items eaten in this step, and store their next positions."""
+        """Remove the items eaten in this step, and return the items that are due."""
         for region in range(model.regions.shape[0]):
-            changed = False
+            has_changed = False
             for item in range(model.region_items[region], model.region_items[region + 1]):
                 if state.touched[world, item] == step:
                     part.x[world, item] = state.item_x[world, item]
                     part.due[world, item] = step + part.delay
-                    state.item_x[world, item] = AWAY * model.width
-                    changed = True
+                    state.item_x[world, item] = ABSENT_X * model.width
+                    has_changed = True
                 elif part.due[world, item] == step:
                     state.item_x[world, item] = part.x[world, item]
                     part.due[world, item] = -1
-                    changed = True
-            if changed:
+                    has_changed = True
+            if has_changed:
                 sort_into_cells(model, state, world, region)
 
 
@@ -199,24 +200,26 @@ class RegionsInTurn(WorldFeature, name="regions-in-turn"):
     def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
         """Prepare the items for the next step.
 
-        No item can be removed before the first step of a lifetime, as items are placed later.
+        The first step of a lifetime has items in all regions, because `init_world` is called before
+        items are placed.
         """
-        food = 0
+        food_regions = 0
         for region in range(model.regions.shape[0]):
-            food += 1 if model.region_kind[region] == 0 else 0
+            food_regions += 1 if model.region_kind[region] == 0 else 0
         first_region = (
             np.int64(state.generation[0]) // part.generations_per_region
             if part.generations_per_region > 0
             else 0
         )
-        turn = (first_region + (step + 1) // part.steps_per_region) % max(1, food)
+        changes = (step + 1) // part.steps_per_region
+        full_region = (first_region + changes) % max(1, food_regions)
+        # The first step empties the other regions, and later steps change the region.
+        is_change = step == 0 or (step + 1) % part.steps_per_region == 0
         for region in range(model.regions.shape[0]):
-            if model.region_kind[region] == 0 and (
-                step == 0 or (step + 1) % part.steps_per_region == 0
-            ):
+            if is_change and model.region_kind[region] == 0:
                 for item in range(model.region_items[region], model.region_items[region + 1]):
-                    if region != turn:
-                        state.item_x[world, item] = AWAY * model.width
+                    if region != full_region:
+                        state.item_x[world, item] = ABSENT_X * model.width
                     elif state.item_x[world, item] < ZERO:
                         place_item(model, state, world, region, item)
                 sort_into_cells(model, state, world, region)

@@ -1,6 +1,6 @@
-"""World feature with walls, which block movement and sight.
+"""World feature `walls`: rectangles that block movement and sight.
 
-The implementation is our interpretation. It rebuilds no world of the papers.
+The feature is our interpretation, and not the world of a paper.
 
 References
 ----------
@@ -23,7 +23,7 @@ Box = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
 
 
 def _walls_and_images(part: Any, experiment: Any) -> Any:
-    """Return the edges of all walls, then of their images within sight of the map."""
+    """Return the edges of all walls, and of their images that are visible from the map."""
     width = experiment.world.width
     height = experiment.world.height
     sight = experiment.senses.visual_radius
@@ -33,18 +33,18 @@ def _walls_and_images(part: Any, experiment: Any) -> Any:
         for left, right, upper, lower in part.boxes
         for x, y in shifts
     ]
-    near = [
+    visible_images = [
         (left, right, upper, lower)
         for left, right, upper, lower in images
         if right >= -sight and left <= width + sight and lower >= -sight and upper <= height + sight
     ]
-    return np.array([*part.boxes, *near], np.float32)
+    return np.array([*part.boxes, *visible_images], np.float32)
 
 
 def _map_frame(part: Any, experiment: Any) -> Any:
     """Return the settings from which the images of walls follow.
 
-    They are constants of the part, so that a page without a server cannot change them.
+    A page without a server cannot change a constant of a part, and so cannot change these settings.
     """
     return np.array(
         [experiment.world.width, experiment.world.height, experiment.senses.visual_radius],
@@ -55,6 +55,7 @@ def _map_frame(part: Any, experiment: Any) -> Any:
 @compiled
 def _is_inside(edges: Any, count: int, x: Any, y: Any) -> Any:
     """Return whether a position is in any of the first `count` walls."""
+    # False, as a mask with the lanes of x.
     blocked = x * ZERO > ONE
     for wall in range(count):
         blocked = blocked | (
@@ -68,9 +69,10 @@ def _is_inside(edges: Any, count: int, x: Any, y: Any) -> Any:
 
 @compiled
 def _blocks_line(edges: Any, wall: int, x: Any, y: Any, dx: Any, dy: Any) -> Any:
-    """Return whether a line crosses a wall.
+    """Return whether the line from (x, y) to (x + dx, y + dy) crosses a wall.
 
-    The test compares the fractions of the line at which it enters and leaves both strips.
+    The wall is the intersection of a vertical and a horizontal strip. The line crosses the wall if
+    it is in both strips at the same time. Times are fractions of the line.
     """
     enters_x = (edges[wall, 0] - x) / dx
     leaves_x = (edges[wall, 1] - x) / dx
@@ -106,7 +108,7 @@ class Walls(WorldFeature, name="walls"):
     def check(self, experiment: Any) -> None:
         """Check that walls are on the map, and do not cover a region.
 
-        An agent could step over a wall thinner than a step.
+        A wall must be as thick as a step, because an agent could step over a thinner wall.
         """
         world = experiment.world
         stride = experiment.part("motor.body").stride
@@ -153,6 +155,7 @@ class Walls(WorldFeature, name="walls"):
 
     @staticmethod
     def blocks_sight(part: Any, model: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
+        # False, as a mask with the lanes of dx.
         blocked = dx * ZERO > ONE
         for wall in range(part.edges.shape[0]):
             blocked = blocked | _blocks_line(part.edges, wall, x, y, dx, dy)
@@ -162,22 +165,23 @@ class Walls(WorldFeature, name="walls"):
     def oracle(part: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
         """Compute the hooks in plain Python.
 
-        A line crosses a wall unless it is outside its strips, or all corners are on one side.
+        A line crosses a wall unless it is on one side of a strip, or all corners of the wall are on
+        one side of the line.
         """
         walls = [[float(edge) for edge in wall] for wall in part.edges]
 
         def meets(left: float, right: float, upper: float, lower: float) -> bool:
-            left_or_right = max(x, x + dx) < left or min(x, x + dx) > right
-            above = max(y, y + dy) < upper or min(y, y + dy) > lower
+            is_left_or_right = max(x, x + dx) < left or min(x, x + dx) > right
+            is_above_or_below = max(y, y + dy) < upper or min(y, y + dy) > lower
             sides = [dx * (b - y) - dy * (a - x) for a in (left, right) for b in (upper, lower)]
-            return not (left_or_right or above) and min(sides) <= 0 <= max(sides)
+            return not (is_left_or_right or is_above_or_below) and min(sides) <= 0 <= max(sides)
 
-        inside = any(
+        is_inside = any(
             left <= x <= right and upper <= y <= lower
             for left, right, upper, lower in walls[: part.count]
         )
         return {
-            "blocks_placement": inside,
-            "blocks_movement": inside,
+            "blocks_placement": is_inside,
+            "blocks_movement": is_inside,
             "blocks_sight": any(meets(*wall) for wall in walls),
         }

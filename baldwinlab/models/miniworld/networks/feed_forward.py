@@ -1,8 +1,8 @@
 """Feed-forward networks of logistic units, one network per lane, with or without biases.
 
-Units are numbered through the layers from the input.
+Units are numbered layer by layer, from the inputs.
 `activations` and `errors` have a row per unit.
-Weights are ordered by layer from the input, then by source unit, then by target unit.
+Weights are ordered by layer, then by source unit, then by target unit.
 With biases, the bias weights of a layer follow its weights.
 
 Source: the paper, "The neural network controller".
@@ -35,29 +35,29 @@ Rows = npt.NDArray[np.float32]
 def has_zero_inputs(biases: bool, inputs: int, activations: Rows, lane: Lane) -> bool:
     """Return whether all inputs are 0 and there are no biases.
 
-    The units of the first layer are then at 1/2, and its weights do not learn.
-    Most agents have zero inputs in most steps. Skipping the layer saves half of the time.
+    The units of the first hidden layer then have the activation 1/2, and their weights do not
+    learn. Most agents have zero inputs in most steps, and skipping this layer halves the time.
     The results are identical.
     """
-    at_rest = not biases
+    has_zeros = not biases
     for i in range(inputs):
-        at_rest = at_rest and not any_of(get(activations, i, lane) > ZERO)
-    return at_rest
+        has_zeros = has_zeros and not any_of(get(activations, i, lane) > ZERO)
+    return has_zeros
 
 
 @compiled
 def feed_forward(sizes: Sizes, biases: bool, weights: Rows, activations: Rows, lane: Lane) -> None:
-    """Compute `activations` from its first rows, the inputs."""
+    """Compute all rows of `activations` from the inputs, which are its first rows."""
     # First source unit and first weight of the layer.
     source = 0
     weight = 0
-    at_rest = has_zero_inputs(biases, sizes[0], activations, lane)
+    is_first_skipped = has_zero_inputs(biases, sizes[0], activations, lane)
     for layer in range(sizes.size - 1):
         inputs = sizes[layer]
         outputs = sizes[layer + 1]
         target = source + inputs
         for unit in range(outputs):
-            if layer == 0 and at_rest:
+            if layer == 0 and is_first_skipped:
                 put(activations, target + unit, lane, HALF)
                 continue
             total = get(weights, weight + unit, lane) * get(activations, source, lane)
@@ -89,7 +89,7 @@ def backpropagate(
     `activations` must be those of `feed_forward` with the same weights.
     `errors` is scratch, with a row per unit.
 
-    Source: Rumelhart, Hinton and Williams 1986, which the paper cites for its learning.
+    Source: Rumelhart, Hinton and Williams 1986, which the paper cites for its learning rule.
     """
     layers = sizes.size - 1
     # First target unit and first weight of the layer, from the last layer to the first.
@@ -101,13 +101,14 @@ def backpropagate(
     for unit in range(sizes[layers]):
         y = get(activations, target + unit, lane)
         put(errors, target + unit, lane, rate * (y - get(targets, unit, lane)) * y * (ONE - y))
-    lowest = 1 if has_zero_inputs(biases, sizes[0], activations, lane) else 0
-    for layer in range(layers - 1, lowest - 1, -1):
+    # With zero inputs, the weights of the first layer do not change.
+    first_layer = 1 if has_zero_inputs(biases, sizes[0], activations, lane) else 0
+    for layer in range(layers - 1, first_layer - 1, -1):
         inputs = sizes[layer]
         outputs = sizes[layer + 1]
         source = target - inputs
         weight -= (inputs + int(biases)) * outputs
-        if layer > lowest:
+        if layer > first_layer:
             _backpropagate_errors(
                 inputs, outputs, source, weight, weights, activations, errors, lane
             )
@@ -152,7 +153,7 @@ def _backpropagate_errors(
 @compiled
 def forward_three(hidden: int, weights: Rows, activations: Rows, lane: Lane) -> None:
     """Compute `feed_forward` for three inputs, one hidden layer, three outputs and no biases."""
-    outputs = 3 + hidden
+    first_output = 3 + hidden
     if has_zero_inputs(False, 3, activations, lane):
         for unit in range(hidden):
             put(activations, 3 + unit, lane, HALF)
@@ -179,9 +180,9 @@ def forward_three(hidden: int, weights: Rows, activations: Rows, lane: Lane) -> 
         first = first + get(weights, w, lane) * a
         second = second + get(weights, w + 1, lane) * a
         third = third + get(weights, w + 2, lane) * a
-    put(activations, outputs, lane, sigmoid(first))
-    put(activations, outputs + 1, lane, sigmoid(second))
-    put(activations, outputs + 2, lane, sigmoid(third))
+    put(activations, first_output, lane, sigmoid(first))
+    put(activations, first_output + 1, lane, sigmoid(second))
+    put(activations, first_output + 2, lane, sigmoid(third))
 
 
 @compiled
@@ -196,10 +197,10 @@ def backward_three(
     hidden: int, rate: Value, weights: Rows, activations: Rows, targets: Rows, lane: Lane
 ) -> None:
     """Compute `backpropagate` for the network of `forward_three`."""
-    outputs = 3 + hidden
-    first = _output_error(rate, activations, outputs, get(targets, 0, lane), lane)
-    second = _output_error(rate, activations, outputs + 1, get(targets, 1, lane), lane)
-    third = _output_error(rate, activations, outputs + 2, get(targets, 2, lane), lane)
+    first_output = 3 + hidden
+    first = _output_error(rate, activations, first_output, get(targets, 0, lane), lane)
+    second = _output_error(rate, activations, first_output + 1, get(targets, 1, lane), lane)
+    third = _output_error(rate, activations, first_output + 2, get(targets, 2, lane), lane)
     if has_zero_inputs(False, 3, activations, lane):
         for unit in range(hidden):
             w = 3 * hidden + 3 * unit
@@ -229,16 +230,16 @@ def backward_three(
 
 
 @compiled
-def _is_three(sizes: Sizes, biases: bool) -> bool:
-    """Return whether the network is that of `forward_three`."""
+def _has_three_inputs_and_outputs(sizes: Sizes, biases: bool) -> bool:
+    """Return whether `forward_three` can compute the network."""
     return sizes.size == 3 and sizes[0] == 3 and sizes[2] == 3 and not biases
 
 
 class FeedForward(Network, name="feed-forward"):
     """Layers of logistic units, without memory.
 
-    The network of three inputs, one hidden layer and three outputs has code of its own, with
-    identical results.
+    A network of three inputs, one hidden layer and three outputs has separate code, with identical
+    results.
 
     References
     ----------
@@ -252,7 +253,7 @@ class FeedForward(Network, name="feed-forward"):
 
     @staticmethod
     def forward(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
-        if _is_three(part.sizes, part.biases):
+        if _has_three_inputs_and_outputs(part.sizes, part.biases):
             forward_three(part.sizes[1], weights, activations, lane)
         else:
             feed_forward(part.sizes, part.biases, weights, activations, lane)
@@ -267,7 +268,7 @@ class FeedForward(Network, name="feed-forward"):
         targets: Rows,
         lane: Lane,
     ) -> None:
-        if _is_three(part.sizes, part.biases):
+        if _has_three_inputs_and_outputs(part.sizes, part.biases):
             backward_three(part.sizes[1], rate, weights, activations, targets, lane)
         else:
             backpropagate(

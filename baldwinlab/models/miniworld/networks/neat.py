@@ -1,14 +1,14 @@
-"""Networks whose topology evolves (NEAT), for agents of the miniworld.
+"""Networks whose topology evolves (NEAT), for agents of MiniWorld.
 
-The network kind `neat` needs the variation `neat`. The selection `species` suits it best.
+The network kind `neat` needs the variation `neat`. The selection `species` is recommended.
 
-The genome is a graph, which is stored in the entries of the weights of a layered network.
+The genome is a graph. It is stored in the array of the weights of a layered network.
 `network.hidden = [40]` reserves memory for up to 40 links.
 The rows of units are the inputs, one row per reserved link, and the outputs.
-The row of a link is the hidden node that split it, or 0 without such a node.
+The row of a link is the activation of the hidden node that split it, or 0 without such a node.
 
-Source: Stanley and Miikkulainen 2002, section 3. The evaluation of a node after all its sources is
-our interpretation.
+Source: Stanley and Miikkulainen 2002, section 3. The order of evaluation, each node
+after all its sources, is our interpretation.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from baldwinlab.parts import Field, Network
 
 def max_links(weights: int, hidden: int) -> int:
     """Return the number of links that `weights` entries and `hidden` rows of units can hold."""
-    return max(
-        0, min(hidden, (weights - count_entries(0)) // (count_entries(1) - count_entries(0)))
-    )
+    entries_per_link = count_entries(1) - count_entries(0)
+    links_in_weights = (weights - count_entries(0)) // entries_per_link
+    return max(0, min(hidden, links_in_weights))
 
 
-def _max_links(experiment: Any) -> int:
+def _max_links_of_experiment(experiment: Any) -> int:
     """Return the number of links that the network of an experiment can hold."""
     return max_links(experiment.weight_count, sum(experiment.network.hidden))
 
@@ -60,13 +60,13 @@ class NeatNetwork(Network, name="neat"):
         4.9,
         gt=0,
         le=1000,
-        description="Slope of the sigmoid: output = 1 / (1 + exp(-steepness * input)).",
+        description="Slope of the sigmoid: output = 1 / (1 + exp(-sigmoid_slope * input)).",
     )
 
     derived: ClassVar[Mapping[str, Any]] = {
         "inputs": lambda part, experiment: len(experiment.inputs),
         "outputs": lambda part, experiment: len(experiment.actions),
-        "max_links": lambda part, experiment: _max_links(experiment),
+        "max_links": lambda part, experiment: _max_links_of_experiment(experiment),
     }
 
     def check(self, experiment: Any) -> None:
@@ -81,11 +81,12 @@ class NeatNetwork(Network, name="neat"):
             raise ValueError(
                 "network.kind = 'neat' has its bias as a node: network.biases must be false"
             )
-        needed = (len(experiment.inputs) + 1) * len(experiment.actions)
-        if len(network.hidden) != 1 or _max_links(experiment) < needed:
+        needed_links = (len(experiment.inputs) + 1) * len(experiment.actions)
+        possible_links = _max_links_of_experiment(experiment)
+        if len(network.hidden) != 1 or possible_links < needed_links:
             raise ValueError(
-                f"network.kind = 'neat' starts with {needed} links, but can hold only "
-                f"{_max_links(experiment)}: network.hidden must be one number, the maximum number "
+                f"network.kind = 'neat' starts with {needed_links} links, but can hold only "
+                f"{possible_links}: network.hidden must be one number, the maximum number "
                 "of links, for example [40]"
             )
 

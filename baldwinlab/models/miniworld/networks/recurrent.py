@@ -1,7 +1,8 @@
 """Networks with a memory: recurrent hidden units, in discrete or continuous time.
 
 The memory is stored in the rows of units between the inputs and the hidden units.
-So each module has its own memory. At birth it is 0. Elman starts with 0.5, by our interpretation.
+Each module therefore has a separate memory. It is 0 at birth, which is our interpretation: Elman
+starts with 0.5.
 
 Sources:
 
@@ -40,7 +41,7 @@ class _Recurrent(Network):
 
 
 class SimpleRecurrent(_Recurrent, name="simple-recurrent"):
-    """Layers of logistic units; the first hidden layer also gets its own previous activations.
+    """Layers of logistic units. Inputs include the last activations of the first hidden layer.
 
     Learning treats the previous activations as constant inputs.
 
@@ -83,7 +84,7 @@ class SimpleRecurrent(_Recurrent, name="simple-recurrent"):
 
 
 class ContinuousTime(_Recurrent, name="continuous-time"):
-    """Leaky hidden units, all connected to each other, with one Euler step per step.
+    """Leaky hidden units, all connected to each other. A time step is one step of Euler's method.
 
     Learning changes only the weights to the outputs.
 
@@ -107,7 +108,7 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
     }
 
     def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
-        """Return the inputs and states of hidden units, the activations of these, the outputs."""
+        """Return the numbers of inputs and states, of hidden activations, and of outputs."""
         return (inputs + sum(hidden), sum(hidden), actions)
 
     def check(self, experiment: Any) -> None:
@@ -120,10 +121,10 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
     @staticmethod
     def forward(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
         sources = part.inputs + part.hidden
-        new = ONE / part.time_constant
-        # Weights of the old state and of its new input.
-        old = ONE - new
-        # Neither birth nor learning updates the activations, so they are computed again.
+        # A new state is a weighted mean of the old state and the drive.
+        drive_share = ONE / part.time_constant
+        state_share = ONE - drive_share
+        # Birth changes states, and learning changes biases. Neither updates the activations.
         _update_hidden(part, weights, activations, lane)
         for unit in range(part.hidden):
             drive = get(weights, unit, lane) * get(activations, 0, lane)
@@ -131,13 +132,14 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
                 drive = drive + get(weights, i * part.hidden + unit, lane) * get(
                     activations, i, lane
                 )
-            # The row of the state selects the weight, and the activation is the input.
+            # Row i has the state of a hidden unit, and row i + `hidden` has its activation.
             for i in range(part.inputs, sources):
                 drive = drive + get(weights, i * part.hidden + unit, lane) * get(
                     activations, i + part.hidden, lane
                 )
             state = part.inputs + unit
-            put(activations, state, lane, old * get(activations, state, lane) + new * drive)
+            old_state = get(activations, state, lane)
+            put(activations, state, lane, state_share * old_state + drive_share * drive)
         _update_hidden(part, weights, activations, lane)
         first = (sources + int(part.biases)) * part.hidden
         outputs = sources + part.hidden
@@ -161,7 +163,7 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
         targets: Rows,
         lane: Lane,
     ) -> None:
-        """Apply the delta rule to the weights of the outputs. Evolution sets the other weights."""
+        """Apply the delta rule to the weights of the outputs. No other weights learn."""
         sources = part.inputs + part.hidden
         first = (sources + int(part.biases)) * part.hidden
         outputs = sources + part.hidden
@@ -182,10 +184,11 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
 
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> Any:
-        """Store the states of the hidden units in `agent.arrays`."""
+        """Compute the outputs. Store the states of the hidden units in `agent.arrays`."""
         hidden, outputs = agent.action_module
         states = agent.arrays.get("states", [0.0] * part.hidden)
         biases = hidden[-1] if part.biases else [0.0] * part.hidden
+        # With biases, the last row of `hidden` has no source.
         sources = [*agent.inputs, *_oracle_logistic(states, biases)]
         drives = [
             sum(x * row[unit] for x, row in zip(sources, hidden, strict=False))
@@ -196,9 +199,9 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
             for state, drive in zip(states, drives, strict=True)
         ]
         agent.arrays["states"] = states
-        fired = _oracle_logistic(states, biases) + [1.0] * part.biases
+        activations = _oracle_logistic(states, biases) + [1.0] * part.biases
         totals = [
-            sum(x * row[unit] for x, row in zip(fired, outputs, strict=True))
+            sum(x * row[unit] for x, row in zip(activations, outputs, strict=True))
             for unit in range(part.actions)
         ]
         return _oracle_logistic(totals, [0.0] * part.actions)
