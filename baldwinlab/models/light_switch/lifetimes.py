@@ -9,7 +9,7 @@ import numpy as np
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.engine.simd import square_root
-from baldwinlab.models.miniworld.learning.hebbian import strength_change
+from baldwinlab.models.miniworld.learning.hebbian import compute_strength_change
 
 # Number of inputs: four for the lamp, three for the stripe, three for walls, and a bias of 1.
 N_INPUTS: Final = 11
@@ -191,7 +191,7 @@ def _update_neurons(
             weight = weights[neuron, source]
             rate = rates[neuron, source]
             if rate > ZERO:
-                weight += rate * strength_change(
+                weight += rate * compute_strength_change(
                     rules[neuron, source], weight, previous[source], activation
                 )
                 weights[neuron, source] = min(max(weight, ZERO), ONE)

@@ -16,7 +16,7 @@ from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.models.light_switch.lifetimes import N_INPUTS
 from baldwinlab.models.light_switch.model import CHANGED_WORLDS, STANDARD_WORLD, LightSwitch
 from baldwinlab.models.light_switch.variation import OnePointOfBits
-from baldwinlab.models.miniworld.learning.hebbian import strength_change
+from baldwinlab.models.miniworld.learning.hebbian import compute_strength_change
 from baldwinlab.parts import LIFE, uniforms
 
 KINDS: dict[str, dict[str, Any]] = {
@@ -136,7 +136,7 @@ class PlainLifetime:
                 for synapse, x in zip(row, before, strict=True):
                     if self.model.plasticity:
                         delta = float(
-                            strength_change(
+                            compute_strength_change(
                                 synapse["rule"],
                                 np.float32(synapse["w"]),
                                 np.float32(x),

@@ -1,13 +1,13 @@
 """Births and deaths during life: a steady-state population without generations.
 
-An agent lives on the energy of eaten items.
+Eaten items give an agent energy.
 It dies if it has no energy left, or at the maximum age. A child replaces it in the same step.
-So the number of agents is constant.
+The number of agents is therefore constant.
 The parents are drawn with a probability proportional to their remaining energy.
-The child gets their genes by the variation of the experiment, and its own birthplace.
-It does not inherit learned weights, which are inherited between lifetimes only.
-In the neutral control, a child is born whenever an agent must die. But the agent that dies, and the
-parents, are random.
+The variation of the experiment creates the genome of the child. The birthplace is random.
+The child does not inherit learned weights, which are inherited between lifetimes only.
+In the neutral control, a child is also born whenever an agent must die. The child replaces a random
+agent, and its parents are random.
 
 Sources:
 
@@ -64,7 +64,7 @@ def _remaining_energy(part: Any, model: Any, state: Any, world: int, agent: int,
 
 @compiled
 def _reset_account(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> None:
-    """Set the energy of an agent to that of a newborn, whatever it has eaten."""
+    """Set the energy of an agent to the energy at birth, whatever it has eaten."""
     part.birth_step[world, agent] = step
     part.initial_account[world, agent] = part.initial_energy - _energy_gained(
         part, model, state, world, agent
@@ -74,8 +74,8 @@ def _reset_account(part: Any, model: Any, state: Any, world: int, agent: int, st
 @compiled
 def _is_dying(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> bool:
     """Return whether an agent has no energy left, or has reached the maximum age."""
-    old = step + 1 - part.birth_step[world, agent] >= part.max_age
-    return bool(old or _remaining_energy(part, model, state, world, agent, step) <= ZERO)
+    is_too_old = step + 1 - part.birth_step[world, agent] >= part.max_age
+    return bool(is_too_old or _remaining_energy(part, model, state, world, agent, step) <= ZERO)
 
 
 @compiled
@@ -85,10 +85,11 @@ def _fill_wheel(part: Any, model: Any, state: Any, world: int, step: int) -> Non
     The shares are equal in the neutral control, and if no agent has energy.
     """
     total = ZERO
-    for agent in range(0 if part.neutral else model.agents):
+    for agent in range(0 if part.is_neutral else model.agents):
         total += max(ZERO, _remaining_energy(part, model, state, world, agent, step))
         part.wheel[world, agent] = total
-    for agent in range(model.agents if total == ZERO else 0):
+    has_equal_shares = total == ZERO
+    for agent in range(model.agents if has_equal_shares else 0):
         part.wheel[world, agent] = np.float32(agent + 1)
 
 
@@ -110,12 +111,14 @@ def _make_child(
 ) -> tuple[Any, Any]:
     """Set `part.child` from two parents, and return its `origin`.
 
-    The parent with more energy is the fitter one. `number` selects the random numbers.
+    The parent with more energy is the fitter parent. `number` selects the random numbers.
     """
     seed = state.keys[world, 0]
     run = state.keys[world, 1]
     generation = state.generation[0]
-    if _share(part.wheel[world], second_parent) > _share(part.wheel[world], first_parent):
+    wheel = part.wheel[world]
+    is_second_fitter = _share(wheel, second_parent) > _share(wheel, first_parent)
+    if is_second_fitter:
         first_parent, second_parent = second_parent, first_parent
     draw_uniforms(seed, run, generation, INHERITANCE, number, part.draws[world])
     gate = uniform(philox(0, number, generation, MUTATION_GATE, seed, run)[0])
@@ -138,13 +141,13 @@ def _replace_dying_agent(
 
     In the neutral control, the child replaces a random agent, and `agent` survives.
     """
-    # The smaller numbers belong to the first agents.
+    # The first agents of the lifetime use the smaller numbers.
     number = model.agents + part.births[world, 0]
     words = philox(
         0, number, state.generation[0], SELECTION, state.keys[world, 0], state.keys[world, 1]
     )
     wheel = part.wheel[world]
-    dead_agent = _draw_agent(wheel, words[2]) if part.neutral else agent
+    dead_agent = _draw_agent(wheel, words[2]) if part.is_neutral else agent
     origin = _make_child(
         part, state, world, number, _draw_agent(wheel, words[0]), _draw_agent(wheel, words[1])
     )
@@ -176,9 +179,9 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
     )
     allows_births: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {
-        # Step of the birth of an agent. Below 0: before this lifetime.
+        # Step of the birth of an agent. A birth before this lifetime has a negative step.
         "birth_step": per_world("agents", dtype="int32"),
-        # Energy at birth, minus the energy eaten before.
+        # Energy at birth, minus the energy of the items eaten before birth.
         "initial_account": per_world("agents"),
         # Scratch: cumulative shares of the agents.
         "wheel": per_world("agents"),
@@ -186,14 +189,14 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
         "births": per_world(1, dtype="int64"),
         # Scratch: genome of a child.
         "child": per_world("modules", "genome length"),
-        # Scratch.
+        # Scratch: uniform random numbers of variation.
         "draws": per_world("draws", 4, dtype="float64"),
     }
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {
         "energies": lambda part, experiment: np.array(
             [region.energy for region in item_regions(experiment)], np.float32
         ),
-        "neutral": is_neutral_control,
+        "is_neutral": is_neutral_control,
         "variation": lambda part, experiment: breeding_part(experiment, "variation")[0],
     }
 
@@ -211,7 +214,7 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
     def init_world(part: Any, model: Any, state: Any, world: int) -> None:
         """Draw the ages and energies of the first agents.
 
-        With equal ages, they would all die in the same step.
+        With equal ages, all agents would reach the maximum age in the same step.
         """
         part.births[world, 0] = 0
         for agent in range(model.agents):
@@ -220,12 +223,13 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
             )
             age = int(unit(words[0]) * np.float32(part.max_age))
             part.birth_step[world, agent] = -age
-            part.initial_account[world, agent] = unit(
-                words[1]
-            ) * part.initial_energy + part.cost_per_step * np.float32(age)
+            # The cost of the age is added, because `_remaining_energy` subtracts it.
+            energy = unit(words[1]) * part.initial_energy
+            part.initial_account[world, agent] = energy + part.cost_per_step * np.float32(age)
 
     @staticmethod
     def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+        # The wheel is filled at the first death of a step, because most steps have no death.
         has_wheel = False
         for agent in range(model.agents):
             if _is_dying(part, model, state, world, agent, step):

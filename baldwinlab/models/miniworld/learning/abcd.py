@@ -1,4 +1,4 @@
-"""Plasticity with coefficients: a weight changes by rate * (A x y + B x + C y + D).
+"""Learning rules with coefficients: a weight changes by rate * (A x y + B x + C y + D).
 
 x and y are the activations of the source and target unit.
 The coefficients of `abcd` are fields. Those of `evolved-abcd` are genes: the genome has one module
@@ -46,26 +46,26 @@ from baldwinlab.parts.learning_rules import LearningRule
 ZERO = np.float32(0)
 ONE = np.float32(1)
 TWO = np.float32(2)
-# Maximum size of a weight.
-LIMIT = np.float32(10)
-# Modules of the genome with the coefficients.
-COEFFICIENTS: Final = ("A", "B", "C", "D")
+# Maximum absolute value of a weight.
+MAX_WEIGHT = np.float32(10)
+# Modules of the genome that contain the coefficients.
+COEFFICIENT_MODULES: Final = ("A", "B", "C", "D")
 
 
 @compiled
 def _gate_value(state: State, lane: Lane) -> Value:
-    """Return the gate in [-1, 1]: 2 y - 1 of a logistic output y, which is tanh(s / 2)."""
+    """Return the gate in [-1, 1] from the logistic output y: 2 y - 1, which equals tanh(s / 2)."""
     return TWO * get(state.targets, 0, lane) - ONE
 
 
 @hook
 def compute_change(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
-    """Return the change of a weight between units with activations x and y, per rate."""
+    """Return the change of a weight per rate, between units with activations x and y."""
 
 
 @compiled
 def _update_weights(part: Any, state: State, rate: Value, lane: Lane) -> None:
-    """Change every weight by its coefficients, from the first layer on."""
+    """Change every weight by `compute_change`, layer by layer."""
     source = 0
     weight = 0
     for layer in range(part.sizes.size - 1):
@@ -81,7 +81,7 @@ def _update_weights(part: Any, state: State, rate: Value, lane: Lane) -> None:
                     state.weights,
                     weight,
                     lane,
-                    clamp(get(state.weights, weight, lane) + rate * change, LIMIT),
+                    clamp(get(state.weights, weight, lane) + rate * change, MAX_WEIGHT),
                 )
                 weight += 1
         source += inputs
@@ -89,17 +89,16 @@ def _update_weights(part: Any, state: State, rate: Value, lane: Lane) -> None:
 
 def _oracle_change(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> None:
     """Compute the update of all four rules in plain Python."""
-    inherited = "a" in agent.arrays
-    shared = [float(value) for value in (part.a, part.b, part.c, part.d)] if not inherited else []
-    coefficients = (
-        zip(*(agent.arrays[name] for name in "abcd"), strict=True) if inherited else repeat(shared)
-    )
+    is_inherited = "a" in agent.arrays
+    if is_inherited:
+        coefficients: Any = zip(*(agent.arrays[name] for name in "abcd"), strict=True)
+    else:
+        coefficients = repeat([float(value) for value in (part.a, part.b, part.c, part.d)])
     for (row, unit, x, y), (a, b, c, d) in zip(
-        list_synapses(naive, agent), coefficients, strict=inherited
+        list_synapses(naive, agent), coefficients, strict=is_inherited
     ):
-        row[unit] = min(
-            max(row[unit] + agent.rate * gate * (a * x * y + b * x + c * y + d), -10.0), 10.0
-        )
+        changed_weight = row[unit] + agent.rate * gate * (a * x * y + b * x + c * y + d)
+        row[unit] = min(max(changed_weight, -10.0), 10.0)
 
 
 def _oracle_gate(agent: Any, naive: Any) -> float:
@@ -124,9 +123,9 @@ class _FixedCoefficients(LearningRule):
 
 
 class ABCD(_FixedCoefficients, name="abcd"):
-    """Weight change rate * (A x y + B x + C y + D), x before and y after the weight.
+    """Weight changes rate * (A x y + B x + C y + D), for a source x and a target y of the weight.
 
-    Weights stay within [-10, 10].
+    Weights are limited to [-10, 10].
 
     References
     ----------
@@ -182,9 +181,9 @@ class _EvolvedCoefficients(LearningRule):
     @staticmethod
     def load_genes(part: Any, model: MiniWorldModel, state: State, genes: Any, lane: Lane) -> None:
         weights = state.weights.shape[0]
-        first = genes.shape[0] - 4 * weights
+        first_gene = genes.shape[0] - 4 * weights
         for weight in range(weights):
-            gene = first + (weight if part.is_per_connection else 0)
+            gene = first_gene + (weight if part.is_per_connection else 0)
             put(part.a, weight, lane, clamp(get(genes, gene, lane), ONE))
             put(part.b, weight, lane, clamp(get(genes, gene + weights, lane), ONE))
             put(part.c, weight, lane, clamp(get(genes, gene + 2 * weights, lane), ONE))
@@ -199,15 +198,15 @@ class _EvolvedCoefficients(LearningRule):
 class EvolvedABCD(_EvolvedCoefficients, name="evolved-abcd"):
     """As `abcd`, with inherited coefficients A, B, C and D.
 
-    With `encoding = "network"`, all weights share them.
-    With `encoding = "connection"`, each weight has its own.
+    With `encoding = "network"`, all weights have the same coefficients.
+    With `encoding = "connection"`, each weight has separate coefficients.
 
     References
     ----------
     Niv et al. 2002; Najarro and Risi 2020.
     """
 
-    modules: ClassVar[tuple[str, ...]] = ("action", *COEFFICIENTS)
+    modules: ClassVar[tuple[str, ...]] = ("action", *COEFFICIENT_MODULES)
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
@@ -226,7 +225,7 @@ class EvolvedModulated(_EvolvedCoefficients, name="evolved-modulated"):
     Soltoggio et al. 2008.
     """
 
-    modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement", *COEFFICIENTS)
+    modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement", *COEFFICIENT_MODULES)
     answers: ClassVar[tuple[str, ...]] = ("gate",)
 
     @staticmethod

@@ -1,9 +1,10 @@
-"""Plasticity: weights change with the activations of their units, without targets or reward.
+"""Hebbian learning rules: weights change with the activations of their units.
 
-In Floreano's four rules, the *strength* of a weight, in [0, 1], learns. The sign stays as at birth.
-A genome has weights of N(0, 1). The sign is that of the weight, and the strength is its size, at
-most 1. This is our interpretation: in the paper, a genome encodes signs and rules, and the
-strengths are random at birth. `learning.rate` is the step.
+In the four rules of Floreano, only the *strength* of a weight learns. It is in [0, 1].
+The sign of the weight does not change.
+By our interpretation, a genome contains weights, and the strength at birth is the absolute value of
+the weight, at most 1. In the paper, a genome encodes signs and rules, and the strengths are random
+at birth. `learning.rate` is the factor of a change.
 With x and y the activations of the source and target unit, in [0, 1], the changes are:
 
     hebb            (1 - w) x y
@@ -37,11 +38,13 @@ ZERO = np.float32(0)
 ONE = np.float32(1)
 TWO = np.float32(2)
 FOUR = np.float32(4)
+# Numbers of the rules, for compiled code.
 HEBB = 0
 POSTSYNAPTIC = 1
 PRESYNAPTIC = 2
 COVARIANCE = 3
 
+# Derived values of a rule that visits all weights.
 LAYERS: Mapping[str, Any] = {
     "sizes": lambda part, experiment: np.array(experiment.layer_sizes, np.int64),
     "biases": lambda part, experiment: experiment.network.biases,
@@ -49,7 +52,7 @@ LAYERS: Mapping[str, Any] = {
 
 
 @compiled
-def strength_change(rule: int, w: Value, x: Value, y: Value) -> Value:
+def compute_strength_change(rule: int, w: Value, x: Value, y: Value) -> Value:
     """Return the change of a strength w between units with activations x and y."""
     if rule == POSTSYNAPTIC:
         return w * (x - ONE) * y + (ONE - w) * x * y
@@ -59,12 +62,13 @@ def strength_change(rule: int, w: Value, x: Value, y: Value) -> Value:
         # f is the hyperbolic tangent of the formula.
         f = TWO * sigmoid(TWO * (FOUR * (ONE - abs(x - y)) - TWO)) - ONE
         return choose(f > ZERO, (ONE - w) * f, w * f)
+    # HEBB. `ZERO * w` gives the result the type of w.
     return (ONE - w) * x * y + ZERO * w
 
 
 @compiled
 def _update_strengths(part: Any, state: State, rule: int, lane: Lane) -> None:
-    """Change every weight by the rule, from the first layer on."""
+    """Change every weight by a rule, layer by layer."""
     rate = get(state.rate, 0, lane)
     source = 0
     weight = 0
@@ -78,7 +82,7 @@ def _update_strengths(part: Any, state: State, rule: int, lane: Lane) -> None:
                 x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
                 sign = get(part.signs, weight, lane)
                 strength = get(state.weights, weight, lane) * sign
-                strength = strength + rate * strength_change(rule, strength, x, y)
+                strength = strength + rate * compute_strength_change(rule, strength, x, y)
                 # Rounding can exceed the limits.
                 strength = choose(strength < ZERO, ZERO, choose(strength > ONE, ONE, strength))
                 put(state.weights, weight, lane, sign * strength)
@@ -87,7 +91,7 @@ def _update_strengths(part: Any, state: State, rule: int, lane: Lane) -> None:
 
 
 class _StrengthRule(LearningRule):
-    """Base of the four rules."""
+    """Base of the rules of strengths."""
 
     # 1 or -1: signs of the weights at birth.
     arrays: ClassVar[Mapping[str, Array]] = {"signs": per_agent("weights")}
@@ -102,7 +106,7 @@ class _StrengthRule(LearningRule):
                 else f"is {rate:g} and must be at most 1"
             )
             raise ValueError(
-                f"learning.rule = {self.name!r} keeps strengths in [0, 1]: learning.rate {problem}"
+                f"learning.rule = {self.name!r} limits strengths to [0, 1]: learning.rate {problem}"
             )
 
     @staticmethod
@@ -122,13 +126,13 @@ def _oracle_update(rule: int, agent: Any, naive: Any) -> None:
         sign = next(signs)
         w = row[unit] * sign
         f = np.tanh(4 * (1 - abs(x - y)) - 2)
-        faster = (
+        change = (
             (1 - w) * x * y,
             w * (x - 1) * y + (1 - w) * x * y,
             w * x * (y - 1) + (1 - w) * x * y,
             (1 - w) * f if f > 0 else w * f,
         )[rule]
-        row[unit] = sign * min(max(w + agent.rate * float(faster), 0.0), 1.0)
+        row[unit] = sign * min(max(w + agent.rate * float(change), 0.0), 1.0)
 
 
 class Hebb(_StrengthRule, name="hebb"):

@@ -1,8 +1,8 @@
-"""Learning from a teacher: the best agent, the nearest agent, a scripted forager, or chance.
+"""Learning rules with a teacher: the best agent, the nearest agent, a script, or random numbers.
 
 `imitation` moves the outputs of an agent toward those of another network for the same inputs.
 `supervised` has a scripted teacher that goes to visible food.
-`random-targets` is the control of rules with targets: as much learning, without information.
+`random-targets` is the control of rules with targets. The weights change without information.
 Random targets also make an agent wander, and a wandering agent finds food.
 
 Sources:
@@ -36,7 +36,7 @@ HALF = np.float32(0.5)
 ONE = np.float32(1)
 INFINITY = np.float32(np.inf)
 # Inputs and actions of the scripted forager.
-FORAGER = (
+FORAGER_INPUTS_AND_ACTIONS = (
     ("left", "front", "right"),
     ("left", "forward", "right"),
 )
@@ -83,15 +83,15 @@ def _choose_nearest_teacher(
             dx = shortest_difference(x - get(state.positions, 0, lane), model.width)
             dy = shortest_difference(y - get(state.positions, 1, lane), model.height)
             distance = dx * dx + dy * dy
-            least = get(part.distance, 0, lane)
-            nearer = (distance < least) & (lane != candidate)
+            smallest_distance = get(part.distance, 0, lane)
+            is_nearer = (distance < smallest_distance) & (lane != candidate)
             put(
                 part.teacher_index,
                 0,
                 lane,
-                choose(nearer, candidate, get(part.teacher_index, 0, lane)),
+                choose(is_nearer, candidate, get(part.teacher_index, 0, lane)),
             )
-            put(part.distance, 0, lane, choose(nearer, distance, least))
+            put(part.distance, 0, lane, choose(is_nearer, distance, smallest_distance))
     for lane in range(first, end):
         if _count_eaten(state, part.teacher_index[0, lane]) < part.min_items:
             part.teacher_index[0, lane] = lane
@@ -100,7 +100,7 @@ def _choose_nearest_teacher(
 class Imitation(LearningRule, name="imitation"):
     """Backpropagation toward the action of another agent for the same inputs.
 
-    The imitated agent is the best forager so far, or the nearest agent (`teacher`).
+    The imitated agent is the agent that has eaten the most items, or the nearest agent (`teacher`).
 
     References
     ----------
@@ -110,7 +110,7 @@ class Imitation(LearningRule, name="imitation"):
     teacher: Literal["best", "nearest"] = Field(
         "best",
         description=(
-            "Imitated agent. best: most_eaten items eaten so far; nearest: smallest distance."
+            "Imitated agent. best: most items eaten in this lifetime; nearest: smallest distance."
         ),
     )
     min_items: int = Field(
@@ -122,8 +122,11 @@ class Imitation(LearningRule, name="imitation"):
     arrays: ClassVar[Mapping[str, Array]] = {
         # Current weights of the teacher.
         "teacher": per_agent("weights"),
+        # Scratch: activations of the teacher for the inputs of the agent.
         "units": per_agent("units"),
+        # Outputs of the teacher.
         "desired": per_agent("actions"),
+        # Number of the teacher in its world.
         "teacher_index": per_agent(1, dtype="int32"),
         # Squared distance to the nearest agent.
         "distance": per_agent(1),
@@ -151,7 +154,7 @@ class Imitation(LearningRule, name="imitation"):
         else:
             _choose_best_teacher(part, state, first, end)
         for lane in range(first, end):
-            # The agent itself, if it has no teacher.
+            # An agent without a teacher is its own teacher, and does not learn.
             teacher = part.teacher_index[0, lane]
             for weight in range(state.weights.shape[0]):
                 put(part.teacher, weight, lane, get(state.weights, weight, teacher))
@@ -162,9 +165,9 @@ class Imitation(LearningRule, name="imitation"):
         for k in range(model.inputs):
             put(part.units, k, lane, get(state.activations, k, lane))
         forward(state.network, part.teacher, part.units, lane)
-        first = state.activations.shape[0] - state.targets.shape[0]
+        first_output = state.activations.shape[0] - state.targets.shape[0]
         for k in range(state.targets.shape[0]):
-            put(part.desired, k, lane, get(part.units, first + k, lane))
+            put(part.desired, k, lane, get(part.units, first_output + k, lane))
         rate = get(state.rate, 0, lane)
         backward(
             state.network, rate, state.weights, state.activations, state.errors, part.desired, lane
@@ -172,27 +175,28 @@ class Imitation(LearningRule, name="imitation"):
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        candidate = max(agents, key=lambda neighbor: neighbor.eaten_in_life)
+        teacher = max(agents, key=lambda neighbor: neighbor.eaten_in_life)
         if part.is_nearest:
-            candidate = min(
+            teacher = min(
                 (neighbor for neighbor in agents if neighbor is not agent),
                 key=lambda neighbor: naive.distance(agent, neighbor),
             )
-        if candidate.eaten_in_life >= part.min_items and candidate is not agent:
-            target = naive.think(candidate.action_module, agent.inputs)
+        if teacher.eaten_in_life >= part.min_items and teacher is not agent:
+            target = naive.think(teacher.action_module, agent.inputs)
             naive.backpropagate(agent.action_module, agent.inputs, target, agent.rate)
 
 
 class Supervised(LearningRule, name="supervised"):
     """Backpropagation toward the action of a scripted forager.
 
-    The forager prefers food in front, then left, then right, and otherwise goes straight on.
+    The forager goes to food in front, else on the left, else on the right. Without visible food, it
+    goes forward.
     """
 
     arrays: ClassVar[Mapping[str, Array]] = {"desired": per_agent("actions")}
 
     def check(self, experiment: Any) -> None:
-        if (experiment.inputs[:3], experiment.actions) != FORAGER:
+        if (experiment.inputs[:3], experiment.actions) != FORAGER_INPUTS_AND_ACTIONS:
             raise ValueError(
                 "learning.rule = 'supervised' is for the first sense 'food' and the body 'walker'"
             )
@@ -202,6 +206,7 @@ class Supervised(LearningRule, name="supervised"):
         left = get(state.activations, 0, lane)
         front = get(state.activations, 1, lane)
         right = get(state.activations, 2, lane)
+        # Food in front has precedence over the left side, and the left side over the right side.
         left = choose(front > HALF, ZERO, left)
         right = choose((front > HALF) | (left > HALF), ZERO, right)
         put(part.desired, 0, lane, left)
@@ -217,7 +222,7 @@ class Supervised(LearningRule, name="supervised"):
         left, front, right = agent.inputs[:3]
         sides = {"forward": front, "left": left, "right": right}
         target = next((side for side, is_visible in sides.items() if is_visible), "forward")
-        desired = [float(target == action) for action in FORAGER[1]]
+        desired = [float(target == action) for action in FORAGER_INPUTS_AND_ACTIONS[1]]
         naive.backpropagate(agent.action_module, agent.inputs, desired, agent.rate)
 
 

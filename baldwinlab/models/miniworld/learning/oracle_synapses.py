@@ -1,4 +1,4 @@
-"""Helper of the oracles of several learning rules, in plain Python."""
+"""Weights of an agent in plain Python, for the oracles of learning rules."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Any
 def list_synapses(naive: Any, agent: Any) -> Iterator[tuple[list[float], int, float, float]]:
     """Yield every weight of an agent's action module.
 
-    An entry is the row, the index in the row, and the activations of the source and target units.
+    An entry is (row of weights, index in the row, activation of the source unit, activation of the
+    target unit).
     """
     units = naive.units(agent.action_module, agent.inputs)
     for layer, sources, targets in zip(agent.action_module, units, units[1:], strict=False):

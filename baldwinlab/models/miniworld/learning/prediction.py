@@ -1,18 +1,18 @@
-"""Learning to predict the inputs of the next step.
+"""Learning rules that predict the inputs of the next step.
 
-The hidden units of the prediction are also those of the actions, so learning can help or harm them.
+Predictions and actions have the same hidden units, so learning can improve or impair the actions.
 
 The genome has a second module, "prediction": one logistic unit per input, on the last hidden layer.
 In each step, the network predicts the current inputs from those of the last step.
-One step of backpropagation reduces the error. It changes the weights from hidden units to
-predictions and those between inputs and hidden units, not those from hidden units to actions.
+One step of backpropagation reduces the error. It changes the weights from inputs to hidden units,
+and from hidden units to predictions. It does not change the weights from hidden units to actions.
 
 The prediction is a separate module, and not further outputs of the action module.
-So genomes, founders and the results without learning are those of `none`.
+Without learning, genomes, founders and results are therefore those of the rule `none`.
 
-Interpretation of the paper: a module has as many weights as the action module. The first are used,
-as [hidden unit (and bias), prediction]. The prediction does not get the action as an input.
-In the paper, the next action is an input. The sense `last-action` adds the previous action.
+Interpretation of the paper: a module has as many weights as the action module. The prediction uses
+the first of these weights, as [hidden unit (and bias), prediction].
+The prediction does not get the action as an input. In the paper, the next action is an input. The sense `last-action` adds the previous action.
 The first step of a lifetime has no prediction.
 
 `random-prediction` is the control: it teaches the same weights with random bits as targets.
@@ -41,11 +41,12 @@ from baldwinlab.parts.networks import forward
 
 ZERO = np.float32(0)
 ONE = np.float32(1)
-# Number of random bits in a float32.
-COINS: Final = 24
+# Number of random bits in a float32 number of the oracle. A target uses one bit.
+MAX_RANDOM_BITS: Final = 24
 
 
-def _last_hidden(experiment: Any) -> int:
+def _last_hidden_size(experiment: Any) -> int:
+    """Return the number of units of the last hidden layer."""
     return int(experiment.layer_sizes[-2])
 
 
@@ -71,15 +72,16 @@ def _learn_prediction(
         put(part.errors, k, lane, (y - get(targets, k, lane)) * y * (ONE - y))
     for unit in range(part.hidden):
         h = get(part.units, first + unit, lane)
+        # 0 in all lanes of h.
         error = h * ZERO
         for k in range(model.inputs):
-            old = get(part.predictor, unit * model.inputs + k, lane)
-            error = error + get(part.errors, k, lane) * old
+            old_weight = get(part.predictor, unit * model.inputs + k, lane)
+            error = error + get(part.errors, k, lane) * old_weight
             put(
                 part.predictor,
                 unit * model.inputs + k,
                 lane,
-                old - rate * get(part.errors, k, lane) * h,
+                old_weight - rate * get(part.errors, k, lane) * h,
             )
         put(part.desired, unit, lane, h - error)
     if part.biases:
@@ -97,6 +99,8 @@ def _learn_prediction(
 def _learn(
     part: Any, model: MiniWorldModel, state: State, targets: Any, step: int, lane: Lane
 ) -> None:
+    """Predict `targets` from the inputs of the last step, learn, and store the current inputs."""
+    # The first step of a lifetime has no last step.
     if step > 0:
         for k in range(model.inputs):
             put(part.units, k, lane, get(part.sensed, k, lane))
@@ -125,24 +129,27 @@ def _oracle_update(part: Any, agent: Any, naive: Any, target: Sequence[float]) -
     if agent.step > 0:
         inputs = len(agent.inputs)
         weights = agent.arrays["predictor"]
-        used = (part.hidden + naive.biases) * inputs
-        layer = [weights[row : row + inputs] for row in range(0, used, inputs)]
+        used_weights = (part.hidden + naive.biases) * inputs
+        layer = [weights[start : start + inputs] for start in range(0, used_weights, inputs)]
         naive.backpropagate(
             [*agent.action_module[:-1], layer], agent.arrays["sensed"], target, agent.rate
         )
-        agent.arrays["predictor"] = [weight for row in layer for weight in row] + weights[used:]
+        agent.arrays["predictor"] = [weight for row in layer for weight in row] + weights[
+            used_weights:
+        ]
     agent.arrays["sensed"] = agent.inputs
 
 
 class _PredictionRule(LearningRule):
-    """Base of both rules."""
+    """Base of the rules `prediction` and `random-prediction`."""
 
     modules: ClassVar[tuple[str, ...]] = ("action", "prediction")
     arrays: ClassVar[Mapping[str, Array]] = {
         # Weights from the last hidden layer to the predictions. The last weights are unused.
         "predictor": per_agent("weights"),
-        # Inputs one step ago.
+        # Inputs of the last step.
         "sensed": per_agent("inputs"),
+        # Scratch: activations of the action module for these inputs.
         "units": per_agent("units"),
         # Errors of the predictions.
         "errors": per_agent("inputs"),
@@ -150,10 +157,10 @@ class _PredictionRule(LearningRule):
         "desired": per_agent("units"),
     }
     derived: ClassVar[Mapping[str, Any]] = {
-        # Layers without the actions.
+        # Numbers of units of all layers but the actions.
         "sizes": lambda part, experiment: np.array(experiment.layer_sizes[:-1], np.int64),
         "biases": lambda part, experiment: experiment.network.biases,
-        "hidden": lambda part, experiment: _last_hidden(experiment),
+        "hidden": lambda part, experiment: _last_hidden_size(experiment),
         "first_hidden": lambda part, experiment: sum(experiment.layer_sizes[:-2]),
     }
 
@@ -168,10 +175,13 @@ class _PredictionRule(LearningRule):
             raise ValueError(
                 f"{rule} teaches hidden units: network.hidden must have at least one layer"
             )
-        needed = (_last_hidden(experiment) + experiment.network.biases) * len(experiment.inputs)
-        if needed > experiment.weight_count:
+        needed_weights = (_last_hidden_size(experiment) + experiment.network.biases) * len(
+            experiment.inputs
+        )
+        if needed_weights > experiment.weight_count:
             raise ValueError(
-                f"{rule} needs {needed} weights from the last hidden layer to its predictions, "
+                f"{rule} needs {needed_weights} weights from the last hidden layer to its "
+                "predictions, "
                 f"but a module has only {experiment.weight_count}: use fewer units in that layer, "
                 "or more before it"
             )
@@ -213,9 +223,9 @@ class RandomPrediction(_PredictionRule, name="random-prediction"):
 
     def check(self, experiment: Any) -> None:
         super().check(experiment)
-        if len(experiment.inputs) > COINS:
+        if len(experiment.inputs) > MAX_RANDOM_BITS:
             raise ValueError(
-                f"learning.rule = {self.name!r} draws {COINS} bits, but there are "
+                f"learning.rule = {self.name!r} draws {MAX_RANDOM_BITS} bits, but there are "
                 f"{len(experiment.inputs)} inputs"
             )
 
@@ -223,7 +233,7 @@ class RandomPrediction(_PredictionRule, name="random-prediction"):
     def observe_others(
         part: Any, model: MiniWorldModel, state: State, world: int, step: int
     ) -> None:
-        """Draw random bits: the bits of a random word, the highest first."""
+        """Draw a random bit for each input: the bits of a random word, from the highest bit."""
         for agent in range(model.agents):
             words = philox(
                 step, agent, state.generation[0], LIFE, state.keys[world, 0], state.keys[world, 1]

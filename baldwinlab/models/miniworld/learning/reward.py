@@ -1,9 +1,9 @@
-"""Reinforcement learning of the agent's actions: by an inherited evaluation, or by food.
+"""Learning rules that reinforce actions: by an inherited evaluation, or by eaten food.
 
 `crbp` is complementary reinforcement backpropagation. An inherited network evaluates the inputs.
 If the evaluation rises, the last action becomes more likely. If it falls, less likely.
 `reward` uses the energy of eaten food instead.
-Both teach the last action for the inputs of the last step.
+Both rules teach the last action for the inputs of the last step.
 
 Interpretation of the paper: the evaluation is the first output of the reinforcement module.
 The action is the largest output, not a random draw. So its target is 1, and the others are 0.
@@ -33,72 +33,71 @@ ZERO = np.float32(0)
 ONE = np.float32(1)
 HALF = np.float32(0.5)
 
-MEMORY: Final[dict[str, Array]] = {
-    # Evaluation, or energy gained in life, one step ago.
-    "worth": per_agent(1),
-    # Inputs one step ago.
+# Arrays of both rules.
+STORED_ARRAYS: Final[dict[str, Array]] = {
+    # Evaluation, or energy gained in life, in the last step.
+    "evaluation": per_agent(1),
+    # Inputs of the last step.
     "sensed": per_agent("inputs"),
-    # 1 for the action of the last step. All 0 at birth.
-    "done": per_agent("actions"),
+    # 1 for the action of the last step, and 0 for the other actions. All 0 at birth.
+    "last_action": per_agent("actions"),
+    # Scratch: activations for the inputs of the last step.
     "units": per_agent("units"),
+    # Scratch: targets of the outputs.
     "desired": per_agent("actions"),
 }
 
 
 @compiled
-def _reinforce(part: Any, state: State, worth: Value, step: int, lane: Lane) -> None:
-    """Teach the last action if `worth` has risen, and the other actions if it has fallen.
+def _reinforce(part: Any, state: State, evaluation: Value, step: int, lane: Lane) -> None:
+    """Teach the last action if `evaluation` has risen, and the other actions if it has fallen.
 
     Then store the inputs and the action of this step.
     """
-    change = worth - get(part.worth, 0, lane)
+    change = evaluation - get(part.evaluation, 0, lane)
     actions = state.targets.shape[0]
     if step > 0:
         for k in range(part.sensed.shape[0]):
             put(part.units, k, lane, get(part.sensed, k, lane))
         forward(state.network, state.weights, part.units, lane)
         for k in range(actions):
-            done = get(part.done, k, lane)
-            put(part.desired, k, lane, choose(change > ZERO, done, ONE - done))
+            was_done = get(part.last_action, k, lane)
+            put(part.desired, k, lane, choose(change > ZERO, was_done, ONE - was_done))
         rate = get(state.rate, 0, lane)
         rate = choose(change > ZERO, rate, choose(change < ZERO, rate * part.punishment, ZERO))
         backward(state.network, rate, state.weights, part.units, state.errors, part.desired, lane)
-    put(part.worth, 0, lane, worth)
+    put(part.evaluation, 0, lane, evaluation)
     for k in range(part.sensed.shape[0]):
         put(part.sensed, k, lane, get(state.activations, k, lane))
     for k in range(actions):
-        put(
-            part.done,
-            k,
-            lane,
-            choose(abs(get(state.action, 0, lane) - np.float32(k)) < HALF, ONE, ZERO),
-        )
+        is_action = abs(get(state.action, 0, lane) - np.float32(k)) < HALF
+        put(part.last_action, k, lane, choose(is_action, ONE, ZERO))
 
 
-def _oracle_reinforce(part: Any, agent: Any, naive: Any, worth: float) -> None:
+def _oracle_reinforce(part: Any, agent: Any, naive: Any, evaluation: float) -> None:
     """Compute `_reinforce` in plain Python."""
-    change = worth - agent.arrays["worth"][0]
-    done = agent.arrays["done"]
-    if change and any(done):
+    change = evaluation - agent.arrays["evaluation"][0]
+    last_action = agent.arrays["last_action"]
+    if change and any(last_action):
         # A float32 factor would make the result float32.
         rate = agent.rate if change > 0 else agent.rate * float(part.punishment)
         naive.backpropagate(
             agent.action_module,
             agent.arrays["sensed"],
-            done if change > 0 else [1 - value for value in done],
+            last_action if change > 0 else [1 - value for value in last_action],
             rate,
         )
     agent.arrays |= {
-        "worth": [worth],
+        "evaluation": [evaluation],
         "sensed": agent.inputs,
-        "done": [float(k == agent.action) for k in range(len(done))],
+        "last_action": [float(k == agent.action) for k in range(len(last_action))],
     }
 
 
 class _ReinforcementRule(LearningRule):
-    """Base of both rules."""
+    """Base of the rules `crbp` and `reward`."""
 
-    arrays: ClassVar[Mapping[str, Array]] = MEMORY
+    arrays: ClassVar[Mapping[str, Array]] = STORED_ARRAYS
 
     def check(self, experiment: Any) -> None:
         if not experiment.part("network.kind").is_memoryless:
@@ -111,9 +110,9 @@ class _ReinforcementRule(LearningRule):
     def init_agent(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
         """Clear the last action of a newborn."""
         lane = world * model.agents + agent
-        part.worth[0, lane] = ZERO
+        part.evaluation[0, lane] = ZERO
         for k in range(state.targets.shape[0]):
-            part.done[k, lane] = ZERO
+            part.last_action[k, lane] = ZERO
 
 
 class Complementary(_ReinforcementRule, name="crbp"):
@@ -128,13 +127,13 @@ class Complementary(_ReinforcementRule, name="crbp"):
     """
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
-    answers: ClassVar[tuple[str, ...]] = ("worth",)
+    answers: ClassVar[tuple[str, ...]] = ("evaluation",)
     punishment: float = Field(
         0.1,
         ge=0,
         le=1,
         description=(
-            "Learning rate after a fall of the evaluation, relative to that after a rise."
+            "Learning rate after a fall of the evaluation, relative to the rate after a rise."
         ),
     )
 
@@ -156,9 +155,9 @@ class Reward(_ReinforcementRule, name="reward"):
         1.0,
         ge=0,
         le=1,
-        description="Learning rate after a loss of energy, relative to that after a gain.",
+        description="Learning rate after a loss of energy, relative to the rate after a gain.",
     )
-    arrays: ClassVar[Mapping[str, Array]] = MEMORY | {"gained": per_agent(1)}
+    arrays: ClassVar[Mapping[str, Array]] = STORED_ARRAYS | {"gained": per_agent(1)}
     derived: ClassVar[Mapping[str, Any]] = {
         "energies": lambda part, experiment: np.array(
             [region.energy for region in item_regions(experiment)], np.float32
@@ -171,7 +170,7 @@ class Reward(_ReinforcementRule, name="reward"):
     ) -> None:
         """Add up the energy that each agent has gained in this lifetime.
 
-        The counts are integers, which only a per-world hook can read.
+        Only a per-world hook can read the numbers of eaten items, because they are integers.
         """
         for lane in range(world * model.agents, (world + 1) * model.agents):
             gained = ZERO

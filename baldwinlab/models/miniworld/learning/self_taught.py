@@ -1,7 +1,7 @@
-"""Learning during life: none, self-teaching, and drift, which is its control.
+"""Learning rules `none`, `self-taught`, and `drift`, which is the control of self-teaching.
 
 Source: the paper, "The Self-learned neural architecture".
-Drift is our control, see `docs/explanation/controls.md`.
+`docs/explanation/controls.md` explains the control.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from baldwinlab.parts.networks import backward, forward
 
 ZERO = np.float32(0)
 ONE = np.float32(1)
-# Maximum learning rate with an evolved gene.
+# Maximum learning rate of an agent whose gene changes the rate.
 MAX_RATE: Final = 10.0
 
 
 @compiled
 def express_rate(rate: float, gene: Any) -> np.float32:
-    """Return the learning rate for the rate of the experiment and a gene."""
+    """Return the learning rate of an agent: `rate` times ten to the power of its gene."""
     return np.float32(min(rate * power_of_ten(gene), MAX_RATE))
 
 
@@ -66,8 +66,8 @@ class Drift(LearningRule, name="drift"):
     """Random weight changes of the same size as self-teaching: the drift control.
 
     A hidden copy of the agent learns by self-teaching from the inputs of the agent.
-    The distance of the weights of the agent from birth equals the distance of the copy.
-    The direction of entries change is random, so nothing is learned.
+    Each weight of the agent changes by the same amount as the weight of the copy.
+    The direction of the change is random, so the agent learns nothing.
     """
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement")
@@ -78,23 +78,24 @@ class Drift(LearningRule, name="drift"):
         "shadow_activations": per_agent("units"),
         # Weights at birth.
         "newborn": per_agent("weights"),
-        # 1 or -1: direction of the changes, relative to self-teaching.
+        # 1 or -1: factor of the changes of the copy.
         "signs": per_agent("weights"),
     }
 
     @staticmethod
     def init_agent(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
-        """Draw the direction of the changes of each weight: as in self-teaching, or opposite."""
+        """Draw for each weight whether it changes as in the copy, or in the opposite direction."""
         lane = world * model.agents + agent
         seed = state.keys[world, 0]
         run = state.keys[world, 1]
         for weight in range(state.weights.shape[0]):
             words = philox(weight, agent, state.generation[0], DRIFT, seed, run)
-            part.signs[weight, lane] = ONE if words[0] & np.uint32(1) else -ONE
+            is_same_direction = words[0] & np.uint32(1)
+            part.signs[weight, lane] = ONE if is_same_direction else -ONE
             part.newborn[weight, lane] = state.weights[weight, lane]
             part.shadow[weight, lane] = state.weights[weight, lane]
         for unit in range(state.activations.shape[0]):
-            # A network with a memory reads them.
+            # A network with a memory reads the activations of the previous step.
             part.shadow_activations[unit, lane] = ZERO
 
     @staticmethod
@@ -113,12 +114,12 @@ class Drift(LearningRule, name="drift"):
             lane,
         )
         for weight in range(state.weights.shape[0]):
-            moved = get(part.shadow, weight, lane) - get(part.newborn, weight, lane)
+            change = get(part.shadow, weight, lane) - get(part.newborn, weight, lane)
             put(
                 state.weights,
                 weight,
                 lane,
-                get(part.newborn, weight, lane) + get(part.signs, weight, lane) * moved,
+                get(part.newborn, weight, lane) + get(part.signs, weight, lane) * change,
             )
 
     @staticmethod

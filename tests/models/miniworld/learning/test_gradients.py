@@ -44,9 +44,9 @@ def make_agent(experiment: Experiment, seed: int, **fields: Any) -> Agent:
         naive.module(random.normal(size=experiment.weight_count).tolist()) for _ in range(2)
     )
     memory = {
-        "worth": [0.0],
+        "evaluation": [0.0],
         "sensed": list(LAST_INPUTS),
-        "done": list(LAST_ACTION),
+        "last_action": list(LAST_ACTION),
         "predictor": random.normal(size=200).tolist(),
     }
     values: dict[str, Any] = {
@@ -139,7 +139,7 @@ def test_after_a_decrease_of_the_evaluation_the_targets_are_all_other_actions() 
     experiment = assign(make_experiment("crbp"), ["learning.crbp.punishment=0.5"])
     naive = make_naive(experiment)
     agent = make_agent(experiment, 1)
-    agent.arrays["worth"] = [2.0]
+    agent.arrays["evaluation"] = [2.0]
     before = naive.weights(agent.action_module)
     targets = [1 - output for output in LAST_ACTION]
     gradient = error_gradient(naive, before, LAST_INPUTS, targets)

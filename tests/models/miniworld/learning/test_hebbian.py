@@ -16,7 +16,7 @@ from baldwinlab.models.miniworld.learning.hebbian import (
     HEBB,
     POSTSYNAPTIC,
     PRESYNAPTIC,
-    strength_change,
+    compute_strength_change,
 )
 from baldwinlab.simulation.simulate import simulate
 from tests.models.miniworld.plain import draw_founders, simulate_steps
@@ -28,7 +28,9 @@ SHARES = st.floats(0, 1)
 def find_fixed_point(rule: int, x: float, y: float, w: float, rate: float = 0.3) -> float:
     """Return a strength after many steps, in float64."""
     for _ in range(3000):
-        w += rate * float(strength_change(rule, np.float64(w), np.float64(x), np.float64(y)))
+        w += rate * float(
+            compute_strength_change(rule, np.float64(w), np.float64(x), np.float64(y))
+        )
     return w
 
 
@@ -65,7 +67,9 @@ def test_a_strength_between_silent_units_does_not_change(rule: int) -> None:
 def test_a_strength_stays_between_0_and_1(
     rule: int, w: float, x: float, y: float, rate: float
 ) -> None:
-    after = w + rate * float(strength_change(rule, np.float64(w), np.float64(x), np.float64(y)))
+    after = w + rate * float(
+        compute_strength_change(rule, np.float64(w), np.float64(x), np.float64(y))
+    )
     assert -1e-12 <= after <= 1 + 1e-12
 
 
