@@ -106,7 +106,7 @@ class _StrengthRule(LearningRule):
                 else f"is {rate:g} and must be at most 1"
             )
             raise ValueError(
-                f"learning.rule = {self.name!r} limits strengths to [0, 1]: learning.rate {problem}"
+                f"learning.rule = {self.name!r} keeps strengths in [0, 1]: learning.rate {problem}"
             )
 
     @staticmethod

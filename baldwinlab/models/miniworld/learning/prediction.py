@@ -12,7 +12,8 @@ Without learning, genomes, founders and results are therefore those of the rule 
 
 Interpretation of the paper: a module has as many weights as the action module. The prediction uses
 the first of these weights, as [hidden unit (and bias), prediction].
-The prediction does not get the action as an input. In the paper, the next action is an input. The sense `last-action` adds the previous action.
+The prediction does not get the action as an input. In the paper, the next action is an input.
+The sense `last-action` adds the previous action.
 The first step of a lifetime has no prediction.
 
 `random-prediction` is the control: it teaches the same weights with random bits as targets.
