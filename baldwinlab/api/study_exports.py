@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from baldwinlab.api.export import files, frames
+from baldwinlab.api.export.onnx_network import AgentKey, Moment, write_onnx
 from baldwinlab.api.export.ro_crate import write_crate
 from baldwinlab.api.export.table import Table
+from baldwinlab.api.export.tree_sequence import write_tree_sequence
 from baldwinlab.api.export.zarr import write_zarr
 from baldwinlab.api.study_runs import StudyRuns
 from baldwinlab.core.resources import require_resources
@@ -124,6 +126,91 @@ class StudyExports(StudyRuns):
             `path` is a file of another program or of a study, or `run` has no `condition`.
         """
         files.write_phylogeny(self._store, Path(path), condition, run, force=force)
+
+    def to_tskit(
+        self,
+        path: str | Path,
+        condition: str | None = None,
+        run: int | None = None,
+        *,
+        force: bool = False,
+    ) -> None:
+        """Write the ancestry of the last generation of a run as a tree sequence of tskit.
+
+        A position is a gene, in the row of the genes of all modules. A gene comes from the parent
+        whose value is closer. If both values are equally close, it comes from the parent of the
+        gene before it; the first gene, from the fitter parent.
+
+        Parameters
+        ----------
+        path
+            The file to write.
+        condition
+            Name of a condition. A study with one condition does not need it.
+        run
+            Number of a run, from 0. A condition with one run does not need it.
+        force
+            Overwrite a file that this method did not write.
+
+        Raises
+        ------
+        StudyError
+            There is no such condition or run, or a record is damaged.
+        RefusedError
+            `path` is a file of another program or of a study, tskit is not installed, `run` is
+            missing, or genes of the experiment do not come from the stored parents.
+        PartError
+            A custom part of the study is not loaded.
+
+        References
+        ----------
+        J. Kelleher et al., "Efficient pedigree recording for fast population genetics simulation",
+        PLoS Computational Biology 14 (2018).
+        """
+        write_tree_sequence(self._store, Path(path), condition, run, force=force)
+
+    def to_onnx(
+        self,
+        path: str | Path,
+        run: int,
+        generation: int,
+        agent: int,
+        *,
+        condition: str | None = None,
+        moment: Moment = "birth",
+        force: bool = False,
+    ) -> None:
+        """Write the feed-forward action network of an agent as ONNX.
+
+        The outputs of a runtime agree with those of `network` within float32.
+
+        Parameters
+        ----------
+        path
+            The file to write.
+        run, generation, agent
+            Numbers, from 0.
+        condition
+            Name of a condition. A study with one condition does not need it.
+        moment
+            "birth", or "death" for the weights after all learning.
+        force
+            Overwrite a file that this method did not write.
+
+        Raises
+        ------
+        StudyError
+            There is no such condition or run.
+        ArgumentError
+            The experiment has no such generation or agent.
+        RefusedError
+            `path` is a file of another program or of a study, onnx is not installed, or the network
+            is not feed-forward.
+        PartError
+            A custom part of the study is not loaded.
+        """
+        key = AgentKey(run, generation, agent)
+        write_onnx(self._store, Path(path), condition, key, moment=moment, force=force)
 
     def to_ro_crate(
         self, *, authors: Sequence[str] = (), license: str = "", force: bool = False

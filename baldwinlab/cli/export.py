@@ -26,11 +26,14 @@ from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import LoadedExperiment, load_with_origin
 from baldwinlab.studies.store import StudyStore
 
-Format = Literal["csv", "parquet", "zarr", "phylogeny", "ro-crate", "page"]
+Moment = Literal["birth", "death"]
+Format = Literal["csv", "parquet", "zarr", "phylogeny", "tskit", "onnx", "ro-crate", "page"]
 FORMAT_OF_ENDING: Final[Mapping[str, Format]] = {
     ".csv": "csv",
     ".parquet": "parquet",
     ".zarr": "zarr",
+    ".trees": "tskit",
+    ".onnx": "onnx",
     ".html": "page",
 }
 ENDING_OF_FORMAT: Final[Mapping[Format, str]] = {
@@ -38,14 +41,17 @@ ENDING_OF_FORMAT: Final[Mapping[Format, str]] = {
 }
 # The formats to which an option applies. Other options apply to all formats.
 FORMATS_OF_OPTION: Final[Mapping[str, tuple[Format, ...]]] = {
-    "--part": ("page", "phylogeny", "ro-crate"),
+    "--part": ("page", "phylogeny", "tskit", "onnx", "ro-crate"),
     "--set": ("page",),
     "--seed": ("page",),
-    "--condition": ("phylogeny",),
-    "--run": ("phylogeny",),
+    "--condition": ("phylogeny", "tskit", "onnx"),
+    "--run": ("phylogeny", "tskit", "onnx"),
+    "--generation": ("onnx",),
+    "--agent": ("onnx",),
+    "--at": ("onnx",),
     "--author": ("ro-crate",),
     "--license": ("ro-crate",),
-    "--out": ("csv", "parquet", "zarr", "phylogeny", "page"),
+    "--out": ("csv", "parquet", "zarr", "phylogeny", "tskit", "onnx", "page"),
 }
 
 
@@ -59,6 +65,9 @@ class ExportOptions(NamedTuple):
     seed: int | None
     condition: str | None
     run: int | None
+    generation: int | None
+    agent: int | None
+    moment: Moment
     authors: list[str]
     license: str
     force: bool
@@ -83,14 +92,15 @@ def export(
         Format | None,
         Parameter(
             help="csv, parquet or zarr: all results. phylogeny: the parents of every agent. "
-            "ro-crate: metadata of the study. page: a laboratory. Default: by the ending of --out."
+            "tskit: the ancestry of every gene. onnx: the network of an agent. ro-crate: metadata "
+            "of the study. page: a laboratory. Default: by the ending of --out."
         ),
     ] = None,
     out: Annotated[
         Path | None,
         Parameter(
-            help="File to write: .csv, .parquet, .zarr or .html. No default, except for ro-crate, "
-            "which writes ro-crate-metadata.json into the study."
+            help="File to write: .csv, .parquet, .zarr, .trees, .onnx or .html. No default, except "
+            "for ro-crate, which writes ro-crate-metadata.json into the study."
         ),
     ] = None,
     part: Parts = None,
@@ -100,10 +110,33 @@ def export(
         Parameter(help="page: first seed. Default: the seed of the study, or 0."),
     ] = None,
     condition: Annotated[
-        str | None, Parameter(help="phylogeny: a condition. Default: all conditions.")
+        str | None,
+        Parameter(
+            help="phylogeny, tskit, onnx: a condition. Default: all conditions; for tskit and "
+            "onnx, the only condition."
+        ),
     ] = None,
     run: Annotated[
-        OptionalInteger, Parameter(help="phylogeny: number of a run. Default: all runs.")
+        OptionalInteger,
+        Parameter(
+            help="phylogeny, tskit, onnx: number of a run. Default: all runs; for tskit and onnx, "
+            "the only run."
+        ),
+    ] = None,
+    generation: Annotated[
+        OptionalInteger,
+        DESCRIBED_DEFAULT,
+        Parameter(help="onnx: number of a generation, from 0. No default."),
+    ] = None,
+    agent: Annotated[
+        OptionalInteger,
+        DESCRIBED_DEFAULT,
+        Parameter(help="onnx: number of an agent, from 0. No default."),
+    ] = None,
+    at: Annotated[
+        Moment | None,
+        DESCRIBED_DEFAULT,
+        Parameter(help="onnx: weights at birth or at death. Default: birth."),
     ] = None,
     author: Annotated[
         list[str] | None,
@@ -136,6 +169,8 @@ def export(
 
         baldwinlab export results/evo-A --out evo.csv
         baldwinlab export results/evo-A --format phylogeny --out parents.csv
+        baldwinlab export results/evo-A --run 0 --out ancestry.trees
+        baldwinlab export results/evo-A --run 0 --generation 99 --agent 3 --out network.onnx
         baldwinlab export evo+self-taught/B --out lab.html
     """
     chosen_format = format or _find_format(out)
@@ -147,6 +182,9 @@ def export(
             "--seed": seed,
             "--condition": condition,
             "--run": run,
+            "--generation": generation,
+            "--agent": agent,
+            "--at": at,
             "--author": author,
             "--license": license,
             "--out": out,
@@ -160,6 +198,9 @@ def export(
         seed,
         condition,
         run,
+        generation,
+        agent,
+        at or "birth",
         author or [],
         license,
         force,
@@ -175,13 +216,13 @@ def _find_format(out: Path | None) -> Format:
     """Return the format of a file ending. Raise RefusedError for a missing or other ending."""
     if out is None:
         raise RefusedError(
-            "--out is missing: give a file that ends in .csv, .parquet, .zarr or .html; only "
-            "--format ro-crate needs no file"
+            "--out is missing: give a file that ends in .csv, .parquet, .zarr, .trees, .onnx or "
+            ".html; only --format ro-crate needs no file"
         )
     if out.suffix not in FORMAT_OF_ENDING:
         raise RefusedError(
-            f"--out {out} must end in .html for a page, or in .zarr, .parquet or .csv for the "
-            "results of a study; or give --format"
+            f"--out {out} must end in .html for a page, .trees for a tree sequence, .onnx for a "
+            "network, or in .zarr, .parquet or .csv for the results of a study; or give --format"
         )
     return FORMAT_OF_ENDING[out.suffix]
 
@@ -227,6 +268,34 @@ def _write_phylogeny(options: ExportOptions) -> None:
         options.store, options.out, options.condition, options.run, force=options.force
     )
     console.info(f"{options.out}: {count:,} agents")
+
+
+def _write_tree_sequence(options: ExportOptions) -> None:
+    from baldwinlab.api.export.tree_sequence import write_tree_sequence
+
+    assert options.out is not None
+    trees, individuals = write_tree_sequence(
+        options.store, options.out, options.condition, options.run, force=options.force
+    )
+    console.info(f"{options.out}: {trees:,} trees, {individuals:,} individuals")
+
+
+def _write_onnx(options: ExportOptions) -> None:
+    from baldwinlab.api.agents import only_condition
+    from baldwinlab.api.export.onnx_network import AgentKey, write_onnx
+    from baldwinlab.api.export.tree_sequence import choose_run
+
+    if options.generation is None or options.agent is None:
+        raise RefusedError("--format onnx needs --generation GENERATION and --agent AGENT")
+    assert options.out is not None
+    store = options.store
+    condition = only_condition(store, options.condition)
+    run = choose_run(store, condition, options.run)
+    key = AgentKey(run, options.generation, options.agent)
+    count = write_onnx(
+        store, options.out, condition, key, moment=options.moment, force=options.force
+    )
+    console.info(f"{options.out}: {count:,} weights at {options.moment}")
 
 
 def _write_crate(options: ExportOptions) -> None:
@@ -280,6 +349,8 @@ WRITERS: Final[Mapping[Format, Callable[[ExportOptions], None]]] = {
     "parquet": _write_table,
     "zarr": _write_table,
     "phylogeny": _write_phylogeny,
+    "tskit": _write_tree_sequence,
+    "onnx": _write_onnx,
     "ro-crate": _write_crate,
     "page": _write_page,
 }

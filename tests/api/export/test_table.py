@@ -244,8 +244,8 @@ def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(
     [
         (
             ["--out", "x.xlsx"],
-            "--out x.xlsx must end in .html for a page, or in .zarr, .parquet or .csv for the "
-            "results of a study; or give --format",
+            "--out x.xlsx must end in .html for a page, .trees for a tree sequence, .onnx for a "
+            "network, or in .zarr, .parquet or .csv for the results of a study; or give --format",
         ),
         (
             ["--out", "x.csv", "--seed", "3"],
@@ -253,13 +253,15 @@ def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(
         ),
         (
             [],
-            "--out is missing: give a file that ends in .csv, .parquet, .zarr or .html; "
+            "--out is missing: give a file that ends in .csv, .parquet, .zarr, .trees, .onnx or "
+            ".html; "
             "only --format ro-crate needs no file",
         ),
         (["--format", "csv"], "--out is missing: --format csv needs the name of a file"),
         (
             ["--format", "ro-crate", "--out", "x.json"],
-            "--out applies to --format csv or parquet or zarr or phylogeny or page, not ro-crate",
+            "--out applies to --format csv or parquet or zarr or phylogeny or tskit or onnx or "
+            "page, not ro-crate",
         ),
         (
             ["--format", "csv", "--out", "x.txt"],

@@ -1,0 +1,172 @@
+"""Write the network of an agent as ONNX, the format of networks that many libraries read."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab._version import __version__
+from baldwinlab.api.agents import make_network, only_condition, read_genomes
+from baldwinlab.api.export.extra import require_extra
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.output_paths import EXPORT_MARK, require_writable
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.simulation.reevaluation import make_batch
+from baldwinlab.studies.store import StudyStore
+
+Moment = Literal["birth", "death"]
+# Old versions, which all runtimes of the last years read.
+OPERATORS: Final = 13
+FORMAT: Final = 8
+
+
+class AgentKey(NamedTuple):
+    """The agent of a study: run, generation, and number of the agent, each from 0."""
+
+    run: int
+    generation: int
+    agent: int
+
+
+def write_onnx(
+    study: StudyStore,
+    path: Path,
+    condition: str | None,
+    key: AgentKey,
+    *,
+    moment: Moment = "birth",
+    force: bool = False,
+) -> int:
+    """Write the action network of an agent as ONNX.
+
+    Parameters
+    ----------
+    study
+        The directory of the study.
+    path
+        The file to write.
+    condition
+        Name of a condition; the only condition if None.
+    key
+        The agent.
+    moment
+        "birth", or "death" for the weights after all learning.
+    force
+        Overwrite a file that this function did not write.
+
+    Returns
+    -------
+    int
+        The number of weights.
+
+    Raises
+    ------
+    RefusedError
+        `path` is a file of another program or of a study, onnx is not installed, the network is not
+        feed-forward, or agents are born during life.
+    StudyError
+        There is no such condition or run.
+    ArgumentError
+        The experiment has no such generation or agent.
+    PartError
+        A custom part of the study is not loaded.
+    """
+    with require_extra("a network as ONNX"):
+        import onnx
+    require_writable("--out", path, EXPORT_MARK.encode(), force=force)
+    name = only_condition(study, condition)
+    experiment = study.experiment(name)
+    _require_feed_forward(experiment, moment)
+    run, generation, agent = key
+    network = make_network(study, name, run, generation, agent, module="action")
+    weights = network.weights.values
+    if moment == "death":
+        weights = _weights_at_death(study, name, key)
+    origin = {
+        "condition": name,
+        "seed": str(study.seed),
+        "run": str(run),
+        "generation": str(generation),
+        "agent": str(agent),
+        "moment": moment,
+        "inputs": json.dumps(list(network.inputs)),
+        "outputs": json.dumps(list(network.outputs)),
+    }
+    write_atomically(path, _encode(onnx, experiment, weights, origin))
+    return int(weights.size)
+
+
+def _require_feed_forward(experiment: BaseExperiment, moment: Moment) -> None:
+    kind = experiment.network.kind if isinstance(experiment, Experiment) else experiment.model
+    if kind != "feed-forward":
+        raise RefusedError(
+            f"{experiment.name} has networks of the kind {kind!r}; --format onnx needs "
+            "network.kind = 'feed-forward'"
+        )
+    if moment == "death" and experiment.births_in_life:
+        raise RefusedError(
+            f"{experiment.name} has births during life, so that an agent can have another place at "
+            "its death; use --at birth"
+        )
+
+
+def _weights_at_death(study: StudyStore, condition: str, key: AgentKey) -> npt.NDArray[np.float32]:
+    """Simulate the lifetime of an agent's generation and return its weights."""
+    run, generation, agent = key
+    experiment = study.experiment(condition)
+    genome = read_genomes(study, condition, run, generation, None).values
+    batch = make_batch(experiment, study.seed, [run], generation, genome[None])
+    batch.simulate(0, experiment.lifetime.steps)
+    return batch.weights()[0, agent, : experiment.weight_count].copy()
+
+
+def _encode(
+    onnx: Any, experiment: Experiment, weights: npt.NDArray[np.float32], origin: dict[str, str]
+) -> bytes:
+    """Return the bytes of a network with the input `inputs` and the output `outputs`."""
+    helper = onnx.helper
+    sizes = experiment.layer_sizes
+    nodes = []
+    arrays = []
+    source = "inputs"
+    start = 0
+    for layer, (n_sources, n_targets) in enumerate(pairwise(sizes)):
+        end = start + n_sources * n_targets
+        matrix = weights[start:end].reshape(n_sources, n_targets)
+        arrays.append(onnx.numpy_helper.from_array(matrix, f"weights_{layer}"))
+        nodes.append(helper.make_node("MatMul", [source, f"weights_{layer}"], [f"sum_{layer}"]))
+        source = f"sum_{layer}"
+        if experiment.network.biases:
+            biases = weights[end : end + n_targets]
+            arrays.append(onnx.numpy_helper.from_array(biases, f"biases_{layer}"))
+            nodes.append(helper.make_node("Add", [source, f"biases_{layer}"], [f"biased_{layer}"]))
+            source = f"biased_{layer}"
+            end += n_targets
+        target = "outputs" if layer == len(sizes) - 2 else f"activations_{layer}"
+        nodes.append(helper.make_node("Sigmoid", [source], [target]))
+        source = target
+        start = end
+    kind = onnx.TensorProto.FLOAT
+    graph = helper.make_graph(
+        nodes,
+        "action",
+        [helper.make_tensor_value_info("inputs", kind, ["step", sizes[0]])],
+        [helper.make_tensor_value_info("outputs", kind, ["step", sizes[-1]])],
+        arrays,
+    )
+    model = helper.make_model(
+        graph,
+        producer_name=EXPORT_MARK,
+        producer_version=__version__,
+        opset_imports=[helper.make_opsetid("", OPERATORS)],
+        ir_version=FORMAT,
+    )
+    helper.set_model_props(model, origin)
+    onnx.checker.check_model(model)
+    return bytes(model.SerializeToString(deterministic=True))

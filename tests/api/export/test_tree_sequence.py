@@ -1,0 +1,147 @@
+"""The ancestry of genes as a tree sequence, read with tskit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.api.export import tree_sequence
+from baldwinlab.api.export.tree_sequence import find_edges
+from baldwinlab.core.errors import BaldwinLabError
+from tests.commands import Command
+from tests.small_studies import shorten_preset
+
+tskit = pytest.importorskip("tskit", reason="tskit is not installed; it is in the extra exchange")
+
+CONDITION = "evo+self-taught/A"
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> bl.Study:
+    experiment = shorten_preset(CONDITION).replace(
+        evolution={"generations": 12, "elite": 2}, lifetime={"steps": 100}
+    )
+    return bl.run(experiment, runs=2, seed=5, out=tmp_path_factory.mktemp("source") / "study")
+
+
+def trace_gene(study: bl.Study, run: int, gene: int, agent: int) -> list[int]:
+    """Return the ancestor of a gene in each generation, from the first to that of `agent`.
+
+    It applies the documented rule gene by gene.
+    """
+    parents = study.data().parents.sel(condition=CONDITION, run=run).values
+    genomes = [
+        study.genomes(run, generation).values.reshape(20, -1) for generation in range(len(parents))
+    ]
+    line = [agent]
+    for generation in range(len(parents) - 1, 0, -1):
+        first, second = (int(parent) for parent in parents[generation, line[0]])
+        chosen = first
+        for position in range(gene + 1):
+            value = float(genomes[generation][line[0], position])
+            distances = [
+                abs(value - float(genomes[generation - 1][parent, position]))
+                for parent in (first, second)
+            ]
+            if distances[0] != distances[1]:
+                chosen = first if distances[0] < distances[1] else second
+        line.insert(0, chosen)
+    return line
+
+
+def describe_node(sequence: Any, node: int) -> tuple[int, int]:
+    metadata = sequence.individual(sequence.node(node).individual).metadata
+    return metadata["generation"], metadata["agent"]
+
+
+@pytest.mark.parametrize("max_edges", [2_000_000, 300])
+def test_each_gene_has_the_genealogy_of_the_stored_parents(
+    study: bl.Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, max_edges: int
+) -> None:
+    monkeypatch.setattr(tree_sequence, "MAX_EDGES", max_edges)
+    study.to_tskit(tmp_path / "a.trees", run=1)
+    sequence = tskit.load(str(tmp_path / "a.trees"))
+    assert sequence.sequence_length == 120
+    assert [describe_node(sequence, node) for node in sequence.samples()] == [
+        (11, agent) for agent in range(20)
+    ]
+    for gene in (0, 7, 61, 119):
+        lines = np.array([trace_gene(study, 1, gene, agent) for agent in range(20)])
+        tree = sequence.at(gene)
+        for sample in range(20):
+            node = sample
+            while node != tskit.NULL:
+                generation, agent = describe_node(sequence, node)
+                assert lines[sample, generation] == agent
+                node = tree.parent(node)
+        for first, second in [(0, 1), (3, 17), (8, 12)]:
+            shared = np.flatnonzero(lines[first] == lines[second])
+            node = tree.mrca(first, second)
+            expected = (shared[-1], lines[first, shared[-1]]) if len(shared) else None
+            assert (None if node == tskit.NULL else describe_node(sequence, node)) == expected
+
+
+def test_individuals_have_the_stored_parents(study: bl.Study, tmp_path: Path) -> None:
+    study.to_tskit(tmp_path / "a.trees", run=0)
+    sequence = tskit.load(str(tmp_path / "a.trees"))
+    parents = study.data().parents.sel(condition=CONDITION, run=0).values
+    count = 0
+    for individual in sequence.individuals():
+        generation, agent = (individual.metadata[name] for name in ("generation", "agent"))
+        for parent in individual.parents[individual.parents != tskit.NULL]:
+            ancestor = sequence.individual(parent).metadata
+            assert ancestor["generation"] == generation - 1
+            assert ancestor["agent"] in parents[generation, agent]
+            count += 1
+    assert count > 20
+    assert sequence.metadata["condition"] == CONDITION
+    assert sequence.time_units == "generations"
+
+
+def test_a_gene_comes_from_the_parent_with_the_closer_value() -> None:
+    previous = np.array([[[0, 0, 0, 0, 0, 5]], [[1, 1, 0, 1, 0, 5]]], np.float32)
+    #                    tied  second  tied  first, mutated  tied  tied
+    child = np.array([[[0.5, 1, 0, 0.25, 0, 6]]], np.float32)
+    edges = find_edges(child, previous, np.array([[0, 1]], np.int32))
+    assert [column.tolist() for column in edges] == [[0, 1, 3], [1, 3, 6], [0, 1, 0], [0, 0, 0]]
+
+
+def test_the_command_export_writes_a_tree_sequence(
+    study: bl.Study, command: Command, tmp_path: Path
+) -> None:
+    directory = str(study.directory)
+    for _ in range(2):
+        outcome = command("export", directory, "--run", "0", "--out", "a.trees")
+        assert outcome.code == 0, outcome.err
+        sequence = tskit.load(str(tmp_path / "a.trees"))
+        counts = f"{sequence.num_trees} trees, {sequence.num_individuals} individuals"
+        assert outcome.out == f"a.trees: {counts}\n"
+    (tmp_path / "other.trees").write_text("another program")
+    outcome = command("export", directory, "--run", "0", "--out", "other.trees")
+    assert "was not written by this command" in outcome.err
+    outcome = command("export", directory, "--out", "b.trees")
+    assert "has 2 runs of evo+self-taught/A; choose one with --run" in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("settings", "reason"),
+    [
+        ({"inheritance": "none"}, "makes new genomes"),
+        ({"lamarckian_share": 0.5}, "inherit learned weights"),
+        ({"variation": "gene-pool"}, "takes genes from agents"),
+    ],
+)
+def test_genes_that_do_not_come_from_the_stored_parents_are_refused(
+    tmp_path: Path, settings: dict[str, Any], reason: str
+) -> None:
+    experiment = shorten_preset(CONDITION).replace(
+        lifetime={"steps": 20}, evolution={"generations": 2, **settings}
+    )
+    study = bl.run(experiment, runs=1, out=tmp_path / "study")
+    with pytest.raises(BaldwinLabError, match=reason):
+        study.to_tskit(tmp_path / "a.trees")
+    assert not (tmp_path / "a.trees").exists()
