@@ -23,9 +23,12 @@ from rich.text import Text
 console = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
 
-BAR_INTERVAL = 0.2  # seconds between two updates of the bar of a notebook
-LINE_INTERVAL = 10.0  # seconds between progress lines without a terminal
-MAX_MESSAGE = 1800  # characters of a message, about 23 lines
+# Seconds between two updates of the bar of a notebook.
+BAR_INTERVAL = 0.2
+# Seconds between two progress lines of a log.
+LINE_INTERVAL = 10.0
+# Maximum number of characters of a message, about 23 lines.
+MAX_MESSAGE_LENGTH = 1800
 
 
 class _Rate(ProgressColumn):
@@ -60,7 +63,7 @@ def progress(
     Yields
     ------
     Callable
-        The function to call with each amount of work that is done.
+        The caller calls this function with each finished amount of work.
     """
     if console.is_jupyter:
         show = _notebook_bar()
@@ -105,20 +108,21 @@ class _ProgressReporter:
         self._unit = unit
         self._show = show
         self._interval = interval
-        self._done = 0
-        self._start = time.monotonic()
-        self._last_report = self._start
+        self._work_done = 0
+        self._started_at = time.monotonic()
+        self._reported_at = self._started_at
 
     def __call__(self, amount: int) -> None:
-        """Add an amount of work that is done."""
-        self._done += amount
+        """Add a finished amount of work."""
+        self._work_done += amount
         now = time.monotonic()
-        if now - self._last_report < self._interval and self._done < self._total:
+        is_recently_reported = now - self._reported_at < self._interval
+        if is_recently_reported and self._work_done < self._total:
             return
-        self._last_report = now
-        rate = self._done / max(now - self._start, 1e-9)
-        seconds_left = (self._total - self._done) / rate
-        share = self._done / self._total
+        self._reported_at = now
+        rate = self._work_done / max(now - self._started_at, 1e-9)
+        seconds_left = (self._total - self._work_done) / rate
+        share = self._work_done / self._total
         speed = _format_rate(rate, self._unit)
         self._show(f"{self._description}: {share:.0%}, {speed}, {seconds_left:.0f} s left", share)
 
@@ -151,7 +155,7 @@ def warn(message: str) -> None:
 
 def clip_for_terminal(message: str) -> str:
     """Return the message, cut to the size of a screen."""
-    excess = len(message) - MAX_MESSAGE
+    excess = len(message) - MAX_MESSAGE_LENGTH
     if excess <= 0:
         return message
-    return f"{message[:MAX_MESSAGE]}... and {excess:,} more characters"
+    return f"{message[:MAX_MESSAGE_LENGTH]}... and {excess:,} more characters"

@@ -17,7 +17,7 @@ class PartError(BaldwinLabError, ValueError):
     """Invalid part: it cannot be loaded or compiled, or differs from the part of a study."""
 
 
-# Options whose names differ from those of the arguments.
+# Name of an argument -> name of its option on the command line, if the names differ.
 OPTION_NAMES: Final = {"last": "last-generations"}
 
 

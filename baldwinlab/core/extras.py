@@ -1,4 +1,4 @@
-"""Extras (groups of optional packages): purposes, missing packages, and their installation."""
+"""Extras, which are groups of optional packages: purposes, missing packages, installation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from urllib.request import url2pathname
 
 from baldwinlab.core.errors import RefusedError
 
-# The extras for users. Those that only developers need are not listed.
+# Purposes of the extras for users. Extras for developers are not listed.
 EXTRA_PURPOSES: Final = {
     "cuda": "simulation on an NVIDIA GPU",
     "cluster": "studies on a Dask or Slurm cluster, and in object stores",
@@ -41,7 +41,10 @@ def missing_packages(extra: str) -> list[str]:
 
 
 def required_packages() -> dict[str, list[str]]:
-    """Return the required packages of the installed metadata, by extra, or `CORE` without one."""
+    """Return the required packages by extra, as the installed metadata lists them.
+
+    The key of packages without an extra is `CORE`.
+    """
     packages: dict[str, list[str]] = {}
     for line in _requirements():
         name = re.match(r"[A-Za-z0-9._-]+", line)
@@ -70,9 +73,9 @@ def installed_version(name: str) -> str | None:
 def installation_command(extra: str) -> str:
     """Return the pip command that adds an extra to this installation of baldwinlab.
 
-    An installation from a folder, a file or a repository records its origin (PEP 610), which the
-    command names. An installation from a package index records none, and the name of the package is
-    enough.
+    An installation from a folder, a file or a repository records its origin (PEP 610). The command
+    contains this origin. An installation from a package index records no origin, and the command
+    contains only the name of the package.
     """
     origin = _origin()
     url = origin.get("url", "")
@@ -89,7 +92,7 @@ def installation_command(extra: str) -> str:
 
 
 def _origin() -> dict[str, Any]:
-    """Return the record of the origin of this installation; an empty one for a package index."""
+    """Return the recorded origin of this installation; an empty dict for a package index."""
     try:
         text = importlib.metadata.distribution("baldwinlab").read_text("direct_url.json")
     except importlib.metadata.PackageNotFoundError:

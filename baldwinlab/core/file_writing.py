@@ -1,4 +1,4 @@
-"""Write files completely or not at all, on local file systems and in remote storage.
+"""Functions that write a file completely or not at all, locally and in remote storage.
 
 The package writes every file with `atomic_path`, `write_atomically`, `write_exclusively` or
 `append_line`. These functions do not follow a link that leads out of a study.
@@ -118,9 +118,9 @@ def write_atomically(path: Path, content: bytes) -> Path:
 def write_exclusively(path: Path, content: bytes) -> None:
     """Write a file that must not exist yet. One of several processes succeeds.
 
-    The others raise FileExistsError. Other errors are those of `atomic_path`. In remote storage
-    without exclusive creation the file is compared after the write, so that two writers see one
-    content.
+    All other processes raise FileExistsError. Other errors are those of `atomic_path`. If remote
+    storage has no exclusive creation, the function reads the file again after the write. It raises
+    FileExistsError if another process has overwritten the file.
     """
     if is_local(path):
         with atomic_path(path, exclusive=True) as partial, partial.open("xb") as file:
@@ -143,17 +143,18 @@ def write_exclusively(path: Path, content: bytes) -> None:
 
 
 def append_line(path: Path, line: str, kind: FileKind) -> None:
-    """Add a line to a file. Raise as `atomic_path`, and RefusedError if the file is a link.
+    """Append a line to a file. Raise as `atomic_path`, and RefusedError if the file is a link.
 
-    In remote storage a file cannot grow, so it is written again. So is a file with another hard
-    link, whose content must not change.
+    A file in remote storage cannot grow, so the function writes the complete file again. It also
+    writes a file with a second hard link again, because the content of that link must not change.
     """
     require_inside_study(path)
     if is_local(path) and path.is_symlink():
         raise RefusedError(f"{path} cannot be written: it is a link. Remove it.")
-    if is_local(path) and not (path.exists() and path.stat().st_nlink > 1):
+    has_second_link = is_local(path) and path.exists() and path.stat().st_nlink > 1
+    if is_local(path) and not has_second_link:
         with name_file_in_errors(path), path.open("a", encoding="utf-8") as file:
             file.write(line + "\n")
     else:
-        before = read_bytes(path, kind) if path.exists() else b""
-        write_atomically(path, before + f"{line}\n".encode())
+        content = read_bytes(path, kind) if path.exists() else b""
+        write_atomically(path, content + f"{line}\n".encode())

@@ -1,4 +1,4 @@
-"""Read files up to a size limit, on local file systems and in remote storage."""
+"""Functions that read files up to a size limit, locally and in remote storage."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra_error
 
 MAX_JSON_DEPTH: Final = 32
-# Ending of a file that a process still writes.
+# Suffix of the temporary name of a file during its write.
 PARTIAL_SUFFIX: Final = ".partial"
-# A folder with this file is a study.
+# Name of the file that makes a folder a study.
 STUDY_FILE_NAME: Final = "study.toml"
 
 
@@ -53,12 +53,14 @@ def parse_json(text: str | bytes) -> Any:
     """Return the value of a JSON text. Raise ValueError if it is invalid or nested too deeply."""
     try:
         value = json.loads(text)
+        # `level` holds the values at one depth, and at the end those below the allowed depth.
         level = [value]
         for _ in range(MAX_JSON_DEPTH):
             level = [child for parent in level for child in _list_children(parent)]
+        is_too_deep = bool(level)
     except RecursionError:
-        level = [None]
-    if level:
+        is_too_deep = True
+    if is_too_deep:
         raise ValueError(f"JSON may have {MAX_JSON_DEPTH} nested levels; this text has more")
     return value
 
@@ -114,7 +116,7 @@ def require_cluster_extra(feature: str) -> None:
 
 
 def read_bytes(path: Path, kind: FileKind) -> bytes:
-    """Read a file whose size is checked first.
+    """Check the size of a file, and return its content.
 
     Raises
     ------

@@ -46,7 +46,7 @@ def verify_checksum(raw: bytes) -> None:
 
 
 def stored_checksum(head: bytes) -> str:
-    """Return the checksum in the first bytes of a file, "" if there is none; it is not verified."""
+    """Return the checksum in the first bytes of a file without verification; "" if none exists."""
     checksum = _CHECKSUM.search(head)
     return checksum.group(1).decode() if checksum else ""
 
@@ -85,7 +85,7 @@ def from_bytes(raw: bytes) -> xr.Dataset:
 
 
 def _require_no_rows(raw: bytes) -> None:
-    """Raise DamagedError if the header has an unlimited dimension; no dataset here has one."""
+    """Raise DamagedError for a header with an unlimited dimension: `to_bytes` writes none."""
     if raw[4:8].strip(b"\0"):
         raise DamagedError(
             "it is no netCDF file of baldwinlab: its header counts rows of an unlimited dimension"

@@ -1,4 +1,4 @@
-"""Where a command may write: never over the files of a study, nor over those of other programs."""
+"""Checks of output paths: a command overwrites no file of a study or of another program."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def is_study(folder: Path) -> bool:
 
 
 def enclosing_study(path: Path) -> Path | None:
-    """Return the folder of the study that contains a path, after links, or None."""
+    """Return the folder of the study that contains a path, or None. Links are followed."""
     real = path.resolve()
     for folder in real.parents:
         if real.relative_to(folder).parts[0] in _STUDY_ENTRIES and is_study(folder):

@@ -1,4 +1,4 @@
-"""Suggest valid names in an error about an unknown name."""
+"""Suggestions of valid names, for errors about an unknown name."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Final
 
-# Of more valid names than `MAX_LISTED`, an error lists only the most similar ones.
+# Maximum number of valid names that an error lists completely.
 MAX_LISTED: Final = 20
+# Number of similar names that an error lists otherwise.
 MAX_SIMILAR: Final = 5
 
 
@@ -24,7 +25,7 @@ def did_you_mean(name: str, valid_names: Iterable[str]) -> str:
 
 
 def list_names(name: str, valid_names: Iterable[str]) -> str:
-    """Return `there are x, y`. Of more than `MAX_LISTED` names, list the most similar ones."""
+    """Return `there are x, y`; for more than `MAX_LISTED` names, the most similar names."""
     names = list(dict.fromkeys(valid_names))
     if len(names) <= MAX_LISTED:
         return f"there are {', '.join(names)}" if names else "there are none"

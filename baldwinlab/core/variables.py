@@ -65,7 +65,8 @@ RUN_VARIABLES: Mapping[str, Variable] = {
     ),
 }
 
-# A record stores only the genomes of some generations.
+# Variables of a record, which stores only the genomes of some generations.
+# `energy` is the fitness of an agent. Stored files have this name.
 RECORD_VARIABLES: Mapping[str, Variable] = {
     name: variable for name, variable in RUN_VARIABLES.items() if name != "genome"
 } | {
@@ -76,7 +77,10 @@ RECORD_VARIABLES: Mapping[str, Variable] = {
 
 
 def record_variables(experiment: Any) -> Mapping[str, Variable]:
-    """Return the variables of a record, including those of the model and the kinds of items."""
+    """Return the variables of the records of an experiment by name.
+
+    They include the variables of the model, and the number of eaten items of each kind.
+    """
     if experiment.model != "miniworld":
         model = experiment.model_part
         energy = RECORD_VARIABLES["energy"]._replace(unit="1", meaning=model.payoff)
@@ -88,15 +92,16 @@ def record_variables(experiment: Any) -> Mapping[str, Variable]:
     kinds = {
         item.kind for feature in experiment.parts("world.features") for item in feature.items()
     }
-    eaten = RECORD_VARIABLES["food_eaten"]
-    further = {
-        f"{kind}_eaten": eaten._replace(meaning=f"items of {kind} eaten in life") for kind in kinds
+    food_eaten = RECORD_VARIABLES["food_eaten"]
+    added_variables = {
+        f"{kind}_eaten": food_eaten._replace(meaning=f"items of {kind} eaten in life")
+        for kind in kinds
     }
     if experiment.births_in_life:
-        further["born"] = Variable(
+        added_variables["born"] = Variable(
             OF_AGENT, np.int32, "agents", "number of births in the place of the agent during life"
         )
-    return dict(RECORD_VARIABLES) | further
+    return dict(RECORD_VARIABLES) | added_variables
 
 
 TRACE_VARIABLES: Mapping[str, Variable] = {
@@ -241,7 +246,7 @@ RANDOM_NEWBORNS = "random genome"
 EVOLVED_NEWBORNS = "evolved"
 # Name of the unchanged setting in the assay reaction.
 UNCHANGED_SETTING = "as evolved"
-# Newborns in the assay neutral: evolved ones, and those of parents that are chosen at random.
+# Newborns in the assay neutral: evolved newborns, and newborns of random parents.
 NEUTRAL_NEWBORNS = (EVOLVED_NEWBORNS, "neutral control")
 # Kinds of lifetimes: learning off, learning on, weights at death without learning, random drift.
 LIFE_KINDS = ("off", "on", "frozen", "drift")
@@ -255,7 +260,7 @@ WEIGHT_ORDER = (
 
 
 def as_record(run: xr.Dataset) -> xr.Dataset:
-    """Return a run in the form of a record. A record is returned unchanged."""
+    """Return a run as a record, without the genomes that are NaN. A record is unchanged."""
     if "kept_genome" in run:
         return run
     is_stored = run.genome.notnull().any(("agent", "module", "weight")).values
@@ -265,7 +270,7 @@ def as_record(run: xr.Dataset) -> xr.Dataset:
 
 
 def as_run(record: xr.Dataset) -> xr.Dataset:
-    """Return a record in the form of a run. Genomes that are not stored are NaN."""
+    """Return a record as a run. The genomes of generations without stored genomes are NaN."""
     genome = record.kept_genome.rename(kept_generation="generation").reindex(
         generation=record.generation
     )

@@ -37,15 +37,15 @@ def check_added_parts(experiment: Any) -> None:
     experiment : BaseExperiment
         The experiment.
     """
-    added = {kind for kind, _ in added_choices(experiment)}
+    kinds_with_added_parts = {kind for kind, _ in added_choices(experiment)}
     for path, kind, _ in choosing_fields(type(experiment)):
-        if kind in added:
+        if kind in kinds_with_added_parts:
             for part in experiment.parts(path):
                 try:
                     part.check(experiment)
                 except ValueError as error:
                     raise ExperimentError(str(error)) from None
-    if "selection" in added:
+    if "selection" in kinds_with_added_parts:
         _require_separate_groups(experiment)
 
 

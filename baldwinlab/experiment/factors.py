@@ -1,4 +1,4 @@
-"""Factors of the conditions of a study, which are coordinates of `open_runs`."""
+"""Factors of the conditions of a study: learner, map and variant."""
 
 from __future__ import annotations
 

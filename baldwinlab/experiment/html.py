@@ -32,18 +32,21 @@ def iterate_rows(table: BaseModel, default: Any = None, path: str = "") -> Itera
     # A table of a model that is not loaded has values without fields.
     for name, value in table:
         info = type(table).model_fields.get(name)
-        usual = (
-            default[name] if isinstance(default, dict) and name in default else _find_default(info)
-        )
+        has_given_default = isinstance(default, dict) and name in default
+        default_value = default[name] if has_given_default else _find_default(info)
         if isinstance(value, BaseModel):
-            yield from iterate_rows(value, to_plain_data(usual), f"{path}{name}.")
+            yield from iterate_rows(value, to_plain_data(default_value), f"{path}{name}.")
         elif isinstance(value, tuple) and value and isinstance(value[0], BaseModel):
             for number, entry in enumerate(value):
                 yield from iterate_rows(entry, None, f"{path}{name}.{number}.")
         else:
-            usually = "–" if usual is PydanticUndefined else _format_value(usual)
+            has_default = default_value is not PydanticUndefined
+            default_text = _format_value(default_value) if has_default else "–"
             yield Row(
-                f"{path}{name}", _format_value(value), usually, (info and info.description) or ""
+                f"{path}{name}",
+                _format_value(value),
+                default_text,
+                (info and info.description) or "",
             )
 
 

@@ -40,9 +40,9 @@ def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
 
 
 def short_name(path: str, *experiments: BaseModel) -> str:
-    """Return a short name of a setting, for an axis: "learning rate, per step".
+    """Return a short name of a setting for an axis, such as "learning rate, per step".
 
-    The name of a number is the first clause of its description, without the number of a variant.
+    The name of a number is the first clause of its description, without "(R1)" to "(R8)".
     The name of a choice is its path: "evolution: selection".
     The name contains the number of the region if there are several.
     An experiment without the setting is skipped; if none has it, the name is the path.

@@ -20,7 +20,7 @@ _EVOLUTION: Final = "baldwinlab.evolution"
 _MODELS: Final = "baldwinlab.models"
 _MINIWORLD: Final = "baldwinlab.models.miniworld"
 
-# Kind -> name -> module and class. A custom part cannot have one of these names, or of `LIBRARY`.
+# Kind -> name -> module and class. A custom part cannot have a name of `BUILT_IN` or `LIBRARY`.
 BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
     "model": {"miniworld": "baldwinlab.experiment.miniworld:Experiment"},
     "sense": {"food": f"{_MINIWORLD}.senses.sight:Sight"},

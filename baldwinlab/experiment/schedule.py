@@ -1,6 +1,6 @@
 """Scheduled changes: settings of an experiment that change at a generation.
 
-From that generation on, agents live, are selected and have children with the new value. In TOML:
+The new value holds for that generation and all later ones. In TOML:
 
     [[schedule]]
     generation = 50
@@ -17,7 +17,7 @@ from pydantic import Field
 from baldwinlab.core import variables
 from baldwinlab.experiment.fields import ExperimentError, Fields
 
-# Tables and fields that describe the whole run: its size, its records and the layout of genomes.
+# Tables and fields that cannot change during a run: its size, its records, the layout of genomes.
 FIXED_TABLES: Final = ("name", "model", "population", "record", "schedule", "network")
 FIXED_FIELDS: Final = ("evolution.generations", "evolution.founders", "lifetime.steps")
 
@@ -117,12 +117,13 @@ def require_valid_schedule(experiment: Any) -> None:
 
 
 def _find_fixed_settings(changes: Sequence[Change]) -> Iterator[str]:
-    """Yield a sentence for each change without settings, or of one that cannot change in a run."""
+    """Yield a sentence for each change without settings, and each setting that cannot change."""
     for number, change in enumerate(changes):
         if not change.settings:
             yield f"schedule.{number}: generation {change.generation} changes no setting"
         for path in change.settings:
-            if path.split(".")[0] in FIXED_TABLES or path.startswith(FIXED_FIELDS):
+            is_fixed = path.split(".")[0] in FIXED_TABLES or path.startswith(FIXED_FIELDS)
+            if is_fixed:
                 yield (
                     f"schedule.{number}: {path} cannot change during a run; settings of the world, "
                     "of learning and of evolution can"
@@ -132,7 +133,7 @@ def _find_fixed_settings(changes: Sequence[Change]) -> Iterator[str]:
 def _require_same_layout(experiment: Any, changed: Any, generation: int) -> None:
     """Raise ExperimentError if changed agents need other genes, or their records other variables.
 
-    An agent may use fewer modules of its genome than before.
+    Changed agents may use fewer modules of their genomes.
     """
     modules = changed.modules
     has_same_genes = changed.genome_length == experiment.genome_length
@@ -160,18 +161,20 @@ def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, A
         part, such as `learning.rule`, also drops the scheduled settings of that table.
     """
     replaced = dict(_flatten(changes))
+    # A scheduled setting is dropped if it is replaced, or if the choice of its part is.
     # Only the name of a part is a text, for example that of `learning.rule`.
     sections = {_parent_path(path) for path, value in replaced.items() if isinstance(value, str)}
-    remaining = []
+    remaining_changes = []
     for change in schedule:
         settings = {
             path: value
             for path, value in change.items()
             if path not in replaced and _parent_path(_parent_path(path) or ".") not in sections
         }
+        # The first entry is the generation of the change.
         if len(settings) > 1:
-            remaining.append(settings)
-    return remaining
+            remaining_changes.append(settings)
+    return remaining_changes
 
 
 def _parent_path(path: str) -> str:

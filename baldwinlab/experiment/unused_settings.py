@@ -1,4 +1,4 @@
-"""Settings without effect. They are errors if a user changes them.
+"""Unused settings, which have no effect in an experiment. They are errors if a user changes them.
 
 A user has changed a setting if its value differs from the origin of the experiment: the preset,
 the base of the file, or the defaults. Stored studies and experiments of assays may contain settings
@@ -16,7 +16,7 @@ from baldwinlab.experiment.paths import look_up
 
 
 def list_unused_settings(experiment: BaseExperiment) -> dict[str, str]:
-    """Return the settings without effect in an experiment, with the reason of each."""
+    """Return the unused settings of an experiment by path, each with the reason."""
     return _unused_mutation_settings(experiment) | (
         _unused_miniworld_settings(experiment) if isinstance(experiment, Experiment) else {}
     )
@@ -25,12 +25,15 @@ def list_unused_settings(experiment: BaseExperiment) -> dict[str, str]:
 def list_changed_unused_settings(
     experiment: BaseExperiment, origin: BaseExperiment | None = None
 ) -> dict[str, str]:
-    """Return the settings without effect whose values differ from those of the origin."""
+    """Return the unused settings whose values differ from those of the origin, with the reasons.
+
+    Without an origin, the values are compared with the defaults.
+    """
     origin = validate({"model": experiment.model}) if origin is None else origin
     fields = list_unused_settings(experiment)
     return {
-        path: why
-        for path, why in fields.items()
+        path: reason
+        for path, reason in fields.items()
         if look_up(experiment, path)[0] != look_up(origin, path)[0]
     }
 
@@ -69,7 +72,7 @@ def _unused_miniworld_settings(experiment: Experiment) -> dict[str, str]:
 def require_effect(
     experiments: Sequence[BaseExperiment], origins: Sequence[BaseExperiment | None] = ()
 ) -> None:
-    """Refuse every setting that has no effect in any of the experiments that are given together.
+    """Refuse changed settings that are unused in all given experiments.
 
     Parameters
     ----------
@@ -84,11 +87,11 @@ def require_effect(
         With one line for every idle setting.
     """
     pairs = zip(experiments, origins or [None] * len(experiments), strict=True)
-    idle = [list_changed_unused_settings(experiment, origin) for experiment, origin in pairs]
-    paths = [path for path in idle[0] if all(path in reasons for reasons in idle)]
+    unused = [list_changed_unused_settings(experiment, origin) for experiment, origin in pairs]
+    paths = [path for path in unused[0] if all(path in reasons for reasons in unused)]
     if paths:
         raise ExperimentError(
-            "\n".join(describe_unused_setting(path, idle[0][path]) for path in paths)
+            "\n".join(describe_unused_setting(path, unused[0][path]) for path in paths)
         )
 
 

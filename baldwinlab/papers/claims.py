@@ -14,14 +14,14 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, validate_tables
 
-# Instead of the name of a condition: the same condition in its first generations.
+# Value of `b` that selects the first generations of the condition `a`.
 FIRST_GENERATIONS = "first"
 
 Rule = Literal[
     "greater", "lower", "close", "survives_longer", "zero",
     "at_least", "within", "mean_within", "mean_at_most", "every_at_most", "every_at_least",
 ]  # fmt: skip
-# Measures of every model. A model can declare more, in `measures`.
+# Measures of every model. A model can declare more measures in `measures`.
 COMMON_MEASURES = ("best", "mean", "share", "most")
 
 RULES: Mapping[Rule, str] = {
@@ -73,7 +73,7 @@ class ClaimComparison(DeclaredTable):
     """Comparison of the condition `a` with the condition `b`, or with `bound` without `b`."""
 
     a: str = Field(min_length=1)
-    # One of `COMMON_VARIABLES`, or a measure of the condition's model.
+    # One of `COMMON_MEASURES`, or a measure of the condition's model.
     measure: str
     rule: Rule
     b: str = ""
@@ -202,7 +202,8 @@ class Claim(DeclaredTable):
     @property
     def of_paper(self) -> bool:
         """Return whether the claim is a statement of a paper, from which a result can differ."""
-        return bool(self.paper or self.choices) or self.figure is not None
+        has_number = self.figure is not None
+        return bool(self.paper or self.choices) or has_number
 
     @property
     def rule(self) -> str:
@@ -224,7 +225,7 @@ class _Claims(DeclaredTable):
 
 
 def read_claims(path: Path) -> tuple[Claim, ...]:
-    """Return the claims in a file, or none if the file does not exist. Raises PaperError."""
+    """Return the claims in a file; an empty tuple if it does not exist. Raises PaperError."""
     if not path.exists():
         return ()
     tree = read_tables(path)
@@ -232,6 +233,6 @@ def read_claims(path: Path) -> tuple[Claim, ...]:
     choices = {name: choice.model_copy(update={"id": name}) for name, choice in named.items()}
     claims = validate_tables(_Claims, tree, path, choices).claims
     ids = [claim.id for claim in claims]
-    if twice := [name for name in ids if ids.count(name) > 1]:
-        raise PaperError(f"{path}: two claims have the id {twice[0]!r}")
+    if repeated := [name for name in ids if ids.count(name) > 1]:
+        raise PaperError(f"{path}: two claims have the id {repeated[0]!r}")
     return claims

@@ -1,4 +1,4 @@
-"""Read and validate the TOML files of a paper. An error is one sentence that names the file."""
+"""Reading and validation of the TOML files of a paper. An error is one sentence with the file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class PaperError(BaldwinLabError, ValueError):
 
 
 class DeclaredTable(BaseModel):
-    """A table of a file, with these fields and no others."""
+    """Base class of the tables in the files of a paper. A table has only the declared fields."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 

@@ -76,7 +76,7 @@ class PaperMetadata(DeclaredTable):
     assays: tuple[Assay, ...] = tuple(name for name in get_args(Assay) if name not in FORKS)
     # Experiment of the figure "emergence". Default: the first.
     emergence: str = ""
-    # Experiments that the gallery compares with other papers. Default: all with learning.
+    # Names of the experiments in the gallery. Default: all experiments with learning.
     compared: tuple[str, ...] = ()
 
     @field_validator("link")
@@ -104,7 +104,7 @@ class PaperMetadata(DeclaredTable):
 class Paper:
     """A paper in a folder.
 
-    `is_stored` is true for a copy in a study. The presets of a copy can have old names.
+    `is_stored` is true for a copy in a study. The presets of a copy can use old names of settings.
     """
 
     folder: Path
@@ -131,7 +131,7 @@ class Paper:
         }
 
     def preset_folder(self, kind: str) -> Path:
-        """Return the folder of the presets of a kind, by its old name if only that one exists."""
+        """Return the folder of the presets of a kind. It has its old name if only that exists."""
         folder = self.folder / kind
         old_folder = self.folder / OLD_FOLDERS.get(kind, kind)
         return old_folder if old_folder.is_dir() and not folder.is_dir() else folder
@@ -179,7 +179,7 @@ class Paper:
         return layer
 
     def factors(self) -> dict[str, Factors]:
-        """Return learner and map of all experiments by name, those of the paper first."""
+        """Return learner and map of all experiments by name: conditions first, then controls."""
         learners = [*self.names("conditions"), *self.names("controls")]
         maps = self.names("maps")
         if not maps:
@@ -189,14 +189,14 @@ class Paper:
         }
 
     def experiment_names(self) -> list[str]:
-        """Return the names of all experiments, those of the paper first."""
+        """Return the names of all experiments: conditions first, then controls."""
         return list(self.factors())
 
     def experiment(self, name: str, variant: str = STANDARD_VARIANT) -> Experiment:
-        """Return an experiment by name, under a variant.
+        """Return an experiment by name, with the changes of a variant.
 
-        Raises ExperimentError if there is no such name, and PaperError if its files are not a valid
-        experiment.
+        Raises ExperimentError for an unknown name, and PaperError if the files of the name describe
+        no valid experiment.
         """
         condition, slash, map_name = name.rpartition("/") if self.names("maps") else (name, "/", "")
         if not slash:
@@ -205,9 +205,9 @@ class Paper:
             raise ExperimentError(
                 f"there is no preset {name!r}{suggest(name, self.experiment_names())}"
             )
-        first = "controls" if condition in self.names("controls") else "conditions"
+        kind = "controls" if condition in self.names("controls") else "conditions"
         layers = [
-            (first, condition),
+            (kind, condition),
             *([("maps", map_name)] if map_name else []),
             ("variants", variant),
         ]
@@ -224,7 +224,7 @@ class Paper:
             raise PaperError(f"{self.folder}: {files}: {str(error).splitlines()[0]}") from None
 
     def lacks_map(self, name: str) -> bool:
-        """Return whether a name is that of a condition, and lacks the required map."""
+        """Return whether a name is the name of a condition without the required map."""
         return bool(self.names("maps")) and name in (
             *self.names("conditions"),
             *self.names("controls"),
@@ -238,9 +238,9 @@ class Paper:
         )
 
     def measures(self, name: str) -> Mapping[str, Any] | None:
-        """Return the measures of the model of an experiment, without `COMMON_VARIABLES`.
+        """Return the measures that the model of an experiment adds to `COMMON_MEASURES`.
 
-        Return None if the parts of the experiment are not loaded.
+        The result is None if the parts of the experiment are not loaded.
         """
         try:
             model = self.experiment(name).loaded_model
@@ -319,10 +319,10 @@ def require_existing_names(
     conditions: list[str],
     measures: Callable[[str], Mapping[str, Any] | None],
 ) -> None:
-    """Raise PaperError if a claim names a condition, or a measure of it, that does not exist.
+    """Raise PaperError if a claim names a condition or a measure that does not exist.
 
-    `conditions` are the existing names. `measures` returns the measures of a condition in addition
-    to `COMMON_VARIABLES`, or None if its model is not loaded.
+    `conditions` are the existing names. `measures` returns the measures that the model of a
+    condition adds to `COMMON_MEASURES`, or None if the model is not loaded.
     """
     for claim in claims:
         _require_names(

@@ -1,12 +1,13 @@
-"""Load experiments by name: presets of the papers, and experiment files.
+"""Experiments by name: presets of the papers, and experiment files.
 
 The name of a preset is CONDITION/MAP or CONTROL/MAP, such as `evo+self-taught/B`. A variant changes
-further settings. If two papers have a name, it means that of the first paper. PAPER:NAME means that
-of another paper, and PAPER may be the folder of a custom paper.
+further settings. If two papers have a preset of the same name, the name selects the preset of the
+first paper. PAPER:NAME selects the preset of another paper. PAPER is a name, or the folder of a
+custom paper.
 
-An experiment file is TOML. Its key `base` names a preset or another experiment file whose settings
-it changes. Without `base` it changes the defaults of its model. Without `name`, the name of the
-experiment is the name of the file.
+An experiment file is TOML. It changes the preset or the experiment file that its key `base` names.
+Without `base` it changes the defaults of its model. Without `name`, the name of the experiment is
+the name of the file.
 """
 
 from __future__ import annotations
@@ -35,7 +36,8 @@ from baldwinlab.papers.paper import PRESET_KINDS, STANDARD_VARIANT, Paper
 __all__ = ["PRESET_KINDS", "changes", "describe", "factors", "load", "names", "paper"]
 
 
-MAX_BASES: Final = 20  # files in a chain of bases
+# Maximum number of files in a chain of bases.
+MAX_BASES: Final = 20
 LIST_HINT: Final = "`baldwinlab list presets` lists all; an experiment file ends in .toml"
 
 
@@ -52,7 +54,7 @@ def names(kind: str) -> list[str]:
 
 
 def describe(kind: str, name: str) -> str:
-    """Return a line that describes a preset."""
+    """Return the description of a preset, one line."""
     return _find_paper(kind, name).describe(kind, name)
 
 
@@ -78,8 +80,7 @@ class LoadedExperiment(NamedTuple):
     experiment
         The experiment.
     origin
-        The experiment that its author changed: the preset, or the base of its file; None for the
-        defaults.
+        The preset, or the base of the experiment file. None if a file changes the defaults.
     """
 
     experiment: Any
@@ -123,7 +124,7 @@ def load_with_origin(experiment: str | Path, variant: str = STANDARD_VARIANT) ->
 
 
 def is_file(experiment: str | Path) -> bool:
-    """Return whether the name of an experiment is that of a file, and not of a preset."""
+    """Return whether a name is the path of an experiment file, and not a preset."""
     return str(experiment).endswith(".toml")
 
 
@@ -143,7 +144,7 @@ def _load_preset(text: str, variant: str) -> Experiment:
 
 
 def _unknown_name_error(name: str) -> ExperimentError:
-    """Return the error for an unknown name, which says whether condition or map is wrong."""
+    """Return the error for an unknown name. It names the unknown condition or map."""
     if current := new_condition(name):
         return ExperimentError(renamed_message(name, current))
     for candidate in papers.built_in().values():
@@ -176,7 +177,7 @@ def factors() -> dict[str, Factors]:
 
 
 def _load_file(path: Path, chain: tuple[Path, ...] = ()) -> LoadedExperiment:
-    """Read an experiment file. `chain` are the files whose bases led to it."""
+    """Read an experiment file. `chain` is the list of files that have this file as a base."""
     try:
         content = read_text(path, EXPERIMENT_FILE)
     except (OSError, ValueError) as error:
@@ -201,7 +202,7 @@ def _load_file(path: Path, chain: tuple[Path, ...] = ()) -> LoadedExperiment:
 
 
 def _load_base(base: Any, path: Path, chain: tuple[Path, ...]) -> Experiment:
-    """Load the base of a file: a preset, or a file whose path is relative to that file."""
+    """Load the base of the file `path`: a preset, or a file whose path is relative to `path`."""
     where = f"{path}: base = {base!r}"
     if not isinstance(base, str):
         raise ExperimentError(f"{where}: must be the name of a preset or of a TOML file")

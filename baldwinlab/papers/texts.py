@@ -52,5 +52,5 @@ class ReportTexts(DeclaredTable):
 
 
 def read_texts(path: Path) -> ReportTexts:
-    """Return the texts in a file, or none if the file does not exist. Raises PaperError."""
+    """Return the texts in a file; empty texts if it does not exist. Raises PaperError."""
     return validate_tables(ReportTexts, read_tables(path), path) if path.exists() else ReportTexts()

@@ -1,8 +1,9 @@
-"""Compile the code of experiments before their simulation, in parallel processes.
+"""Compilation of the code of experiments before their simulation, in parallel processes.
 
-Numba compiles one function at a time. Processes therefore compile the combinations of parts that
-are not in the on-disk cache, and store them there. A process gets similar experiments, because they
-share compiled functions, and the source of their third-party parts.
+Numba compiles one function at a time in a process. Several processes therefore compile the
+combinations of parts that are not in the on-disk cache, and store the compiled code in it. A
+process gets similar experiments, because they share compiled functions. It also gets the source of
+their third-party parts.
 
     python -m baldwinlab.simulation.compilation  < {"experiments": [...], "parts": [...]}
 """
@@ -30,11 +31,12 @@ from baldwinlab.parts import sources_of
 from baldwinlab.parts.loading import load_text
 from baldwinlab.simulation.simulate import simulate_histories
 
-# Combinations per process. Each takes about 15 MiB of memory more.
+# Maximum number of combinations per process. Each combination takes about 15 MiB of memory.
 MAX_COMBINATIONS: Final = 32
-# More combinations per process than this are worth a progress message.
+# Maximum number of combinations per process without a progress message.
 QUIET_COMBINATIONS: Final = 4
-MESSAGE_INTERVAL: Final = 20  # seconds
+# Seconds between two progress messages.
+MESSAGE_INTERVAL: Final = 20
 
 
 def available_cores() -> int:
@@ -66,14 +68,16 @@ def compile_experiments(
     start = time.perf_counter()
     segments = [segment for experiment in experiments for _, segment in experiment.segments()]
     shortened = {_code(segment): _shorten(segment) for segment in segments}
-    absent = [
+    uncompiled = [
         experiment
         for experiment in shortened.values()
         if isinstance(experiment, Experiment) and not cpu.is_compiled(experiment)
     ]
-    absent.sort(key=lambda experiment: str(_code(experiment)))
-    if backend is CPU and len(absent) > 1 and available_cores() > 1 and cache_root():
-        _compile_in_processes(absent, log)
+    # Similar experiments become neighbors, so that one process compiles them.
+    uncompiled.sort(key=lambda experiment: str(_code(experiment)))
+    can_share_cache = available_cores() > 1 and bool(cache_root())
+    if backend is CPU and len(uncompiled) > 1 and can_share_cache:
+        _compile_in_processes(uncompiled, log)
     for experiment in shortened.values():
         simulate_histories(experiment, 0, [0], backend)
     return time.perf_counter() - start
@@ -99,8 +103,8 @@ def _shorten(experiment: BaseExperiment) -> BaseExperiment:
 def _compile_in_processes(experiments: list[Experiment], log: Callable[[str], None]) -> None:
     """Fill the cache with one process per core.
 
-    This process compiles the evolution operators and the last experiment. Errors of a process are
-    ignored, because the simulation meets and reports the same error.
+    The calling process compiles the evolution operators and the last experiment. Errors of other
+    processes are ignored, because the later simulation raises the same error.
     """
     in_processes = experiments[:-1]
     processes = list[subprocess.Popen[bytes]]()
@@ -129,7 +133,7 @@ def _compile_in_processes(experiments: list[Experiment], log: Callable[[str], No
 
 
 def _compile_evolution(experiment: Experiment) -> None:
-    """Compile the evolution operators: call each once."""
+    """Compile the evolution operators by one call of each."""
     genome = draw_genomes(experiment, GenerationKey(0, 0, 0))
     zero = np.zeros(experiment.population.size)
     make_generation(experiment, GenerationKey(0, 0, 1), genome, fitness(experiment, zero, zero))

@@ -1,4 +1,4 @@
-"""The history of one run: recorded variables, saved genomes, and the current generation."""
+"""History of one run: recorded variables, saved genomes, and the genomes of the next generation."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class History:
         last = self.experiment.evolution.generations - 1
         current = self.experiment.at(generation)
         if generation > 0 and (generation - 1) % self.experiment.record.genome_every:
-            # The genomes of the last generation are always saved; this is no longer the last one.
+            # Its genomes were saved only because it was the last simulated generation.
             self._saved_genomes.pop(generation - 1, None)
         self._saved_genomes[generation] = self.genome
         for name, values in results.records.items():
@@ -151,7 +151,7 @@ class History:
         return self._records[name][: self.n_generations]
 
     def saved_genomes_until(self, generation: int) -> tuple[int, Genome]:
-        """Return the last generation up to `generation` with saved genomes, and its genomes."""
+        """Return number and genomes of the last saved generation, at most `generation`."""
         # Copy the dictionary at once: another thread may add a generation.
         saved = self._saved_genomes.copy()
         last = max(number for number in saved if number <= generation)

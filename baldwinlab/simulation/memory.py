@@ -1,4 +1,4 @@
-"""Estimate the memory and disk space of simulations before they start, in bytes.
+"""Estimates of the memory and disk space of simulations before they start, in bytes.
 
 The estimate is derived from the declared arrays of a batch and the recorded variables. The
 constants below are measured, and tests compare the estimates with the actual use. The estimate for
@@ -110,19 +110,20 @@ def _genome_bytes(experiment: BaseExperiment) -> int:
 
 def simulation_bytes(experiment: BaseExperiment, worlds: int) -> int:
     """Return the memory for a generation of `worlds` parallel runs."""
-    of_state = state_bytes(experiment, worlds) if isinstance(experiment, Experiment) else 0
-    return of_state + GENOME_COPIES * worlds * _genome_bytes(experiment)
+    is_miniworld = isinstance(experiment, Experiment)
+    bytes_of_state = state_bytes(experiment, worlds) if is_miniworld else 0
+    return bytes_of_state + GENOME_COPIES * worlds * _genome_bytes(experiment)
 
 
 def _batch_bytes(experiment: BaseExperiment, worlds: int) -> int:
-    """Return the memory for `worlds` parallel runs until they are stored."""
+    """Return the memory for the simulation and the storage of `worlds` parallel runs."""
     return simulation_bytes(experiment, worlds) + (worlds + STORED_RECORD_COPIES) * record_bytes(
         experiment
     )
 
 
 def estimate_simulation(experiment: BaseExperiment) -> Need:
-    """Estimate one run that is returned; its conversion to a dataset needs a second copy."""
+    """Estimate one run that is returned as a dataset; the conversion needs a second copy."""
     return Need(
         ENGINE_BYTES
         + simulation_bytes(experiment, 1)
@@ -132,7 +133,7 @@ def estimate_simulation(experiment: BaseExperiment) -> Need:
 
 
 def estimate_runs(planned: PlannedRuns, workers: int, worlds: int) -> Need:
-    """Estimate runs that are simulated in batches and stored.
+    """Estimate the memory and disk space of runs that are simulated in batches and stored.
 
     Parameters
     ----------
@@ -203,7 +204,7 @@ def estimate_tables(stored: PlannedRuns) -> Need:
 
 
 def estimate_replay(experiment: Experiment, lives: int = 1) -> Need:
-    """Estimate traces of `lives` lifetimes, one of which is stored."""
+    """Estimate the traces of `lives` lifetimes. The trace of one lifetime is stored."""
     trace = sum(variable_bytes(trace_variables(experiment), dimension_sizes(experiment)).values())
     return Need(
         ENGINE_BYTES + simulation_bytes(experiment, 1) + (lives + TRACE_COPIES) * trace,

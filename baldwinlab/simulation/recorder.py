@@ -1,7 +1,7 @@
-"""Simulate a batch and record variables after selected numbers of steps.
+"""Recorders of the variables of a batch after selected numbers of steps.
 
-The state after `s` steps holds what an agent finds in step `s` (positions, items). The state after
-`s + 1` steps holds what the agent sensed and did in step `s`.
+The state after `s` steps holds the positions of agents and items at the beginning of step `s`. The
+state after `s + 1` steps holds the inputs, outputs and actions of the agents in step `s`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import numpy.typing as npt
 from baldwinlab.models.miniworld.allocation import iterate_arrays
 from baldwinlab.models.miniworld.backends.choice import Batch
 
-Lanes = slice | int  # agents of a batch, world after world
+# Agents of a batch, world after world.
+Lanes = slice | int
 Array = npt.NDArray[Any]
 
 # Functions that read a variable. The first axis of agents' variables is the lane.
@@ -49,7 +50,7 @@ class Recorder(Protocol):
         """The numbers of steps after which `record` is called."""
 
     def record(self, batch: Batch, time: int) -> None:
-        """Read the batch, of which `time` steps have been simulated."""
+        """Read the batch after `time` simulated steps."""
 
 
 def record_batch(batch: Batch, recorders: Sequence[Recorder], steps_done: int = 0) -> None:
@@ -86,7 +87,7 @@ class Series:
         dtype: type[np.generic] | None = None,
         transform: Callable[[Array], Array] = np.asarray,
     ) -> None:
-        """Store the result of `transform` as `dtype`, or unchanged without one."""
+        """Create a recorder that stores the result of `transform`, as `dtype` if it is given."""
         self.times = times
         self.values: Array
         self._read = VARIABLE_READERS[variable]
@@ -104,7 +105,7 @@ class Series:
 
 
 class ItemMoves:
-    """Record the positions of the items of one world at the first time, and each later move."""
+    """Record the positions of the items of one world at the first time, then each move."""
 
     def __init__(self, times: range) -> None:
         """`times` are consecutive."""
@@ -142,10 +143,10 @@ class ItemMoves:
 
 
 class FirstTime:
-    """Find the first time at which each of several conditions holds; NaN if it never does.
+    """Find the first time at which each of several conditions is true; NaN if it never is.
 
-    A condition that holds must continue to hold. If a condition becomes true between two `times`,
-    the recorder restores the earlier state and finds the step by bisection.
+    A true condition must remain true. If a condition becomes true between two `times`, the recorder
+    restores the state of the first of them, and finds the step by bisection.
     """
 
     def __init__(
@@ -161,26 +162,26 @@ class FirstTime:
     def record(self, batch: Batch, time: int) -> None:
         if time == self.times[0]:
             self.values = np.where(self._conditions(batch), np.float32(time), np.float32(np.nan))
-        elif self._newly_true(batch).any():
+        elif self._is_newly_true(batch).any():
             _restore_state(batch, self._saved_state)
             self._bisect(batch, self._saved_time, time)
         self._saved_state = _copy_state(batch)
         self._saved_time = time
 
-    def _newly_true(self, batch: Batch) -> npt.NDArray[np.bool_]:
+    def _is_newly_true(self, batch: Batch) -> npt.NDArray[np.bool_]:
         return self._conditions(batch) & np.isnan(self.values)
 
     def _bisect(self, batch: Batch, first: int, last: int) -> None:
         """Simulate from `first`, the current time, to `last`, where a condition becomes true."""
         if last - first == 1:
             batch.simulate(first, last)
-            self.values[self._newly_true(batch)] = last
+            self.values[self._is_newly_true(batch)] = last
             return
         middle = (first + last) // 2
         for begin, end in ((first, middle), (middle, last)):
             state = _copy_state(batch)
             batch.simulate(begin, end)
-            if self._newly_true(batch).any():
+            if self._is_newly_true(batch).any():
                 _restore_state(batch, state)
                 self._bisect(batch, begin, end)
 

@@ -1,4 +1,4 @@
-"""Simulate the lifetimes of given genomes in the world of a stored generation.
+"""Simulation of the lifetimes of given genomes in the world of a stored generation.
 
 Birth positions and food depend only on seed, run and generation. Lifetimes of the same generation
 are therefore comparable agent by agent, whatever the genomes and the settings are.
@@ -62,7 +62,7 @@ def reevaluate(
     Returns
     -------
     Outcomes
-        The results. Each run has the same bits as alone.
+        The results. A run gives bit-identical results whatever other runs are in `runs`.
     """
     genomes = genomes[:, :, : len(experiment.modules)]
     results = make_simulator(experiment, seed, runs).simulate(generation, genomes)
@@ -72,7 +72,7 @@ def reevaluate(
 def make_batch(
     experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome
 ) -> CpuBatch:
-    """Return a batch at the first step of these lifetimes; parameters as in `reevaluate`."""
+    """Return a batch of the given genomes before its first step. See `reevaluate`."""
     current = experiment.at(generation)
     batch = CpuBatch(current, seed, runs)
     batch.begin(generation, np.ascontiguousarray(genomes[:, :, : len(current.modules)]))
@@ -101,29 +101,36 @@ def _make_outcomes(
 def restore_genomes(experiment: BaseExperiment, record: xr.Dataset, generation: int) -> Genome:
     """Return the genomes of a generation of a stored run, [agent, module, weight].
 
-    Genomes that are not stored are recomputed from the last stored generation before.
+    Genomes that are not stored are recomputed from the previous stored generation.
     """
     record = as_record(record)
     stored_generations = record["kept_generation"].values
-    # The founders are always stored, so there is a generation before.
+    # The founders are always stored, so a previous stored generation exists.
     index = int(np.searchsorted(stored_generations, generation, side="right")) - 1
-    last = int(stored_generations[index])
-    genome = np.asarray(record["kept_genome"].values[index], np.float32)
+    stored_generation = int(stored_generations[index])
+    stored_genomes = np.asarray(record["kept_genome"].values[index], np.float32)
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
-    if last == generation:
-        return genome
+    if stored_generation == generation:
+        return stored_genomes
     return recompute_genomes(
-        experiment, GenerationKey(seed, run, generation), record.energy, (last, genome)
+        experiment,
+        GenerationKey(seed, run, generation),
+        record.energy,
+        (stored_generation, stored_genomes),
     )
 
 
 def iterate_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:
-    """Yield the genomes of each generation of a stored run, each recomputed from the one before."""
+    """Yield the genomes of each generation of a stored run.
+
+    Genomes that are not stored are recomputed from those of the previous generation.
+    """
     seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
     record = as_record(record)
     genome = restore_genomes(experiment, record, 0)
     stored_generations = set(record["kept_generation"].values.tolist())
     for generation in range(record.sizes["generation"]):
+        # If inheritance depends on lifetimes, `restore_genomes` simulates the earlier generations.
         if generation in stored_generations or needs_simulation(experiment):
             genome = restore_genomes(experiment, record, generation)
         else:

@@ -1,4 +1,4 @@
-"""Recompute a lifetime of a run from its seed, and record every step."""
+"""Replay: a lifetime of a run, recomputed from its seed with a record of every step."""
 
 from __future__ import annotations
 
@@ -167,12 +167,14 @@ def _need(experiment: Experiment, earlier_generations: int) -> Need:
 
 
 def simulate_energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr.DataArray | None:
-    """Simulate the generations before `key`, and return their energy; None before the first."""
+    """Simulate the generations before `key`, and return their energy; None for the founders."""
     seed, run, generation = key
     if generation == 0:
         return None
-    before = {"evolution": {"generations": generation}, "record": {"genome_every": generation}}
-    return simulate_batch(experiment.replace(**before), seed, [run])[0]["energy"]
+    shortened = experiment.replace(
+        evolution={"generations": generation}, record={"genome_every": generation}
+    )
+    return simulate_batch(shortened, seed, [run])[0]["energy"]
 
 
 def recompute_genomes(
@@ -181,7 +183,7 @@ def recompute_genomes(
     energy: xr.DataArray | None,
     start: tuple[int, Genome] | None = None,
 ) -> Genome:
-    """Recompute the genomes of a generation from the energy of the generations before it.
+    """Recompute the genomes of a generation from the energy of the earlier generations.
 
     Parameters
     ----------
@@ -190,7 +192,7 @@ def recompute_genomes(
     key : GenerationKey
         The run and the generation.
     energy : xarray.DataArray or None
-        Energy (generation, agent) of the generations before, which are simulated without it.
+        Energy (generation, agent) of the earlier generations. If None, they are simulated.
     start : tuple of int and Genome, optional
         A generation and its genomes, from which reproduction starts instead of the founders.
 
@@ -228,19 +230,20 @@ def _record(experiment: Experiment, batch: CpuBatch) -> dict[str, npt.NDArray[An
     """Simulate a lifetime and record each step."""
     agents = slice(experiment.population.size)
     steps = experiment.lifetime.steps
-    before = range(steps)
-    after = range(1, steps + 1)
+    # Positions are read before a step. Inputs, outputs and results are read after the step.
+    times_before = range(steps)
+    times_after = range(1, steps + 1)
     recorders = {
-        "x": Series("x", before, agents),
-        "y": Series("y", before, agents),
-        "heading": Series("heading", before, agents),
-        "items": Series("items", before, agents),
+        "x": Series("x", times_before, agents),
+        "y": Series("y", times_before, agents),
+        "heading": Series("heading", times_before, agents),
+        "items": Series("items", times_before, agents),
         "sensor": Series(
-            "inputs", after, agents, variables.trace_variables(experiment)["sensor"].dtype
+            "inputs", times_after, agents, variables.trace_variables(experiment)["sensor"].dtype
         ),
-        "output": Series("outputs", after, agents),
-        "action": Series("action", after, agents, np.int8),
-        "eaten": Series("eaten_in_life", after, agents),
+        "output": Series("outputs", times_after, agents),
+        "action": Series("action", times_after, agents, np.int8),
+        "eaten": Series("eaten_in_life", times_after, agents),
     }
     record_batch(batch, list(recorders.values()))
     arrays = {name: recorder.values for name, recorder in recorders.items()}

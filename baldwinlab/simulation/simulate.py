@@ -1,4 +1,4 @@
-"""Simulate runs: from an experiment and a seed to labeled arrays."""
+"""Simulation of runs: from an experiment and a seed to labeled arrays."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def simulate(
     run
         Number of the run, 0 to 2**31 - 1. Runs of the same seed are independent.
     backend
-        "cpu", "cuda", or "auto" for the fastest that is available. All give the same bits.
+        "cpu", "cuda", or "auto" for the fastest available backend. Results are bit-identical.
     force
         Run even if less memory is free than the estimate.
 
@@ -70,7 +70,7 @@ def simulate_batch(
     backend: Backend = CPU,
     after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
 ) -> list[xr.Dataset]:
-    """Simulate several runs side by side, and return a dataset of each run.
+    """Simulate several runs in one batch, and return a dataset of each run.
 
     The parameters are those of `simulate_histories`.
     """
@@ -87,9 +87,10 @@ def simulate_histories(
     backend: Backend = CPU,
     after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
 ) -> list[History]:
-    """Simulate several runs side by side, and return the history of each run.
+    """Simulate several runs in one batch, and return the history of each run.
 
-    A batch is faster than single runs, and each run has the same bits as alone.
+    A batch is faster than single runs. A run gives bit-identical results whatever other runs are
+    in the batch.
 
     Parameters
     ----------
@@ -107,7 +108,8 @@ def simulate_histories(
     Returns
     -------
     list of History
-        Histories in the order of `runs`, with the genomes that `record.genome_every` asks for.
+        Histories in the order of `runs`, with the genomes of every `record.genome_every`-th
+        generation and of the last one.
 
     Raises
     ------
@@ -125,7 +127,7 @@ def continue_histories(
     backend: Backend = CPU,
     after_generation: Callable[[Sequence[History]], None] = lambda histories: None,
 ) -> None:
-    """Simulate the generations that several histories lack, side by side.
+    """Simulate the missing generations of several histories in one batch.
 
     Parameters
     ----------
