@@ -281,7 +281,7 @@ def _write_tree_sequence(options: ExportOptions) -> None:
 
 
 def _write_onnx(options: ExportOptions) -> None:
-    from baldwinlab.api.agents import only_condition
+    from baldwinlab.api.agents import select_condition
     from baldwinlab.api.export.onnx_network import AgentKey, write_onnx
     from baldwinlab.api.export.tree_sequence import choose_run
 
@@ -289,7 +289,7 @@ def _write_onnx(options: ExportOptions) -> None:
         raise RefusedError("--format onnx needs --generation GENERATION and --agent AGENT")
     assert options.out is not None
     store = options.store
-    condition = only_condition(store, options.condition)
+    condition = select_condition(store, options.condition)
     run = choose_run(store, condition, options.run)
     key = AgentKey(run, options.generation, options.agent)
     count = write_onnx(

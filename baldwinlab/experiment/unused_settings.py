@@ -84,7 +84,7 @@ def require_effect(
     Raises
     ------
     ExperimentError
-        With one line for every idle setting.
+        With one line for every unused setting.
     """
     pairs = zip(experiments, origins or [None] * len(experiments), strict=True)
     unused = [list_changed_unused_settings(experiment, origin) for experiment, origin in pairs]

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab._version import __version__
-from baldwinlab.api.agents import make_network, only_condition, read_genomes
+from baldwinlab.api.agents import make_network, read_genomes, select_condition
 from baldwinlab.api.export.extra import require_extra
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
@@ -80,7 +80,7 @@ def write_onnx(
     with require_extra("a network as ONNX"):
         import onnx
     require_writable("--out", path, EXPORT_MARK.encode(), force=force)
-    name = only_condition(study, condition)
+    name = select_condition(study, condition)
     experiment = study.experiment(name)
     _require_feed_forward(experiment, moment)
     run, generation, agent = key

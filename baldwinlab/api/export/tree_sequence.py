@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab._version import __version__
-from baldwinlab.api.agents import only_condition
+from baldwinlab.api.agents import select_condition
 from baldwinlab.api.export.extra import require_extra
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path
@@ -30,7 +30,7 @@ from baldwinlab.core.output_paths import EXPORT_MARK, require_writable
 from baldwinlab.evolution import Genome, Parents, needs_simulation
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.variation import vary_population
-from baldwinlab.simulation.reevaluation import stored_genomes
+from baldwinlab.simulation.reevaluation import iterate_genomes
 from baldwinlab.studies.store import StudyStore
 
 # Number of edges above which the tables are simplified during the conversion, to limit memory.
@@ -91,7 +91,7 @@ def write_tree_sequence(
     with require_extra("a tree sequence"):
         import tskit
     require_writable("--out", path, EXPORT_MARK.encode(), force=force)
-    name = only_condition(study, condition)
+    name = select_condition(study, condition)
     experiment = study.experiment(name)
     study.require_parts(name)
     _require_inherited_genes(experiment)
@@ -104,7 +104,7 @@ def write_tree_sequence(
         "modules": list(experiment.modules),
         "genes": experiment.genome_length,
     }
-    generations = stored_genomes(experiment, record)
+    generations = iterate_genomes(experiment, record)
     parents = np.asarray(record["parents"].values, np.int32)
     tables = _make_tables(tskit, generations, parents, metadata)
     sequence = tables.tree_sequence()
