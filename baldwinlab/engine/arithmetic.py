@@ -64,7 +64,7 @@ TURN = np.float32(2 * math.pi)
 # A float64 is sign, exponent and fraction.
 FRACTION_BITS = np.int64(52)
 BIAS = np.int64(1023)
-# The bits of a fraction, and those of 1.0.
+# Mask of the bits of a fraction, and the bits of the number 1.0.
 FRACTION = np.int64(2**52 - 1)
 UNIT = np.int64(1023 << 52)
 SMALLEST_NORMAL: Final = 2.0**-1022

@@ -39,7 +39,7 @@ class Pattern(NamedTuple):
 PATTERNS: Final = {1: Pattern(math.nan, -3, 3, True), 2: Pattern(-1e30, 4, 5, False)}
 
 
-# None: not read from the environment yet.
+# Number of the pattern. None before the environment variable is read.
 _pattern: int | None = None
 
 

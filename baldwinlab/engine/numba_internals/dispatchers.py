@@ -31,9 +31,9 @@ UNWRAPPED: Final = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
 """Make no function that C or Python can call."""
 
 RUNTIME_SYMBOLS: Final = r"Py|_Py|numba_|NRT_"
-"""How the names of functions of Python's and Numba's runtime begin, as a regular expression."""
+"""Prefixes of the functions of Python's and Numba's runtime, as a regular expression."""
 RANDOM_SYMBOLS: Final = r"numba_(get_np_random|get_py_random|rnd)"
-"""How the names of functions of Numba's random numbers begin, as a regular expression."""
+"""Prefixes of the functions of Numba's random numbers, as a regular expression."""
 
 
 class CodeStore(ABC):

@@ -1,8 +1,7 @@
-"""How the code of a function is optimized and linked.
+"""Libraries: the optimization and linking of the code of functions.
 
 An entry is optimized by all of LLVM's passes. Loops are unrolled only where a caller allows it:
-most loops of a forager's step run over three or ten units, and LLVM, which does not know that,
-unrolls them by eight. Without unrolling, a lifetime takes 0.8 to 0.95 of the time, to the same
+most loops of a forager's step run over three or ten units, but LLVM unrolls them by eight. Without unrolling, a lifetime takes 0.8 to 0.95 of the time, to the same
 bits. Other models have long loops and would take up to 1.16 of the time.
 """
 
@@ -64,7 +63,7 @@ class Library(JITCodeLibrary):  # type: ignore[misc]
         builder.getModulePassManager().run(self._final_module, builder)
 
     def finish_lowering(self, state: Any) -> None:
-        """Do something after a function was lowered into this library; `state` describes it."""
+        """Handle the end of the lowering of a function, which `state` describes."""
 
 
 class EntryLibrary(Library):

@@ -73,13 +73,13 @@ class EntryCompiler(Compiler):
 
 
 def find_attribute_reads(state: Any) -> Iterator[tuple[Any, str]]:
-    """Find where a function reads an attribute: the type that has it, and its name."""
+    """Yield the attributes that a function reads: the type of the object, and the name."""
     for block in state.func_ir.blocks.values():
         for expression in block.find_exprs("getattr"):
             yield state.typemap[expression.value.name], expression.attr
 
 
 def find_calls(state: Any) -> Iterator[tuple[tuple[Any, ...], Any]]:
-    """Find the calls of a function: the types of the arguments, and of the returned value."""
+    """Yield the calls in a function: the types of the arguments, and of the returned value."""
     for call in filter(None, state.calltypes.values()):
         yield call.args, call.return_type
