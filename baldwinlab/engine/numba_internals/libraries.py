@@ -1,8 +1,9 @@
 """Libraries: the optimization and linking of the code of functions.
 
 An entry is optimized by all of LLVM's passes. Loops are unrolled only where a caller allows it:
-most loops of a forager's step run over three or ten units, but LLVM unrolls them by eight. Without unrolling, a lifetime takes 0.8 to 0.95 of the time, to the same
-bits. Other models have long loops and would take up to 1.16 of the time.
+most loops of a forager's step run over three or ten units, but LLVM unrolls them by eight. Without
+unrolling, a lifetime takes 0.8 to 0.95 of the time, to the same bits. Other models have long loops
+and would take up to 1.16 of the time.
 """
 
 from __future__ import annotations
