@@ -1,4 +1,4 @@
-"""The colors of figures, movies, the report and the page of the lab.
+"""Colors of figures, movies, the report and the page of the lab.
 
 People with any kind of color vision can distinguish the basic colors. Some are lighter on a dark
 background.
@@ -6,8 +6,7 @@ background.
 A color has one meaning. On a map, blue is an agent, green is food and eating, orange is the input
 of an agent, plum is the selection of the reader, and purple is a teaching signal. In text, green is
 good and vermilion is bad. Conditions have the colors of `SERIES_COLORS`, in the order of the study.
-Lifetimes under the circumstances of an assay, and newborns, have colors that the first conditions
-do not have.
+Lifetimes of an assay, and newborns, have other colors than the first conditions.
 
 References
 ----------
@@ -33,13 +32,13 @@ DARK_GRAY = "#444444"
 MID_GRAY = "#999999"
 PALE = "#e4e4e4"
 
-# Conditions, in print.
+# Colors of conditions, in print.
 SERIES_COLORS: Final = (BLUE, VERMILION, GREEN, PURPLE, BROWN, SKY, BLACK)
-# Black is invisible on a dark page.
+# Colors of conditions on a screen. Gray replaces black, which is invisible on a dark page.
 SERIES_COLORS_ON_SCREEN: Final = (*SERIES_COLORS[:6], "#8a8a8a")
-# Lifetimes of the same newborns with learning on, off, frozen, or replaced by drift.
+# Colors of lifetimes with learning on, off, frozen, or replaced by drift.
 LIFE_COLORS: Final = {"on": BLACK, "off": PURPLE, "frozen": SKY, "drift": MID_GRAY}
-# Random genomes, then generations. Later generations are darker.
+# Colors of newborns: random genomes, then generations. Later generations are darker.
 NEWBORN_COLORS: Final = (MID_GRAY, "#c8a57a", BROWN, "#4a3016")
 
 # Colors by name, on a light and on a dark screen. Parts use these names to declare their color.
@@ -75,7 +74,7 @@ PAGE_COLORS: Final[Mapping[str, tuple[str, str]]] = {
     "notice": ("#ffe9b3", "#4d3c10"),
 }
 
-# The map in the lab.
+# Colors of the map in the lab, by use, on a light and on a dark screen.
 WORLD_COLORS: Final[Mapping[str, tuple[str, str]]] = {
     "around": ("#eceff3", "#0b0f13"),
     "map": ("#ffffff", "#141b22"),
@@ -93,7 +92,7 @@ WORLD_COLORS: Final[Mapping[str, tuple[str, str]]] = {
     "lesson": NAMED_COLORS["purple"],
 }
 
-# The background of a verdict.
+# Background color of each verdict.
 VERDICT_COLORS: Final[Mapping[str, str]] = {
     "holds": "#a9dcc8",
     "undecided": "#f3f3f3",
@@ -101,7 +100,7 @@ VERDICT_COLORS: Final[Mapping[str, str]] = {
     "not evaluated": "#ffffff",
 }
 
-# A movie.
+# Colors of a movie, by use.
 MOVIE_COLORS: Final[Mapping[str, str]] = {
     "background": "#fbfaf7",
     "agent": BLUE,
@@ -113,7 +112,7 @@ MOVIE_COLORS: Final[Mapping[str, str]] = {
     "text": DARK_GRAY,
 }
 
-# A report, on a light screen, on a dark screen, and on paper.
+# Colors of a report, by use: on a light screen, on a dark screen, and on paper.
 REPORT_COLORS: Final[Mapping[str, tuple[str, str, str]]] = {
     "page": ("#fff", "#14181c", "#fff"),
     "text": ("#1d2329", "#e6eaee", "#000"),
@@ -158,7 +157,8 @@ def lab_css() -> str:
     light = {name: on_light for name, (on_light, _) in shades.items()}
     dark = {name: on_dark for name, (_, on_dark) in shades.items()}
     series = {f"series-{number}": color for number, color in enumerate(SERIES_COLORS_ON_SCREEN)}
-    return f"{_root(light | series)}\n@media (prefers-color-scheme: dark) {{ {_root(dark)} }}\n"
+    on_dark = f"@media (prefers-color-scheme: dark) {{ {_root_rule(dark)} }}"
+    return f"{_root_rule(light | series)}\n{on_dark}\n"
 
 
 def report_css() -> str:
@@ -166,10 +166,10 @@ def report_css() -> str:
     light, dark, paper = (
         {name: shades[medium] for name, shades in REPORT_COLORS.items()} for medium in range(3)
     )
-    on_dark = f"@media (prefers-color-scheme: dark) {{ {_root(dark)} }}"
-    on_paper = f"@media print {{ {_root(paper)} }}"
-    return "\n".join((_root(light), on_dark, on_paper))
+    on_dark = f"@media (prefers-color-scheme: dark) {{ {_root_rule(dark)} }}"
+    on_paper = f"@media print {{ {_root_rule(paper)} }}"
+    return "\n".join((_root_rule(light), on_dark, on_paper))
 
 
-def _root(colors: Mapping[str, str]) -> str:
+def _root_rule(colors: Mapping[str, str]) -> str:
     return f":root {{ {' '.join(f'--{name}: {color};' for name, color in colors.items())} }}"

@@ -1,4 +1,4 @@
-"""The report section on the Baldwin effect: verdicts, criteria, figures and numbers."""
+"""Report section on the Baldwin effect: verdicts, criteria, figures and numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draw what each kind of agent senses, its networks, and its actions."""
+"""Figure of the inputs, networks and actions of each kind of agent."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from baldwinlab.analysis.figures.style import (
     styled,
 )
 
-# Inches: height of a network and of the headings.
+# Height of a network and of the headings, in inches.
 ROW_HEIGHT = 1.0
 HEADINGS_HEIGHT = 0.3
-# Inches from the left edge: first and last layer of a network.
+# Distance of the first and last layer of a network from the left edge, in inches.
 FIRST_LAYER_X = 3.1
 LAST_LAYER_X = 5.7
 MIDDLE_X = (FIRST_LAYER_X + LAST_LAYER_X) / 2
-# Units drawn per layer.
+# Largest number of units that are drawn per layer.
 MAX_UNITS = 5
-# Inches: radius of a unit, and distance between units.
+# Radius of a unit, and largest distance between units, in inches.
 UNIT_RADIUS = 0.06
 MAX_UNIT_DISTANCE = 0.19
 
@@ -42,7 +42,7 @@ class AgentKind(NamedTuple):
     Attributes
     ----------
     name : str
-        The conditions of these agents.
+        Names of the conditions with such agents.
     lines : sequence of str
         The description, line by line.
     inputs, actions : sequence of str
@@ -67,7 +67,7 @@ def draw_networks(kinds: Sequence[AgentKind]) -> Figure:
     """Draw senses, networks and actions of each kind of agent, one kind below another."""
     height = HEADINGS_HEIGHT + ROW_HEIGHT * sum(len(kind.modules) for kind in kinds)
     figure = Figure((FIGURE_WIDTH, height))
-    # Coordinates are inches, so there is no layout.
+    # Coordinates are inches, so no layout engine is needed.
     figure.set_layout_engine("none")
     axes = figure.add_axes((0, 0, 1, 1), xlim=(0, FIGURE_WIDTH), ylim=(0, height))
     axes.axis("off")

@@ -19,9 +19,9 @@ from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, NOT_EVALUATED, UN
 
 VERDICT_DIRECTIONS: Mapping[Verdict, int] = {HOLDS: 1, FAILS: -1, UNDECIDED: 0, NOT_EVALUATED: 0}
 DIRECTION_MARKS = {1: " ▲", -1: " ▼", 0: ""}
-# Share of the best value above which text is white.
+# Share of the best value on a map, above which text is white.
 MIN_SHARE_FOR_WHITE_TEXT = 0.6
-# Inches: width of a column and of a letter. Narrow columns let a phone show all maps.
+# Width of a column and of a letter, in inches. Narrow columns let a phone show all maps.
 COLUMN_WIDTH = 0.75
 LETTER_WIDTH = 0.08
 
@@ -59,8 +59,8 @@ def overview_cells(
     dataset
         Runs as (condition, run, generation, agent).
     results
-        Evaluated claims. A cell has the verdict of the claim that its mean fitness is greater than
-        that of another condition on the same map.
+        Evaluated claims. A cell has the verdict of the claim that the condition has greater mean
+        fitness than another condition on the same map.
     last
         Number of final generations over which a run is averaged.
 
@@ -75,13 +75,14 @@ def overview_cells(
     cells = []
     for condition in conditions:
         verdict = verdicts.get(condition.name)
+        direction = VERDICT_DIRECTIONS[verdict] if verdict else 0
         cell = OverviewCell(
             condition=condition.name,
             learner=condition.learner,
             map=condition.map_name,
             median=float(medians.sel(condition=condition.name)),
             verdict=verdict or "",
-            direction=VERDICT_DIRECTIONS[verdict] if verdict else 0,
+            direction=direction,
         )
         if np.isfinite(cell.median):
             cells.append(cell)
@@ -89,12 +90,12 @@ def overview_cells(
 
 
 def _find_verdicts(results: Sequence[ClaimResult], maps: Mapping[str, str]) -> dict[str, Verdict]:
-    """Return the verdict on "greater" mean fitness of conditions, compared on their map."""
+    """Return the verdicts of claims that a condition has greater mean fitness on its map."""
     verdicts: dict[str, Verdict] = {}
     for finding in (finding for result in results for finding in result.findings):
         comparison = finding.comparison
-        is_on_map = maps.get(comparison.a) == maps.get(comparison.b or "")
-        if (comparison.rule, comparison.measure) == ("greater", "mean") and is_on_map:
+        is_same_map = maps.get(comparison.a) == maps.get(comparison.b or "")
+        if (comparison.rule, comparison.measure) == ("greater", "mean") and is_same_map:
             verdicts[comparison.a] = finding.verdict
     return verdicts
 

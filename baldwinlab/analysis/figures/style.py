@@ -1,7 +1,7 @@
-"""The style of all figures, and how they are saved.
+"""Style of all figures, and functions that save them.
 
-Colors are those of `baldwinlab.analysis.palette`. Conditions also differ in line and
-marker, so that they can be distinguished in a gray print. Figures are 7.2 inches wide, and no text
+The colors are defined in `baldwinlab.analysis.palette`. Conditions also differ in line style and
+marker, so that a gray print distinguishes them. Figures are 7.2 inches wide, and no text
 is smaller than 8 points.
 """
 
@@ -33,7 +33,8 @@ from baldwinlab.core.file_writing import write_atomically
 
 __all__ = ["BLACK", "BLUE", "BROWN", "DARK_GRAY", "GRAY", "GREEN", "ORANGE", "PALE"]
 
-FIGURE_WIDTH = 7.2  # inches
+# Width of a figure, in inches.
+FIGURE_WIDTH = 7.2
 LINE_STYLES = ("-", "--", "-.", ":")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
@@ -51,7 +52,7 @@ MATPLOTLIB_SETTINGS: dict[str, Any] = {
     "grid.linewidth": 0.6,
     "legend.frameon": False,
     "svg.fonttype": "path",
-    # Without it, identifiers in the SVG are random.
+    # Without a salt, identifiers in the SVG are random.
     "svg.hashsalt": "baldwinlab",
     "xtick.labelsize": 8,
     "ytick.labelsize": 8,
@@ -65,7 +66,7 @@ Result = TypeVar("Result")
 
 
 def styled(draw: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
-    """Draw with `MATPLOTLIB_SETTINGS`, whatever the process has set; one thread at a time."""
+    """Wrap a function: it draws with `MATPLOTLIB_SETTINGS` only, in one thread at a time."""
 
     @wraps(draw)
     def draw_styled(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Result:
@@ -84,7 +85,7 @@ class SeriesStyle(NamedTuple):
 
 
 def choose_style(number: int) -> SeriesStyle:
-    """Return the appearance of a condition by its number; the first 28 differ."""
+    """Return the style of a condition by its number. The first 28 styles differ."""
     line = LINE_STYLES[(number % 7 + number // 7) % 4]
     return SeriesStyle(SERIES_COLORS[number % 7], line, MARKERS[number % 7])
 

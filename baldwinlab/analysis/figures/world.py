@@ -116,10 +116,12 @@ def _draw_map(axes: Axes, world: World, agents: int, appearance: Appearance) -> 
         center = (left + right) / 2
         # In the right half, a label ends at the edge of its region, so that it fits on the map.
         is_right = center > world.width / 2
+        x = right if is_right else center
+        alignment = "right" if is_right else "center"
         axes.annotate(
             ", ".join(texts),
-            (right if is_right else center, height),
-            ha="right" if is_right else "center",
+            (x, height),
+            ha=alignment,
             va="bottom",
             path_effects=TEXT_HALO,
         )
@@ -221,10 +223,12 @@ def draw_agent_senses(appearance: Appearance) -> Figure:
     axes.annotate("", (0.45 * radius, 0), (0, 0), arrowprops={"arrowstyle": "->", "color": BLACK})
     _draw_body(axes, 0.0, 0.0, BLUE)
     axes.text(-BODY_SIDE / 2, BODY_SIDE / 2, "agent ", ha="right", va="top")
+    # No item is drawn if there is no sector.
     for first, last, distance in list(sectors)[-1:]:
         x, y = _point_on_circle(0.78 * distance, _middle_degrees(first, last))
         kinds = appearance["item_kinds"]
-        _draw_body(axes, x, y, resolve_color(kinds[-1]["color"]) if kinds else GRAY)
+        color = resolve_color(kinds[-1]["color"]) if kinds else GRAY
+        _draw_body(axes, x, y, color)
         axes.text(x, y + 0.55 * BODY_SIDE, "item", ha="center", va="top")
     limit = 1.2 * max(radius, 0.8 * BODY_SIDE)
     axes.set(xlim=(-0.9 * limit, 1.2 * limit), ylim=(limit, -limit), aspect="equal")

@@ -1,4 +1,4 @@
-"""Verdicts on the claims under all variants of a paper, as tables of colored cells."""
+"""Figures of the verdicts under all variants of a paper, as tables of colored cells."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from baldwinlab.analysis.palette import DARK_GRAY, MID_GRAY, VERDICT_COLORS
 from baldwinlab.analysis.statistics.rules import VERDICT_MARKS
 
 WHITE_TO_BLUE: Final = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE])
-# From this share on, white text is easier to read than black text.
+# Smallest share with white text, which is easier to read than black text on dark cells.
 MIN_SHARE_FOR_WHITE_TEXT: Final = 0.9
 
 

@@ -1,4 +1,4 @@
-"""The file of a multiverse: `multiverse.json`."""
+"""Write and read the file of a multiverse, `multiverse.json`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from baldwinlab.core.files import RESULTS_FILE, read_bytes
 
 
 def summarize(multiverse: Multiverse) -> dict[str, Any]:
-    """Return the facts of the report's sentences, for JSON.
+    """Return the results that the report describes in sentences, for JSON.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def summarize(multiverse: Multiverse) -> dict[str, Any]:
 
 
 def write_multiverse(multiverse: Multiverse, path: Path) -> Path:
-    """Write a multiverse as JSON, atomically, with null for numbers that do not exist.
+    """Write a multiverse as JSON, atomically, with null for undefined numbers.
 
     Parameters
     ----------
@@ -129,14 +129,15 @@ def _upgrade_names(record: Any) -> Any:
 
 
 def _is_unchanged(multiverse: Multiverse, record: Mapping[str, Any]) -> bool:
+    """Return whether a file has the content that was written. Old files have no checksum."""
     if "checksum" not in record:
         return True
+    # Version 0.1 computed the checksum with the old name.
     if "readings" in record:
         old_text = multiverse.model_dump_json().replace('"variants":', '"readings":', 1)
         return bool(record["checksum"] == hashlib.sha256(old_text.encode()).hexdigest())
-    return bool(
-        record["checksum"] == _checksum(multiverse) and record["summary"] == summarize(multiverse)
-    )
+    has_checksum = record["checksum"] == _checksum(multiverse)
+    return bool(has_checksum and record["summary"] == summarize(multiverse))
 
 
 def _read_bytes(path: Path) -> bytes:
@@ -147,5 +148,5 @@ def _read_bytes(path: Path) -> bytes:
 
 
 def _checksum(multiverse: Multiverse) -> str:
-    """Return the SHA-256 of everything except the summary, which follows from the rest."""
+    """Return the SHA-256 of a multiverse. The file's summary is not part of it."""
     return hashlib.sha256(multiverse.model_dump_json().encode()).hexdigest()

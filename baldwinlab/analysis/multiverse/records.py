@@ -1,4 +1,4 @@
-"""The outcomes of all claims under all variants of a paper, as data."""
+"""Records of a multiverse: the outcomes of all claims under all variants of a paper."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class _Record(BaseModel):
 
 
 class Outcome(_Record):
-    """The verdict on a claim and the numbers of the deciding comparison, if they exist."""
+    """The verdict on a claim, and the numbers of the deciding comparison, or None."""
 
     verdict: Verdict
     condition: str | None = None
@@ -41,15 +41,15 @@ class VariantResult(_Record):
 
     name: str
     description: str
-    # The alternatives, by choice. The standard variant has none.
+    # The changed alternatives, by choice. Empty for the standard variant.
     choices: dict[str, str]
     # The changed settings, by path, such as {"contact.reach": 5}.
     fields: dict[str, Any]
-    # Runs of the conditions with the fewest and the most runs.
+    # Smallest and largest number of runs of a condition.
     runs: tuple[int, int]
     # Number of claims that hold.
     held: int
-    # Distance from the paper.
+    # Distance from the paper, or None if it is undefined.
     distance: float | None
     # Outcomes by claim.
     outcomes: dict[str, Outcome]

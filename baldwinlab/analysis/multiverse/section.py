@@ -1,4 +1,4 @@
-"""The report section on the variants of a paper: sentences, figures and a table."""
+"""Report section on the variants of a paper: sentences, figures and a table."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class StandardStudy(NamedTuple):
 
     # Verdicts by claim.
     verdicts: Mapping[str, Verdict]
-    # Runs of the conditions with the fewest and the most runs.
+    # Smallest and largest number of runs of a condition.
     runs: tuple[int, int]
 
 
@@ -43,7 +43,7 @@ def make_section(
     folder : Path
         Folder for the figures.
     study : StandardStudy or None
-        The study whose report has the section. The section explains why verdicts differ from it.
+        The study whose report has the section. The section explains why its verdicts differ.
 
     Returns
     -------
@@ -90,16 +90,17 @@ def explain_differences(multiverse: Multiverse, study: StandardStudy) -> str:
     Returns
     -------
     str
-        Sentences, or "" if the numbers of runs or the verdicts are equal.
+        Sentences, or "" if the numbers of runs are equal, or all verdicts are equal.
     """
     standard = analysis.find_standard_variant(multiverse)
     if standard is None or standard.runs == study.runs:
         return ""
     differing: dict[tuple[Verdict, Verdict], list[str]] = {}
     for claim, outcome in standard.outcomes.items():
-        verdicts = (study.verdicts.get(claim, NOT_EVALUATED), outcome.verdict)
-        if verdicts[0] != verdicts[1] and NOT_EVALUATED not in verdicts:
-            differing.setdefault(verdicts, []).append(claim)
+        in_study = study.verdicts.get(claim, NOT_EVALUATED)
+        in_variant = outcome.verdict
+        if in_study != in_variant and NOT_EVALUATED not in (in_study, in_variant):
+            differing.setdefault((in_study, in_variant), []).append(claim)
     if not differing:
         return ""
     study_runs = format_range(study.runs)

@@ -1,4 +1,4 @@
-"""Text and table rows of a report, computed from a study and its findings."""
+"""Texts and table rows of a report, computed from a study and its findings."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
 
-# Singular and plural of each verdict.
+# Singular and plural of each verdict, in the order of `VERDICTS`.
 VERDICT_VERBS: Final = (
     ("holds", "hold"),
     ("is undecided", "are undecided"),
@@ -78,13 +78,14 @@ def compute_shares(data: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -
     -------
     xr.Dataset
         Shares with the dimensions (condition, run, generation) and their meaning as `long_name`.
-        Empty unless all conditions have models that define the same shares.
+        Empty unless the models of all conditions are loaded and define the same shares.
     """
     shares = [model.all_shares() for model in _iterate_loaded_models(conditions)]
     meanings = [
         {name: share.meaning for name, share in model_shares.items()} for model_shares in shares
     ]
-    if len(shares) < len(conditions) or any(meaning != meanings[0] for meaning in meanings):
+    is_model_missing = len(shares) < len(conditions)
+    if is_model_missing or any(meaning != meanings[0] for meaning in meanings):
         return xr.Dataset()
     return xr.Dataset(
         {
@@ -102,7 +103,7 @@ def find_evaluation_variable(conditions: Mapping[str, BaseExperiment]) -> str:
 
 
 def _iterate_loaded_models(conditions: Mapping[str, BaseExperiment]) -> Iterator[Any]:
-    """Yield the loaded models other than MiniWorld. A report needs no parts."""
+    """Yield the loaded models other than MiniWorld. A report does not require loaded models."""
     models = (experiment.loaded_model for experiment in conditions.values())
     return (model for model in models if model is not None)
 
@@ -137,7 +138,8 @@ def title_worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dic
     Returns
     -------
     dict of str to str
-        Conditions by a title: the map if each world has its own, else the conditions.
+        Conditions by title. The title is the map if each world has its own map. Otherwise it is the
+        first condition, with the number of further conditions.
     """
     names: dict[str, list[str]] = {}
     for name, experiment in conditions.items():
@@ -151,8 +153,8 @@ def title_worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dic
         return {f"Map {world_maps[0]}": names[world][0] for world, world_maps in maps.items()}
     titles = {}
     for shared in names.values():
-        more = f" and {len(shared) - 1} more" if len(shared) > 1 else ""
-        titles[f"{shared[0]}{more}"] = shared[0]
+        suffix = f" and {len(shared) - 1} more" if len(shared) > 1 else ""
+        titles[f"{shared[0]}{suffix}"] = shared[0]
     return titles
 
 

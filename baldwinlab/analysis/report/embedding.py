@@ -13,7 +13,7 @@ from baldwinlab.analysis import figures
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.core.file_writing import write_atomically
 
-# Widths in inches below which a figure is shown narrower than the page.
+# Widths in inches, below which the page shows a figure narrower than the text.
 NARROW_WIDTH: Final = 4.0
 SLIM_WIDTH: Final = 6.0
 
@@ -24,10 +24,10 @@ class ReportFigure(NamedTuple):
     name: str
     title: str
     caption: str
-    # Text that a screen reader speaks instead of the figure.
+    # Alternative text for screen readers.
     alternative: str
     figure: Drawing
-    # Rows of its CSV file.
+    # Rows of the figure's CSV file.
     table: Sequence[Mapping[str, Any]] = ()
     # Commands that compute the figure's data again, in the directory of the study.
     commands: Sequence[str] = ()

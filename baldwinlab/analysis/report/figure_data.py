@@ -28,9 +28,9 @@ def list_typical_replays(data: xr.Dataset) -> list[str]:
     has_data = data["energy"].notnull().any(("run", "agent"))
     commands = []
     for name in map(str, data["condition"].values):
-        present = has_data.sel(condition=name)
-        if bool(present.any()):
-            generation = int(present["generation"][present][-1])
+        is_stored = has_data.sel(condition=name)
+        if bool(is_stored.any()):
+            generation = int(is_stored["generation"][is_stored][-1])
             run = fitness.typical_run(data, name)
             commands.append(format_replay_command(name, run, generation))
     return commands

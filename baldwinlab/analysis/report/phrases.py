@@ -1,4 +1,4 @@
-"""Text for numbers and findings in reports."""
+"""Texts for numbers and findings in reports."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def name_measures(food: bool) -> dict[str, str]:
     Parameters
     ----------
     food : bool
-        Whether the agents eat food. Otherwise, the names speak of fitness.
+        Whether the agents eat food. Otherwise, the names contain "fitness" instead.
 
     Returns
     -------
@@ -74,14 +74,14 @@ def format_p_value(p: float) -> str:
 
 
 def format_interval(numbers: Comparison) -> str:
-    """Return the 95 % interval of the effect, or "" if there is none."""
+    """Return the 95 % interval of the effect, or "" if it is undefined."""
     if math.isnan(numbers.low):
         return ""
     return f"[{format_number(numbers.low)}, {format_number(numbers.high)}]"
 
 
 def format_effect(finding: Finding) -> str:
-    """Return the difference with its sign, or the level if there is only one sample."""
+    """Return the difference with its sign, or the value without sign for a single sample."""
     value = finding.numbers.effect
     return format_signed(value) if finding.comparison.b else format_number(value)
 

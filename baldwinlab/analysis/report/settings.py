@@ -1,4 +1,4 @@
-"""Settings of a study, compared with the variants of a paper."""
+"""Comparison of the settings of a study with the variants of a paper."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def describe_variant(experiment: Experiment, paper: Paper) -> str:
     Returns
     -------
     str
-        The name of the variant, or a phrase with all differences from the standard one.
+        The name of the variant, or a phrase with all differences from the standard variant.
     """
     differences = dict[str, list[str]]()
     for name in dict.fromkeys([STANDARD_VARIANT, *paper.names("variants")]):
@@ -66,7 +66,7 @@ def _iterate_settings(tree: Mapping[str, Any], path: str = "") -> Iterator[tuple
 def select_open_choices(
     results: Sequence[ClaimResult], conditions: Experiments
 ) -> list[tuple[OpenChoice, str, list[str]]]:
-    """Return the open choices of the paper that may explain these claims.
+    """Return the open choices of the paper that may explain differing claims.
 
     Parameters
     ----------

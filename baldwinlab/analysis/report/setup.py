@@ -1,4 +1,4 @@
-"""The setup of a study, as rows of a table."""
+"""Setup of a study, as rows of a table."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors, read_factors
 from baldwinlab.papers import Paper
 
-# Above this number of conditions, a report lists learners and maps instead of conditions.
+# Largest number of conditions that a report lists. Of more, it lists the learners and maps.
 MAX_LISTED_CONDITIONS: Final = 12
 
 
 def summarize_setup(
     data: xr.Dataset, conditions: Experiments, provenance: Mapping[str, Any], paper: Paper | None
 ) -> list[tuple[str, str]]:
-    """Return what was run, as pairs of a heading and a text.
+    """Return the setup of a study, as pairs of a heading and a text.
 
     Parameters
     ----------
@@ -83,8 +83,9 @@ def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]
     learners = dict.fromkeys(condition.learner for condition in factors.values())
     maps = dict.fromkeys(condition.map for condition in factors.values())
     combinations = {(condition.learner, condition.map) for condition in factors.values()}
-    is_complete = combinations == {*product(learners, maps)}
-    is_complete = is_complete and len(factors) == len(learners) * len(maps)
+    has_all = combinations == {*product(learners, maps)}
+    has_no_duplicate = len(factors) == len(learners) * len(maps)
+    is_complete = has_all and has_no_duplicate
     if len(factors) <= MAX_LISTED_CONDITIONS or not is_complete or len(maps) < 2:
         return [("conditions", ", ".join(factors))]
     return [
@@ -108,7 +109,7 @@ def describe_fitness(foraging: Iterable[Experiment]) -> str:
     Returns
     -------
     str
-        A phrase, or "" if there is no such experiment.
+        A phrase, or "" without food or without such an experiment.
     """
     energies = set[float]()
     has_costs = False

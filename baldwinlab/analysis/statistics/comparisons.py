@@ -154,6 +154,8 @@ def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> P
         raise ValueError(f"samples of {a.size} and {b.size} are not pairs")
     differences = a - b
     low, high = median_interval(differences)
+    # The signed-rank test is undefined if all differences are 0.
+    p = signed_rank(differences) if differences.any() else 1.0
     return Pairs(
         n=a.size,
         median_a=float(np.median(a)),
@@ -161,7 +163,7 @@ def compare_pairs(a: Sequence[float] | Sample, b: Sequence[float] | Sample) -> P
         effect=float(np.median(differences)),
         low=low,
         high=high,
-        p=signed_rank(differences) if differences.any() else 1.0,
+        p=p,
         above=int((differences > 0).sum()),
         below=int((differences < 0).sum()),
     )
