@@ -39,7 +39,8 @@ def main(packages: Sequence[str]) -> int:
     config = parse_config(ROOT)
     files = source_files(packages or PACKAGES)
     errors = [error for path in files for error in process_file(path, config)]
-    for path, name in () if packages else public_objects():
+    objects = [] if packages else list(public_objects())
+    for path, name in objects:
         prefix = f"{path.stem}.{name}"
         errors += [
             error

@@ -34,24 +34,24 @@ NAVIGATION: Final = ROOT / "docs" / "navigation.toml"
 STYLE: Final = ROOT / "docs" / "site.css"
 ICON: Final = ROOT / "baldwinlab" / "lab" / "static" / "icon.svg"
 LINKED_FILES: Final = ("CITATION.cff",)
-"""Files that pages link and that are not pages: the site offers them for download."""
+"""Files that pages link and that are not pages. The site offers these files for download."""
 SPHINX_MARK: Final = ".buildinfo"
-"""The file by which a folder is recognized as one that Sphinx wrote."""
+"""A file in every folder that Sphinx wrote."""
 
-SPHINX: Final = {
+SPHINX_SETTINGS: Final = {
     "project": "baldwinlab",
     "html_title": f"baldwinlab {__version__}",
     "extensions": ["myst_parser", "scripts.glossary"],
     "myst_heading_anchors": 6,
     "myst_enable_extensions": ["attrs_block"],
     "nitpicky": True,
-    # The two dashes of an option stay two dashes.
+    # Sphinx would replace the two dashes of an option by a long dash.
     "smartquotes": False,
     # The language of code blocks that name none.
     "highlight_language": "text",
     "html_theme": "furo",
     "html_copy_source": False,
-    # For a summary, the search fetches pages, which a browser refuses for files on disk.
+    # The search fetches pages for its summaries. A browser refuses this for files on disk.
     "html_show_search_summary": False,
     "html_show_copyright": False,
     "html_static_path": [str(STYLE)],
@@ -67,7 +67,7 @@ def build(out: Path, notebooks: Path | None = None) -> bool:
     ----------
     out
         Folder of the site.
-        It is replaced if the build succeeds, and stays as it is if the build fails.
+        The folder is replaced if the build succeeds, and does not change if the build fails.
     notebooks
         Folder with one HTML page per executed notebook, or None.
 
@@ -124,7 +124,7 @@ def run_sphinx(source: Path, out: Path, **settings: Any) -> bool:
             out,
             doctrees,
             "html",
-            SPHINX | settings,
+            SPHINX_SETTINGS | settings,
             None,
             sys.stderr,
             warningiserror=True,
@@ -138,7 +138,7 @@ def write_sources(source: Path, navigation: dict[str, Any]) -> None:
     generated = reference.pages()
     for path, text in generated.items():
         _write(source / path, text)
-    # Sphinx also gets the pages that are in no section, so that it reports them.
+    # Sphinx also gets the pages that are in no section, and reports each as an error.
     for file in (ROOT / "docs").rglob("*.md"):
         _write(source / file.relative_to(ROOT), page_text(file))
     contents = []
@@ -175,7 +175,7 @@ def assistant_summary(source: Path, navigation: dict[str, Any]) -> str:
 def sections(navigation: dict[str, Any], generated: dict[str, str]) -> dict[str, list[str]]:
     """Return the pages of each section, by its title.
 
-    A page that is named in full is in the section that names it.
+    A page whose full path is in the navigation is in the section of this path.
     A pattern adds the other pages that it matches.
     """
     patterns = [pattern for section in navigation["sections"] for pattern in section["pages"]]
@@ -195,7 +195,7 @@ def matching_pages(pattern: str, generated: dict[str, str]) -> list[str]:
     """Return the pages that a pattern matches: in the order of years for papers, else by name."""
     files = {path.relative_to(ROOT).as_posix() for path in ROOT.glob(pattern)}
     files |= {page for page in generated if Path(page).match(pattern)}
-    # An example is a file, and its generated page has the suffix .md in addition.
+    # The generated page of an example has the path of the example with the suffix .md.
     files -= {f"{file}.md" for file in files}
     years = list(paper_labels())
     return sorted(files, key=lambda path: (years.index(path) if path in years else -1, path))

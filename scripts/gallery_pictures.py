@@ -26,24 +26,23 @@ from baldwinlab.papers.paper import CARD_FILE
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
 # Pixels of a card.
-WIDTH = 640
-HEIGHT = 320
-# Numbers of colors of a card. The first one that gives a small file is used.
-COLORS: Final = (128, 64, 32)
-# Bytes.
-MAX_SIZE: Final = 30_000
+CARD_WIDTH = 640
+CARD_HEIGHT = 320
+# Numbers of colors of a card. The first number that gives at most MAX_CARD_BYTES is used.
+CARD_COLORS: Final = (128, 64, 32)
+MAX_CARD_BYTES: Final = 30_000
 
 
-def _shares(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
+def _draw_shares(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
     conditions = {experiment.name: experiment for experiment in experiments}
     return figures.draw_shares(content.compute_shares(dataset, conditions))
 
 
-def _curves(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
+def _draw_curves(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
     return figures.draw_fitness_curves(dataset)
 
 
-def _measures_of(name: str) -> Callable[[xr.Dataset, Sequence[Any]], Figure]:
+def _make_draw_measures(name: str) -> Callable[[xr.Dataset, Sequence[Any]], Figure]:
     paper = papers.load(name)
     return lambda study, experiments: figures.draw_measures(
         study,
@@ -51,78 +50,78 @@ def _measures_of(name: str) -> Callable[[xr.Dataset, Sequence[Any]], Figure]:
     )
 
 
-def _survival(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
+def _draw_survival(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
     return figures.draw_survival(dataset)
 
 
-DRAWN: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
-    "hinton-nowlan-1987": _shares,
-    "keesing-stork-1991": _measures_of("keesing-stork-1991"),
-    "todd-miller-1991": _measures_of("todd-miller-1991"),
-    "ackley-littman-1991": _survival,
-    "nolfi-parisi-1993": _curves,
-    "nolfi-elman-parisi-1994": _curves,
-    "mayley-1996": _shares,
-    "floreano-urzelai-2000": _shares,
-    "stanley-miikkulainen-2002": _curves,
-    "suzuki-arita-2004": _shares,
-    "paenke-2007": _measures_of("paenke-2007"),
-    "soltoggio-2008": _curves,
-    "le-2018": _shares,
+DRAW_PICTURE: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
+    "hinton-nowlan-1987": _draw_shares,
+    "keesing-stork-1991": _make_draw_measures("keesing-stork-1991"),
+    "todd-miller-1991": _make_draw_measures("todd-miller-1991"),
+    "ackley-littman-1991": _draw_survival,
+    "nolfi-parisi-1993": _draw_curves,
+    "nolfi-elman-parisi-1994": _draw_curves,
+    "mayley-1996": _draw_shares,
+    "floreano-urzelai-2000": _draw_shares,
+    "stanley-miikkulainen-2002": _draw_curves,
+    "suzuki-arita-2004": _draw_shares,
+    "paenke-2007": _make_draw_measures("paenke-2007"),
+    "soltoggio-2008": _draw_curves,
+    "le-2018": _draw_shares,
 }
-# The panel on the card; by default the first one.
-PANEL: Final = {"mayley-1996": 1, "nolfi-parisi-1993": 1, "nolfi-elman-parisi-1994": 1}
-# The picture, and the left, upper, right and lower edge in it.
-CUT: Final = {
+# The panel on the card. The default is the first panel.
+CARD_PANELS: Final = {"mayley-1996": 1, "nolfi-parisi-1993": 1, "nolfi-elman-parisi-1994": 1}
+# A picture in docs/, and the left, upper, right and lower edge of the card in the picture.
+CARD_CROPS: Final = {
     "le-2019": ("emergence.png", (22, 58, 947, 510)),
     "worlds-and-minds": ("worlds-and-minds.png", (292, 816, 988, 1136)),
 }
 
 
 def main() -> None:
-    for name in sys.argv[1:] or [*DRAWN, *CUT]:
+    for name in sys.argv[1:] or [*DRAW_PICTURE, *CARD_CROPS]:
         paper = papers.load(name)
-        if name in CUT:
-            picture, edges = CUT[name]
+        if name in CARD_CROPS:
+            picture, edges = CARD_CROPS[name]
             (paper.folder / CARD_FILE).write_bytes(
-                _small(Image.open(PICTURES / picture).crop(edges))
+                _encode_card(Image.open(PICTURES / picture).crop(edges))
             )
             continue
         experiments = paper.experiments()
         with TemporaryDirectory() as folder:
             bl.run(experiments, runs=paper.metadata.runs, out=Path(folder) / "study")
-            figure = DRAWN[name](bl.open_runs(Path(folder) / "study"), experiments)
+            figure = DRAW_PICTURE[name](bl.open_runs(Path(folder) / "study"), experiments)
             figures.save_figure(figure, Path(folder), name)
             (PICTURES / f"{name}.png").write_bytes((Path(folder) / f"{name}.png").read_bytes())
-        (paper.folder / CARD_FILE).write_bytes(_card(figure, PANEL.get(name, 0)))
+        (paper.folder / CARD_FILE).write_bytes(_draw_card(figure, CARD_PANELS.get(name, 0)))
 
 
-def _card(figure: Figure, panel: int) -> bytes:
+def _draw_card(figure: Figure, panel: int) -> bytes:
     """Return one panel of a figure, without text."""
-    shown = figure.axes[panel]
+    card_axes = figure.axes[panel]
     for axes in [*figure.axes]:
-        if axes is not shown:
+        if axes is not card_axes:
             axes.remove()
     for legend in [*figure.legends]:
         legend.remove()
-    shown.set(title="", xlabel="", ylabel="")
-    shown.set_title("", loc="left")
-    shown.tick_params(labelbottom=False, labelleft=False)
+    card_axes.set(title="", xlabel="", ylabel="")
+    card_axes.set_title("", loc="left")
+    card_axes.tick_params(labelbottom=False, labelleft=False)
     figure.set_layout_engine("none")
-    figure.set_size_inches(WIDTH / 200, HEIGHT / 200)
-    shown.set_position((0.03, 0.05, 0.94, 0.9))
+    figure.set_size_inches(CARD_WIDTH / 200, CARD_HEIGHT / 200)
+    card_axes.set_position((0.03, 0.05, 0.94, 0.9))
     drawn = io.BytesIO()
     figure.savefig(drawn, dpi=200)
-    return _small(Image.open(drawn))
+    return _encode_card(Image.open(drawn))
 
 
-def _small(picture: Image.Image) -> bytes:
+def _encode_card(picture: Image.Image) -> bytes:
     """Return a picture in the size of a card, with few colors."""
-    resized = picture.convert("RGB").resize((WIDTH, HEIGHT), Image.Resampling.LANCZOS)
-    for colors in COLORS:
+    resized = picture.convert("RGB").resize((CARD_WIDTH, CARD_HEIGHT), Image.Resampling.LANCZOS)
+    for colors in CARD_COLORS:
         file = io.BytesIO()
         resized.quantize(colors).save(file, "png", optimize=True)
-        if file.tell() <= MAX_SIZE:
+        if file.tell() <= MAX_CARD_BYTES:
             break
     return file.getvalue()
 

@@ -17,7 +17,7 @@ from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.models.miniworld.appearance import describe_appearance
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
-BREEDING: Final = (
+BREEDING_VARIANTS: Final = (
     "standard",
     "expected-offspring",
     "best-copies",
@@ -26,8 +26,9 @@ BREEDING: Final = (
     "gaussian",
     "one-point-crossover",
 )
-WORLDS: Final = ("C", "D", "worth", "drifting", "in-turn", "scarce")
-LAST: Final = 10  # generations
+WORLD_PRESETS: Final = ("C", "D", "worth", "drifting", "in-turn", "scarce")
+# Number of final generations that are averaged in each run.
+LAST_GENERATIONS: Final = 10
 
 
 def main() -> None:
@@ -37,9 +38,11 @@ def main() -> None:
     )
     study = bl.open_runs(parser.parse_args().study)
     cells = figures.overview_cells(
-        study, evaluate_claims(study, LAST, papers.load("worlds-and-minds")), LAST
+        study,
+        evaluate_claims(study, LAST_GENERATIONS, papers.load("worlds-and-minds")),
+        LAST_GENERATIONS,
     )
-    presets = {name: bl.load(f"evo/{name}") for name in WORLDS}
+    presets = {name: bl.load(f"evo/{name}") for name in WORLD_PRESETS}
     worlds = {f"Map {name}": experiment.world for name, experiment in presets.items()}
     looks = {
         f"Map {name}": describe_appearance(experiment).to_dict()
@@ -49,9 +52,11 @@ def main() -> None:
     with TemporaryDirectory() as folder:
         bl.run("neat-xor", runs=20, out=Path(folder) / "xor")
         neat = figures.draw_fitness_curves(bl.open_runs(Path(folder) / "xor"))
-        bred = [bl.load("evo/A", variant).replace(name=variant) for variant in BREEDING]
+        bred = [bl.load("evo/A", variant).replace(name=variant) for variant in BREEDING_VARIANTS]
         bl.run(bred, runs=20, out=Path(folder) / "breeding")
-        breeding = figures.draw_fitness_boxes(bl.open_runs(Path(folder) / "breeding"), [], LAST)
+        breeding = figures.draw_fitness_boxes(
+            bl.open_runs(Path(folder) / "breeding"), [], LAST_GENERATIONS
+        )
     drawn = {
         "worlds-and-minds": figures.draw_overview({"": cells}),
         "worlds": figures.draw_world_maps(worlds, 20, looks),

@@ -23,13 +23,13 @@ from traitlets.config import Config
 from baldwinlab.analysis import palette
 
 NOTEBOOKS: Final = Path(__file__).parents[1] / "notebooks"
-# Largest duration of a cell, in seconds.
-MAX_DURATION: Final = 600
+# Maximum duration of a cell.
+MAX_CELL_SECONDS: Final = 600
 # Without encryption, a kernel warns that other users of the machine could read its messages.
 ENCRYPTION: Final = {"transport_encryption": "auto"}
 # Styles of Pygments.
-LIGHT = "default"
-DARK = "github-dark"
+LIGHT_STYLE = "default"
+DARK_STYLE = "github-dark"
 
 
 def main() -> None:
@@ -57,7 +57,10 @@ def executed(path: Path, folder: Path) -> Any:
     notebook = jupytext.read(copy)
     resources = {"metadata": {"path": str(folder)}}
     return NotebookClient(
-        notebook, timeout=MAX_DURATION, resources=resources, config=Config(KernelManager=ENCRYPTION)
+        notebook,
+        timeout=MAX_CELL_SECONDS,
+        resources=resources,
+        config=Config(KernelManager=ENCRYPTION),
     ).execute()
 
 
@@ -79,7 +82,8 @@ def page(notebook: Any) -> str:
         r"^# (.+)$", "\n".join(cell.source for cell in notebook.cells), re.MULTILINE
     )[0]
     light, dark = (
-        HtmlFormatter(style=style).get_style_defs(".highlight") for style in (LIGHT, DARK)
+        HtmlFormatter(style=style).get_style_defs(".highlight")
+        for style in (LIGHT_STYLE, DARK_STYLE)
     )
     return environment.get_template("notebook.html").render(
         title=title, colors=palette.report_css(), light=light, dark=dark, body=body

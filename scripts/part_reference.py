@@ -79,7 +79,7 @@ To find code that reads undefined memory, run it twice, with the environment var
 The results must be identical."""
 
 INHERITED_NAMES: Final = ("kind", "name", "Compiled")
-"""Class variables that a part does not declare: the class statement sets them."""
+"""Class variables that a part does not declare, because the class statement sets them."""
 
 
 def pages() -> dict[str, str]:
@@ -371,7 +371,7 @@ def streams() -> Iterator[tuple[str, int, str]]:
 
 
 def oracles() -> str:
-    """Return the page of the oracles and of what they get."""
+    """Return the page of the oracles and their arguments."""
     rows = [
         (key, f"`oracle({contract.arguments})`", contract.result, ", ".join(contract.verifies))
         for key, contract in signatures.ORACLES.items()
