@@ -155,7 +155,7 @@ def load_results(lab: Lab, name: str) -> bytes:
         for run in study.runs(condition)
     ]
     claims = study.directory / CLAIMS_FILE
-    derived = (study.directory / results_cache.FILE, study.directory / sweeps.SWEEP_FILE_NAME)
+    derived = (study.directory / results_cache.CACHE_FILE, study.directory / sweeps.SWEEP_FILE_NAME)
     for path in (*records, claims, *derived):
         require_inside(lab.root, path)
     files = (*records, claims)

@@ -143,7 +143,7 @@ def test_a_click_on_a_line_opens_its_run(page: Page, lab_server: LabServer) -> N
 def test_too_many_runs_for_lines_show_a_message(
     browser: Browser, lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(lab_results, "MAX_POINTS", 5)
+    monkeypatch.setattr(lab_results, "MAX_CURVE_VALUES", 5)
     shutil.copytree(lab_server.root / "small", tmp_path / "small")
     with run_server(tmp_path) as server, server.context(browser) as context:
         page = context.new_page()

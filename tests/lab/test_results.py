@@ -44,7 +44,7 @@ def test_curves_of_an_unknown_condition_or_of_too_many_runs_are_rejected(
     )
     message = get_error(lab_server.address, "results/runs", 400, **query | {"measure": "worst"})
     assert message == "measure = 'worst' must be one of best, mean, share"
-    monkeypatch.setattr(lab_results, "MAX_POINTS", 5)
+    monkeypatch.setattr(lab_results, "MAX_CURVE_VALUES", 5)
     shutil.copytree(lab_server.root / "small", tmp_path / "small")
     with run_server(tmp_path) as server:
         message = get_error(server.address, "results/runs", 400, **query | {"condition": "evo/A"})

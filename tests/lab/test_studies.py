@@ -141,7 +141,7 @@ def test_results_are_stored_with_the_report_and_used_while_they_are_current(
         # Without this function, the results cannot be computed again.
         patch.setattr(lab_results, "compute_results", None)
         assert studies.load_results(Lab(tmp_path, Live()), "it") == results
-    cache = tmp_path / "it" / results_cache.FILE
+    cache = tmp_path / "it" / results_cache.CACHE_FILE
     renamed = cache.read_bytes().replace(b'"typical_run"', b'"typical_ran"')
     for content in (b"{", b"[1]", renamed):
         cache.write_bytes(content)
