@@ -316,8 +316,7 @@ class _SceneRenderer:
         """Draw the title, the step, the number of eaten items, and a progress bar."""
         eaten = self.eaten[step]
         width = self.size[0]
-        attributes = self.trace.attrs
-        title = f"{attributes['condition']}, generation {attributes['generation']}"
+        title = f"{self.trace.attrs['condition']}, generation {self.trace.attrs['generation']}"
         progress = (
             f"step {step:,} of {last + 1:,}: {eaten.sum():,} eaten, "
             f"{(eaten > 0).sum()} of {len(eaten)} agents ate"
