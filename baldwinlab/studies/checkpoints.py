@@ -115,7 +115,7 @@ def remove_checkpoint(directory: Path, condition: str, run: int) -> None:
 
 
 def runs_to_continue(directory: Path, condition: str, runs: Iterable[int]) -> list[int]:
-    """Return those of the `runs` for which a file with finished generations exists."""
+    """Return the runs that have a checkpoint or a record, in the order of `runs`."""
     folder = directory / "runs" / condition
     names = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
     return [
@@ -129,7 +129,7 @@ def runs_to_continue(directory: Path, condition: str, runs: Iterable[int]) -> li
 def read_longest_record(
     directory: Path, experiment: BaseExperiment, seed: int, run: int
 ) -> xr.Dataset | None:
-    """Return the stored generations of a run: its checkpoint or its record, whichever has more.
+    """Return the checkpoint or the record of a run, the one with more generations.
 
     A damaged file counts as missing, because the run can be simulated again.
 

@@ -1,4 +1,4 @@
-"""Verdicts on the claims of a study, stored with a digest of the runs that they are based on."""
+"""Stored verdicts on the claims of a study, with a digest of the runs that decided them."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def read_claims(study: StudyStore) -> list[dict[str, Any]]:
     Raises
     ------
     StudyError
-        If the file is damaged, changed or from an older version, or if the stored runs have
-        changed since.
+        If the file is damaged, changed or from an older version, or if the stored runs differ from
+        the runs that decided the claims.
     """
     path = study.directory / CLAIMS_FILE
     remedy = f"`baldwinlab report {study.directory}` makes it again"

@@ -103,7 +103,8 @@ def _write_study(
     """Write a new study. Return False if another process has written `study.toml` first."""
     require_available(directory)
     # All processes write in the same order, so that one of them detects a different study.
-    for experiment in sorted(experiments, key=lambda experiment: experiment.name):
+    experiments_in_order = sorted(experiments, key=lambda experiment: experiment.name)
+    for experiment in experiments_in_order:
         _write_experiment(directory, experiment)
     part_sources.save_sources(directory, sources)
     try:
@@ -134,7 +135,7 @@ def require_available(directory: Path) -> None:
 
 
 def _is_study_entry(entry: Path) -> bool:
-    """Return whether an unfinished study, or a study inside it, can have created this entry."""
+    """Return whether an entry can belong to an unfinished study, or to a study in a subfolder."""
     is_entry = entry.name in ("runs", "parts", "founders")
     return is_entry or entry.name.endswith(PARTIAL_SUFFIX) or (entry / "runs").is_dir()
 

@@ -1,8 +1,8 @@
-"""Extension: raise the number of generations of a stored study.
+"""Extension of a stored study: an increase of its number of generations.
 
-The stored generations keep their bits, and the result equals that of one long run. An extension
-writes each `experiment.toml` again. If the process is killed in between, the same extension
-continues.
+The stored generations do not change, and the result is bit-identical to one long run. An extension
+writes each `experiment.toml` again. If the process is killed before all files are written, a
+repetition of the extension writes the remaining files.
 """
 
 from __future__ import annotations

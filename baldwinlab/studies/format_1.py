@@ -1,7 +1,8 @@
-"""Kind and factors of a study of format 1, which are not stored but follow from its names.
+"""Kind and factors of a study of format 1, which stores neither.
 
-A study of format 1 contains presets of the first paper, or custom experiments. The name of a
-condition is split into factors only if every component is the name of such a preset.
+Both are derived from the names of the conditions. A study of format 1 contains presets of the
+first paper, or custom experiments. The name of a condition is split into factors only if each of
+its components is a learner, a map or a variant of the first paper.
 """
 
 from __future__ import annotations
@@ -36,12 +37,12 @@ def kind_and_factors(directory: Path, names: Sequence[str]) -> tuple[StudyKind, 
 
 def _factors(name: str) -> Factors:
     match name.split("/"):
-        case [learner, where] if learner in LEARNERS and where in MAPS:
-            return Factors(learner, where)
-        case [variant, learner, where] if (
-            learner in LEARNERS and where in MAPS and _is_variant(variant)
+        case [learner, map_name] if learner in LEARNERS and map_name in MAPS:
+            return Factors(learner, map_name)
+        case [variant, learner, map_name] if (
+            learner in LEARNERS and map_name in MAPS and _is_variant(variant)
         ):
-            return Factors(learner, where, variant)
+            return Factors(learner, map_name, variant)
     return Factors(learner=name)
 
 

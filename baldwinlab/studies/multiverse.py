@@ -138,14 +138,14 @@ def _conditions(variant: Variant) -> list[Experiment]:
 
 
 def factors(variants: Iterable[Variant]) -> dict[str, Factors]:
-    """Return the factors of these experiments by name."""
-    by_name = {}
+    """Return the factors of the conditions of `experiments`, by name."""
+    factors_by_name = {}
     for variant in variants:
         paper_factors = (variant.paper or load()).factors()
         for condition in _conditions(variant):
             condition_factors = paper_factors[condition.name]._replace(variant=variant.name)
-            by_name[f"{variant.name}/{condition.name}"] = condition_factors
-    return by_name
+            factors_by_name[f"{variant.name}/{condition.name}"] = condition_factors
+    return factors_by_name
 
 
 def group_by_variant(

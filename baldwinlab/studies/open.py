@@ -1,4 +1,4 @@
-"""Open the stored runs of a study as one dataset; this loads no engine."""
+"""Stored runs of a study as one dataset. This module loads no engine."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) ->
     directory
         The directory of a study, or a URL that fsspec can open.
     conditions
-        Names of conditions; all, unless given.
+        Names of conditions. Default: all conditions.
 
     Returns
     -------

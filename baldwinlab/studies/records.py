@@ -92,7 +92,7 @@ def require_record_identity(
 
 
 def _is_same_run(fields: dict[str, Any], study_fields: dict[str, Any]) -> bool:
-    """Return whether a record has the experiment of its study, or its first generations only."""
+    """Return whether a record has the experiment of its study, possibly with fewer generations."""
     if fields == study_fields:
         return True
     generations = fields["evolution"]["generations"]
@@ -105,8 +105,8 @@ def _is_same_run(fields: dict[str, Any], study_fields: dict[str, Any]) -> bool:
 def require_content(record: xr.Dataset, experiment: BaseExperiment) -> None:
     """Raise DamagedRecordError if a record lacks variables, generations or agents.
 
-    A record has the number of generations that its own experiment states. It is less than that of
-    the study if the study has been extended since.
+    A record has the number of generations of the experiment in the record. After an extension of
+    the study, it is less than the number of generations of the study.
     """
     fields = _parse_fields(str(record.attrs["experiment"]), type(experiment))
     generations = fields["evolution"]["generations"]
@@ -143,8 +143,8 @@ def _is_declared(name: str, record: xr.Dataset) -> bool:
 def _parse_fields(text: str, read_as: type[BaseExperiment]) -> dict[str, Any]:
     """Return the fields of the experiment of a record.
 
-    The experiment is parsed once for all runs of a condition. The loaded parts decide its class, so
-    `read_as` belongs to the key of the cache.
+    The experiment is parsed once for all runs of a condition. Its class depends on the loaded
+    parts, so `read_as`, the class of the study's experiment, is a part of the key of the cache.
     """
     return from_toml(text, where="its experiment", lenient=True).to_dict()
 
@@ -231,8 +231,8 @@ def _read_bytes(path: Path, experiment: BaseExperiment) -> Iterator[bytes]:
 def stored_runs(folder: Path) -> Iterator[int]:
     """Yield the numbers of the records in the folder of a condition.
 
-    Raises StudyError for a file whose name ends like that of a record but is none. Otherwise the
-    file would be ignored, or confused with another run.
+    Raises StudyError for a file that ends in .nc without the name of a record. Otherwise the file
+    would be ignored, or confused with another run.
     """
     # The names of temporary files start with a dot.
     for entry in folder.glob("[!.]*.nc"):

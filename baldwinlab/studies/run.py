@@ -1,4 +1,4 @@
-"""Simulate the missing runs of a study in parallel, and store each run when it ends."""
+"""Parallel simulation of the missing runs of a study. Each run is stored when it ends."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ __all__ = [
     "run_study",
 ]
 
-# Enough for 10,000 cores, and few enough for a Dask scheduler. See
-# docs/explanation/distributed-execution.md.
+# Maximum number of tasks of a study: enough for 10,000 cores, and few enough for a Dask scheduler.
+# See docs/explanation/distributed-execution.md.
 MAX_TASKS: Final = 20_000
 
 Progress = AbstractContextManager[Callable[[int], None]]
@@ -98,7 +98,7 @@ class RunTask(NamedTuple):
                     remove_checkpoint(directory, self.experiment.name, history.run)
 
     def _begin_histories(self, seed: int, directory: Path) -> list[list[History]]:
-        """Return the histories of the runs, those with equal numbers of generations together."""
+        """Return the histories of the runs, grouped by their numbers of stored generations."""
         by_generations: dict[int, list[History]] = {}
         for run in self.runs:
             record = None
@@ -167,8 +167,8 @@ def plan_tasks(
 ) -> list[RunTask]:
     """Divide the missing runs into tasks, with the slow tasks (agents that learn) first.
 
-    A task is one batch of `worlds` runs. It is several batches if there were more than `MAX_TASKS`
-    tasks, and a smaller batch if some workers had no task.
+    A task is one batch of `worlds` runs. It has several batches if the number of tasks would exceed
+    `MAX_TASKS`. It is a smaller batch if a worker would have no task.
 
     Parameters
     ----------
@@ -190,9 +190,10 @@ def plan_tasks(
     list of RunTask
         The tasks in order of their execution.
     """
-    total = sum(len(runs) for runs in missing.values())
-    batches = -(-total // (worlds * MAX_TASKS))
-    size = max(1, min(worlds * batches, total // workers))
+    total_runs = sum(len(runs) for runs in missing.values())
+    # Division that rounds up.
+    batches_per_task = -(-total_runs // (worlds * MAX_TASKS))
+    size = max(1, min(worlds * batches_per_task, total_runs // workers))
     tasks = [
         RunTask(
             study.experiments[condition],

@@ -1,4 +1,4 @@
-"""A study on disk: a directory with the experiments as TOML and one record a run.
+"""A study on disk: a directory with the experiments as TOML and one record per run.
 
     DIR/study.toml                              format, kind, seed, conditions, their factors
     DIR/founders/evo-A-99.nc                    genomes of founders from another study
@@ -21,7 +21,7 @@ import json
 import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import xarray as xr
 
@@ -61,16 +61,13 @@ from baldwinlab.studies.study_file import (
     require_valid_contents,
 )
 
-if TYPE_CHECKING:
-    pass
-
 SESSIONS_FILE_NAME = "sessions.jsonl"
 # Numeric fields of a session.
 SESSION_NUMBERS = ("seconds", "compile_seconds", "workers", "agent_steps")
 
 
 class StudyStore:
-    """An open study directory; `create` makes a new one.
+    """An open study directory. `studies.creation.create_study` creates a new one.
 
     Attributes
     ----------
@@ -238,7 +235,7 @@ class StudyStore:
         return damaged
 
     def sweep(self) -> None:
-        """Remove the temporary files of killed writers."""
+        """Remove the temporary files of killed processes."""
         if not is_local(self.directory):
             return
         # A running writer renames its file within seconds, so files older than a minute are stale.

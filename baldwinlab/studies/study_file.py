@@ -1,4 +1,4 @@
-"""Text of `study.toml`, and the seal in the last line of it and of every `experiment.toml`."""
+"""Text of `study.toml`, and the checksum line at the end of it and of each `experiment.toml`."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def add_checksum(text: str) -> str:
 
 
 def require_checksum(text: str, written: int) -> None:
-    """Raise ValueError if a text differs from its seal. Formats 1 and 2 may lack seals."""
+    """Raise ValueError if a text differs from its checksum. Formats 1 and 2 may have none."""
     above, seal, digest = text.rpartition(_SEAL)
     if hashlib.sha256(above.encode()).hexdigest() != digest.strip() and (seal or written > 2):
         raise ValueError(
@@ -109,7 +109,7 @@ def read_changes(facts: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def describe_changes(changes: Sequence[str]) -> str:
-    """Return the sentence about a changed model; "" where nothing is changed."""
+    """Return the sentence about a changed model; "" if nothing is changed."""
     if not changes:
         return ""
     return f"Changed model: {', '.join(changes)}. No verdict here is about the model of the paper."
@@ -133,10 +133,14 @@ def format_study(
         f"seed = {seed}",
         f"conditions = {json.dumps(names)}",
     ]
-    lines += [f"paper = {json.dumps(paper)}"] * bool(paper)
-    lines += [f"changes = {json.dumps(list(changes))}"] * bool(changes)
+    if paper:
+        lines.append(f"paper = {json.dumps(paper)}")
+    if changes:
+        lines.append(f"changes = {json.dumps(list(changes))}")
     lines += [*part_sources.format_toml(sources), "", "[factors]"]
-    for name in names if kind != SWEEP else ():
+    # The points of a sweep have no factors.
+    names_with_factors = () if kind == SWEEP else names
+    for name in names_with_factors:
         condition_factors = factors.get(name, Factors())
         if not condition_factors.learner:
             condition_factors = condition_factors._replace(learner=name)

@@ -24,7 +24,7 @@ from baldwinlab.studies.assays.sample import Conditions, Sample
 OfAnyModel = TypeVar("OfAnyModel", bound=BaseExperiment)
 # Maximum number of generations in addition to the last one.
 MAX_GENERATIONS = 100
-# The same for drift, which is slow, and for generations that differ only by chance.
+# Maximum for drift, which is slow, and for generations that differ only by chance.
 MAX_COSTLY_GENERATIONS = 10
 
 
@@ -101,7 +101,10 @@ def assayed_generations(experiment: BaseExperiment) -> list[int]:
 
 
 def drift_generations(experiment: BaseExperiment) -> list[int]:
-    """Return the generations that are also simulated with drift; empty if the rule prevents it."""
+    """Return the generations that are also simulated with drift.
+
+    The list is empty if the learning rule does not support a drift control.
+    """
     if not isinstance(experiment, Experiment) or (
         experiment.learns and not experiment.part("learning.rule").supports_drift_control
     ):
@@ -115,12 +118,14 @@ def set_drift_rule(experiment: OfAnyModel) -> OfAnyModel:
 
 
 def _thin(numbers: Sequence[int], limit: int) -> list[int]:
-    """Return at most `limit` equally spaced numbers, and the last."""
-    return sorted({*numbers[:: -(-len(numbers) // limit)], numbers[-1]})
+    """Return at most `limit` equally spaced numbers, and the last number."""
+    # Division that rounds up.
+    step = -(-len(numbers) // limit)
+    return sorted({*numbers[::step], numbers[-1]})
 
 
 def layer_names(experiment: BaseExperiment) -> list[str]:
-    """Return the name of each layer of weights; of other models, the name of the module."""
+    """Return the names of the layers of weights. Other models have one layer, the first module."""
     if not isinstance(experiment, Experiment):
         return list(experiment.modules[:1])
     count = len(experiment.network.hidden)

@@ -28,7 +28,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.simulation.reevaluation import Outcomes
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
-# Several generations, because the performance of one depends on its initial positions.
+# Number of compared generations. The performance of a single one depends on initial positions.
 MAX_GENERATIONS = 10
 OFF, ON = (LIFE_KINDS.index(life) for life in ("off", "on"))
 
@@ -99,7 +99,7 @@ def _next_controls(
     sample: Sample, control: Experiment, generation: int, genomes: Genome, learned: Outcomes | None
 ) -> Genome:
     """Return the next generation of the control, [run, agent, module, weight]."""
-    # Equal fitness excludes selection between the two parents.
+    # Equal fitness: no parent counts as the fitter one.
     fitness = np.zeros(control.population.size)
     learned_weights = [None] * len(sample.runs) if learned is None else learned.weights
     return np.stack(

@@ -1,4 +1,4 @@
-"""Stored results of assays: open them, and find the missing ones."""
+"""Stored results of assays, and a search for missing results."""
 
 from __future__ import annotations
 

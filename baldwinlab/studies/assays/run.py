@@ -90,7 +90,7 @@ def _agent_steps_of_run(
 def _experiments_to_compile(
     study: StudyStore, missing: Mapping[str, Sequence[str]]
 ) -> Iterator[BaseExperiment]:
-    """Yield the experiments that the engine must compile for these assays."""
+    """Yield the experiments that the engine must compile for missing assays."""
     for experiment in (
         study.experiments[condition] for condition, names in missing.items() if names
     ):

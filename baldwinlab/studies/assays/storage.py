@@ -1,4 +1,4 @@
-"""Read and verify the files of assays, and convert older names."""
+"""Files of assays: their paths, verification, and the conversion of older names."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def read_assays(
 
     Parameters
     ----------
-    study : Measured
+    study : AssayedStudy
         The study, which determines the order of the conditions.
     names : iterable of str
         The assays to read.
@@ -117,7 +117,7 @@ def read_assay(study: AssayedStudy, assay: str, condition: str) -> xr.Dataset:
 
 
 def _find_mismatch(data: xr.Dataset, study: AssayedStudy, condition: str) -> str:
-    """Return the end of a sentence about a file that belongs to other runs; "" if it matches.
+    """Return the end of a sentence that says why a file does not match a study; "" if it matches.
 
     Every version stores the seed, the experiment and the runs. A file without them is refused.
     """

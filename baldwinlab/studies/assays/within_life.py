@@ -58,5 +58,5 @@ def _measure_newborns(
     record_batch(batch, [eaten, fed])
     sample.count_generation()
     in_window = np.diff(eaten.values, axis=0).reshape(-1, runs, agents)
-    # The value at a step results from the previous step.
+    # The recorded time is the number of steps done. The meal was in the step before.
     return in_window.swapaxes(0, 1), fed.values - 1

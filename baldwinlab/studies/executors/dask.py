@@ -150,9 +150,9 @@ def _run_tasks(
 ) -> Generator[int, None, None]:
     """Submit the tasks and yield the agent-steps done.
 
-    Workers report the remaining agent-steps of a task. The end of a task adds its unreported rest.
-    A task that was lost with its worker restarts, and adds nothing until it has passed its last
-    reported state.
+    Workers report the remaining agent-steps of a task. The end of a task adds the agent-steps that
+    were not reported. A task of a lost worker restarts. It adds agent-steps only after it has
+    passed the progress of its first attempt.
     """
     events: queue.SimpleQueue[Future | tuple[str, int]] = queue.SimpleQueue()
     topic = f"baldwinlab-{uuid4().hex}"

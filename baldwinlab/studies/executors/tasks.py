@@ -68,7 +68,7 @@ class Executor(NamedTuple):
     workers : int
         Number of tasks that are executed in parallel.
     work : Work
-        The implementation of `do`.
+        The implementation of `run`.
     """
 
     name: str
@@ -85,8 +85,8 @@ class Executor(NamedTuple):
     ) -> Generator[int, None, None]:
         """Execute the tasks of a study in parallel.
 
-        If a task or `done` raises an error, or the caller closes the generator (ctrl-C), the other
-        tasks end after their current generation and lose their unfinished runs.
+        The tasks stop after their current generation if a task or `done` raises an error, or if the
+        caller closes the generator (ctrl-C). Unfinished runs are then lost.
 
         Parameters
         ----------
@@ -104,8 +104,8 @@ class Executor(NamedTuple):
         Yields
         ------
         int
-            Agent-steps done since the last value. The sum is the number of agent-steps of all
-            tasks.
+            Agent-steps done after the previous value. The sum of all values is the number of
+            agent-steps of all tasks.
 
         Raises
         ------

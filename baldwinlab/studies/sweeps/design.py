@@ -1,4 +1,4 @@
-"""Sweep: an experiment at several points of the space of its fields.
+"""Design of a sweep, which is a study of an experiment at several points of its fields.
 
 A sweep is a study whose conditions are its points. In addition to the files of a study it has
 
@@ -185,7 +185,8 @@ def _require_different(sweep: Sweep, points: Sequence[Experiment], path: Path) -
 def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> None:
     """Raise ExperimentError for a field without effect at all points.
 
-    A field may lack effect at some points: a sweep over parts also sweeps the fields of these.
+    A field may have no effect at some points. For example, a sweep of parts can also sweep a field
+    that only one of the parts uses.
     """
     reasons = [list_unused_settings(point) for point in points]
     given = {f"set.{field}": field for field in sweep.fixed}
