@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from pydantic import BaseModel
+
 from baldwinlab.experiment import paths, registry
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.fields import ExperimentError, Fields
@@ -38,7 +40,8 @@ def check_added_parts(experiment: Any) -> None:
         The experiment.
     """
     kinds_with_added_parts = {kind for kind, _ in added_choices(experiment)}
-    for path, kind, _ in choosing_fields(type(experiment)):
+    experiment_class: type[BaseModel] = type(experiment)
+    for path, kind, _ in choosing_fields(experiment_class):
         if kind in kinds_with_added_parts:
             for part in experiment.parts(path):
                 try:

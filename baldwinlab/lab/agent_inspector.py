@@ -245,5 +245,7 @@ def _find_relatives(
 def _read_pair(pairs: Parents | None, agent: int) -> list[int] | None:
     """Return the two indices of an agent, or None if there are none."""
     # A negative index means that an agent has no parent.
-    has_pair = pairs is not None and pairs[agent].min() >= 0
-    return pairs[agent].tolist() if has_pair else None
+    if pairs is None or pairs[agent].min() < 0:
+        return None
+    indices: list[int] = pairs[agent].tolist()
+    return indices

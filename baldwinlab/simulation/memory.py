@@ -110,8 +110,7 @@ def _genome_bytes(experiment: BaseExperiment) -> int:
 
 def simulation_bytes(experiment: BaseExperiment, worlds: int) -> int:
     """Return the memory for a generation of `worlds` parallel runs."""
-    is_miniworld = isinstance(experiment, Experiment)
-    bytes_of_state = state_bytes(experiment, worlds) if is_miniworld else 0
+    bytes_of_state = state_bytes(experiment, worlds) if isinstance(experiment, Experiment) else 0
     return bytes_of_state + GENOME_COPIES * worlds * _genome_bytes(experiment)
 
 

@@ -74,7 +74,7 @@ def test_each_reset_starts_the_next_generation_and_a_seed_starts_the_first() -> 
     positions = []
     for seed in (5, None, None, 5):
         world.reset(seed=seed)
-        positions.append(world._worlds._steered._state.positions.copy())
+        positions.append(world._worlds._batch._state.positions.copy())
     assert (positions[0] == positions[3]).all()
     assert (positions[0] != positions[1]).any()
     assert (positions[1] != positions[2]).any()
@@ -109,10 +109,10 @@ def test_a_continuous_body_takes_one_number_per_output() -> None:
     world = bl.vector_env(EXPERIMENT.replace(motor={"body": "continuous"}))
     assert world.single_action_space.shape == (2,)
     world.reset(seed=1)
-    before = world._worlds._steered._state.positions.copy()
+    before = world._worlds._batch._state.positions.copy()
     world.step(np.zeros((EXPERIMENT.population.size, 2), np.float32))
     # Both outputs are 0, so the agents do not move.
-    assert (world._worlds._steered._state.positions == before).all()
+    assert (world._worlds._batch._state.positions == before).all()
 
 
 @pytest.mark.parametrize(
