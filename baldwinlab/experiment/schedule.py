@@ -14,7 +14,6 @@ from typing import Any, Final
 
 from pydantic import Field
 
-from baldwinlab.core import variables
 from baldwinlab.experiment.fields import ExperimentError, Fields
 
 # Tables and fields that cannot change during a run: its size, its records, the layout of genomes.
@@ -143,6 +142,9 @@ def _require_same_layout(experiment: Any, changed: Any, generation: int) -> None
             f"{', '.join(modules)} with {changed.genome_length} genes, and those of the "
             f"experiment have {', '.join(experiment.modules)} with {experiment.genome_length}"
         )
+    # Imported late: xarray takes a while to load.
+    from baldwinlab.core import variables
+
     if variables.record_variables(changed).keys() != variables.record_variables(experiment).keys():
         raise ExperimentError(
             f"schedule, generation {generation}: the runs would have other recorded variables"

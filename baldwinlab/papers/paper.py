@@ -22,12 +22,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import Field, field_validator
 
 from baldwinlab.core.suggestions import list_names, suggest
-from baldwinlab.core.variables import FORKS
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.fields import renamed_message
@@ -41,7 +40,14 @@ from baldwinlab.papers.claims import (
     read_claims,
 )
 from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, validate_tables
-from baldwinlab.papers.texts import DEFAULT_FIGURES, Assay, Figure, ReportTexts, read_texts
+from baldwinlab.papers.texts import (
+    DEFAULT_ASSAYS,
+    DEFAULT_FIGURES,
+    Assay,
+    Figure,
+    ReportTexts,
+    read_texts,
+)
 
 PRESET_KINDS = ("conditions", "controls", "maps", "variants")
 # Names of folders in papers of version 0.1.
@@ -72,8 +78,8 @@ class PaperMetadata(DeclaredTable):
     # Runs of each condition.
     runs: int = Field(30, ge=1, le=MAX_RUNS)
     figures: tuple[Figure, ...] = DEFAULT_FIGURES
-    # Assays of `reproduce`. The default leaves out those that evolve populations further.
-    assays: tuple[Assay, ...] = tuple(name for name in get_args(Assay) if name not in FORKS)
+    # Assays of `reproduce`.
+    assays: tuple[Assay, ...] = DEFAULT_ASSAYS
     # Experiment of the figure "emergence". Default: the first.
     emergence: str = ""
     # Names of the experiments in the gallery. Default: all experiments with learning.

@@ -25,6 +25,15 @@ DEFAULT_FIGURES: tuple[Figure, ...] = (
 Assay = Literal[
     "innate", "neutral", "within-life", "modules", "reaction", "descent", "fork", "fork-mode"
 ]
+# Without the assays that evolve populations further, which take longer.
+DEFAULT_ASSAYS: tuple[Assay, ...] = (
+    "innate",
+    "neutral",
+    "within-life",
+    "modules",
+    "reaction",
+    "descent",
+)
 Question = Literal[
     "gain", "learning", "newborns", "innate", "share", "need", "movement", "cost", "sooner",
     "guidance", "built-innate", "built-learned", "reinforcement", "action",

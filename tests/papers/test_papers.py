@@ -19,7 +19,8 @@ from baldwinlab.papers import PaperError, presets
 from baldwinlab.papers.claims import COMMON_MEASURES
 from baldwinlab.papers.claims import RULES as RULE_DESCRIPTIONS
 from baldwinlab.papers.paper import PRESET_KINDS, check_paper
-from baldwinlab.papers.texts import Assay, Inference
+from baldwinlab.papers.texts import DEFAULT_ASSAYS, Assay, Inference
+from baldwinlab.studies.assays.catalog import DEFAULT_ASSAYS as MEASURED_BY_DEFAULT
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 
@@ -113,6 +114,7 @@ def test_papers_can_name_all_rules_measures_assays_and_criteria() -> None:
     assert RULE_DESCRIPTIONS.keys() == RULES.keys()
     assert set(COMMON_MEASURES) == {*MEASURES, "most"}
     assert get_args(Assay) == tuple(ASSAY_VARIABLES)
+    assert DEFAULT_ASSAYS == MEASURED_BY_DEFAULT
     assert set(get_args(Inference.model_fields["question"].annotation)) == {
         criterion.id for criterion in load_criteria()
     }
