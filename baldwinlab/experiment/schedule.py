@@ -134,6 +134,9 @@ def _require_same_layout(experiment: Any, changed: Any, generation: int) -> None
 
     Changed agents may use fewer modules of their genomes.
     """
+    # Imported late: xarray takes a while to load, and few experiments have a schedule.
+    from baldwinlab.core import variables
+
     modules = changed.modules
     has_same_genes = changed.genome_length == experiment.genome_length
     if modules != experiment.modules[: len(modules)] or not has_same_genes:
@@ -142,9 +145,6 @@ def _require_same_layout(experiment: Any, changed: Any, generation: int) -> None
             f"{', '.join(modules)} with {changed.genome_length} genes, and those of the "
             f"experiment have {', '.join(experiment.modules)} with {experiment.genome_length}"
         )
-    # Imported late: xarray takes a while to load.
-    from baldwinlab.core import variables
-
     if variables.record_variables(changed).keys() != variables.record_variables(experiment).keys():
         raise ExperimentError(
             f"schedule, generation {generation}: the runs would have other recorded variables"
