@@ -17,6 +17,7 @@ from baldwinlab._version import __version__
 
 if TYPE_CHECKING:
     from baldwinlab.api.checks import check_part
+    from baldwinlab.api.compete import compete
     from baldwinlab.api.freezer import freeze
     from baldwinlab.api.gallery import compare_papers, reproduce_all
     from baldwinlab.api.integrations.gymnasium import single_env, vector_env
@@ -58,6 +59,7 @@ __all__ = [
     "__version__",
     "check_part",
     "compare_papers",
+    "compete",
     "freeze",
     "load",
     "make_problem",
@@ -93,6 +95,7 @@ _MODULES = {
     "StudyError": "studies.records",
     "check_part": "api.checks",
     "compare_papers": "api.gallery",
+    "compete": "api.compete",
     "freeze": "api.freezer",
     "load": "api.load",
     "make_problem": "api.integrations.optimizers",

@@ -109,10 +109,10 @@ def read_frozen(
         There is no such preset, map or setting.
     """
     load_installed_parts()
-    stored = _read(path)
-    chosen = _choose_experiment(stored, path, experiment)
+    stored = read_genome_file(path)
+    chosen = choose_experiment(stored, path, experiment)
     if map_name is not None:
-        chosen = chosen.replace(world=_load_world(chosen, map_name))
+        chosen = chosen.replace(world=load_world(chosen, map_name))
     size = stored.genome.shape[1]
     chosen = chosen.replace(population={"size": size}, evolution={"founders": []})
     changed = assign(chosen, list(assignments))
@@ -122,12 +122,7 @@ def read_frozen(
             f"in {path}"
         )
     genome = arrange_genomes(stored, str(path), changed)
-    if position := find_faulty_gene(changed, genome):
-        _, agent, module, gene = position
-        raise RefusedError(
-            f"{path}: gene {gene} of the module {changed.modules[module]!r} of agent {agent} is "
-            "not finite"
-        )
+    require_finite_genes(genome, path, changed)
     origin = stored.origin
     runs = np.atleast_1d(origin.get("runs", np.arange(len(genome))))
     return FrozenGenomes(
@@ -138,7 +133,18 @@ def read_frozen(
     )
 
 
-def _read(path: Path) -> StoredGenomes:
+def require_finite_genes(genome: Genome, path: Path, experiment: BaseExperiment) -> None:
+    """Raise RefusedError if a gene of `genome` [run, agent, module, weight] is not finite."""
+    if position := find_faulty_gene(experiment, genome):
+        _, agent, module, gene = position
+        raise RefusedError(
+            f"{path}: gene {gene} of the module {experiment.modules[module]!r} of agent {agent} is "
+            "not finite"
+        )
+
+
+def read_genome_file(path: Path) -> StoredGenomes:
+    """Return the content of a genome file. Raise RefusedError if it cannot be read."""
     try:
         content = read_bytes(path, DATA_FILE)
     except (OSError, ValueError) as error:
@@ -147,7 +153,8 @@ def _read(path: Path) -> StoredGenomes:
     return decode_genomes(content, str(path))
 
 
-def _choose_experiment(stored: StoredGenomes, path: Path, name: str | None) -> BaseExperiment:
+def choose_experiment(stored: StoredGenomes, path: Path, name: str | None) -> BaseExperiment:
+    """Return the named experiment, or that of a genome file. Raise RefusedError for neither."""
     if name is not None:
         return load(name)
     if "experiment" not in stored.origin:
@@ -158,7 +165,7 @@ def _choose_experiment(stored: StoredGenomes, path: Path, name: str | None) -> B
     return from_toml(str(stored.origin["experiment"]), f"the experiment of {path}")
 
 
-def _load_world(experiment: BaseExperiment, map_name: str) -> object:
+def load_world(experiment: BaseExperiment, map_name: str) -> object:
     """Return the world of a map: that of the experiment's own learner, or of the first preset."""
     if not isinstance(experiment, Experiment):
         raise RefusedError(

@@ -1,0 +1,209 @@
+"""Competition: the agents of two genome files in one population."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+from baldwinlab.api.frozen_genomes import (
+    choose_experiment,
+    load_world,
+    read_genome_file,
+    require_finite_genes,
+)
+from baldwinlab.api.load import load_installed_parts
+from baldwinlab.api.run import format_assignments
+from baldwinlab.core.errors import RefusedError, require_positive
+from baldwinlab.evolution import Genome
+from baldwinlab.evolution.genome_file import StoredGenomes, arrange_genomes
+from baldwinlab.experiment import BaseExperiment, Experiment, assign
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.simulation.reevaluation import reevaluate
+from baldwinlab.simulation.simulate import check_seed
+
+# Settings of agents that a competition takes from the first file.
+AGENT_TABLES: Final = ("senses", "motor", "network", "learning")
+
+
+class Competition(NamedTuple):
+    """The result of a competition between the agents of two files, A and B.
+
+    Attributes
+    ----------
+    energy_a, energy_b : float
+        Mean energy of an agent of A and of B.
+    difference : float
+        `energy_a` minus `energy_b`.
+    low, high : float
+        95 % interval of the difference over lives, by Student's t; NaN for one life.
+    lives : array [life, competitor]
+        Mean energy of A and of B in each life.
+    """
+
+    energy_a: float
+    energy_b: float
+    difference: float
+    low: float
+    high: float
+    lives: npt.NDArray[np.float64]
+
+
+def compete(
+    a: str | Path,
+    b: str | Path,
+    *,
+    experiment: str | None = None,
+    map: str | None = None,
+    set: Mapping[str, Any] | None = None,
+    lives: int = 100,
+    seed: int = 0,
+) -> Competition:
+    """Simulate the agents of two genome files in one population, and compare their energy.
+
+    Half of a population has genomes of A, half of B. Each life is simulated twice with the same
+    random numbers, and A and B swap their places. The files can have any number of agents: each
+    life takes the next ones, and starts again after the last one.
+
+    Parameters
+    ----------
+    a, b
+        Genome files of `freeze` (.nc), or arrays of NumPy (.npy).
+    experiment
+        A preset or an experiment file; the experiment of A, unless given.
+    map
+        Name of a map, which replaces the world of the experiment.
+    set
+        Settings that change, such as {"lifetime.steps": 500} or {"lifetime": {"steps": 500}}.
+        `population.size` must be even.
+    lives
+        Number of lives, at least 1.
+    seed
+        Seed of all random numbers, 0 to 2**31 - 1.
+
+    Returns
+    -------
+    Competition
+        The mean energies, and their difference with its interval. The difference of a file and
+        itself is exactly 0.
+
+    Raises
+    ------
+    ArgumentError
+        `lives` or `seed` is out of range.
+    RefusedError
+        A file cannot be read or does not fit the experiment, the agents of the files have other
+        settings, the population is odd, or agents are born during life.
+    ExperimentError
+        There is no such preset, map or setting.
+    """
+    return run_competition(
+        Path(a),
+        Path(b),
+        experiment=experiment,
+        map_name=map,
+        assignments=format_assignments(set or {}),
+        lives=lives,
+        seed=seed,
+    )
+
+
+def run_competition(
+    path_a: Path,
+    path_b: Path,
+    *,
+    experiment: str | None,
+    map_name: str | None,
+    assignments: Sequence[str],
+    lives: int,
+    seed: int,
+) -> Competition:
+    """Do the work of `compete`, with settings as assignments such as "lifetime.steps=500"."""
+    require_positive("lives", lives)
+    check_seed(seed)
+    load_installed_parts()
+    stored_a = read_genome_file(path_a)
+    stored_b = read_genome_file(path_b)
+    chosen = choose_experiment(stored_a, path_a, experiment)
+    if experiment is None:
+        _require_same_agents(chosen, stored_b, path_b)
+    if map_name is not None:
+        chosen = chosen.replace(world=load_world(chosen, map_name))
+    chosen = assign(chosen.replace(evolution={"founders": []}), assignments)
+    _require_halves(chosen)
+    genomes_a = _list_genomes(stored_a, path_a, chosen)
+    genomes_b = _list_genomes(stored_b, path_b, chosen)
+    return _summarize(_simulate_lives(chosen, genomes_a, genomes_b, lives, seed))
+
+
+def _require_same_agents(experiment: BaseExperiment, stored: StoredGenomes, path: Path) -> None:
+    """Raise RefusedError if the agents of B have other settings than those of A."""
+    if "experiment" not in stored.origin or not isinstance(experiment, Experiment):
+        return
+    second = choose_experiment(stored, path, None)
+    for table in AGENT_TABLES:
+        values = (getattr(experiment, table), getattr(second, table, None))
+        if values[0] != values[1]:
+            raise RefusedError(
+                f"the agents of {path} have other settings of {table!r} than those of the first "
+                "file; give the experiment of both with --experiment"
+            )
+
+
+def _require_halves(experiment: BaseExperiment) -> None:
+    size = experiment.population.size
+    if size % 2:
+        raise RefusedError(
+            f"population.size = {size} must be even, because each competitor has half of it"
+        )
+    if experiment.births_in_life:
+        raise RefusedError(
+            f"{experiment.name} has births during life, so that an agent does not belong to one "
+            "competitor; choose an experiment without them"
+        )
+
+
+def _list_genomes(stored: StoredGenomes, path: Path, experiment: BaseExperiment) -> Genome:
+    """Return the genomes of all runs of a file, [agent, module, weight]."""
+    genome = arrange_genomes(stored, str(path), experiment)
+    require_finite_genes(genome, path, experiment)
+    return genome.reshape(-1, *genome.shape[2:])
+
+
+def _simulate_lives(
+    experiment: BaseExperiment, genomes_a: Genome, genomes_b: Genome, lives: int, seed: int
+) -> npt.NDArray[np.float64]:
+    """Return the mean energy of A and of B in each life, [life, competitor]."""
+    half = experiment.population.size // 2
+    rows = []
+    for first in range(0, lives, CPU.worlds):
+        runs = range(first, min(first + CPU.worlds, lives))
+        # The next agents of a file, [life, agent].
+        numbers = np.arange(runs.start * half, runs.stop * half).reshape(len(runs), half)
+        half_a = genomes_a[numbers % len(genomes_a)]
+        half_b = genomes_b[numbers % len(genomes_b)]
+        ab, ba = (
+            reevaluate(experiment, seed, runs, 0, np.concatenate(halves, axis=1)).energy
+            for halves in ((half_a, half_b), (half_b, half_a))
+        )
+        # Means of the first and of the second half of each population, [life, half].
+        ab, ba = (energy.reshape(len(runs), 2, half).mean(axis=2) for energy in (ab, ba))
+        rows.append((ab + ba[:, ::-1]) / 2)
+    return np.concatenate(rows)
+
+
+def _summarize(lives: npt.NDArray[np.float64]) -> Competition:
+    energy_a, energy_b = (float(mean) for mean in lives.mean(axis=0))
+    differences = lives[:, 0] - lives[:, 1]
+    difference = float(differences.mean())
+    half_width = np.nan
+    if len(lives) > 1:
+        error = differences.std(ddof=1) / np.sqrt(len(lives))
+        half_width = float(stats.t.ppf(0.975, len(lives) - 1) * error)
+    return Competition(
+        energy_a, energy_b, difference, difference - half_width, difference + half_width, lives
+    )

@@ -1,0 +1,95 @@
+"""Competitions between the agents of two genome files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.core.errors import BaldwinLabError
+from tests.commands import Command
+from tests.small_studies import make_small_study
+
+SHORT = {"lifetime.steps": 150, "population": {"size": 6}}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with two populations, an agent, and learners."""
+    folder = tmp_path_factory.mktemp("frozen")
+    study = make_small_study(folder / "study").directory
+    bl.freeze(f"{study}:evo/A@0[0]", out=folder / "a.nc")
+    bl.freeze(f"{study}:evo/A@2", out=folder / "b.nc")
+    bl.freeze(f"{study}:evo/A@1[1]", 3, out=folder / "agent.nc")
+    bl.freeze(f"{study}:evo+self-taught/A@1[1]", out=folder / "learners.nc")
+    return folder
+
+
+@pytest.mark.parametrize("name", ["b.nc", "agent.nc"])
+def test_a_competitor_against_itself_has_a_difference_of_exactly_0(folder: Path, name: str) -> None:
+    result = bl.compete(folder / name, folder / name, set=SHORT, lives=7)
+    assert result.energy_a == result.energy_b > 0
+    assert (result.difference, result.low, result.high) == (0, 0, 0)
+    np.testing.assert_array_equal(result.lives[:, 0], result.lives[:, 1])
+
+
+def test_swapped_competitors_have_the_opposite_difference(folder: Path) -> None:
+    ab = bl.compete(folder / "a.nc", folder / "b.nc", set=SHORT, lives=20)
+    ba = bl.compete(folder / "b.nc", folder / "a.nc", set=SHORT, lives=20)
+    assert ab.difference == -ba.difference != 0
+    np.testing.assert_array_equal(ab.lives, ba.lives[:, ::-1])
+    assert ab.low < ab.difference < ab.high
+    assert ab.difference == pytest.approx(ab.energy_a - ab.energy_b)
+
+
+def test_an_agent_whose_outputs_ignore_its_inputs_loses(folder: Path, tmp_path: Path) -> None:
+    """All weights are 0, so that the outputs do not depend on the inputs."""
+    np.save(tmp_path / "zero.npy", np.zeros(60))
+    result = bl.compete(folder / "b.nc", tmp_path / "zero.npy", set=SHORT, lives=10)
+    assert result.low > 0
+
+
+def test_the_lives_depend_on_the_seed_and_on_the_map(folder: Path) -> None:
+    files = (folder / "a.nc", folder / "b.nc")
+    lives = bl.compete(*files, set=SHORT, lives=5).lives
+    assert not np.array_equal(bl.compete(*files, set=SHORT, lives=5, seed=1).lives, lives)
+    assert not np.array_equal(bl.compete(*files, set=SHORT, lives=5, map="B").lives, lives)
+    np.testing.assert_array_equal(bl.compete(*files, set=SHORT, lives=3).lives, lives[:3])
+
+
+def test_the_command_compete_prints_energies_and_the_interval(
+    command: Command, folder: Path
+) -> None:
+    files = [str(folder / name) for name in ("a.nc", "a.nc")]
+    options = ["--set", "lifetime.steps=50", "population.size=4", "--lives", "2"]
+    outcome = command("compete", *files, *options)
+    assert outcome.code == 0, outcome.err
+    assert outcome.out.endswith("A minus B: 0, 95 % interval 0 to 0, 2 lives\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["a.nc", "learners.nc"], "have other settings of 'learning' than those of the first file"),
+        (["a.nc", "learners.nc", "--experiment", "evo/A"], "do not fit evo/A: their modules"),
+        (["a.nc", "b.nc", "--set", "population.size=5"], "population.size = 5 must be even"),
+        (["a.nc", "b.nc", "--lives", "0"], "lives"),
+        (["a.nc", "b.nc", "--map", "Q"], "there is no map 'Q'"),
+        (["a.nc", "missing.nc"], "missing.nc cannot be read: No such file"),
+    ],
+)
+def test_a_competition_that_is_not_possible_is_refused(
+    command: Command, folder: Path, arguments: list[str], sentence: str
+) -> None:
+    words = [str(folder / word) if word.endswith(".nc") else word for word in arguments]
+    outcome = command("compete", *words)
+    assert outcome.code == 2
+    assert sentence in outcome.err
+
+
+def test_files_without_an_experiment_need_one(tmp_path: Path) -> None:
+    np.save(tmp_path / "zero.npy", np.zeros(60))
+    with pytest.raises(BaldwinLabError, match="names no experiment"):
+        bl.compete(tmp_path / "zero.npy", tmp_path / "zero.npy")
