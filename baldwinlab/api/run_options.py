@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING
 
@@ -73,13 +74,13 @@ class RunOptions:
         callback = self.callback
         if callback is None:
             return None
-        lock = Lock()
+        return partial(_call_alone, Lock(), callback)
 
-        def call(dataset: xr.Dataset) -> None:
-            with lock:
-                callback(dataset)
 
-        return call
+def _call_alone(lock: Lock, callback: Callable[[xr.Dataset], None], dataset: xr.Dataset) -> None:
+    """Call a function while no other thread calls it."""
+    with lock:
+        callback(dataset)
 
 
 def exclude_remote_memory(need: Need, executor: Executor) -> Need:

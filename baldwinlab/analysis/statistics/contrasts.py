@@ -107,7 +107,7 @@ class Contrasts:
 
     @property
     def too_few(self) -> str:
-        """Sentences about runs that are too few for a verdict, or an empty string."""
+        """The sentences about runs that are too few for a verdict, or an empty string."""
         return describe_too_few(
             [PlannedTest(row.numbers.n_a, row.numbers.n_b) for row in self.rows]
         )
