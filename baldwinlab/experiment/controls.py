@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
 
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.registry import table_name
@@ -11,11 +13,23 @@ from baldwinlab.experiment.registry import table_name
 def find_control(name: str, experiments: Mapping[str, Experiment]) -> str:
     """Return the condition that differs only in having no learning, or ""."""
     experiment = experiments[name]
-    is_control = _is_without_rule if isinstance(experiment, Experiment) else _is_without_learning
+    is_control = _make_test(experiment)
     for candidate, control in experiments.items():
-        if candidate != name and is_control(experiment, control):
+        if candidate != name and is_control(control):
             return candidate
     return ""
+
+
+def _make_test(experiment: BaseExperiment) -> Callable[[Any], bool]:
+    """Return a function that returns whether another experiment is the control."""
+    if isinstance(experiment, Experiment):
+        return partial(_is_without_rule, experiment)
+    try:
+        control = experiment.without_learning().to_dict()
+    # The model is not loaded.
+    except ExperimentError:
+        return partial(_is_without_learning, experiment)
+    return lambda candidate: bool(candidate.to_dict() == control | {"name": candidate.name})
 
 
 def _is_without_rule(experiment: Experiment, candidate: Experiment) -> bool:
@@ -28,19 +42,14 @@ def _is_without_rule(experiment: Experiment, candidate: Experiment) -> bool:
 
 
 def _is_without_learning(experiment: BaseExperiment, candidate: BaseExperiment) -> bool:
-    """Return whether `candidate` is `experiment` without learning. Not for MiniWorld."""
-    try:
-        control = experiment.without_learning().to_dict() | {"name": candidate.name}
-        return bool(control == candidate.to_dict())
-    # The model is not loaded.
-    except ExperimentError:
-        key = table_name(experiment.model)
-        tree = experiment.to_dict()
-        candidate_tree = candidate.to_dict()
-        shared = {"name": experiment.name, key: tree[key]}
-        if candidate_tree | shared != tree:
-            return False
-        return _switches_learning_off(candidate_tree[key], tree[key])
+    """Return whether `candidate` is `experiment` without learning. Its model is not loaded."""
+    key = table_name(experiment.model)
+    tree = experiment.to_dict()
+    candidate_tree = candidate.to_dict()
+    shared = {"name": experiment.name, key: tree[key]}
+    if candidate_tree | shared != tree:
+        return False
+    return _switches_learning_off(candidate_tree[key], tree[key])
 
 
 def _switches_learning_off(control: Mapping[str, object], settings: Mapping[str, object]) -> bool:

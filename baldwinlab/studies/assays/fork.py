@@ -153,8 +153,8 @@ def find_obstacles(
         yield f"the assay {name} measures effects of evolution, which needs inherited genomes"
     elif not find_control(condition, experiments):
         yield (
-            f"the assay {name} compares {condition} with its no-learning control, and the study "
-            "has no condition that differs only in not learning"
+            f"the assay {name} needs a no-learning control: a condition of the same study that "
+            "differs only in that its agents do not learn"
         )
 
 
