@@ -122,7 +122,29 @@ def run_competition(
     lives: int,
     seed: int,
 ) -> Competition:
-    """Do the work of `compete`, with settings as assignments such as "lifetime.steps=500"."""
+    """Compete as in `compete`, with settings as assignments.
+
+    Parameters
+    ----------
+    path_a, path_b
+        Genome files.
+    experiment, map_name
+        As in `compete`.
+    assignments
+        Settings that change, such as "lifetime.steps=500".
+    lives, seed
+        As in `compete`.
+
+    Returns
+    -------
+    Competition
+        The result.
+
+    Raises
+    ------
+    ArgumentError, RefusedError, ExperimentError
+        As in `compete`.
+    """
     require_positive("lives", lives)
     check_seed(seed)
     load_installed_parts()

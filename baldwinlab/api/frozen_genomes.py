@@ -61,10 +61,23 @@ class FrozenGenomes(NamedTuple):
     origin: Origin
 
     def population(self, run: int | None) -> tuple[Genome, int]:
-        """Return the genomes [agent, module, weight] of a run and its number.
+        """Return the genomes of a run and its number.
 
-        The number is that of the only run if `run` is None. A file with one run has its genomes in
-        every run. Raise RefusedError if the file has several runs and none of this number.
+        Parameters
+        ----------
+        run
+            Number of the run; the only run if None. A file with one run has its genomes in every
+            run.
+
+        Returns
+        -------
+        tuple of Genome and int
+            Genomes [agent, module, weight], and the number.
+
+        Raises
+        ------
+        RefusedError
+            The file has several runs and none of this number.
         """
         runs = self.origin.runs
         if len(runs) == 1:
@@ -134,7 +147,22 @@ def read_frozen(
 
 
 def require_finite_genes(genome: Genome, path: Path, experiment: BaseExperiment) -> None:
-    """Raise RefusedError if a gene of `genome` [run, agent, module, weight] is not finite."""
+    """Check that all genes are finite, except those that the network declares.
+
+    Parameters
+    ----------
+    genome
+        Genomes, [run, agent, module, weight].
+    path
+        Their file, for the message.
+    experiment
+        The experiment.
+
+    Raises
+    ------
+    RefusedError
+        A gene is not finite.
+    """
     if position := find_faulty_gene(experiment, genome):
         _, agent, module, gene = position
         raise RefusedError(
@@ -144,7 +172,18 @@ def require_finite_genes(genome: Genome, path: Path, experiment: BaseExperiment)
 
 
 def read_genome_file(path: Path) -> StoredGenomes:
-    """Return the content of a genome file. Raise RefusedError if it cannot be read."""
+    """Return the content of a genome file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    RefusedError
+        The file cannot be read, or holds no genomes.
+    """
     try:
         content = read_bytes(path, DATA_FILE)
     except (OSError, ValueError) as error:
@@ -154,7 +193,24 @@ def read_genome_file(path: Path) -> StoredGenomes:
 
 
 def choose_experiment(stored: StoredGenomes, path: Path, name: str | None) -> BaseExperiment:
-    """Return the named experiment, or that of a genome file. Raise RefusedError for neither."""
+    """Return the named experiment, or that of a genome file.
+
+    Parameters
+    ----------
+    stored
+        The content of the genome file.
+    path
+        Its path, for the message.
+    name
+        A preset or an experiment file; None for the experiment of the genome file.
+
+    Raises
+    ------
+    RefusedError
+        `name` is None, and the file names no experiment.
+    ExperimentError
+        There is no such preset.
+    """
     if name is not None:
         return load(name)
     if "experiment" not in stored.origin:
@@ -166,7 +222,20 @@ def choose_experiment(stored: StoredGenomes, path: Path, name: str | None) -> Ba
 
 
 def load_world(experiment: BaseExperiment, map_name: str) -> object:
-    """Return the world of a map: that of the experiment's own learner, or of the first preset."""
+    """Return the world of a map: that of the same learner if it exists, else of the first preset.
+
+    Parameters
+    ----------
+    experiment
+        The experiment of the agents.
+    map_name
+        Name of a map.
+
+    Raises
+    ------
+    RefusedError
+        There is no such map, or the model has no maps.
+    """
     if not isinstance(experiment, Experiment):
         raise RefusedError(
             f"--map {map_name}: the model {experiment.model} of {experiment.name} has no maps"

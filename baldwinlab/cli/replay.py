@@ -32,6 +32,7 @@ from baldwinlab.core.resources import Need, require_resources
 from baldwinlab.core.variables import TRACE_VARIABLES
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.memory import dimension_sizes, estimate_replay, require_storable
+from baldwinlab.simulation.replay import require_world
 from baldwinlab.studies.store import StudyStore
 
 ENDINGS: Final = (".nc", ".mp4", ".gif", ".png")
@@ -118,9 +119,8 @@ def replay(
             raise RefusedError(f"--condition {condition} applies to a study, not to --genome")
         name = None if directory is None else str(directory)
         frozen = read_frozen(genome, name, map, assignments or [])
-        experiment = frozen.experiment
-        if isinstance(experiment, Experiment):
-            _require_room(experiment, out, force)
+        experiment = require_world(frozen.experiment)
+        _require_room(experiment, out, force)
         trace = replay_frozen(frozen, seed=seed, run=run, generation=generation, force=force)
     _write_trace(trace, experiment, out)
     console.info(

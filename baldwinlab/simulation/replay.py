@@ -71,7 +71,7 @@ def replay(
         The model has no world, the experiment has no such generation, or too little memory is free.
     """
     check_seed(seed, run)
-    _require_world(experiment)
+    require_world(experiment)
     if not 0 <= generation < experiment.evolution.generations:
         raise RefusedError(
             f"generation = {generation} must be at least 0 and less than "
@@ -87,7 +87,7 @@ def replay(
 
 
 def replay_genomes(
-    experiment: Experiment,
+    experiment: BaseExperiment,
     genome: Genome,
     *,
     seed: int = 0,
@@ -122,18 +122,31 @@ def replay_genomes(
     """
     check_seed(seed, run)
     check_seed(generation)
-    _require_world(experiment)
+    experiment = require_world(experiment)
     key = GenerationKey(seed, run, generation)
     require_resources(f"a lifetime of {experiment.name}", _need(experiment, 0), force=force)
     return _trace_lifetime(experiment, genome, key)
 
 
-def _require_world(experiment: BaseExperiment) -> None:
+def require_world(experiment: BaseExperiment) -> Experiment:
+    """Return an experiment whose model has a world.
+
+    Parameters
+    ----------
+    experiment
+        The experiment.
+
+    Raises
+    ------
+    RefusedError
+        Its model has no world.
+    """
     if not isinstance(experiment, Experiment):
         raise RefusedError(
             f"{experiment.name} cannot be replayed: the model {experiment.model} has no world; "
             "only the model miniworld has one"
         )
+    return experiment
 
 
 def _trace_lifetime(experiment: Experiment, genome: Genome, key: GenerationKey) -> xr.Dataset:

@@ -42,13 +42,15 @@ def test_a_replayed_population_has_the_bits_of_the_stored_lifetime(
 def test_another_generation_run_or_seed_gives_another_lifetime(population: Path) -> None:
     frozen = read_frozen(population, assignments=SHORT)
     lifetime = replay_frozen(frozen)
-    for change in ({"seed": 6}, {"run": 0}, {"generation": 0}):
-        assert not replay_frozen(frozen, **change).x.equals(lifetime.x)
+    for seed, run, generation in ((6, 1, 2), (5, 0, 2), (5, 1, 0)):
+        changed = replay_frozen(frozen, seed=seed, run=run, generation=generation)
+        assert not changed.x.equals(lifetime.x)
 
 
 def test_one_agent_is_replayed_on_another_map(study: bl.Study, tmp_path: Path) -> None:
     bl.freeze(f"{study.directory}:{CONDITION}@1[0]", 4, out=tmp_path / "agent.nc")
     frozen = read_frozen(tmp_path / "agent.nc", map_name="B", assignments=SHORT)
+    assert isinstance(frozen.experiment, bl.Experiment)
     assert frozen.experiment.world == bl.load("evo+self-taught/B").world
     trace = replay_frozen(frozen)
     assert trace.sizes["agent"] == 1

@@ -114,7 +114,24 @@ def write_tree_sequence(
 
 
 def choose_run(study: StudyStore, condition: str, run: int | None) -> int:
-    """Return `run`, or the only stored run of a condition. Raise RefusedError for several."""
+    """Return `run`, or the only stored run of a condition.
+
+    Parameters
+    ----------
+    study
+        The directory of the study.
+    condition
+        Name of a condition.
+    run
+        Number of a run, or None.
+
+    Raises
+    ------
+    RefusedError
+        `run` is None, and the condition has several runs.
+    StudyError
+        No run is stored.
+    """
     study.require_runs()
     runs = study.runs(condition)
     if run is None and len(runs) != 1:

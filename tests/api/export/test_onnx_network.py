@@ -10,6 +10,7 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
+from baldwinlab.api.export.onnx_network import Moment
 from baldwinlab.core.errors import BaldwinLabError
 from tests.commands import Command
 from tests.small_studies import shorten_preset
@@ -50,7 +51,8 @@ def test_biases_and_several_layers_are_exported(tmp_path: Path) -> None:
 
 def test_a_network_at_death_has_the_learned_weights(study: bl.Study, tmp_path: Path) -> None:
     trace = study.replay(run=1, generation=2)
-    for moment, name in (("birth", "weight_birth"), ("death", "weight_death")):
+    moments: list[tuple[Moment, str]] = [("birth", "weight_birth"), ("death", "weight_death")]
+    for moment, name in moments:
         path = tmp_path / f"{moment}.onnx"
         study.to_onnx(path, 1, 2, 7, moment=moment)
         weights = trace[name].values[7, 0]
