@@ -51,8 +51,8 @@ def test_biases_and_several_layers_are_exported(tmp_path: Path) -> None:
 
 def test_a_network_at_death_has_the_learned_weights(study: bl.Study, tmp_path: Path) -> None:
     trace = study.replay(run=1, generation=2)
-    moments: list[tuple[Moment, str]] = [("birth", "weight_birth"), ("death", "weight_death")]
-    for moment, name in moments:
+    variables: list[tuple[Moment, str]] = [("birth", "weight_birth"), ("death", "weight_death")]
+    for moment, name in variables:
         path = tmp_path / f"{moment}.onnx"
         study.to_onnx(path, 1, 2, 7, moment=moment)
         weights = trace[name].values[7, 0]
