@@ -70,6 +70,14 @@ def test_a_mixture_has_the_stated_shares_and_no_genome_twice(tmp_path: Path) -> 
     assert len(np.unique(founders[:, 0, 0])) == 8
 
 
+def test_an_array_of_agents_with_all_weights_in_a_row_founds_a_population(tmp_path: Path) -> None:
+    experiment = bl.load("evo+self-taught/A").replace(population={"size": 8})
+    genomes = draw_runs(experiment, 1)[0]
+    np.save(tmp_path / "a.npy", genomes.reshape(8, -1))
+    founders = make_founders(add_files((tmp_path / "a.npy", 1), experiment=experiment), KEY)
+    np.testing.assert_array_equal(founders, genomes)
+
+
 def test_a_small_file_founds_a_larger_population(tmp_path: Path) -> None:
     path = write_file(tmp_path / "small.nc")
     founders = make_founders(add_files((path, 1), experiment=bl.load("evo/A")), KEY)
