@@ -10,7 +10,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.registry import table_name
 
 
-def find_control(name: str, experiments: Mapping[str, Experiment]) -> str:
+def find_control(name: str, experiments: Mapping[str, BaseExperiment]) -> str:
     """Return the condition that differs only in having no learning, or ""."""
     experiment = experiments[name]
     is_control = _make_test(experiment)

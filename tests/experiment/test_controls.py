@@ -22,8 +22,8 @@ def test_a_condition_with_another_difference_is_no_control() -> None:
     learner = make_small_experiment("evo+self-taught")
     control = make_small_experiment("evo")
     assert find_control(learner.name, by_name(learner)) == ""
-    others = by_name(learner, control.replace(evolution={"elite": 1}))
-    assert find_control(learner.name, others) == ""
+    with_elite = control.replace(evolution={"elite": 1})
+    assert find_control(learner.name, by_name(learner, with_elite)) == ""
     faster = learner.replace(name="faster", learning={"rate": 0.5})
     assert find_control(learner.name, by_name(learner, faster)) == ""
 
