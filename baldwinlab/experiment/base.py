@@ -158,7 +158,7 @@ class BaseExperiment(Fields):
     @property
     def weight_count(self) -> int:
         """Number of weights of a module."""
-        return int(self.model_part.weights())
+        return int(self.model_part.n_weights())
 
     @property
     def genome_length(self) -> int:

@@ -144,7 +144,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     def without_learning(self) -> HintonNowlan:
         return self.model_copy(update={"guessing": False})
 
-    def weights(self) -> int:
+    def n_weights(self) -> int:
         return self.loci
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:

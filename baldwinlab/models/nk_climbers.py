@@ -211,7 +211,7 @@ class NKClimbers(Model, name="nk-climbers"):
         # An agent that changes no bit has no cost.
         return self.model_copy(update={"trials": 0, "cost_per_bit": 0.0})
 
-    def weights(self) -> int:
+    def n_weights(self) -> int:
         return self.bits
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:

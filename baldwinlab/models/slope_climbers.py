@@ -100,7 +100,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
     def without_learning(self) -> SlopeClimbers:
         return self.model_copy(update={"learning": False})
 
-    def weights(self) -> int:
+    def n_weights(self) -> int:
         return 1
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:

@@ -153,7 +153,7 @@ class Model(Part):
         """
         raise ValueError(f"the model {self.name!r} has no lifetime without learning")
 
-    def weights(self) -> int:
+    def n_weights(self) -> int:
         """Return the number of entries of a module."""
         raise NotImplementedError
 

@@ -45,6 +45,7 @@ RENAMED_BY_KIND: Final[Mapping[str, Mapping[str, str]]] = {
     "fitness": {},
     "model": {
         "live": "simulate",
+        "weights": "n_weights",
         "without_learner": "without_learning",
         "checked_with": "check_settings",
     },

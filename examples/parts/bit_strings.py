@@ -36,7 +36,7 @@ class BitStrings(Model, name="bit-strings"):
     def without_learning(self):
         return self.model_copy(update={"guessing": False})
 
-    def weights(self):
+    def n_weights(self):
         return self.loci
 
     def founders(self, agents, key):

@@ -35,7 +35,7 @@ class Hawks(Model, name="hawks-and-doves"):
         )
     }
 
-    def weights(self) -> int:
+    def n_weights(self) -> int:
         return 1
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:

@@ -165,12 +165,12 @@ class CellForagers(Model, name="cell-foragers"):
     def without_learning(self) -> CellForagers:
         return self.model_copy(update={"learning_rate": 0.0})
 
-    def weights(self) -> int:
+    def n_weights(self) -> int:
         return (N_INPUTS + 1) * self.hidden_units + (self.hidden_units + 1) * self.outputs
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         modules = len(self.modules)
-        draws = key.uniforms(FOUNDER, (agents, modules * self.weights()))[:, :, 0]
+        draws = key.uniforms(FOUNDER, (agents, modules * self.n_weights()))[:, :, 0]
         weights: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
         return weights.reshape(agents, modules, -1)
 

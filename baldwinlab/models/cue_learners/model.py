@@ -114,7 +114,7 @@ class CueLearners(Model, name="cue-learners"):
     def without_learning(self) -> CueLearners:
         return self.model_copy(update={"learning": False})
 
-    def weights(self) -> int:
+    def n_weights(self) -> int:
         """Return the number of genes: unit kinds, link strengths and Hebbian flags.
 
         The links are ordered by their target, then by their source.
@@ -122,7 +122,7 @@ class CueLearners(Model, name="cue-learners"):
         return self.units + 2 * self.units**2
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, :, 0]
+        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, :, 0]
         return np.array(
             [
                 [[draw_allele(gene, self.units, draw) for gene, draw in enumerate(row)]]

@@ -104,11 +104,11 @@ class DigitReaders(Model, name="digit-readers"):
     def without_learning(self) -> DigitReaders:
         return self.model_copy(update={"trials": 0})
 
-    def weights(self) -> int:
+    def n_weights(self) -> int:
         return (N_PIXELS + 1) * self.hidden_units + (self.hidden_units + 1) * N_DIGITS
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
+        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, None, :, 0]
         levels = (N_LEVELS * draws).astype(np.int64)
         weights: npt.NDArray[np.float32] = levels.astype(np.float32) * LEVEL_STEP - MAX_WEIGHT
         return weights

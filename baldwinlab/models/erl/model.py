@@ -187,12 +187,12 @@ class ErlPopulations(Model, name="erl-populations"):
         strategies = {"ERL": "E", "L": "F"}
         return self.model_copy(update={"strategy": strategies.get(self.strategy, self.strategy)})
 
-    def weights(self) -> int:
+    def n_weights(self) -> int:
         return self.initial_agents * N_BITS
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         """Draw the bits of all founders of each population, as one row per population."""
-        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
+        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, None, :, 0]
         bits: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)
         return bits
 

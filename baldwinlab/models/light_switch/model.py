@@ -129,13 +129,13 @@ class LightSwitch(Model, name="light-switch"):
     def _has_input_signs(self) -> bool:
         return self.encoding == "neurons" and self.sign == "source"
 
-    def weights(self) -> int:
+    def n_weights(self) -> int:
         # Inputs have no genes of their own. If signs belong to sources, each input has a sign bit.
         n_input_signs = N_INPUTS if self._has_input_signs else 0
         return BITS_PER_GENE * self.n_genes + n_input_signs
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
+        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, None, :, 0]
         drawn: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)
         return drawn
 

@@ -79,7 +79,7 @@ class NeatXor(Model, name="neat-xor"):
     def check(self, experiment: Any) -> None:
         require_neat(experiment, f"model = {self.name!r}")
 
-    def weights(self) -> int:
+    def n_weights(self) -> int:
         return count_entries(self.max_links)
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:

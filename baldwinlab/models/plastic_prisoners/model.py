@@ -158,11 +158,11 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     def without_learning(self) -> PlasticPrisoners:
         return self.model_copy(update={"learning": False})
 
-    def weights(self) -> int:
+    def n_weights(self) -> int:
         return 2 * len(PAIRS)
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
+        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, None, :, 0]
         return np.asarray(draws < 0.5, np.float32)
 
     def simulate(

@@ -174,11 +174,11 @@ class TMazes(Model, name="t-mazes"):
     def neurons(self) -> int:
         return self.modulatory_neurons + self.standard_neurons + 1
 
-    def weights(self) -> int:
+    def n_weights(self) -> int:
         return self.neurons * (N_INPUTS + self.neurons) + N_RULE_GENES
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.weights()))[:, None, :, 0]
+        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, None, :, 0]
         genomes: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
         return genomes
 
@@ -232,7 +232,7 @@ class TMazes(Model, name="t-mazes"):
         `trips` is the number of trips. `slots` is the number of results per agent: one for each of
         the first trips. The last result has the sum of all remaining trips.
         """
-        gene_limits = np.full(self.weights(), MAX_WEIGHT)
+        gene_limits = np.full(self.n_weights(), MAX_WEIGHT)
         gene_limits[-N_RULE_GENES:] = 1, 1, 1, 1, MAX_RATE
         weights = np.clip(genomes[:, :, 0], -ONE, ONE) * gene_limits
         network = self.neurons, self.modulatory_neurons, self.plasticity, RESET_PERIODS[self.memory]

@@ -45,7 +45,7 @@ def draw_random_genomes(
 ) -> npt.NDArray[np.float32]:
     """Return genomes [run, agent, module, weight] with weights large enough for movement."""
     drawn = np.random.default_rng(seed).uniform(
-        -size, size, (1, agents, len(forager_model.modules), forager_model.weights())
+        -size, size, (1, agents, len(forager_model.modules), forager_model.n_weights())
     )
     return drawn.astype(np.float32)
 
@@ -317,7 +317,7 @@ def test_the_number_of_mutations_does_not_depend_on_the_length_of_the_genome() -
         forager_model = CellForagers(learning=learning)
         parents_of = (
             np.random.default_rng(0)
-            .uniform(-1, 1, (100, len(forager_model.modules), forager_model.weights()))
+            .uniform(-1, 1, (100, len(forager_model.modules), forager_model.n_weights()))
             .astype(np.float32)
         )
         children, parents = breed(experiment, parents_of, np.arange(100.0), GenerationKey(0, 0, 1))

@@ -45,7 +45,7 @@ def make_readers(agents: int, **fields: Any) -> tuple[DigitReaders, npt.NDArray[
     """
     model = DigitReaders(hidden_units=HIDDEN, **fields)
     return model, np.random.default_rng(1).uniform(
-        -0.5, 0.5, (1, agents, 1, model.weights())
+        -0.5, 0.5, (1, agents, 1, model.n_weights())
     ).astype(np.float32)
 
 

@@ -32,7 +32,9 @@ KINDS: dict[str, dict[str, Any]] = {
 def draw_random_genomes(model: LightSwitch, agents: int = 40) -> npt.NDArray[np.float32]:
     """Return random genomes as [run, agent, module, bit]."""
     return (
-        np.random.default_rng(3).integers(0, 2, (1, agents, 1, model.weights())).astype(np.float32)
+        np.random.default_rng(3)
+        .integers(0, 2, (1, agents, 1, model.n_weights()))
+        .astype(np.float32)
     )
 
 
@@ -199,7 +201,7 @@ def test_weights_at_birth_are_small_and_differ_between_agents() -> None:
 def test_an_agent_without_light_has_no_energy() -> None:
     """A robot that does not move never reaches the stripe. An unlit lamp gives no score."""
     model = LightSwitch(encoding="strengths")
-    still = np.zeros((1, 3, 1, model.weights()), np.float32)
+    still = np.zeros((1, 3, 1, model.n_weights()), np.float32)
     results = model.simulate(0, [0], 0, still)
     assert (results.energy == 0).all() and (results.records["changed"] == 0).all()
 
@@ -218,7 +220,7 @@ def test_a_fifth_of_the_children_have_bits_of_two_parents_with_one_cut() -> None
     """Founders are all 0 or all 1. Without mutation, children of different parents change once."""
     paper = papers.load("floreano-urzelai-2000").experiment("rules-of-neurons")
     experiment = paper.replace(population={"size": 4000}, evolution={"mutation_rate": 0})
-    bits = experiment.model_part.weights()
+    bits = experiment.model_part.n_weights()
     genome = np.repeat(np.arange(4000) % 2, bits).reshape(4000, 1, bits).astype(np.float32)
     children, parents = breed(experiment, genome, np.arange(4000.0), GenerationKey(0, 0, 1))
     changes = (np.diff(children[:, 0]) != 0).sum(axis=1)
@@ -236,7 +238,7 @@ def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:
     without = paper.experiment("rules-of-neurons", variant="no-crossover")
     genome = (
         np.random.default_rng(2)
-        .integers(0, 2, (100, 1, without.model_part.weights()))
+        .integers(0, 2, (100, 1, without.model_part.n_weights()))
         .astype(np.float32)
     )
     flipped = [

@@ -30,7 +30,7 @@ def draw_plastic_genomes(
 
     Some weights are outside the range.
     """
-    drawn = np.random.default_rng(4).uniform(-size, size, (1, agents, 1, model.weights())) ** 3
+    drawn = np.random.default_rng(4).uniform(-size, size, (1, agents, 1, model.n_weights())) ** 3
     # A view, so that changes are in `drawn`.
     synapses = drawn[..., :-N_RULE_GENES].reshape(agents, model.neurons, -1)
     synapses[..., BIAS] *= 0.01
