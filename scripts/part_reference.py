@@ -430,7 +430,7 @@ def constant_descriptions() -> dict[str, str]:
     """Return the description of each helper that has no docstring."""
     return {
         **{name: f"Purpose of random numbers: {text}." for name, _, text in streams()},
-        "OF_AGENT": "Dimensions of a variable with one value per agent and generation.",
+        "PER_AGENT_DIMS": "Dimensions of a variable with one value per agent and generation.",
         "Field": "Function of pydantic: default, limits and description of a setting.",
     }
 

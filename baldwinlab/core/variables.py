@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 PARENT_NAMES = ("fitter", "other")
-OF_AGENT = ("generation", "agent")
+PER_AGENT_DIMS = ("generation", "agent")
 """Dimensions of a variable with one value per agent and generation."""
 
 # Meanings of the coordinates of a dataset.
@@ -28,7 +28,7 @@ class Variable(NamedTuple):
     Attributes
     ----------
     dims : tuple of str
-        Dimensions, for example `OF_AGENT`.
+        Dimensions, for example `PER_AGENT_DIMS`.
     dtype : type
         NumPy type of the values.
     unit : str
@@ -44,7 +44,7 @@ class Variable(NamedTuple):
 
 
 RUN_VARIABLES: Mapping[str, Variable] = {
-    "food_eaten": Variable(OF_AGENT, np.int32, "items", "items eaten in life"),
+    "food_eaten": Variable(PER_AGENT_DIMS, np.int32, "items", "items eaten in life"),
     "energy": Variable(
         ("generation", "agent"),
         np.float64,
@@ -99,7 +99,10 @@ def record_variables(experiment: Any) -> Mapping[str, Variable]:
     }
     if experiment.births_in_life:
         added_variables["born"] = Variable(
-            OF_AGENT, np.int32, "agents", "number of births in the place of the agent during life"
+            PER_AGENT_DIMS,
+            np.int32,
+            "agents",
+            "number of births in the place of the agent during life",
         )
     return dict(RECORD_VARIABLES) | added_variables
 

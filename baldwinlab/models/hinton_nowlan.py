@@ -34,7 +34,7 @@ from baldwinlab.evolution.variation_operators import (
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
-    OF_AGENT,
+    PER_AGENT_DIMS,
     Field,
     LifeResults,
     Measure,
@@ -100,14 +100,14 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     }
     records: ClassVar[Mapping[str, Variable]] = {
         "ones": Variable(
-            OF_AGENT, np.float32, "1", "share of alleles that are 1, the correct allele"
+            PER_AGENT_DIMS, np.float32, "1", "share of alleles that are 1, the correct allele"
         ),
-        "unset": Variable(OF_AGENT, np.float32, "1", "share of alleles that are ?"),
-        "zeros": Variable(OF_AGENT, np.float32, "1", "share of alleles that are 0"),
+        "unset": Variable(PER_AGENT_DIMS, np.float32, "1", "share of alleles that are ?"),
+        "zeros": Variable(PER_AGENT_DIMS, np.float32, "1", "share of alleles that are 0"),
         "succeeded": Variable(
-            OF_AGENT, np.int32, "1", "1 if all alleles were correct in a trial, else 0"
+            PER_AGENT_DIMS, np.int32, "1", "1 if all alleles were correct in a trial, else 0"
         ),
-        "used": Variable(OF_AGENT, np.int32, "trials", "number of trials in the lifetime"),
+        "used": Variable(PER_AGENT_DIMS, np.int32, "trials", "number of trials in the lifetime"),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
     clock: ClassVar[str] = "used"

@@ -25,7 +25,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.models.hinton_nowlan import HintonNowlan
-from baldwinlab.parts import LIFE, OF_AGENT, Field, LifeResults, Measure, Variable, uniforms
+from baldwinlab.parts import LIFE, PER_AGENT_DIMS, Field, LifeResults, Measure, Variable, uniforms
 
 # For each record of `hinton_nowlan.py`, its name in this model.
 RECORD_NAMES = {
@@ -74,8 +74,12 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         for name, variable in HintonNowlan.records.items()
         if name not in ("ones", "zeros")
     } | {
-        "right": Variable(OF_AGENT, np.float32, "1", "share of correct alleles in this generation"),
-        "wrong": Variable(OF_AGENT, np.float32, "1", "share of wrong alleles in this generation"),
+        "right": Variable(
+            PER_AGENT_DIMS, np.float32, "1", "share of correct alleles in this generation"
+        ),
+        "wrong": Variable(
+            PER_AGENT_DIMS, np.float32, "1", "share of wrong alleles in this generation"
+        ),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "fitness": Measure("fitness in the second half of the run", _in_second_half("energy")),

@@ -37,7 +37,7 @@ from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.parts import (
     LIFE,
-    OF_AGENT,
+    PER_AGENT_DIMS,
     Field,
     LifeResults,
     Measure,
@@ -163,12 +163,17 @@ class NKClimbers(Model, name="nk-climbers"):
         "record": {"genome_every": 5},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate": Variable(OF_AGENT, np.float32, "1", "fitness of the string at birth, 0 to 1"),
+        "innate": Variable(
+            PER_AGENT_DIMS, np.float32, "1", "fitness of the string at birth, 0 to 1"
+        ),
         "learned": Variable(
-            OF_AGENT, np.float32, "1", "fitness of the string at death, without the cost, 0 to 1"
+            PER_AGENT_DIMS,
+            np.float32,
+            "1",
+            "fitness of the string at death, without the cost, 0 to 1",
         ),
         "changed": Variable(
-            OF_AGENT, np.int32, "bits", "number of bits that differ between birth and death"
+            PER_AGENT_DIMS, np.int32, "bits", "number of bits that differ between birth and death"
         ),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}

@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import Field
 
 from baldwinlab.core.errors import PartError
-from baldwinlab.core.variables import OF_AGENT, Variable
+from baldwinlab.core.variables import PER_AGENT_DIMS, Variable
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import per_agent, per_world
 from baldwinlab.engine.rng import FOUNDER, LIFE, philox, uniforms, unit
@@ -37,7 +37,7 @@ from baldwinlab.parts.world_features import ItemRegion, WorldFeature
 __all__ = [
     "FOUNDER",
     "LIFE",
-    "OF_AGENT",
+    "PER_AGENT_DIMS",
     "Body",
     "Field",
     "Fields",

@@ -50,11 +50,12 @@ RENAMED_BY_KIND: Final[Mapping[str, Mapping[str, str]]] = {
         "checked_with": "check_settings",
     },
 }
-# New name of each old class or function of `baldwinlab.parts`.
+# New name of each old class, function or constant of `baldwinlab.parts`.
 RENAMED_CLASSES: Final = {
     "Cells": "GridView",
     "Lives": "LifeResults",
     "Matrix": "MatrixView",
+    "OF_AGENT": "PER_AGENT_DIMS",
     "Walk": "PathView",
     "bundle": "simd_block",
 }

@@ -17,14 +17,14 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab._version import __version__
-from baldwinlab.core.variables import DIMENSION_MEANINGS, OF_AGENT
+from baldwinlab.core.variables import DIMENSION_MEANINGS, PER_AGENT_DIMS
 from baldwinlab.experiment.factors import SWEEP, factor_coordinates
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_path
 
 FILE_MARK: Final = "baldwinlab export"
 """Text in every exported file."""
-KEY_COLUMNS: Final = ("condition", "run", *OF_AGENT)
+KEY_COLUMNS: Final = ("condition", "run", *PER_AGENT_DIMS)
 """Columns that identify a row."""
 
 RunValue = str | int | float
@@ -135,8 +135,8 @@ class Table:
                     for variable in variables
                     for name, array in _split_variable(variable)
                 }
-                shape = [record.sizes[dim] for dim in OF_AGENT]
-                for dim, indices in zip(OF_AGENT, np.indices(shape, np.int32), strict=True):
+                shape = [record.sizes[dim] for dim in PER_AGENT_DIMS]
+                for dim, indices in zip(PER_AGENT_DIMS, np.indices(shape, np.int32), strict=True):
                     arrays[dim] = record[dim].values[indices].ravel()
                 run_values = self._values_by_condition[condition] | {"run": run}
                 yield Block(run_values, arrays, int(np.prod(shape)))
@@ -200,9 +200,9 @@ def _describe_column(name: str) -> str:
 
 def _split_variable(variable: xr.DataArray) -> Iterator[tuple[str, npt.NDArray[Any]]]:
     """Yield the columns of a variable, [generation, agent]. A pair, such as parents, has two."""
-    if variable.dims == OF_AGENT:
+    if variable.dims == PER_AGENT_DIMS:
         yield str(variable.name), variable.values
-    elif variable.dims[:-1] == OF_AGENT:
+    elif variable.dims[:-1] == PER_AGENT_DIMS:
         for label, array in zip(
             variable[variable.dims[-1]].values, np.moveaxis(variable.values, -1, 0), strict=True
         ):

@@ -17,7 +17,7 @@ from baldwinlab.api.export.table import FILE_MARK
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path
 from baldwinlab.core.output_paths import enclosing_study
-from baldwinlab.core.variables import OF_AGENT
+from baldwinlab.core.variables import PER_AGENT_DIMS
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.studies.open import concat_conditions, make_empty_dataset
 from baldwinlab.studies.store import StudyStore
@@ -125,7 +125,7 @@ def _make_layout(study: StudyStore) -> Layout:
     generations = {experiment.evolution.generations for experiment in experiments}
     agents = {experiment.population.size for experiment in experiments}
     coords = {"run": np.unique(np.concatenate(list(runs.values())))}
-    for dim, sizes_of_dim in zip(OF_AGENT, (generations, agents), strict=True):
+    for dim, sizes_of_dim in zip(PER_AGENT_DIMS, (generations, agents), strict=True):
         coords[dim] = np.arange(max(sizes_of_dim), dtype=np.int32)
     frame = data.drop_vars([INDEX_COORDINATE, *recorded]).drop_dims(list(coords))
     frame = frame.assign_coords(
@@ -141,7 +141,7 @@ def _make_layout(study: StudyStore) -> Layout:
 
 def _read_sample(study: StudyStore, name: str, runs: npt.NDArray[np.int32]) -> xr.Dataset:
     """Return the first value of each variable. A condition without runs has an empty dataset."""
-    first = {dim: [0] for dim in OF_AGENT}
+    first = {dim: [0] for dim in PER_AGENT_DIMS}
     if not runs.size:
         return make_empty_dataset(study.experiments[name]).isel(first)
     return study.read(name, int(runs[0]), genomes=False).isel(first).expand_dims(run=[0])

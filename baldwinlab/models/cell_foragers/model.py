@@ -25,7 +25,7 @@ from baldwinlab.models.cell_foragers.network import N_ACTION_OUTPUTS, N_INPUTS, 
 from baldwinlab.models.grid_frames import make_foraging_frames
 from baldwinlab.parts import (
     FOUNDER,
-    OF_AGENT,
+    PER_AGENT_DIMS,
     Field,
     GridView,
     LifeResults,
@@ -113,7 +113,7 @@ class CellForagers(Model, name="cell-foragers"):
     payoff: ClassVar[str] = "food eaten per environment"
     records: ClassVar[Mapping[str, Variable]] = {
         "gain": Variable(
-            OF_AGENT,
+            PER_AGENT_DIMS,
             np.float32,
             "items",
             "food per environment in the last sixth of life minus that in the first",

@@ -19,7 +19,7 @@ from baldwinlab.models.cue_learners.lifetimes import (
 )
 from baldwinlab.parts import (
     FOUNDER,
-    OF_AGENT,
+    PER_AGENT_DIMS,
     Field,
     LifeResults,
     Measure,
@@ -69,7 +69,7 @@ class CueLearners(Model, name="cue-learners"):
     payoff: ClassVar[str] = "food minus poison eaten, plus half the number of items"
     records: ClassVar[Mapping[str, Variable]] = {
         "beyond": Variable(
-            OF_AGENT,
+            PER_AGENT_DIMS,
             np.float32,
             "items",
             (
@@ -78,12 +78,12 @@ class CueLearners(Model, name="cue-learners"):
             ),
         ),
         "by_colour": Variable(
-            OF_AGENT,
+            PER_AGENT_DIMS,
             np.int32,
             "1",
             "1 if the agent eats by color at death, independent of smell",
         ),
-        "born_so": Variable(OF_AGENT, np.int32, "1", "1 if the agent eats by color at birth"),
+        "born_so": Variable(PER_AGENT_DIMS, np.int32, "1", "1 if the agent eats by color at birth"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "time": Measure(

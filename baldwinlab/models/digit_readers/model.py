@@ -15,7 +15,7 @@ from baldwinlab.models.digit_readers.training import train_and_test
 from baldwinlab.models.digit_readers.variation import LEVEL_STEP, MAX_WEIGHT, N_LEVELS
 from baldwinlab.parts import (
     FOUNDER,
-    OF_AGENT,
+    PER_AGENT_DIMS,
     Field,
     LifeResults,
     Measure,
@@ -72,13 +72,13 @@ class DigitReaders(Model, name="digit-readers"):
     payoff: ClassVar[str] = "share of digits classified correctly"
     records: ClassVar[Mapping[str, Variable]] = {
         "innate_error": Variable(
-            OF_AGENT, np.float32, "1", "share of digits misclassified at birth"
+            PER_AGENT_DIMS, np.float32, "1", "share of digits misclassified at birth"
         ),
         "error": Variable(
-            OF_AGENT, np.float32, "1", "share of digits misclassified at the end of life"
+            PER_AGENT_DIMS, np.float32, "1", "share of digits misclassified at the end of life"
         ),
         "used": Variable(
-            OF_AGENT, np.int32, "trials", "trials in the lifetime, and the test at its end"
+            PER_AGENT_DIMS, np.int32, "trials", "trials in the lifetime, and the test at its end"
         ),
     }
     clock: ClassVar[str] = "used"

@@ -31,7 +31,7 @@ from baldwinlab.engine import poison
 from baldwinlab.models.erl.agents import N_BITS, N_INPUTS, N_OUTPUTS
 from baldwinlab.models.erl.simulation import Rules, simulate_population
 from baldwinlab.models.erl.world import MAX_CARNIVORES, ErlWorld
-from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
 
 
 def _mean_of_last_generation(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
@@ -143,17 +143,23 @@ class ErlPopulations(Model, name="erl-populations"):
     payoff: ClassVar[str] = "steps survived"
     records: ClassVar[Mapping[str, Variable]] = {
         "extinct": Variable(
-            OF_AGENT, np.int32, "", "1 if the population died out before the last step, else 0"
+            PER_AGENT_DIMS,
+            np.int32,
+            "",
+            "1 if the population died out before the last step, else 0",
         ),
-        "born": Variable(OF_AGENT, np.int32, "agents", "number of births"),
+        "born": Variable(PER_AGENT_DIMS, np.int32, "agents", "number of births"),
         "living": Variable(
-            OF_AGENT,
+            PER_AGENT_DIMS,
             np.float32,
             "agents",
             "number of living agents, mean over the survived steps",
         ),
         "hunters": Variable(
-            OF_AGENT, np.float32, "carnivores", "number of carnivores, mean over the survived steps"
+            PER_AGENT_DIMS,
+            np.float32,
+            "carnivores",
+            "number of carnivores, mean over the survived steps",
         ),
     }
     measures: ClassVar[Mapping[str, Measure]] = {

@@ -14,7 +14,7 @@ from baldwinlab.models.light_switch.lifetimes import N_INPUTS, simulate_lifetime
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
-    OF_AGENT,
+    PER_AGENT_DIMS,
     Field,
     LifeResults,
     Measure,
@@ -86,9 +86,9 @@ class LightSwitch(Model, name="light-switch"):
     payoff: ClassVar[str] = "share of life under the lit lamp"
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     records: ClassVar[Mapping[str, Variable]] = {
-        "score": Variable(OF_AGENT, np.float32, "1", "share of steps under the lit lamp"),
+        "score": Variable(PER_AGENT_DIMS, np.float32, "1", "share of steps under the lit lamp"),
         "changed": Variable(
-            OF_AGENT, np.float32, "1", "share of steps under the lit lamp in a changed world"
+            PER_AGENT_DIMS, np.float32, "1", "share of steps under the lit lamp in a changed world"
         ),
     }
     measures: ClassVar[Mapping[str, Measure]] = {

@@ -44,7 +44,7 @@ from baldwinlab.models.neat.cart_pole import (
     move,
 )
 from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, record_networks
-from baldwinlab.parts import FOUNDER, OF_AGENT, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
 
 # Divisors of the state, which give the inputs.
 INPUT_SCALES: Final = (4.8, 2.0, 0.52, 2.0, 0.52, 2.0)
@@ -164,7 +164,7 @@ class NeatPoles(Poles, name="neat-poles"):
     payoff: ClassVar[str] = "steps balanced"
     records: ClassVar[Mapping[str, Variable]] = {
         "solves": Variable(
-            OF_AGENT, np.int32, "", "1 if both poles stayed upright for all steps, else 0"
+            PER_AGENT_DIMS, np.int32, "", "1 if both poles stayed upright for all steps, else 0"
         ),
         **NETWORK_RECORDS,
     }

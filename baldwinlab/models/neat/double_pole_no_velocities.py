@@ -42,7 +42,7 @@ import numpy.typing as npt
 
 from baldwinlab.models.neat.double_pole import INITIAL_STATE, N_UNREST_STEPS, Poles
 from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, record_networks
-from baldwinlab.parts import OF_AGENT, Field, LifeResults, Measure, Variable
+from baldwinlab.parts import PER_AGENT_DIMS, Field, LifeResults, Measure, Variable
 
 # Number of start states from which a solution must balance.
 MIN_BALANCED_STARTS: Final = 200
@@ -90,16 +90,16 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
     payoff: ClassVar[str] = "Gruau's fitness"
     records: ClassVar[Mapping[str, Variable]] = {
         "balanced": Variable(
-            OF_AGENT, np.int32, "steps", "steps balanced in the trial for fitness"
+            PER_AGENT_DIMS, np.int32, "steps", "steps balanced in the trial for fitness"
         ),
         "proven": Variable(
-            OF_AGENT,
+            PER_AGENT_DIMS,
             np.int32,
             "steps",
             ("steps that the best network of the generation balanced in the longer trial, else 0"),
         ),
         "generalises": Variable(
-            OF_AGENT,
+            PER_AGENT_DIMS,
             np.int32,
             "",
             (

@@ -21,13 +21,13 @@ from baldwinlab.evolution.neat.genome import (
     SPECIES,
     TARGET,
 )
-from baldwinlab.parts import OF_AGENT, Measure, Variable
+from baldwinlab.parts import PER_AGENT_DIMS, Measure, Variable
 
 NETWORK_RECORDS: Final[Mapping[str, Variable]] = {
-    "hidden": Variable(OF_AGENT, np.int32, "nodes", "hidden nodes"),
-    "enabled": Variable(OF_AGENT, np.int32, "links", "enabled links"),
+    "hidden": Variable(PER_AGENT_DIMS, np.int32, "nodes", "hidden nodes"),
+    "enabled": Variable(PER_AGENT_DIMS, np.int32, "links", "enabled links"),
     "species": Variable(
-        OF_AGENT, np.int32, "", "number of the species, in the order in which they arose"
+        PER_AGENT_DIMS, np.int32, "", "number of the species, in the order in which they arose"
     ),
 }
 

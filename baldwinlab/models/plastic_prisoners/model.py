@@ -28,7 +28,7 @@ from baldwinlab.models.plastic_prisoners.strategies import (
 )
 from baldwinlab.parts import (
     FOUNDER,
-    OF_AGENT,
+    PER_AGENT_DIMS,
     Field,
     LifeResults,
     MatrixView,
@@ -89,7 +89,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     payoff: ClassVar[str] = "mean payoff per round"
     records: ClassVar[Mapping[str, Variable]] = {
         "strategy": Variable(
-            OF_AGENT,
+            PER_AGENT_DIMS,
             np.int8,
             "number",
             "strategy: a digit to base 3 for each of DD, DC, CD, CC: 0 D, 1 C, 2 plastic",

@@ -27,7 +27,7 @@ from baldwinlab.models.t_mazes.trips import (
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
-    OF_AGENT,
+    PER_AGENT_DIMS,
     Field,
     GridView,
     LifeResults,
@@ -139,8 +139,10 @@ class TMazes(Model, name="t-mazes"):
     }
     payoff: ClassVar[str] = "reward gained in a lifetime"
     records: ClassVar[Mapping[str, Variable]] = {
-        "high": Variable(OF_AGENT, np.float32, "1", "share of trips that reach the high reward"),
-        "crashed": Variable(OF_AGENT, np.float32, "1", "share of trips that end in a crash"),
+        "high": Variable(
+            PER_AGENT_DIMS, np.float32, "1", "share of trips that reach the high reward"
+        ),
+        "crashed": Variable(PER_AGENT_DIMS, np.float32, "1", "share of trips that end in a crash"),
     }
     views: ClassVar[Mapping[str, View]] = {
         "trips": View(
