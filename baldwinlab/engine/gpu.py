@@ -1,8 +1,8 @@
 """Compilation for a GPU, with options for bit-identical results.
 
-All that compiled code can call (jit.py, phases.py) is compiled again, for a single lane. Nothing is
-contracted to fused multiply-adds, and division rounds as IEEE 754 says. In Numba's simulator of a
-GPU the same functions are plain Python.
+All functions that compiled code can call (jit.py, phases.py) are compiled again, for a single lane.
+The compiler contracts no operations to fused multiply-adds, and division rounds as in IEEE 754.
+In Numba's simulator of a GPU, the same functions are plain Python.
 """
 
 from __future__ import annotations
@@ -18,22 +18,34 @@ import numpy as np
 from numba import config, cuda
 
 from baldwinlab.engine.jit import GENERIC, Function
-from baldwinlab.engine.simd import FOR_ONE_LANE
+from baldwinlab.engine.simd import ONE_LANE_FUNCTIONS
 from baldwinlab.engine.versions import require_tested_version
 
-COMPILING = threading.Lock()
+COMPILATION_LOCK = threading.Lock()
 """A lock that prevents two threads from compiling the same kernel."""
 SIMULATED: Final = bool(config.ENABLE_CUDASIM)
 
 _options: dict[str, Any] = {}
-# The functions that the compiler for the GPU knows.
+# The functions that are registered with the compiler for the GPU.
 _registered: set[Callable[..., Any]] = set()
 device: Callable[[Function], Function] = cuda.jit(device=True)
 
 
 def any_lane(array: Any, lanes: int) -> Any:
     """Return an array [row, 1] as [row, lane] with equal lanes, for any lane number."""
-    return np.lib.stride_tricks.as_strided(array, (array.shape[0], lanes), (array.strides[0], 0))
+    # A stride of 0 makes all lanes the same memory.
+    return np.lib.stride_tricks.as_strided(
+        array, shape=(array.shape[0], lanes), strides=(array.strides[0], 0)
+    )
+
+
+def _overload_for_one_lane(function: Callable[..., Any]) -> None:
+    """Compile the Python source of `function` for a GPU, for arguments of any type."""
+
+    def select_source(*argument_types: Any) -> Callable[..., Any]:
+        return function
+
+    numba_cuda.overload(function, strict=False)(select_source)
 
 
 if not SIMULATED and importlib.util.find_spec("numba_cuda"):
@@ -43,13 +55,14 @@ if not SIMULATED and importlib.util.find_spec("numba_cuda"):
     any_lane = numba_cuda.any_lane
     # Optimization at link time would contract operations.
     _options["lto"] = False
-    for _function, _meaning in FOR_ONE_LANE.items():
-        numba_cuda.overload(_function, strict=False)(lambda *types, meaning=_meaning: meaning)
+    for _function in ONE_LANE_FUNCTIONS:
+        _overload_for_one_lane(_function)
 
 
 def _register_functions() -> None:
     """Register the functions that compiled code can call. New modules and parts add functions."""
-    for generic in [function for function in GENERIC if function not in _registered]:
+    unregistered = [function for function in GENERIC if function not in _registered]
+    for generic in unregistered:
         numba_cuda.overload(generic, strict=False)(GENERIC[generic])
         _registered.add(generic)
 
@@ -66,6 +79,6 @@ def without_contraction() -> Iterator[None]:
     if SIMULATED:
         yield
         return
-    with COMPILING, numba_cuda.without_contraction():
+    with COMPILATION_LOCK, numba_cuda.without_contraction():
         _register_functions()
         yield

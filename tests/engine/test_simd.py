@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import cached_jit, compiled
 from baldwinlab.engine.simd import (
     WIDTH,
@@ -112,3 +113,30 @@ def test_unary_minus_has_the_bits_of_numpy_for_special_numbers() -> None:
         out = np.full_like(a, np.nan)
         negate(out, a)
         assert out.tobytes() == np.negative(a).tobytes()
+
+
+@compiled
+def _write_clamped(out: Any, a: Any, limit: Any, lane: Any) -> None:
+    put(out, 0, lane, clamp(get(a, 0, lane), limit[0]))
+    put(out, 1, lane, sigmoid(get(a, 0, lane)))
+
+
+def _clamp_block(out: Any, a: Any, limit: Any) -> None:
+    _write_clamped(out, a, limit, simd_block(0))
+
+
+def _clamp_lanes(out: Any, a: Any, limit: Any) -> None:
+    for lane in range(WIDTH):
+        _write_clamped(out, a, limit, lane)
+
+
+def test_clamp_and_sigmoid_of_nan_are_nan_in_its_lane_only() -> None:
+    a = np.linspace(-3, 3, WIDTH, dtype=np.float32)[None]
+    a[0, 1] = np.nan
+    limit = np.array([2.0], np.float32)
+    expected = np.clip(a[0], -2, 2)
+    for clamp_all in (cached_jit(_clamp_block), cached_jit(_clamp_lanes), _clamp_lanes):
+        out = np.zeros((2, WIDTH), np.float32)
+        clamp_all(out, a, limit)
+        assert np.array_equal(out[0], expected, equal_nan=True)
+        assert np.flatnonzero(np.isnan(out[1])).tolist() == [1]

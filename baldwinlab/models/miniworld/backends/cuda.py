@@ -11,7 +11,7 @@ import numpy.typing as npt
 from numba import config, cuda
 
 from baldwinlab.core.extras import missing_extra_error
-from baldwinlab.engine.gpu import COMPILING, without_contraction
+from baldwinlab.engine.gpu import COMPILATION_LOCK, without_contraction
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import make_model, make_state
 from baldwinlab.models.miniworld.backends.cuda_kernels import (
@@ -116,7 +116,7 @@ class CudaBatch:
         # The kernels are compiled for one of two sizes of blocks.
         half = MAX_AGENTS // 2
         threads = MAX_AGENTS if worlds_in_block * agents > half else half
-        with COMPILING:
+        with COMPILATION_LOCK:
             self._begin = make_birth_kernel(threads)
             self._simulate = make_simulation_kernel(threads, source, type(self._host.network).part)
 
