@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Final
 
 from cyclopts import Parameter
 
@@ -10,7 +10,7 @@ from baldwinlab.api.report import report
 from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.cli.options import (
-    DESCRIBED_DEFAULT,
+    HIDE_DEFAULT,
     Directory,
     Executor,
     Force,
@@ -24,6 +24,9 @@ from baldwinlab.core.variables import FORKS, POPULATION
 from baldwinlab.studies.assays.catalog import ASSAYS, DEFAULT_ASSAYS
 from baldwinlab.studies.store import StudyStore
 
+# The name of the assay, by the start of its branches.
+FORK_BY_START: Final = {start: name for name, start in FORKS.items()}
+
 
 def assay(
     directory: Directory,
@@ -36,19 +39,19 @@ def assay(
     ],
     assays: Annotated[
         str | None,
-        Parameter(help="The same as NAMES, separated by commas. Default: none."),
+        Parameter(help="More assays, separated by commas. Default: none."),
     ] = None,
     generations: Annotated[
         OptionalInteger,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(help="Number of generations of the branches of a fork, by default 20."),
     ] = None,
     start: Annotated[
         str,
         Parameter(
             name="--from",
-            help="Start of the branches of a fork: population, or mode (copies of the most "
-            "frequent genotype).",
+            help="Start of a fork. population: the stored agents. mode: copies of their most "
+            "frequent genotype.",
         ),
     ] = POPULATION,
     workers: Workers = None,
@@ -69,21 +72,24 @@ def assay(
     """
     load_parts(part)
     study = StudyStore(directory)
-    selected = _select_assays(names, assays, start)
+    selected_assays = _select_assays(names, assays, start)
     options = RunOptions(workers, executor=executor, force=force)
-    run_missing_assays(study, selected, options, generations)
+    run_missing_assays(study, selected_assays, options, generations)
     report(study, force=force)
 
 
-def _select_assays(names: tuple[str, ...], listed: str | None, start: str) -> list[str]:
-    """Return the names of the assays; `start` selects the assay that replaces `fork`."""
-    further = [] if listed is None else [name.strip() for name in listed.split(",")]
-    selected = list(dict.fromkeys([*names, *further])) or list(DEFAULT_ASSAYS)
+def _select_assays(names: tuple[str, ...], more_names: str | None, start: str) -> list[str]:
+    """Return the names of the assays. `fork` becomes the fork that begins from `start`.
+
+    `more_names` are separated by commas.
+    """
+    split_names = [] if more_names is None else [name.strip() for name in more_names.split(",")]
+    unique_names = list(dict.fromkeys([*names, *split_names]))
+    selected_assays = unique_names or list(DEFAULT_ASSAYS)
     if start == POPULATION:
-        return selected
-    variants = {value: name for name, value in FORKS.items()}
-    if start not in variants:
-        raise ArgumentError("from", start, f"must be {' or '.join(variants)}")
-    if "fork" not in selected:
+        return selected_assays
+    if start not in FORK_BY_START:
+        raise ArgumentError("from", start, f"must be {' or '.join(FORK_BY_START)}")
+    if "fork" not in selected_assays:
         raise ArgumentError("from", start, "needs the assay fork")
-    return [variants[start] if name == "fork" else name for name in selected]
+    return [FORK_BY_START[start] if name == "fork" else name for name in selected_assays]

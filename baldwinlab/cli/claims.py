@@ -10,8 +10,8 @@ from cyclopts import Parameter
 
 from baldwinlab.api.claims import evaluate_claims
 from baldwinlab.cli.options import (
-    DESCRIBED_DEFAULT,
     FLAG,
+    HIDE_DEFAULT,
     OVERWRITE_FORCE,
     Directory,
     LastGenerations,
@@ -33,7 +33,7 @@ def claims(
     ] = None,
     paper: Annotated[
         str,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(help="Paper whose claims are evaluated. Default: the paper of the study."),
     ] = "",
     part: Parts = None,

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from baldwinlab.api.compete import run_competition
 from baldwinlab.cli.options import (
-    DESCRIBED_DEFAULT,
+    HIDE_DEFAULT,
     Assignments,
     Integer,
     Parts,
@@ -26,12 +26,12 @@ def compete(
     *,
     experiment: Annotated[
         str | None,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(help="A preset or an experiment file. Default: the experiment of A."),
     ] = None,
     map: Annotated[
         str | None,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(help="Name of a map. Default: the map of the experiment."),
     ] = None,
     assignments: Assignments = None,

@@ -16,8 +16,8 @@ from baldwinlab.cli.export_formats import (
     require_page_output,
 )
 from baldwinlab.cli.options import (
-    DESCRIBED_DEFAULT,
     FLAG,
+    HIDE_DEFAULT,
     Assignments,
     OptionalInteger,
     Parts,
@@ -99,17 +99,17 @@ def export(
     ] = None,
     generation: Annotated[
         OptionalInteger,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(help="onnx: number of a generation, from 0. No default."),
     ] = None,
     agent: Annotated[
         OptionalInteger,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(help="onnx: number of an agent, from 0. No default."),
     ] = None,
     at: Annotated[
         Moment | None,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(help="onnx: weights at birth or at death. Default: birth."),
     ] = None,
     author: Annotated[
@@ -122,7 +122,7 @@ def export(
     ] = None,
     license: Annotated[
         str,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(help="ro-crate: license of the study, an address or an SPDX name: CC-BY-4.0."),
     ] = "",
     force: Annotated[

@@ -9,8 +9,8 @@ from cyclopts import Parameter
 
 from baldwinlab.api.freezer import freeze as write_genome_file
 from baldwinlab.cli.options import (
-    DESCRIBED_DEFAULT,
     FLAG,
+    HIDE_DEFAULT,
     OVERWRITE_FORCE,
     OptionalInteger,
     Parts,
@@ -31,7 +31,7 @@ def freeze(
     *,
     agent: Annotated[
         OptionalInteger,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(help="Number of an agent, from 0. Default: all agents."),
     ] = None,
     out: Annotated[Path, Parameter(help="Genome file to write (.nc).")],

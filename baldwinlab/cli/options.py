@@ -98,8 +98,8 @@ for _flag in ("--help", "--version"):
 
 # A flag without a negative form, such as --no-force. Its help does not state the default.
 FLAG: Final = Parameter(negative="", show_default=False)
-# An option whose help text states the default in words.
-DESCRIBED_DEFAULT: Final = Parameter(show_default=False)
+# The help of an option that states its default in words does not show its value.
+HIDE_DEFAULT: Final = Parameter(show_default=False)
 
 Integer = Annotated[int, Parameter(converter=_read_integer)]
 OptionalInteger = Annotated[int | None, Parameter(converter=_read_integer)]
@@ -111,7 +111,7 @@ Experiment = Annotated[
 LOCATION: Final = "Directory of the study, or a URL such as s3://BUCKET/STUDY."
 # The value is a Path, or an object of fsspec for a URL.
 Directory = Annotated[Any, Parameter(converter=_read_location, help=LOCATION)]
-Out = Annotated[Any, Parameter(converter=_read_location), DESCRIBED_DEFAULT]
+Out = Annotated[Any, Parameter(converter=_read_location), HIDE_DEFAULT]
 Runs = Annotated[Integer, Parameter(help="Number of independent runs of each condition.")]
 Seed = Annotated[Integer, Parameter(help="Seed of all random numbers, 0 to 2147483647.")]
 Variant = Annotated[
@@ -120,7 +120,7 @@ Variant = Annotated[
 ]
 Workers = Annotated[
     OptionalInteger,
-    DESCRIBED_DEFAULT,
+    HIDE_DEFAULT,
     Parameter(
         help="Number of threads, by default one per core; with --executor slurm, number of jobs."
     ),
@@ -140,7 +140,7 @@ LastGenerations = Annotated[
 ]
 Baseline = Annotated[
     str,
-    DESCRIBED_DEFAULT,
+    HIDE_DEFAULT,
     Parameter(
         help="Condition with which all others are compared, by default the first condition on "
         "the same map."

@@ -13,8 +13,8 @@ from baldwinlab.api.agents import select_condition
 from baldwinlab.api.frozen_genomes import read_frozen, replay_frozen
 from baldwinlab.api.study import Study
 from baldwinlab.cli.options import (
-    DESCRIBED_DEFAULT,
     FLAG,
+    HIDE_DEFAULT,
     LOCATION,
     OVERWRITE_FORCE,
     RESOURCE_FORCE,
@@ -41,7 +41,7 @@ ENDINGS: Final = (".nc", ".mp4", ".gif", ".png")
 def replay(
     directory: Annotated[
         Directory,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(
             help=f"{LOCATION} With --genome: a preset or an experiment file, by default the "
             "experiment of the genome file."
@@ -55,7 +55,7 @@ def replay(
     ] = None,
     genome: Annotated[
         Path | None,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(
             help="Genome file (.nc, .npy) whose agents are simulated. By default the agents are "
             "those of the study."
@@ -63,7 +63,7 @@ def replay(
     ] = None,
     run: Annotated[
         OptionalInteger,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(
             help="Number of a stored run, from 0. It is required for a study, and for a genome "
             "file of several runs. Default of other genome files: the run of the genomes."
@@ -71,7 +71,7 @@ def replay(
     ] = None,
     generation: Annotated[
         OptionalInteger,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(
             help="Number of a generation, from 0. It is required for a study. Default of a genome "
             "file: the generation of the genomes."
@@ -79,12 +79,12 @@ def replay(
     ] = None,
     seed: Annotated[
         OptionalInteger,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(help="With --genome: seed of the lifetime. Default: the seed of the genomes."),
     ] = None,
     map: Annotated[
         str | None,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(help="With --genome: name of a map. Default: the map of the experiment."),
     ] = None,
     assignments: Assignments = None,

@@ -9,8 +9,8 @@ from cyclopts import Parameter
 
 from baldwinlab.api.report import report as write_report
 from baldwinlab.cli.options import (
-    DESCRIBED_DEFAULT,
     FLAG,
+    HIDE_DEFAULT,
     OVERWRITE_FORCE,
     RESOURCE_FORCE,
     Baseline,
@@ -35,7 +35,7 @@ def report(
     baseline: Baseline = "",
     paper: Annotated[
         str,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(help="Paper whose claims are evaluated. Default: the paper of the study."),
     ] = "",
     part: Parts = None,

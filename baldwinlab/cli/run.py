@@ -12,7 +12,7 @@ from baldwinlab.api.run import run_loaded
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.tables import show_contrasts
 from baldwinlab.cli.options import (
-    DESCRIBED_DEFAULT,
+    HIDE_DEFAULT,
     LOCATION,
     Assignments,
     Backend,
@@ -49,7 +49,7 @@ def run(
     baseline: Baseline = "",
     generations: Annotated[
         OptionalInteger,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(
             help="Number of generations, by default that of the experiment. A stored study is "
             "extended to this number."
@@ -57,7 +57,7 @@ def run(
     ] = None,
     runs: Annotated[
         OptionalInteger,
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(
             help="Number of independent runs of each condition, by default 30; of a stored study, "
             "its number of runs."
@@ -75,7 +75,7 @@ def run(
     executor: Executor = "threads",
     founders: Annotated[
         tuple[str, ...],
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(
             consume_multiple=True,
             negative="",
@@ -86,7 +86,7 @@ def run(
     ] = (),
     at: Annotated[
         tuple[str, ...],
-        DESCRIBED_DEFAULT,
+        HIDE_DEFAULT,
         Parameter(
             consume_multiple=True,
             negative="",

@@ -34,10 +34,17 @@ from baldwinlab.parts.networks import forward, links
 from baldwinlab.simulation.recorder import Series, record_batch
 from baldwinlab.simulation.reevaluation import collect_outcomes, make_batch
 
-# With more inputs, the table of all input combinations is left out.
+# With more inputs, the container has no table of all input combinations.
 MAX_TABLE_INPUTS = 4
 # Samples of the weights over a lifetime, including birth and death.
 MAX_WEIGHT_SAMPLES = 201
+MIN_WEIGHT_SAMPLES = 2
+# The indices of modules in a genome [module, weight].
+ACTION_MODULE = 0
+REINFORCEMENT_MODULE = 1
+# Upper limit of the size of action, eaten items and error in one step.
+_BYTES_PER_STEP = 13
+_FLOAT32_BYTES = 4
 
 Floats = npt.NDArray[np.float32]
 
@@ -51,15 +58,15 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
             lab,
             request,
             _estimate_bytes_per_step,
-            lambda life, span: inspect_agent(life, span, agent),
+            make=lambda life, span: inspect_agent(life, span, agent),
         )
 
     return [Route("/api/agent", agent_life)]
 
 
 def _estimate_bytes_per_step(experiment: Experiment) -> int:
-    # Action, eaten items and error need at most 13 bytes. Activations of two modules are float32.
-    return 13 + 2 * 4 * sum(experiment.layer_sizes)
+    n_units_of_two_modules = 2 * sum(experiment.layer_sizes)
+    return _BYTES_PER_STEP + _FLOAT32_BYTES * n_units_of_two_modules
 
 
 def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
@@ -102,27 +109,30 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
     experiment = life.experiment.at(generation)
     require_agent(experiment, agent)
     start = life.load_start_data()
-    batch = make_batch(experiment, seed, [run], generation, start.genome[None])
+    # The batch has a single run.
+    genomes_by_run = start.genomes[None]
+    batch = make_batch(experiment, seed, [run], generation, genomes_by_run)
     arrays = _record_agent(experiment, batch, span, agent)
-    has_small_table = len(experiment.inputs) <= MAX_TABLE_INPUTS and not experiment.real_valued
-    if has_small_table and experiment.part("network.kind").is_memoryless:
+    has_few_inputs = len(experiment.inputs) <= MAX_TABLE_INPUTS and not experiment.real_valued
+    if has_few_inputs and experiment.part("network.kind").is_memoryless:
         arrays["responses"] = _make_response_table(experiment, batch, arrays["weights"])
-    genome = start.genome[agent, :, : experiment.weight_count]
+    genome = start.genomes[agent, :, : experiment.weight_count]
     _add_module_activations(experiment, batch, genome, arrays)
-    network_links = _list_links(batch, arrays["weights"][0])
+    weights_at_birth = arrays["weights"][0]
+    network_links = _list_links(batch, weights_at_birth)
     if network_links.size:
         arrays["links"] = network_links
-    energy = collect_outcomes(experiment, batch, start.genome[None]).energy[0]
+    fitness = collect_outcomes(experiment, batch, genomes_by_run).energy[0]
     header = {
         "kind": "agent",
         "agent": agent,
-        **span._asdict(),
+        **span.make_header(),
         "appearance": describe_appearance(experiment).to_dict(),
         "layer_sizes": experiment.layer_sizes,
         "biases": experiment.network.biases,
-        **_find_relatives(life, start, energy, agent),
+        **_find_relatives(life, start, fitness, agent),
         "food": int(batch.eaten_in_life()[0, agent].sum()),
-        "rank": 1 + int((energy > energy[agent]).sum()),
+        "rank": 1 + int((fitness > fitness[agent]).sum()),
     }
     return binary_frames.pack(header, arrays)
 
@@ -134,23 +144,30 @@ def _record_agent(
 
     Weights are recorded before a step, and all other variables after it.
     """
-    steps = experiment.lifetime.steps
-    count = min(MAX_WEIGHT_SAMPLES, max(2, MAX_RESPONSE_BYTES // (4 * experiment.weight_count)))
-    samples = np.unique(np.linspace(0, steps, count).astype(np.uint32))
-    after = range(span.first + 1, span.last + 1)
+    sample_steps = _choose_sample_steps(experiment)
+    # A time is the number of simulated steps.
+    times_after_steps = range(span.first + 1, span.stop + 1)
     series = {
-        "weights": Series("weights", samples.tolist(), agent),
-        "activations": Series("activations", after, agent),
-        "action": Series("action", after, agent, np.uint16),
-        "eaten_in_life": Series("eaten_in_life", after, agent, np.uint32),
+        "weights": Series("weights", sample_steps.tolist(), agent),
+        "activations": Series("activations", times_after_steps, agent),
+        "action": Series("action", times_after_steps, agent, np.uint16),
+        "eaten_in_life": Series("eaten_in_life", times_after_steps, agent, np.uint32),
     }
     if choose_lookup(experiment) is DirectTeacher:
-        series["teacher_activations"] = Series("teacher_activations", after, agent)
+        series["teacher_activations"] = Series("teacher_activations", times_after_steps, agent)
     record_batch(batch, list(series.values()))
-    arrays = {"sample_step": samples}
+    arrays = {"sample_step": sample_steps}
     arrays |= {name: recorder.values for name, recorder in series.items()}
     arrays["eaten_in_life"] = binary_frames.narrow(arrays["eaten_in_life"])
     return arrays
+
+
+def _choose_sample_steps(experiment: Experiment) -> npt.NDArray[np.uint32]:
+    """Return the steps before which the weights are recorded, as many as fit into a response."""
+    n_fitting_samples = MAX_RESPONSE_BYTES // (_FLOAT32_BYTES * experiment.weight_count)
+    n_samples = min(MAX_WEIGHT_SAMPLES, max(MIN_WEIGHT_SAMPLES, n_fitting_samples))
+    steps = np.linspace(0, experiment.lifetime.steps, n_samples)
+    return np.unique(steps.astype(np.uint32))
 
 
 def _add_module_activations(
@@ -164,18 +181,22 @@ def _add_module_activations(
     inputs = arrays["activations"][:, : len(experiment.inputs)]
     lookup = choose_lookup(experiment)
     if lookup is ActionTable:
-        arrays["activations"] = _evaluate_module(batch, genome[0], inputs)
+        arrays["activations"] = _evaluate_module(batch, genome[ACTION_MODULE], inputs)
     if lookup is TeacherTable:
-        arrays["teacher_activations"] = _evaluate_module(batch, genome[1], inputs)
+        arrays["teacher_activations"] = _evaluate_module(
+            batch, genome[REINFORCEMENT_MODULE], inputs
+        )
     if "reinforcement" not in experiment.modules:
         return
-    arrays["teacher"] = genome[1]
+    arrays["teacher"] = genome[REINFORCEMENT_MODULE]
     # If a rule declares `answers`, the outputs of the reinforcement module are not actions.
     has_same_outputs = not experiment.part("learning.rule").answers
     if has_same_outputs:
-        outputs = slice(-len(experiment.actions), None)
-        difference = arrays["activations"][:, outputs] - arrays["teacher_activations"][:, outputs]
-        arrays["error"] = np.sqrt((difference**2).mean(axis=1))
+        # The last units of a module are its outputs.
+        n_outputs = len(experiment.actions)
+        outputs = arrays["activations"][:, -n_outputs:]
+        targets = arrays["teacher_activations"][:, -n_outputs:]
+        arrays["error"] = np.sqrt(((outputs - targets) ** 2).mean(axis=1))
 
 
 def _make_response_table(
@@ -186,40 +207,47 @@ def _make_response_table(
     n_actions = len(experiment.actions)
     codes = np.arange(2**n_inputs)
     # Bit k of a code is input k.
-    inputs = (codes[:, None] >> np.arange(n_inputs) & 1).astype(np.float32)
+    shifted_codes = codes[:, None] >> np.arange(n_inputs)
+    inputs = (shifted_codes & 1).astype(np.float32)
     # Without learning, all samples have the same weights.
-    unique, index = np.unique(weights, axis=0, return_inverse=True)
+    unique_weights, row_of_sample = np.unique(weights, axis=0, return_inverse=True)
     outputs = np.stack(
-        [_evaluate_module(batch, sample, inputs)[:, -n_actions:] for sample in unique]
+        [_evaluate_module(batch, row, inputs)[:, -n_actions:] for row in unique_weights]
     )
-    return np.asarray(outputs.argmax(axis=2)[index.ravel()], np.uint8)
+    actions = outputs.argmax(axis=2)
+    return np.asarray(actions[row_of_sample.ravel()], np.uint8)
 
 
 def _evaluate_module(batch: CpuBatch, weights: Floats, inputs: Floats) -> Floats:
     """Return the activations [step, unit] of a module without memory, for inputs [step, input]."""
-    unique, index = np.unique(inputs, axis=0, return_inverse=True)
-    activations = np.zeros((len(batch.state.activations), len(unique)), np.float32)
-    activations[: inputs.shape[1]] = unique.T
-    lane_weights = np.repeat(weights[:, None], len(unique), axis=1)
-    for lane in range(len(unique)):
+    # Equal inputs are evaluated once. A lane is one combination of inputs.
+    unique_inputs, lane_of_step = np.unique(inputs, axis=0, return_inverse=True)
+    n_units = len(batch.state.activations)
+    n_lanes, n_inputs = unique_inputs.shape
+    activations = np.zeros((n_units, n_lanes), np.float32)
+    activations[:n_inputs] = unique_inputs.T
+    lane_weights = np.repeat(weights[:, None], n_lanes, axis=1)
+    for lane in range(n_lanes):
         forward(batch.state.network, lane_weights, activations, lane)
-    return np.ascontiguousarray(activations.T[index.ravel()])
+    return np.ascontiguousarray(activations.T[lane_of_step.ravel()])
 
 
 def _list_links(batch: CpuBatch, weights: Floats) -> Floats:
     """Return the links [link, (from unit, to unit, weight)] of a network without layers."""
+    # A row contains the two units and the weight of a link.
     buffer = np.empty((len(weights), 3), np.float32)
-    units = len(batch.state.activations)
-    count = links(batch.state.network, weights[:, None], units, 0, buffer)
-    return buffer[:count]
+    n_units = len(batch.state.activations)
+    weights_of_one_lane = weights[:, None]
+    n_links = links(batch.state.network, weights_of_one_lane, n_units, 0, buffer)
+    return buffer[:n_links]
 
 
 def _find_relatives(
-    life: Life, start: StartData, energy: npt.NDArray[np.float64], agent: int
+    life: Life, start: StartData, fitness: npt.NDArray[np.float64], agent: int
 ) -> dict[str, Any]:
     """Return an agent's parents (the fitter one first), the agents that teach it, and its children.
 
-    `energy` [agent] determines which agents reproduce. With births during life, the relatives are
+    `fitness` [agent] determines which agents reproduce. With births during life, the relatives are
     unknown.
     """
     experiment = life.experiment
@@ -230,15 +258,15 @@ def _find_relatives(
     if experiment.births_in_life:
         return {"parents": parents, "teachers": teachers, "children": children}
     if key.generation > 0:
-        assert start.energy is not None
-        parent_energy = start.energy.values[key.generation - 1]
-        pairs = make_generation(experiment, key, start.genome, parent_energy)[1]
-        parents = _read_pair(pairs, agent)
-        teachers = _read_pair(find_teachers(experiment, key, pairs), agent)
+        assert start.fitness is not None
+        fitness_of_parents = start.fitness.values[key.generation - 1]
+        _, parent_pairs = make_generation(experiment, key, start.genomes, fitness_of_parents)
+        parents = _read_pair(parent_pairs, agent)
+        teachers = _read_pair(find_teachers(experiment, key, parent_pairs), agent)
     if key.generation + 1 < experiment.evolution.generations:
         next_key = key._replace(generation=key.generation + 1)
-        pairs = make_generation(experiment, next_key, start.genome, energy)[1]
-        children = np.flatnonzero((pairs == agent).any(axis=1)).tolist()
+        _, parent_pairs = make_generation(experiment, next_key, start.genomes, fitness)
+        children = np.flatnonzero((parent_pairs == agent).any(axis=1)).tolist()
     return {"parents": parents, "teachers": teachers, "children": children}
 
 

@@ -74,7 +74,7 @@ def pack_live_frequencies(lab: Lab, query: Query) -> bytes:
         genome = recompute_genomes(
             experiment,
             GenerationKey(live.seed, run, generation),
-            live.read_energy(run, generation),
+            live.read_fitness(run, generation),
             (stored_generation, genome),
         )
     frequencies = compute_allele_frequencies(experiment, [genome])

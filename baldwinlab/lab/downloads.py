@@ -207,8 +207,8 @@ def make_movie(
 def _make_scene(life: Life) -> Scene:
     experiment = life.experiment
     seed, run, generation = life.key
-    energy = life.load_start_data().energy
-    trace = replay(experiment, seed=seed, run=run, generation=generation, energy=energy)
+    fitness = life.load_start_data().fitness
+    trace = replay(experiment, seed=seed, run=run, generation=generation, energy=fitness)
     return Scene(trace, experiment.world.width, experiment.world.height)
 
 

@@ -30,16 +30,16 @@ class StartData(NamedTuple):
 
     Parameters
     ----------
-    genome
+    genomes
         The genomes at birth [agent, module, weight].
-    energy
-        The fitness in all earlier generations, and perhaps in later ones [generation, agent]. None
-        if there is no earlier generation.
+    fitness
+        The fitness in all earlier generations [generation, agent]. That of a stored run also
+        contains the later generations. None in generation 0.
 
     """
 
-    genome: Genome
-    energy: xr.DataArray | None
+    genomes: Genome
+    fitness: xr.DataArray | None
 
 
 class Life(NamedTuple):
@@ -62,25 +62,30 @@ class Life(NamedTuple):
 
 
 class Span(NamedTuple):
-    """The steps from `first` up to, but not including, `last`."""
+    """The steps from `first` up to, but not including, `stop`."""
 
     first: int
-    last: int
+    stop: int
+
+    def make_header(self) -> dict[str, int]:
+        """Return the entries of the header of a container."""
+        return {"first": self.first, "last": self.stop}
 
 
 async def queue_container(
     lab: Lab,
     request: Request,
-    bytes_per_step: Callable[[Experiment], int],
+    estimate_bytes_per_step: Callable[[Experiment], int],
     make: Callable[[Life, Span], bytes],
 ) -> Response:
-    """Return the response with the container that `make` returns for the requested steps.
+    """Return a queued response with a container of the requested steps, see `binary_frames`.
 
-    Containers are cached.
+    `make` returns the container. Containers are cached.
     """
     query = request.query_params
     life = await run_in_threadpool(find_life, lab, query)
-    span = read_span(query, life.experiment.lifetime.steps, bytes_per_step(life.experiment))
+    n_steps = life.experiment.lifetime.steps
+    span = read_span(query, n_steps, estimate_bytes_per_step(life.experiment))
     cache_key = (request.url.path, tuple(sorted(query.items())), life.experiment, life.key)
 
     def respond() -> Response:
@@ -90,32 +95,34 @@ async def queue_container(
     return QueuedResponse(lab, respond)
 
 
-def read_span(query: Query, steps: int, bytes_per_step: int) -> Span:
+def read_span(query: Query, n_steps: int, bytes_per_step: int) -> Span:
     """Return the requested steps of a lifetime (default: all), limited to one response.
 
     Raise ValueError if the lifetime does not have these steps.
     """
     first = read_number(query, "first", 0)
-    last = read_number(query, "last", steps)
-    if not first < last <= steps:
+    stop = read_number(query, "last", n_steps)
+    if not first < stop <= n_steps:
         raise ValueError(
-            f"first = {first} and last = {last} must be in order and at most {steps}, the number"
+            f"first = {first} and last = {stop} must be in order and at most {n_steps}, the number"
             " of steps of a lifetime"
         )
+    # A response contains at least one step.
     max_steps = max(1, min(MAX_RESPONSE_STEPS, MAX_RESPONSE_BYTES // bytes_per_step))
-    return Span(first, min(last, first + max_steps))
+    return Span(first, min(stop, first + max_steps))
 
 
 def find_life(lab: Lab, query: Query) -> Life:
     """Return the lifetime that a query names.
 
-    A query names a stored run (study, condition), a live run (live) or a preset (preset, seed),
-    each with a run and a generation.
+    Its parameters are `run`, `generation`, and either `study` and `condition`, or `live`, or
+    `preset` and `seed`.
 
-    Raise MissingError if it does not exist or if its model has no world, and ValueError if a
-    parameter is missing.
+    Raise MissingError if the lifetime does not exist or if its model has no world, and ValueError
+    if a parameter is missing.
     """
-    life = _find_any_life(lab, query)
+    life = _find_life_of_any_model(lab, query)
+    # A query can name any model, but the type of `Life` allows only models with a world.
     if not isinstance(life.experiment, Experiment):
         raise MissingError(
             f"{life.experiment.name} has no world to show: its model is {life.experiment.model}"
@@ -139,17 +146,19 @@ def require_generation(experiment: BaseExperiment, generation: int) -> None:
         )
 
 
-def _find_any_life(lab: Lab, query: Query) -> Life:
+def _find_life_of_any_model(lab: Lab, query: Query) -> Life:
     generation = read_number(query, "generation")
     if "study" in query:
         return _find_stored_life(lab, query, generation)
     if "live" in query:
         run = read_number(query, "run")
-        experiment, seed, _, energy = lab.live.find_recording_source(query["live"], run, generation)
-        return _make_recomputed_life(
-            experiment, GenerationKey(seed, run, generation), lambda: energy
-        )
-    key = GenerationKey(read_number(query, "seed", 0), read_number(query, "run", 0), generation)
+        live_run = lab.live.find_run(query["live"])
+        fitness = live_run.read_fitness(run, generation)
+        key = GenerationKey(live_run.seed, run, generation)
+        return _make_recomputed_life(live_run.experiment, key, lambda: fitness)
+    key = GenerationKey(
+        seed=read_number(query, "seed", 0), run=read_number(query, "run", 0), generation=generation
+    )
     check_seed(key.seed, key.run)
     experiment = load_preset(read_text(query, "preset"))
     return _make_recomputed_life(experiment, key, lambda: simulate_energy_before(experiment, key))
@@ -162,23 +171,25 @@ def _find_stored_life(lab: Lab, query: Query, generation: int) -> Life:
     experiment = study_access.find_condition(study, name)
     study.require_parts(name)
     require_generation(experiment, generation)
+    study_access.require_run(lab, study, name, run)
 
     def load_start_data() -> StartData:
         record = study.record(name, run)
-        return StartData(restore_genomes(experiment, record, generation), record.energy)
+        genomes = restore_genomes(experiment, record, generation)
+        return StartData(genomes, fitness=record.energy)
 
-    study_access.require_run(lab, study, name, run)
     return Life(experiment, GenerationKey(study.seed, run, generation), load_start_data)
 
 
 def _make_recomputed_life(
-    experiment: Experiment, key: GenerationKey, load_energy: Callable[[], xr.DataArray | None]
+    experiment: Experiment, key: GenerationKey, load_fitness: Callable[[], xr.DataArray | None]
 ) -> Life:
     """Return a lifetime whose genomes are computed from the fitness of earlier generations."""
     require_generation(experiment, key.generation)
 
     def load_start_data() -> StartData:
-        energy = load_energy()
-        return StartData(recompute_genomes(experiment, key, energy), energy)
+        fitness = load_fitness()
+        genomes = recompute_genomes(experiment, key, fitness)
+        return StartData(genomes, fitness=fitness)
 
     return Life(experiment, key, load_start_data)

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import anyio
-import xarray as xr
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import JSONResponse
@@ -126,19 +125,6 @@ class Live:
             with self._lock:
                 run.watchers -= 1
                 self._schedule_removal(run)
-
-    def find_recording_source(
-        self, id: str, run: int, generation: int
-    ) -> tuple[Experiment, int, int, xr.DataArray]:
-        """Return the arguments of `replay` for a finished generation.
-
-        They are the experiment, the seed, the run and the fitness of all finished generations.
-
-        Raise MissingError for an unknown live run, and ValueError for a run or a generation that
-        does not exist yet.
-        """
-        live_run = self.find_run(id)
-        return live_run.experiment, live_run.seed, run, live_run.read_energy(run, generation)
 
     def save(self, id: str, root: Path, name: str) -> None:
         """Save a live run as a study in `root`.

@@ -187,7 +187,7 @@ class LiveRun:
             }
         return bands
 
-    def read_energy(self, run: int, generation: int) -> xr.DataArray:
+    def read_fitness(self, run: int, generation: int) -> xr.DataArray:
         """Return the fitness of all finished generations (generation, agent).
 
         Raise ValueError as `find_history`.

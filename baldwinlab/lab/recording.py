@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,10 @@ from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.simulation.recorder import ItemMoves, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
 
-# In each step, without inputs: x and y, heading, action, items eaten, teacher.
-BYTES_PER_AGENT = 16
+# Size of a recorded step, without inputs: x and y, heading, action, items eaten, teacher.
+BYTES_PER_AGENT_STEP = 16
+_BITS_PER_BYTE = 8
+_FLOAT32_BYTES = 4
 
 
 def make_routes(lab: Lab) -> list[BaseRoute]:
@@ -36,7 +39,8 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
 
 def estimate_bytes_per_step(experiment: Experiment) -> int:
     """Return an upper estimate of the size of one recorded step."""
-    return experiment.population.size * (BYTES_PER_AGENT + _count_input_bytes(experiment))
+    bytes_per_agent = BYTES_PER_AGENT_STEP + _count_input_bytes(experiment)
+    return experiment.population.size * bytes_per_agent
 
 
 def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
@@ -77,7 +81,7 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
         "source": source,
         "condition": experiment.name,
         **life.key._asdict(),
-        **span._asdict(),
+        **span.make_header(),
         "steps": experiment.lifetime.steps,
         "agents": experiment.population.size,
         "items": arrays["item_x"].size,
@@ -92,27 +96,30 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
 def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
     seed, run, generation = life.key
     experiment = life.experiment.at(generation)
-    batch = make_batch(experiment, seed, [run], generation, life.load_start_data().genome[None])
-    agents = slice(experiment.population.size)
-    # Positions are recorded before a step, and actions and their results after it.
-    before = range(*span)
-    after = range(span.first + 1, span.last + 1)
+    # The batch has a single run.
+    genomes = life.load_start_data().genomes[None]
+    batch = make_batch(experiment, seed, [run], generation, genomes)
+    all_agents = slice(experiment.population.size)
+    # Positions are recorded before a step, and actions and their results after it. A time is the
+    # number of simulated steps.
+    times_before_steps = range(span.first, span.stop)
+    times_after_steps = range(span.first + 1, span.stop + 1)
     pack_inputs = np.ravel if experiment.real_valued else _pack_bits
     appearance = describe_appearance(experiment)
     heading_type = _choose_unsigned_type(appearance.headings)
     action_type = _choose_unsigned_type(len(appearance.actions))
-    moves = ItemMoves(before)
+    moves = ItemMoves(times_before_steps)
     series = {
-        "x": Series("x", before, agents),
-        "y": Series("y", before, agents),
-        "heading": Series("heading", before, agents, heading_type),
-        "sensor": Series("inputs", after, agents, transform=pack_inputs),
-        "action": Series("action", after, agents, action_type),
-        "eaten_in_life": Series("eaten_in_life", after, agents, np.uint32),
+        "x": Series("x", times_before_steps, all_agents),
+        "y": Series("y", times_before_steps, all_agents),
+        "heading": Series("heading", times_before_steps, all_agents, heading_type),
+        "sensor": Series("inputs", times_after_steps, all_agents, transform=pack_inputs),
+        "action": Series("action", times_after_steps, all_agents, action_type),
+        "eaten_in_life": Series("eaten_in_life", times_after_steps, all_agents, np.uint32),
     }
     if experiment.part("learning.rule").teacher_array:
-        agent_type = _choose_unsigned_type(experiment.population.size)
-        series["teacher"] = Series("teacher", after, agents, agent_type)
+        agent_index_type = _choose_unsigned_type(experiment.population.size)
+        series["teacher"] = Series("teacher", times_after_steps, all_agents, agent_index_type)
     record_batch(batch, [moves, *series.values()])
     arrays = {name: recorder.values for name, recorder in series.items()}
     arrays["item_x"] = moves.items[:, 0]
@@ -121,15 +128,17 @@ def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
     return arrays | {f"move_{name}": column for name, column in moves.columns().items()}
 
 
-def _choose_unsigned_type(count: int) -> type[np.generic]:
-    """Return the smallest unsigned type that can hold `count` different values."""
-    return np.uint8 if count <= 2**8 else np.uint16
+def _choose_unsigned_type(n_values: int) -> type[np.generic]:
+    """Return the smallest unsigned type that can hold a number of different values."""
+    return np.uint8 if n_values <= 2**8 else np.uint16
 
 
 def _count_input_bytes(experiment: Experiment) -> int:
     """Return the size of the inputs of one agent in one step."""
-    count = len(experiment.inputs)
-    return 4 * count if experiment.real_valued else -(-count // 8)
+    n_inputs = len(experiment.inputs)
+    if experiment.real_valued:
+        return _FLOAT32_BYTES * n_inputs
+    return math.ceil(n_inputs / _BITS_PER_BYTE)
 
 
 def _pack_bits(inputs: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:

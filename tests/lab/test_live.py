@@ -223,15 +223,15 @@ def test_a_command_changes_the_pace_of_a_live_run(live: Live) -> None:
 
 def test_the_replay_of_a_generation_of_a_live_run_is_bit_identical(live: Live) -> None:
     run = run_and_stop(live, shorten_preset().replace(**LONG))
-    experiment, seed, number, energy = live.find_recording_source(run.id, 1, 2)
-    trace = replay(experiment, seed=seed, run=number, generation=2, energy=energy)
+    fitness = run.read_fitness(1, 2)
+    trace = replay(run.experiment, seed=run.seed, run=1, generation=2, energy=fitness)
     assert np.array_equal(trace.eaten.sum("step"), run.make_records()[1].food_eaten[2])
     n_done = run.generations_done
     message = f"generation {n_done} .* is not finished: {n_done} generations are"
     with pytest.raises(ValueError, match=message):
-        live.find_recording_source(run.id, 0, n_done)
+        run.read_fitness(0, n_done)
     with pytest.raises(ValueError, match="run = 2 must be at least 0 and less than 2"):
-        live.find_recording_source(run.id, 2, 0)
+        run.read_fitness(2, 0)
 
 
 @pytest.mark.parametrize(

@@ -139,7 +139,8 @@ def test_real_valued_inputs_are_recorded_unchanged(in_plain_python: None) -> Non
     trace = replay(experiment)
     assert np.array_equal(sensor, trace.sensor[:50])
     assert np.unique(sensor).size > 100
-    assert recording.estimate_bytes_per_step(experiment) == 20 * (recording.BYTES_PER_AGENT + 28)
+    bytes_per_agent = recording.BYTES_PER_AGENT_STEP + 28
+    assert recording.estimate_bytes_per_step(experiment) == 20 * bytes_per_agent
 
 
 def make_life(experiment: Any) -> Life:
@@ -156,8 +157,8 @@ def test_a_large_world_is_recorded_in_spans_of_limited_size(
     ) == Span(0, 5000)
     large = recording.estimate_bytes_per_step(shorten_preset().replace(population={"size": 1000}))
     spans = [life_query.read_span({}, 5000, large)]
-    while spans[-1].last < 5000:
-        spans.append(life_query.read_span({"first": str(spans[-1].last)}, 5000, large))
+    while spans[-1].stop < 5000:
+        spans.append(life_query.read_span({"first": str(spans[-1].stop)}, 5000, large))
     assert max(last - first for first, last in spans) * large <= life_query.MAX_RESPONSE_BYTES
     assert len(spans) == 3
     assert life_query.read_span({}, 100_000_000, 20) == Span(0, life_query.MAX_RESPONSE_STEPS)
