@@ -30,7 +30,7 @@ class Finding:
     # p-value, corrected for all comparisons of the claims.
     p_holm: float
     verdict: Verdict
-    # Meaning of a measure that a model defines.
+    # Meaning of the measure if a model defines it, else "".
     meaning: str = ""
     # The smallest corrected p-value that the numbers of runs allow.
     smallest_p_holm: float = nan
@@ -56,10 +56,12 @@ class Finding:
         numbers = {name: finite_or_none(value) for name, value in self.numbers._asdict().items()}
         low = numbers.pop("low")
         high = numbers.pop("high")
+        comparison = self.comparison
         return {
-            "condition": self.comparison.a,
-            "comparison": self.comparison.reference,
-            "measure": self.comparison.measure,
+            "condition": comparison.a,
+            "comparison": comparison.reference,
+            "measure": comparison.measure,
+            # All fields of `statistics.Comparison` but the ends of the interval.
             **numbers,
             "interval": None if low is None else [low, high],
             "p_holm": finite_or_none(self.p_holm),
@@ -67,6 +69,12 @@ class Finding:
             "smallest_p_holm": finite_or_none(self.smallest_p_holm),
             "too_few_runs": self.has_too_few_runs,
         }
+
+
+def _rank_weakness(finding: Finding) -> tuple[int, float]:
+    """Return the order of a finding by verdict and p-value. The weakest finding is the last."""
+    p = finding.p_holm if math.isfinite(finding.p_holm) else 0.0
+    return VERDICTS.index(finding.verdict), p
 
 
 @dataclass(frozen=True)
@@ -110,29 +118,27 @@ class ClaimResult:
     @property
     def deciding(self) -> Finding | None:
         """The weakest finding: the worst verdict, and among equal verdicts the largest p."""
-        ranks = [
-            (VERDICTS.index(finding.verdict), finite_or_none(finding.p_holm) or 0.0)
-            for finding in self.findings
-        ]
-        return self.findings[ranks.index(max(ranks))] if ranks else None
+        return max(self.findings, key=_rank_weakness, default=None)
 
     @property
     def difference_from_paper(self) -> float | None:
         """The deciding effect minus the value in the paper, or None if one is unknown."""
-        if self.deciding is None or self.claim.figure is None:
+        paper_value = self.claim.figure
+        if self.deciding is None or paper_value is None:
             return None
         effect = self.deciding.numbers.effect
-        return None if math.isnan(effect) else effect - self.claim.figure
+        return None if math.isnan(effect) else effect - paper_value
 
     def record(self) -> dict[str, Any]:
         """Return the claim for JSON, with the numbers of the deciding comparison."""
         deciding: dict[str, Any] = self.deciding.record() if self.deciding else {}
-        names = ("condition", "comparison", "measure", "effect", "interval", "p", "p_holm", "a12")
+        # a12 is the effect size of Vargha and Delaney.
+        columns = ("condition", "comparison", "measure", "effect", "interval", "p", "p_holm", "a12")
         claim = self.claim
         return {
             "id": claim.id,
             "claim": claim.text,
-            **{name: deciding.get(name) for name in names},
+            **{name: deciding.get(name) for name in columns},
             "verdict": self.verdict,
             "too_few_runs": self.has_too_few_runs,
             "rule": claim.rule,

@@ -119,9 +119,9 @@ class Samples:
         conditions = [str(name) for name in self._data["condition"].values]
         return [
             ModelMeasure(
-                measure,
-                self.meaning(comparison),
-                {condition: self.get(condition, measure).values for condition in conditions},
+                name=measure,
+                meaning=self.meaning(comparison),
+                values={condition: self.get(condition, measure).values for condition in conditions},
             )
             for measure, comparison in comparisons.items()
         ]

@@ -77,7 +77,12 @@ def evaluate_samples(samples: Samples) -> list[ClaimResult]:
         comparisons = claim.comparisons if claim in evaluated else ()
         claim_findings = tuple(findings[comparison] for comparison in comparisons)
         results.append(
-            ClaimResult(claim, claim_findings, tuple(missing[claim]), tuple(unmeasured[claim]))
+            ClaimResult(
+                claim=claim,
+                findings=claim_findings,
+                missing=tuple(missing[claim]),
+                unmeasured=tuple(unmeasured[claim]),
+            )
         )
     return results
 
@@ -99,12 +104,12 @@ def _find_results(claims: Sequence[Claim], samples: Samples) -> dict[ClaimCompar
         p = p_holm.get(comparison, nan)
         verdict = RULES[comparison.rule](numbers[comparison], p, comparison.bound)
         findings[comparison] = Finding(
-            comparison,
-            numbers[comparison],
-            p,
-            verdict,
-            samples.meaning(comparison),
-            smallest.get(comparison, nan),
+            comparison=comparison,
+            numbers=numbers[comparison],
+            p_holm=p,
+            verdict=verdict,
+            meaning=samples.meaning(comparison),
+            smallest_p_holm=smallest.get(comparison, nan),
         )
     return findings
 
@@ -174,7 +179,18 @@ def _single_sample(
     size: int, median: float, effect: float, low: float, high: float
 ) -> statistics.Comparison:
     """Return the fields of a comparison without a second sample. The others are NaN."""
-    return statistics.Comparison(size, 0, median, nan, effect, low, high, nan, nan, nan)
+    return statistics.Comparison(
+        n_a=size,
+        n_b=0,
+        median_a=median,
+        median_b=nan,
+        effect=effect,
+        low=low,
+        high=high,
+        u=nan,
+        p=nan,
+        a12=nan,
+    )
 
 
 def _compare(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:

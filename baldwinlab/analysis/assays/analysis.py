@@ -98,7 +98,13 @@ class ConditionResult:
         if criterion in answers:
             return answers[criterion]
         criteria = {entry.id: entry for entry in load_criteria()}
-        return Answer(criteria[criterion], None, 0, nan, NOT_MEASURED)
+        return Answer(
+            criterion=criteria[criterion],
+            numbers=None,
+            left_out=0,
+            p_holm=nan,
+            verdict=NOT_MEASURED,
+        )
 
     def answers_of_phase(self, phase: int | None) -> list[Answer]:
         """Return the answers to the criteria of a phase of the Baldwin effect."""
@@ -200,16 +206,17 @@ def evaluate_assays(assays: Assays, last: int = 10) -> Analysis:
     answers = _answer_criteria(tables, {name: experiments[name] for name in learning_conditions})
     results = [
         ConditionResult(
-            name,
-            factors[name],
-            controls[name],
-            answers[name],
-            isinstance(experiments[name], Experiment) and _eats_only_with_learning(assays, name),
-            experiments[name].evolution.lamarckian_share > 0,
+            condition=name,
+            factors=factors[name],
+            control=controls[name],
+            answers=answers[name],
+            eats_only_with_learning=isinstance(experiments[name], Experiment)
+            and _eats_only_with_learning(assays, name),
+            is_lamarckian=experiments[name].evolution.lamarckian_share > 0,
         )
         for name in learning_conditions
     ]
-    return Analysis(tuple(results), numbers, last, tables)
+    return Analysis(results=tuple(results), numbers=numbers, last=last, tables=tables)
 
 
 def _answer_criteria(
@@ -234,7 +241,16 @@ def _answer_criteria(
         p = p_holm.get((name, criterion), nan)
         smallest_p = smallest_p_holm.get((name, criterion), nan)
         verdict = _decide(RULE_SIGNS[criterion.rule], pairs, p)
-        answers[name].append(Answer(criterion, pairs, left_out, p, verdict, smallest_p))
+        answers[name].append(
+            Answer(
+                criterion=criterion,
+                numbers=pairs,
+                left_out=left_out,
+                p_holm=p,
+                verdict=verdict,
+                smallest_p_holm=smallest_p,
+            )
+        )
     return {name: tuple(condition_answers) for name, condition_answers in answers.items()}
 
 
@@ -319,4 +335,13 @@ def _compute_numbers(condition: str, table: Table) -> Iterator[Number]:
         if values.size:
             median = float(np.median(values))
             low, high = statistics.median_interval(values)
-            yield Number(condition, measure, when, values.size, left_out, median, low, high)
+            yield Number(
+                condition=condition,
+                measure=measure,
+                when=when,
+                runs=values.size,
+                left_out=left_out,
+                median=median,
+                low=low,
+                high=high,
+            )

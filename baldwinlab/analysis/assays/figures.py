@@ -1,6 +1,6 @@
-"""Figures of the assays, with a column for each condition that evolves and learns.
+"""Figures of the assays.
 
-Lines are medians over runs, like the numbers in the text. Bands are their 95 % intervals.
+Curves are medians over runs, like the numbers in the text. Bands are their 95 % intervals.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays.panels import (
-    GOLDEN_RATIO,
     draw_curve,
     draw_legend,
     label_generations,
@@ -40,6 +39,7 @@ from baldwinlab.analysis.figures.style import (
     MARKERS,
     SeriesStyle,
     choose_style,
+    spread_points,
     styled,
 )
 from baldwinlab.analysis.palette import LIFE_COLORS
@@ -54,11 +54,14 @@ LIFE_STYLES: Final = {
     life: SeriesStyle(LIFE_COLORS[life], line, marker)
     for life, line, marker in zip(LIFE_NAMES, LINE_STYLES, MARKERS, strict=False)
 }
+# Height of the points of a kind of modules, and half the length of its median line, in rows.
+POINT_SPREAD: Final = 0.4
+HALF_MEDIAN_LINE: Final = 0.32
 
 
 @styled
 def draw_innate_and_learned(assays: Assays, names: Sequence[str], unit: str) -> Figure:
-    """Draw fitness by generation in each kind of life, and as a share of fitness with learning.
+    """Draw the fitness of each kind of life, and its ratio to the fitness with learning.
 
     Parameters
     ----------
@@ -72,18 +75,19 @@ def draw_innate_and_learned(assays: Assays, names: Sequence[str], unit: str) -> 
     Returns
     -------
     Figure
-        Two panels per condition.
+        Two panels per condition: the fitness by generation (top) and its ratio to the fitness with
+        learning (bottom).
     """
     figure, grid = make_grid(assays["innate"], names, rows=2, height=2.4)
     for (top, bottom), name in zip(grid, names, strict=True):
         fitness = mean_fitness(assays["innate"][name])
         for life, style in LIFE_STYLES.items():
             draw_curve(top, fitness.sel(life=life), style, LIFE_NAMES[life])
-        on = fitness.sel(life="on")
-        innate = compute_share(fitness.sel(life="off"), on)
-        learned = compute_share(fitness.sel(life="frozen"), on)
-        draw_curve(bottom, innate, LIFE_STYLES["off"], "innate share (off / on)")
-        draw_curve(bottom, learned, LIFE_STYLES["frozen"], "weights at death (frozen / on)")
+        fitness_with_learning = fitness.sel(life="on")
+        innate_share = compute_share(fitness.sel(life="off"), fitness_with_learning)
+        frozen_share = compute_share(fitness.sel(life="frozen"), fitness_with_learning)
+        draw_curve(bottom, innate_share, LIFE_STYLES["off"], "innate share (off / on)")
+        draw_curve(bottom, frozen_share, LIFE_STYLES["frozen"], "weights at death (frozen / on)")
         start_at_zero(top)
         bottom.axhline(1, color=GRAY, lw=0.8)
         bottom.set_ylim(-0.03, max(1.06, bottom.get_ylim()[1]))
@@ -113,19 +117,19 @@ def draw_gain_and_distance(assays: Assays, names: Sequence[str], unit: str) -> F
         One panel per condition, and a second one if a model has weights.
     """
     distances = {name: weight_distances(assays["innate"][name]) for name in names}
-    has_weights = any(
-        bool(values.notnull().any()) for layers in distances.values() for values in layers.values()
-    )
+    has_weights = any(_has_values(layers) for layers in distances.values())
     n_rows = 2 if has_weights else 1
     figure, grid = make_grid(assays["innate"], names, rows=n_rows, height=2.2)
-    for (top, *weight_axes), name in zip(grid, names, strict=True):
+    for panels, name in zip(grid, names, strict=True):
         fitness = mean_fitness(assays["innate"][name])
-        draw_curve(top, fitness.sel(life="on") - fitness.sel(life="off"), LIFE_STYLES["on"], "")
+        gain = fitness.sel(life="on") - fitness.sel(life="off")
+        top = panels[0]
+        draw_curve(top, gain, LIFE_STYLES["on"], "")
         top.axhline(0, color=GRAY, lw=0.8)
-        for bottom in weight_axes:
-            _draw_distances(bottom, distances[name])
-        lowest = [top, *weight_axes][-1]
-        label_generations(lowest)
+        if has_weights:
+            _draw_distances(panels[1], distances[name])
+        bottom = panels[-1]
+        label_generations(bottom)
     labels = [f"gain from learning,\n{unit}", "distance, birth to death"]
     label_rows(grid, *labels[:n_rows])
     if has_weights:
@@ -133,14 +137,22 @@ def draw_gain_and_distance(assays: Assays, names: Sequence[str], unit: str) -> F
     return figure
 
 
+def _has_values(distances: Mapping[str, xr.DataArray]) -> bool:
+    return any(bool(values.notnull().any()) for values in distances.values())
+
+
 def _draw_distances(axes: Axes, distances: Mapping[str, xr.DataArray]) -> None:
-    """Draw one curve per layer."""
-    layers = {name.partition(", ")[2]: values for name, values in distances.items() if ", " in name}
-    for number, (layer, values) in enumerate(layers.items()):
-        style = SeriesStyle(
-            BROWN, LINE_STYLES[number % len(LINE_STYLES)], MARKERS[number % len(MARKERS)]
-        )
-        draw_curve(axes, values, style, layer)
+    """Draw one curve per layer. The distance of all weights is not drawn."""
+    # The names are "distance" for all weights, and "distance, LAYER".
+    layers = {
+        name.removeprefix("distance, "): values
+        for name, values in distances.items()
+        if name != "distance"
+    }
+    for layer_index, (layer, values) in enumerate(layers.items()):
+        line = LINE_STYLES[layer_index % len(LINE_STYLES)]
+        marker = MARKERS[layer_index % len(MARKERS)]
+        draw_curve(axes, values, SeriesStyle(BROWN, line, marker), layer)
     start_at_zero(axes)
 
 
@@ -163,21 +175,29 @@ def draw_modules(assays: Assays, names: Sequence[str], unit: str) -> Figure:
         One panel per condition. A line is the median.
     """
     figure, grid = make_grid(assays["modules"], names, rows=1, height=2.3)
-    for number, ((axes,), name) in enumerate(zip(grid, names, strict=True)):
+    for condition_index, (panels, name) in enumerate(zip(grid, names, strict=True)):
+        axes = panels[0]
         data = assays["modules"][name]
         kinds = [str(kind) for kind in data["modules"].values]
         for row, kind in enumerate(kinds):
             fitness = data["energy"].sel(modules=kind).mean("agent").values
-            # The golden ratio spreads points evenly and reproducibly.
-            spread = 0.4 * (np.arange(fitness.size) * GOLDEN_RATIO % 1 - 0.5)
-            axes.plot(fitness, row + spread, "o", color=GRAY, ms=3.2, alpha=0.6, mew=0)
-            axes.vlines(np.median(fitness), row - 0.32, row + 0.32, color=BLACK, lw=1.8)
+            offsets = POINT_SPREAD * spread_points(fitness.size)
+            axes.plot(fitness, row + offsets, "o", color=GRAY, ms=3.2, alpha=0.6, mew=0)
+            axes.vlines(
+                np.median(fitness),
+                row - HALF_MEDIAN_LINE,
+                row + HALF_MEDIAN_LINE,
+                color=BLACK,
+                lw=1.8,
+            )
         axes.set(
             yticks=range(len(kinds)),
             yticklabels=[kind.replace(", ", ",\n") for kind in kinds],
             xlabel=unit,
         )
-        axes.tick_params(labelleft=number % 2 == 0)
+        # Two conditions are next to each other, and only the left one has labels.
+        is_left_panel = condition_index % 2 == 0
+        axes.tick_params(labelleft=is_left_panel)
         axes.grid(visible=False, axis="y")
         axes.invert_yaxis()
     return figure
@@ -209,11 +229,13 @@ def draw_reaction_norms(assays: Assays, names: Sequence[str], unit: str) -> Figu
     fields = list(dict.fromkeys(panel.field for panel in panels))
     figure = Figure((FIGURE_WIDTH, 0.5 + 1.75 * len(fields)))
     grid = figure.subplots(len(fields), len(maps), squeeze=False)
-    for axes, panel in zip(grid.flat, panels, strict=True):
+    for panel in panels:
+        axes = grid[fields.index(panel.field), maps.index(panel.map)]
         for name, fitness in panel.norms.items():
             draw_curve(axes, fitness, styles[factors[name].learner], "", "position")
-        axes.set_xticks(range(len(panel.values)), panel.labels)
-        axes.set(xlim=(-0.4, max(len(panel.values), 1) - 0.6), xlabel=panel.name)
+        n_positions = len(panel.values)
+        axes.set_xticks(range(n_positions), panel.labels)
+        axes.set(xlim=(-0.4, max(n_positions, 1) - 0.6), xlabel=panel.name)
         start_at_zero(axes)
     for row in grid:
         row[0].set_ylabel(unit)
@@ -229,7 +251,10 @@ def _learner_styles(assays: Assays) -> dict[str, SeriesStyle]:
     datasets = [data for assay in assays.values() for data in assay.values()]
     learners = [name for data in datasets for name in data.attrs.get("learners", ())]
     learners += [read_factors(data).learner for data in datasets]
-    return {name: choose_style(number) for number, name in enumerate(dict.fromkeys(learners))}
+    return {
+        name: choose_style(learner_index)
+        for learner_index, name in enumerate(dict.fromkeys(learners))
+    }
 
 
 @styled
@@ -265,9 +290,9 @@ def draw_descent(assays: Assays, names: Sequence[str], unit: str) -> Figure:
         "effective_ancestors": "effective ancestors",
     }
     for row, map_name in zip(grid, maps, strict=True):
-        on_map = [name for name in stored if factors[name].map == map_name]
+        conditions_on_map = [name for name in stored if factors[name].map == map_name]
         for axes, (measure, label) in zip(row, measures.items(), strict=True):
-            for name in on_map:
+            for name in conditions_on_map:
                 draw_curve(axes, stored[name][measure], styles[factors[name].learner], "")
             axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
             axes.set_ylabel(label)

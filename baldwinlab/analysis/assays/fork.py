@@ -106,6 +106,14 @@ def estimate_effects(fork: xr.Dataset) -> list[ForkEffect]:
             for effect, values in _effects_on(fitness).items():
                 median = float(np.median(values))
                 low, high = median_interval(values.values)
-                row = ForkEffect(generation, measure, effect, median, low, high, values.size)
+                row = ForkEffect(
+                    generation=generation,
+                    measure=measure,
+                    effect=effect,
+                    estimate=median,
+                    low=low,
+                    high=high,
+                    runs=values.size,
+                )
                 estimates.append(row)
     return estimates

@@ -187,16 +187,16 @@ def compare_learners(
     (reference,) = references
     entries = tuple(
         LearnerOnMap(
-            condition.learner.removeprefix(f"{reference}+"),
-            condition.map,
-            findings[name],
-            _select_measured_answers(name, analysis),
+            learner=condition.learner.removeprefix(f"{reference}+"),
+            map=condition.map,
+            finding=findings[name],
+            answers=_select_measured_answers(name, analysis),
         )
         for name, condition in factors.items()
         if name in findings
     )
     maps = tuple(dict.fromkeys(entry.map for entry in entries))
-    return LearnerComparison(reference, maps, entries)
+    return LearnerComparison(reference=reference, maps=maps, entries=entries)
 
 
 def _compares_averages(finding: Finding) -> bool:

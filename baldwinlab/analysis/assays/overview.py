@@ -88,12 +88,12 @@ def draw_overview(analysis: Analysis, order: Sequence[str]) -> ReportFigure | No
     captions = "; ".join(CRITERION_CAPTIONS[criterion] for criterion in panels)
     title = "Gain from learning and innate fitness"
     return ReportFigure(
-        "baldwin-overview",
-        title,
-        f"From top to bottom: {captions}. {CELLS_NOTE}",
-        f"{title}. Medians over runs. {_list_medians(titled)}.",
-        draw_cell_tables(titled),
-        [
+        name="baldwin-overview",
+        title=title,
+        caption=f"From top to bottom: {captions}. {CELLS_NOTE}",
+        alternative=f"{title}. Medians over runs. {_list_medians(titled)}.",
+        figure=draw_cell_tables(titled),
+        table=[
             {"quantity": panel, **cell._asdict()}
             for panel, cells in titled.items()
             for cell in cells
@@ -123,10 +123,10 @@ def _make_cell(result: ConditionResult, effect: float, verdict: str) -> Overview
     sign = 1 if effect > 0 else -1
     direction = sign if is_significant else 0
     return OverviewCell(
-        result.condition,
-        result.factors.learner,
-        result.factors.map,
-        effect,
-        verdict,
-        direction,
+        condition=result.condition,
+        learner=result.factors.learner,
+        map=result.factors.map,
+        median=effect,
+        verdict=verdict,
+        direction=direction,
     )

@@ -17,8 +17,8 @@ from baldwinlab.analysis.assays.values import read_factors
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, SeriesStyle
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
 
-# Its multiples, modulo 1, spread points evenly and reproducibly.
-GOLDEN_RATIO: Final = 0.618
+# Largest number of markers on a curve.
+MAX_MARKERS: Final = 8
 
 
 def make_grid(
@@ -33,12 +33,14 @@ def make_grid(
     n_blocks = math.ceil(len(names) / n_columns)
     figure = Figure((FIGURE_WIDTH, 0.6 + height * rows * n_blocks))
     grid = figure.subplots(n_blocks * rows, n_columns, squeeze=False)
+    # From [block and row, column] to [condition, row].
     panels = grid.reshape(n_blocks, rows, n_columns).transpose(0, 2, 1).reshape(-1, rows)
     # An odd number of conditions leaves the last panels unused.
     for axes in panels[len(names) :].flat:
         axes.set_visible(False)
-    for (first, *_), name in zip(panels, names, strict=False):
-        first.set_title(read_factors(data[name]).title, loc="left", fontweight="bold")
+    top_panels = panels[:, 0]
+    for axes, name in zip(top_panels, names, strict=False):
+        axes.set_title(read_factors(data[name]).title, loc="left", fontweight="bold")
     return figure, panels[: len(names)]
 
 
@@ -50,17 +52,17 @@ def draw_curve(
     if not defined.size:
         return
     median, low, high = interval_of_median(defined)
-    x = defined[dim].values
-    axes.fill_between(x, low, high, color=style.color, alpha=0.18, lw=0)
+    positions = defined[dim].values
+    axes.fill_between(positions, low, high, color=style.color, alpha=0.18, lw=0)
     axes.plot(
-        x,
+        positions,
         median,
         color=style.color,
         ls=style.line,
         lw=1.5,
         marker=style.marker,
         ms=3.5,
-        markevery=max(1, defined.sizes[dim] // 8),
+        markevery=max(1, defined.sizes[dim] // MAX_MARKERS),
         label=label,
     )
 
@@ -79,8 +81,9 @@ def label_generations(axes: Axes) -> None:
 
 def label_rows(grid: np.ndarray, *labels: str) -> None:
     """Label the rows at the left edge."""
-    # Every second condition is in the left column.
-    for panels in grid[::2]:
+    # Two conditions are next to each other, so every second one is in the left column.
+    left_panels = grid[::2]
+    for panels in left_panels:
         for axes, label in zip(panels, labels, strict=True):
             axes.set_ylabel(label)
 

@@ -59,12 +59,12 @@ def make_reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
         distinct = {value for norm in norms.values() for value in norm}
         values = tuple(sorted(distinct, key=_sort_key))
         return Panel(
-            field,
-            short_name(field, *experiments.values()),
-            map_name,
-            values,
-            frozenset(evolved.values()),
-            {name: _align(norm, values) for name, norm in norms.items() if norm},
+            field=field,
+            name=short_name(field, *experiments.values()),
+            map=map_name,
+            values=values,
+            evolved=frozenset(evolved.values()),
+            norms={name: _align(norm, values) for name, norm in norms.items() if norm},
         )
 
     fields = dict.fromkeys(

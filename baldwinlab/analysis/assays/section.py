@@ -97,7 +97,10 @@ def make_section(
     )
     summary = _summarize(analysis)
     return Section(
-        "baldwin", SECTION_TITLE, adapt_terms(body, is_foraging), adapt_terms(summary, is_foraging)
+        anchor="baldwin",
+        title=SECTION_TITLE,
+        body=adapt_terms(body, is_foraging),
+        summary=adapt_terms(summary, is_foraging),
     )
 
 

@@ -62,69 +62,80 @@ class AssayFigure(NamedTuple):
 
 ASSAY_FIGURES: Final = (
     AssayFigure(
-        "innate",
-        "lives",
-        "Innate and learned fitness",
-        "Newborns of each generation, simulated again. Top: fitness of the average agent with "
-        "learning on, with learning off (innate fitness), with the weights at death and learning "
-        "off, and with random changes instead of learning (drift). Bottom: the same as a share of "
-        "the fitness with learning on. Genetic assimilation raises the innate share toward 1. "
-        f"{BANDS_NOTE}",
-        figures.draw_innate_and_learned,
-        ("on", "off", "frozen", "drift"),
+        assay="innate",
+        name="lives",
+        title="Innate and learned fitness",
+        caption=(
+            "Newborns of each generation, simulated again. Top: fitness of the average agent with "
+            "learning on, with learning off (innate fitness), with the weights at death and "
+            "learning off, and with random changes instead of learning (drift). Bottom: the same "
+            "as a share of the fitness with learning on. Genetic assimilation raises the innate "
+            f"share toward 1. {BANDS_NOTE}"
+        ),
+        draw=figures.draw_innate_and_learned,
+        measures=("on", "off", "frozen", "drift"),
         is_per_condition=True,
     ),
     AssayFigure(
-        "innate",
-        "learning",
-        "Gain from learning and weight changes",
-        "Top: gain from learning of the average agent. Bottom, if the model has weights: Euclidean "
-        "distance between the weights at birth and at death, by layer. Both fall if learned "
-        f"behavior becomes innate. {BANDS_NOTE}",
-        figures.draw_gain_and_distance,
-        ("gain", "distance"),
+        assay="innate",
+        name="learning",
+        title="Gain from learning and weight changes",
+        caption=(
+            "Top: gain from learning of the average agent. Bottom, if the model has weights: "
+            "Euclidean distance between the weights at birth and at death, by layer. Both fall if "
+            f"learned behavior becomes innate. {BANDS_NOTE}"
+        ),
+        draw=figures.draw_gain_and_distance,
+        measures=("gain", "distance"),
         is_per_condition=True,
     ),
     AssayFigure(
-        "within-life",
-        "within-life",
-        "Behavior within a lifetime",
-        "Newborns of several generations, and random genomes that also learn. Top: items that an "
-        "agent eats in 100 steps, by step of its lifetime. Bottom: share of the agents of all runs "
-        f"that have had their first meal. {BANDS_NOTE}",
-        within_life_figure.draw_within_life,
-        ("eaten in life", "first meal"),
+        assay="within-life",
+        name="within-life",
+        title="Behavior within a lifetime",
+        caption=(
+            "Newborns of several generations, and random genomes that also learn. Top: items that "
+            "an agent eats in 100 steps, by step of its lifetime. Bottom: share of the agents of "
+            f"all runs that have had their first meal. {BANDS_NOTE}"
+        ),
+        draw=within_life_figure.draw_within_life,
+        measures=("eaten in life", "first meal"),
         is_per_condition=True,
     ),
     AssayFigure(
-        "modules",
-        "modules",
-        "Fitness with evolved and random modules",
-        "Agents of the last generation with both evolved modules, with one of them replaced by a "
-        "random module, and with two random modules. Each point is a run, and the line is the "
-        "median.",
-        figures.draw_modules,
-        ("modules",),
+        assay="modules",
+        name="modules",
+        title="Fitness with evolved and random modules",
+        caption=(
+            "Agents of the last generation with both evolved modules, with one of them replaced by "
+            "a random module, and with two random modules. Each point is a run, and the line is "
+            "the median."
+        ),
+        draw=figures.draw_modules,
+        measures=("modules",),
         is_per_condition=True,
     ),
     AssayFigure(
-        "reaction",
-        "reaction-norms",
-        "Reaction norms",
-        "Fitness of the last generation in changed settings, one setting at a time. The setting of "
-        f"evolution is in parentheses. {BANDS_NOTE}",
-        figures.draw_reaction_norms,
-        ("setting",),
+        assay="reaction",
+        name="reaction-norms",
+        title="Reaction norms",
+        caption=(
+            "Fitness of the last generation in changed settings, one setting at a time. The "
+            f"setting of evolution is in parentheses. {BANDS_NOTE}"
+        ),
+        draw=figures.draw_reaction_norms,
+        measures=("setting",),
     ),
     AssayFigure(
-        "descent",
-        "descent",
-        "Common descent",
-        "Left: generations since the last common ancestor of all agents. Right: effective number "
-        "of founders in the gene pool (1 / sum of squared shares). "
-        f"{BANDS_NOTE}",
-        figures.draw_descent,
-        ("common ancestor age", "effective ancestors"),
+        assay="descent",
+        name="descent",
+        title="Common descent",
+        caption=(
+            "Left: generations since the last common ancestor of all agents. Right: effective "
+            f"number of founders in the gene pool (1 / sum of squared shares). {BANDS_NOTE}"
+        ),
+        draw=figures.draw_descent,
+        measures=("common ancestor age", "effective ancestors"),
     ),
 )
 
@@ -165,13 +176,13 @@ def _draw(
         f"{name}: {_list_medians(analysis, name, figure.measures)}" for name in names
     )
     return ReportFigure(
-        f"baldwin-{figure.name}",
-        figure.title,
-        figure.caption,
-        f"{figure.title}. Medians over runs: {medians}.",
-        figure.draw(assays, names, unit),
-        _tabulate_medians(assays[figure.assay]),
-        (f"baldwinlab assay . --assays {figure.assay}",),
+        name=f"baldwin-{figure.name}",
+        title=figure.title,
+        caption=figure.caption,
+        alternative=f"{figure.title}. Medians over runs: {medians}.",
+        figure=figure.draw(assays, names, unit),
+        table=_tabulate_medians(assays[figure.assay]),
+        commands=(f"baldwinlab assay . --assays {figure.assay}",),
     )
 
 

@@ -19,6 +19,7 @@ from baldwinlab.analysis.figures.style import (
     GRAY,
     SeriesStyle,
     choose_style,
+    spread_points,
     styled,
 )
 from baldwinlab.analysis.statistics import fitness
@@ -30,8 +31,18 @@ from baldwinlab.experiment.factors import read_factors
 MAX_BRACKETS = 6
 # Number of letters of horizontal labels that fit below a panel.
 MAX_LABEL_LETTERS = 48
+# Heights of the legend and of a panel, in inches.
+LEGEND_HEIGHT = 0.5
+PANEL_HEIGHT = 2.5
 # Length of a vertical label, in inches per letter.
 LETTER_INCHES = 0.075
+# Widths of a box, and of its points, if the distance of two boxes is 1.
+BOX_WIDTH = 0.55
+POINT_SPREAD = 0.36
+# Vertical distance of two brackets, as a share of the height of the panel.
+BRACKET_DISTANCE = 0.13
+# Largest number of markers on a curve.
+MAX_MARKERS = 8
 # Titles of the columns by measure.
 MEASURE_TITLES = {"best": "best agent", "mean": "average agent"}
 
@@ -51,7 +62,10 @@ def plotted_conditions(dataset: xr.Dataset) -> list[PlottedCondition]:
     learners = list(dict.fromkeys(levels.learner for levels in factors.values()))
     return [
         PlottedCondition(
-            name, levels.learner, levels.map, choose_style(learners.index(levels.learner))
+            name=name,
+            learner=levels.learner,
+            map_name=levels.map,
+            style=choose_style(learners.index(levels.learner)),
         )
         for name, levels in factors.items()
     ]
@@ -88,8 +102,8 @@ def _panel_top(axes: Axes) -> float:
 
 
 def _figure_height(dataset: xr.Dataset) -> float:
-    maps = len({condition.map_name for condition in plotted_conditions(dataset)})
-    return 0.5 + 2.5 * maps
+    n_maps = len({condition.map_name for condition in plotted_conditions(dataset)})
+    return LEGEND_HEIGHT + PANEL_HEIGHT * n_maps
 
 
 @styled
@@ -137,7 +151,7 @@ def _draw_curve(axes: Axes, values: xr.DataArray, style: SeriesStyle) -> None:
         lw=1.5,
         marker=style.marker,
         ms=3.5,
-        markevery=max(1, len(generation) // 8),
+        markevery=max(1, len(generation) // MAX_MARKERS),
     )
 
 
@@ -164,20 +178,20 @@ def draw_fitness_boxes(
         the farthest run within 1.5 times the interquartile range.
     """
     labels = _labels_by_map(dataset)
-    label_height = {
+    label_heights = {
         map_name: 0 if _fit_horizontally(names) else LETTER_INCHES * max(map(len, names))
         for map_name, names in labels.items()
     }
-    figure = Figure((FIGURE_WIDTH, _figure_height(dataset) + 0.4 + sum(label_height.values())))
+    figure = Figure((FIGURE_WIDTH, _figure_height(dataset) + 0.4 + sum(label_heights.values())))
     tables = {measure: fitness.final(dataset, measure, last) for measure in MEASURE_TITLES}
     for axes, measure, conditions_on_map in _make_panels(figure, dataset):
-        for number, condition in enumerate(conditions_on_map):
+        for position, condition in enumerate(conditions_on_map):
             sample = tables[measure].sel(condition=condition.name).dropna("run").values
             if sample.size:
-                draw_box(axes, number, sample, condition.style)
+                draw_box(axes, position, sample, condition.style)
         map_name = conditions_on_map[0].map_name
         tick_labels = labels[map_name] or [""] * len(conditions_on_map)
-        rotation = 90 if label_height[map_name] else 0
+        rotation = 90 if label_heights[map_name] else 0
         axes.set_xticks(range(len(conditions_on_map)), tick_labels, rotation=rotation)
         axes.set_xlim(-0.6, len(conditions_on_map) - 0.4)
         axes.grid(visible=False, axis="x")
@@ -203,8 +217,10 @@ def _labels_by_map(dataset: xr.Dataset) -> dict[str, list[str]]:
 
 def _fit_horizontally(labels: Sequence[str]) -> bool:
     """Return whether labels fit next to each other below a panel."""
-    widest = max((len(left) + len(right) for left, right in pairwise(labels)), default=0) / 2
-    return widest * len(labels) <= MAX_LABEL_LETTERS
+    pair_lengths = [len(left) + len(right) for left, right in pairwise(labels)]
+    # Neighbors share the space of two boxes.
+    letters_per_box = max(pair_lengths, default=0) / 2
+    return letters_per_box * len(labels) <= MAX_LABEL_LETTERS
 
 
 def draw_box(axes: Axes, position: int, sample: np.ndarray, style: SeriesStyle) -> None:
@@ -213,7 +229,7 @@ def draw_box(axes: Axes, position: int, sample: np.ndarray, style: SeriesStyle) 
     axes.boxplot(
         [sample],
         positions=[position],
-        widths=0.55,
+        widths=BOX_WIDTH,
         showfliers=False,
         manage_ticks=False,
         boxprops=line,
@@ -221,8 +237,7 @@ def draw_box(axes: Axes, position: int, sample: np.ndarray, style: SeriesStyle) 
         capprops=line,
         medianprops=line | {"linewidth": 2.2},
     )
-    # Multiples of the golden ratio spread the points evenly and reproducibly.
-    offsets = 0.36 * (np.arange(sample.size) * 0.618 % 1 - 0.5)
+    offsets = POINT_SPREAD * spread_points(sample.size)
     axes.plot(
         position + offsets,
         sample,
@@ -258,7 +273,8 @@ def _make_brackets(names: list[str], findings: list[Finding]) -> list[_Bracket]:
     for finding in findings:
         compared = (finding.comparison.a, finding.comparison.b)
         positions = [names.index(name) for name in compared if name in names]
-        if len(positions) == 2:
+        # A bracket joins two conditions of the panel.
+        if len(positions) == len(compared):
             brackets.append(_Bracket(min(positions), max(positions), finding.p_holm))
     return brackets
 
@@ -272,7 +288,7 @@ def _draw_brackets(axes: Axes, names: list[str], findings: list[Finding]) -> Non
         return
     ordered = sorted(brackets, key=lambda bracket: (bracket.right - bracket.left, bracket.left))
     for level, bracket in enumerate(ordered):
-        height = top * (1.06 + 0.13 * level)
+        height = top * (1.06 + BRACKET_DISTANCE * level)
         foot = height - 0.02 * top
         left = bracket.left + 0.04
         right = bracket.right - 0.04
@@ -287,7 +303,7 @@ def _draw_brackets(axes: Axes, names: list[str], findings: list[Finding]) -> Non
             color=bracket.color,
         )
     if brackets:
-        axes.set_ylim(top=top * (1.1 + 0.13 * len(brackets)))
+        axes.set_ylim(top=top * (1.1 + BRACKET_DISTANCE * len(brackets)))
 
 
 def _draw_against_baseline(axes: Axes, brackets: list[_Bracket], top: float) -> None:

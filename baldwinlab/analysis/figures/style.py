@@ -14,6 +14,7 @@ from pathlib import Path
 from threading import RLock
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
+import numpy as np
 from matplotlib import style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -37,6 +38,8 @@ __all__ = ["BLACK", "BLUE", "BROWN", "DARK_GRAY", "GRAY", "GREEN", "ORANGE", "PA
 FIGURE_WIDTH = 7.2
 LINE_STYLES = ("-", "--", "-.", ":")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+# Multiples of the golden ratio, modulo 1, spread points evenly and reproducibly.
+GOLDEN_RATIO = 0.618
 
 MATPLOTLIB_SETTINGS: dict[str, Any] = {
     "axes.grid": True,
@@ -84,10 +87,18 @@ class SeriesStyle(NamedTuple):
     marker: str
 
 
-def choose_style(number: int) -> SeriesStyle:
-    """Return the style of a condition by its number. The first 28 styles differ."""
-    line = LINE_STYLES[(number % 7 + number // 7) % 4]
-    return SeriesStyle(SERIES_COLORS[number % 7], line, MARKERS[number % 7])
+def choose_style(series_index: int) -> SeriesStyle:
+    """Return the style of a condition by its index. The first 28 styles differ."""
+    round_index, color_index = divmod(series_index, len(SERIES_COLORS))
+    # The same color has another line style in each round.
+    line_index = (color_index + round_index) % len(LINE_STYLES)
+    return SeriesStyle(SERIES_COLORS[color_index], LINE_STYLES[line_index], MARKERS[color_index])
+
+
+def spread_points(n_points: int) -> np.ndarray:
+    """Return offsets from -0.5 to 0.5, which keep points with equal values apart."""
+    fractions = np.arange(n_points) * GOLDEN_RATIO % 1
+    return np.asarray(fractions - 0.5)
 
 
 @styled

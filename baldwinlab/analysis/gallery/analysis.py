@@ -39,43 +39,54 @@ class Effect(NamedTuple):
 
 EFFECTS: Final = (
     Effect(
-        "gain",
-        "Gain from learning",
-        "fitness with learning on, minus fitness of the same newborns with learning off, over all "
-        "generations (phase 1)",
-        ("on", "throughout"),
-        ("off", "throughout"),
+        criterion="gain",
+        title="Gain from learning",
+        meaning=(
+            "fitness with learning on, minus fitness of the same newborns with learning off, over "
+            "all generations (phase 1)"
+        ),
+        quantity=("on", "throughout"),
+        reference=("off", "throughout"),
     ),
     Effect(
-        "innate",
-        "Rise of innate fitness",
-        "fitness with learning off in the last generations, minus the same in the first (phase 2)",
-        INNATE_LAST,
-        ("off", "first"),
+        criterion="innate",
+        title="Rise of innate fitness",
+        meaning=(
+            "fitness with learning off in the last generations, minus the same in the first (phase "
+            "2)"
+        ),
+        quantity=INNATE_LAST,
+        reference=("off", "first"),
     ),
     Effect(
-        "need",
-        "Change of the gain",
-        "gain from learning in the last generations, minus the same in the first (below 0 if "
-        "learned behavior becomes innate)",
-        ("gain", "last"),
-        ("gain", "first"),
+        criterion="need",
+        title="Change of the gain",
+        meaning=(
+            "gain from learning in the last generations, minus the same in the first (below 0 if "
+            "learned behavior becomes innate)"
+        ),
+        quantity=("gain", "last"),
+        reference=("gain", "first"),
     ),
     Effect(
-        "guidance",
-        "Relative to control",
-        "innate fitness in the last generations, minus the same in the no-learning control (below "
-        "0 if learning hides innate differences from selection)",
-        INNATE_LAST,
-        CONTROL_LAST,
+        criterion="guidance",
+        title="Relative to control",
+        meaning=(
+            "innate fitness in the last generations, minus the same in the no-learning control "
+            "(below 0 if learning hides innate differences from selection)"
+        ),
+        quantity=INNATE_LAST,
+        reference=CONTROL_LAST,
     ),
     Effect(
-        "cost",
-        "Cost of learning",
-        "fitness without learning, from the weights at death, minus fitness with learning, from "
-        "birth",
-        ("frozen", "last"),
-        LEARNING_LAST,
+        criterion="cost",
+        title="Cost of learning",
+        meaning=(
+            "fitness without learning, from the weights at death, minus fitness with learning, "
+            "from birth"
+        ),
+        quantity=("frozen", "last"),
+        reference=LEARNING_LAST,
     ),
 )
 
@@ -174,7 +185,7 @@ def evaluate_systems(
         Systems in the order of the experiments.
     """
     analysis = evaluate_assays(assays, last)
-    study = _Study(data, fitness.mean(data), assays, last)
+    study = _Study(data=data, mean_fitness=fitness.mean(data), assays=assays, last=last)
     order = list(experiments)
     results = sorted(analysis.results, key=lambda result: order.index(result.condition))
     return [
@@ -199,13 +210,13 @@ def _make_system(
     if result.control:
         time_to_level = _measure_time_to_level(study, result, experiments[result.condition])
     return System(
-        result.condition,
-        result.control,
-        describe_phases(result),
-        (result.phase_verdict(1), result.phase_verdict(2)),
-        effects,
-        correlation,
-        time_to_level,
+        condition=result.condition,
+        control=result.control,
+        phases_sentence=describe_phases(result),
+        phases=(result.phase_verdict(1), result.phase_verdict(2)),
+        effects=effects,
+        correlation=correlation,
+        time_to_level=time_to_level,
     )
 
 
@@ -226,7 +237,7 @@ def _measure_size(values: xr.DataArray) -> Size | None:
     if not defined.size:
         return None
     low, high = median_interval(defined)
-    return Size(defined.size, float(np.median(defined)), low, high)
+    return Size(runs=defined.size, median=float(np.median(defined)), low=low, high=high)
 
 
 def _correlate(innate: xr.Dataset, last: int) -> xr.DataArray:
@@ -273,7 +284,12 @@ def _measure_time_to_level(
         control, study.data.sel(condition=result.control), counter_variable, level
     )
     return TimeToLevel(
-        level, generations, control_generations, evaluations, control_evaluations, unit
+        level=level,
+        generations=generations,
+        control_generations=control_generations,
+        evaluations=evaluations,
+        control_evaluations=control_evaluations,
+        evaluation_unit=unit,
     )
 
 

@@ -275,7 +275,15 @@ def compute_shares(multiverse: Multiverse) -> list[Share]:
         for alternative, variants in alternatives.items():
             for claim in multiverse.claims:
                 held, decided = _count_held(variants, claim.id)
-                shares.append(Share(choice, alternative, claim.id, held, decided))
+                shares.append(
+                    Share(
+                        choice=choice,
+                        alternative=alternative,
+                        claim=claim.id,
+                        held=held,
+                        decided=decided,
+                    )
+                )
     return shares
 
 

@@ -73,7 +73,11 @@ def make_section(
         rows=[_make_row(variant, list(paper_effects)) for variant in singles.variants],
     )
     return Section(
-        "variants", "Variants of the paper", body, summary=sentences[0], claims_note=explanation
+        anchor="variants",
+        title="Variants of the paper",
+        body=body,
+        summary=sentences[0],
+        claims_note=explanation,
     )
 
 
@@ -157,24 +161,28 @@ def _draw_figures(multiverse: Multiverse) -> Iterator[ReportFigure]:
         f"{variant.name}: {_list_held(variant) or 'none'}" for variant in singles.variants
     )
     yield ReportFigure(
-        "variants",
-        "Claims under each variant",
-        "Each row is a variant with its changed choice, and each column is a claim. The number is "
-        "the effect in the deciding comparison: with a sign, a difference of medians (items per "
-        "agent, or a share of agents); without a sign, a level.",
-        f"A table of verdicts. Claims that hold, by variant: {held}.",
-        figures.draw_variants(multiverse),
-        list(_tabulate_outcomes(singles)),
+        name="variants",
+        title="Claims under each variant",
+        caption=(
+            "Each row is a variant with its changed choice, and each column is a claim. The number "
+            "is the effect in the deciding comparison: with a sign, a difference of medians (items "
+            "per agent, or a share of agents); without a sign, a level."
+        ),
+        alternative=f"A table of verdicts. Claims that hold, by variant: {held}.",
+        figure=figures.draw_variants(multiverse),
+        table=list(_tabulate_outcomes(singles)),
     )
     if multiverse.has_combinations:
         yield ReportFigure(
-            "variants-shares",
-            "Claims under all combinations",
-            "Share of the combinations with an alternative under which a claim holds. A claim "
-            "depends on a choice if the rows of the choice differ.",
-            " ".join(describe_combinations(multiverse)),
-            figures.draw_shares(multiverse),
-            [share._asdict() for share in analysis.compute_shares(multiverse)],
+            name="variants-shares",
+            title="Claims under all combinations",
+            caption=(
+                "Share of the combinations with an alternative under which a claim holds. A claim "
+                "depends on a choice if the rows of the choice differ."
+            ),
+            alternative=" ".join(describe_combinations(multiverse)),
+            figure=figures.draw_shares(multiverse),
+            table=[share._asdict() for share in analysis.compute_shares(multiverse)],
         )
 
 

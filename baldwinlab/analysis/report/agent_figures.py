@@ -31,13 +31,15 @@ def draw_maps(report: ReportData) -> ReportFigure | None:
     ]
     n_agents = min(experiment.population.size for experiment in conditions.values())
     return ReportFigure(
-        "maps",
-        "The maps",
-        "Maps to scale, in map units, with y pointing down. An agent that leaves a map at one edge "
-        "enters it at the opposite edge. The positions of agents (blue, with a line in the "
-        "direction of their heading) and of items are examples.",
-        f"{'; '.join(starts)}.",
-        figures.draw_world_maps(worlds, n_agents, appearances),
+        name="maps",
+        title="The maps",
+        caption=(
+            "Maps to scale, in map units, with y pointing down. An agent that leaves a map at one "
+            "edge enters it at the opposite edge. The positions of agents (blue, with a line in "
+            "the direction of their heading) and of items are examples."
+        ),
+        alternative=f"{'; '.join(starts)}.",
+        figure=figures.draw_world_maps(worlds, n_agents, appearances),
     )
 
 
@@ -55,16 +57,20 @@ def draw_emergence(report: ReportData) -> ReportFigure | None:
         counts.append(f"generation {trace.attrs['generation']}: {eaters} of {trace.sizes['agent']}")
     rows = tabulate_generations(report.data, "share")
     return ReportFigure(
-        "emergence",
-        "The emergence of foraging",
-        f"{condition}, run {run}{reason}. Top: time that all agents spent at each position; darker "
-        "is longer, with one scale for all maps. The circle is the birthplace, and rectangles "
-        "contain items. Bottom: share of agents that ate an item, mean over runs with its 95 % "
-        "interval.",
-        f"Maps of agent positions at several generations. Agents that ate: {', '.join(counts)}.",
-        figures.draw_emergence(report.data, report.traces),
-        [row for row in rows if row["condition"] == condition],
-        [
+        name="emergence",
+        title="The emergence of foraging",
+        caption=(
+            f"{condition}, run {run}{reason}. Top: time that all agents spent at each position; "
+            "darker is longer, with one scale for all maps. The circle is the birthplace, and "
+            "rectangles contain items. Bottom: share of agents that ate an item, mean over runs "
+            "with its 95 % interval."
+        ),
+        alternative=(
+            f"Maps of agent positions at several generations. Agents that ate: {', '.join(counts)}."
+        ),
+        figure=figures.draw_emergence(report.data, report.traces),
+        table=[row for row in rows if row["condition"] == condition],
+        commands=[
             format_replay_command(condition, run, int(trace.attrs["generation"]))
             for trace in report.traces
         ],
@@ -96,14 +102,16 @@ def draw_networks(report: ReportData) -> ReportFigure | None:
         for kind in kinds.values()
     ]
     return ReportFigure(
-        "networks",
-        "The agents' networks",
-        "The action module computes the action from the inputs (orange): the strongest output is "
-        "the action. A second module, if there is one, receives the same inputs and keeps its "
-        "weights from birth. Its outputs are the targets from which the action module learns. "
-        f"{descriptions}",
-        f"{'; '.join(alternatives)}.",
-        figures.draw_networks(list(kinds.values())),
+        name="networks",
+        title="The agents' networks",
+        caption=(
+            "The action module computes the action from the inputs (orange): the strongest output "
+            "is the action. A second module, if there is one, receives the same inputs and keeps "
+            "its weights from birth. Its outputs are the targets from which the action module "
+            f"learns. {descriptions}"
+        ),
+        alternative=f"{'; '.join(alternatives)}.",
+        figure=figures.draw_networks(list(kinds.values())),
     )
 
 
@@ -120,12 +128,12 @@ def _make_kind(
         else "does not learn"
     )
     return figures.AgentKind(
-        learner,
-        (heredity, learning),
-        appearance["inputs"],
-        experiment.network.hidden,
-        appearance["actions"],
-        appearance["modules"],
+        name=learner,
+        lines=(heredity, learning),
+        inputs=appearance["inputs"],
+        hidden=experiment.network.hidden,
+        actions=appearance["actions"],
+        modules=appearance["modules"],
     )
 
 
@@ -148,10 +156,14 @@ def draw_senses(report: ReportData) -> ReportFigure | None:
     last_inputs = " and ".join([*sectors.values()][-1]) if sectors else ""
     item = f" The item is in the sector of {last_inputs}." if sectors else ""
     return ReportFigure(
-        "senses",
-        "The agents' senses",
-        f"Sectors in which the inputs sense items, to scale, for {name}. The agent heads to the "
-        f"right of the page, and its right hand is below.{item}{unseen}",
-        f"An agent and its sectors, clockwise from its heading: {'; '.join(ranges) or 'none'}.",
-        figures.draw_agent_senses(appearance),
+        name="senses",
+        title="The agents' senses",
+        caption=(
+            f"Sectors in which the inputs sense items, to scale, for {name}. The agent heads to "
+            f"the right of the page, and its right hand is below.{item}{unseen}"
+        ),
+        alternative=(
+            f"An agent and its sectors, clockwise from its heading: {'; '.join(ranges) or 'none'}."
+        ),
+        figure=figures.draw_agent_senses(appearance),
     )

@@ -186,7 +186,9 @@ def find_weakest_findings(result: ClaimResult) -> list[Finding]:
         tuple(finding for finding in result.findings if finding.comparison.rule == rule)
         for rule in rules
     ]
-    weakest = [ClaimResult(result.claim, part, ()).deciding for part in parts]
+    weakest = [
+        ClaimResult(claim=result.claim, findings=part, missing=()).deciding for part in parts
+    ]
     return [finding for finding in weakest if finding]
 
 

@@ -70,29 +70,35 @@ def _draw_overview(report: ReportData) -> ReportFigure:
     cells = figures.overview_cells(report.data, report.results, report.last)
     measure = name_fitness(report.data, "average")
     return ReportFigure(
-        "overview",
-        "Fitness by learner and map",
-        f"{measure}, mean over the last {report.last} generations, median over runs. Darker cells "
-        "are closer to the highest value of their map. A triangle marks a condition that a claim "
-        "compares: it points up if the claim holds, and down if it does not hold.",
-        describe_final_medians(report.data, report.last),
-        figures.draw_overview({"": cells}),
-        [cell._asdict() for cell in cells],
+        name="overview",
+        title="Fitness by learner and map",
+        caption=(
+            f"{measure}, mean over the last {report.last} generations, median over runs. Darker "
+            "cells are closer to the highest value of their map. A triangle marks a condition that "
+            "a claim compares: it points up if the claim holds, and down if it does not hold."
+        ),
+        alternative=describe_final_medians(report.data, report.last),
+        figure=figures.draw_overview({"": cells}),
+        table=[cell._asdict() for cell in cells],
     )
 
 
 def _draw_fitness(report: ReportData) -> ReportFigure:
     data = report.data
     return ReportFigure(
-        "fitness",
-        "Fitness over generations",
-        f"{name_fitness(data, 'best', 'average')} of each generation. Lines are means over runs. "
-        "Bands are 95 % intervals of the mean (Student's t).",
-        "Curves of fitness by generation for each condition. "
-        f"{describe_final_medians(data, report.last)}",
-        figures.draw_fitness_curves(data),
-        [row for measure in ("best", "mean") for row in tabulate_generations(data, measure)],
-        list_typical_replays(data),
+        name="fitness",
+        title="Fitness over generations",
+        caption=(
+            f"{name_fitness(data, 'best', 'average')} of each generation. Lines are means over "
+            "runs. Bands are 95 % intervals of the mean (Student's t)."
+        ),
+        alternative=(
+            "Curves of fitness by generation for each condition. "
+            f"{describe_final_medians(data, report.last)}"
+        ),
+        figure=figures.draw_fitness_curves(data),
+        table=[row for measure in ("best", "mean") for row in tabulate_generations(data, measure)],
+        commands=list_typical_replays(data),
     )
 
 
@@ -104,14 +110,18 @@ def _draw_final_fitness(report: ReportData) -> ReportFigure:
         else ""
     )
     return ReportFigure(
-        "final-fitness",
-        f"Fitness in the last {report.last} generations",
-        f"Fitness, averaged over the last {report.last} generations of each run. "
-        f"{BOXES_NOTE}{brackets}",
-        "Box plots of final fitness by condition. "
-        f"{describe_final_medians(report.data, report.last)}",
-        figures.draw_fitness_boxes(report.data, report.results, report.last),
-        tabulate_runs(report.data, report.last),
+        name="final-fitness",
+        title=f"Fitness in the last {report.last} generations",
+        caption=(
+            f"Fitness, averaged over the last {report.last} generations of each run. "
+            f"{BOXES_NOTE}{brackets}"
+        ),
+        alternative=(
+            "Box plots of final fitness by condition. "
+            f"{describe_final_medians(report.data, report.last)}"
+        ),
+        figure=figures.draw_fitness_boxes(report.data, report.results, report.last),
+        table=tabulate_runs(report.data, report.last),
     )
 
 
@@ -121,13 +131,15 @@ def _draw_shares(report: ReportData) -> ReportFigure | None:
         return None
     meanings = "; ".join(f"{name}: {share.attrs['long_name']}" for name, share in shares.items())
     return ReportFigure(
-        "shares",
-        "Composition of the generations",
-        "Lines are means over agents and runs. Bands are 95 % intervals of the mean over runs "
-        f"(Student's t). {meanings}.",
-        f"Curves by generation for each condition: {meanings}.",
-        figures.draw_shares(shares),
-        tabulate_shares(shares),
+        name="shares",
+        title="Composition of the generations",
+        caption=(
+            "Lines are means over agents and runs. Bands are 95 % intervals of the mean over runs "
+            f"(Student's t). {meanings}."
+        ),
+        alternative=f"Curves by generation for each condition: {meanings}.",
+        figure=figures.draw_shares(shares),
+        table=tabulate_shares(shares),
     )
 
 
@@ -147,12 +159,12 @@ def _draw_measures(report: ReportData) -> ReportFigure | None:
             row = {"condition": name, "measure": measure.name}
             rows += [row | {"value": value} for value in sample.tolist()]
     return ReportFigure(
-        "measures",
-        "Measures that the claims compare",
-        BOXES_NOTE,
-        f"Box plots by condition, with medians over runs: {'; '.join(medians)}.",
-        figures.draw_measures(report.data, measures),
-        rows,
+        name="measures",
+        title="Measures that the claims compare",
+        caption=BOXES_NOTE,
+        alternative=f"Box plots by condition, with medians over runs: {'; '.join(medians)}.",
+        figure=figures.draw_measures(report.data, measures),
+        table=rows,
     )
 
 
@@ -161,26 +173,34 @@ def _draw_fitness_by_evaluations(report: ReportData) -> ReportFigure | None:
     if not evaluation_variable:
         return None
     return ReportFigure(
-        "clocks",
-        "Fitness by generations and by evaluations",
-        "Fitness of the average agent, mean over runs. The horizontal axis is the generation, or "
-        "the total number of evaluations by all agents of a run. Learning uses many evaluations "
-        "within one generation.",
-        "The same curves of fitness by generation and by evaluations. "
-        f"{describe_final_medians(report.data, 1)}",
-        figures.draw_fitness_by_evaluations(report.data, evaluation_variable),
+        name="clocks",
+        title="Fitness by generations and by evaluations",
+        caption=(
+            "Fitness of the average agent, mean over runs. The horizontal axis is the generation, "
+            "or the total number of evaluations by all agents of a run. Learning uses many "
+            "evaluations within one generation."
+        ),
+        alternative=(
+            "The same curves of fitness by generation and by evaluations. "
+            f"{describe_final_medians(report.data, 1)}"
+        ),
+        figure=figures.draw_fitness_by_evaluations(report.data, evaluation_variable),
     )
 
 
 def _draw_survival(report: ReportData) -> ReportFigure:
     return ReportFigure(
-        "survival",
-        "Survival of the populations",
-        "Share of runs that survive, by time (Kaplan-Meier). A curve that ends above 0 has runs "
-        "that still survive at the end of the study.",
-        f"Curves of survival for each condition. {describe_final_medians(report.data, 1)}",
-        figures.draw_survival(report.data),
-        tabulate_runs(report.data, 1),
+        name="survival",
+        title="Survival of the populations",
+        caption=(
+            "Share of runs that survive, by time (Kaplan-Meier). A curve that ends above 0 has "
+            "runs that still survive at the end of the study."
+        ),
+        alternative=(
+            f"Curves of survival for each condition. {describe_final_medians(report.data, 1)}"
+        ),
+        figure=figures.draw_survival(report.data),
+        table=tabulate_runs(report.data, 1),
     )
 
 

@@ -204,9 +204,9 @@ def compare_final_values(
     )
     rows = zip(tests, numbers, corrected.tolist(), smallest.tolist(), strict=True)
     return Contrasts(
-        describe_pairing(pairs, factors),
-        last,
-        tuple(Contrast(*test, *values) for test, *values in rows),
+        pairing=describe_pairing(pairs, factors),
+        last=last,
+        rows=tuple(Contrast(*test, *values) for test, *values in rows),
     )
 
 

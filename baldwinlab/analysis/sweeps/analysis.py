@@ -156,7 +156,11 @@ def group_points(finals: xr.Dataset, field: str) -> list[Group]:
         # One group per value.
         positions = distinct if has_numbers else range(len(distinct))
         return [
-            Group(format_value(value), float(position), np.flatnonzero(values == value))
+            Group(
+                label=format_value(value),
+                position=float(position),
+                points=np.flatnonzero(values == value),
+            )
             for value, position in zip(distinct, positions, strict=True)
         ]
     n_groups = min(MAX_GROUPS, max(2, values.size // MIN_GROUP_POINTS))
@@ -171,7 +175,7 @@ def group_points(finals: xr.Dataset, field: str) -> list[Group]:
 def _make_group(values: npt.NDArray[Any], points: npt.NDArray[np.intp]) -> Group:
     selected = values[points]
     label = f"{format_value(selected.min())} to {format_value(selected.max())}"
-    return Group(label, float(np.median(selected)), points)
+    return Group(label=label, position=float(np.median(selected)), points=points)
 
 
 def compute_responses(finals: xr.Dataset, field: str, measure: str) -> list[Response]:
@@ -198,7 +202,14 @@ def compute_responses(finals: xr.Dataset, field: str, measure: str) -> list[Resp
         mean, low, high = (float(number) for number in interval_of_mean(values, sample_dim))
         responses.append(
             Response(
-                field, group.label, group.position, measure, len(group.points), mean, low, high
+                field=field,
+                group=group.label,
+                position=group.position,
+                measure=measure,
+                points=len(group.points),
+                mean=mean,
+                low=low,
+                high=high,
             )
         )
     return responses
@@ -264,7 +275,11 @@ def compute_correlations(finals: xr.Dataset) -> list[Correlation]:
             for measure in fitness.MEASURES:
                 means = finals[measure].mean("run").dropna("point")
                 rho, p = _spearman(means[field].values, means.values)
-                correlations.append(Correlation(field, measure, means.size, rho, p, nan))
+                correlations.append(
+                    Correlation(
+                        field=field, measure=measure, points=means.size, rho=rho, p=p, p_holm=nan
+                    )
+                )
     p_values = [correlation.p for correlation in correlations if not np.isnan(correlation.p)]
     corrected = iter(statistics.holm(p_values).tolist())
     return [

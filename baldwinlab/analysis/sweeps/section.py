@@ -119,7 +119,7 @@ def make_section(
         provenance=provenance,
         timing=content.format_timing(provenance),
     )
-    return Section("responses", "Responses", body)
+    return Section(anchor="responses", title="Responses", body=body)
 
 
 def _join_names(names: Sequence[str]) -> str:
@@ -221,12 +221,12 @@ def draw_figures(finals: xr.Dataset) -> Iterator[ReportFigure]:
     """
     findings = " ".join(describe_responses(finals))
     yield ReportFigure(
-        "responses",
-        "Response to each field",
-        _describe_curves(finals),
-        f"Fitness by {_join_names(finals.attrs['fields'])}. {findings}",
-        figures.draw_response_curves(finals),
-        analysis.tabulate_points(finals),
+        name="responses",
+        title="Response to each field",
+        caption=_describe_curves(finals),
+        alternative=f"Fitness by {_join_names(finals.attrs['fields'])}. {findings}",
+        figure=figures.draw_response_curves(finals),
+        table=analysis.tabulate_points(finals),
     )
     for row, column in analysis.list_pairs(finals):
         yield _draw_heat_map(finals, row, column)
@@ -254,13 +254,17 @@ def _draw_heat_map(finals: xr.Dataset, row: str, column: str) -> ReportFigure:
     row_title = figures.describe_field(finals, row)
     column_title = figures.describe_field(finals, column)
     return ReportFigure(
-        f"responses-{row}-{column}",
-        f"{row_title[0].upper()}{row_title[1:]}, and {column_title}",
-        "Means over runs and over all other fields. The axes are not to scale: all values are "
-        "evenly spaced.",
-        f"Heat map of fitness by {row} and {column}. The average agent: from {low} to {high}.",
-        figures.draw_heat_maps(finals, row, column),
-        _tabulate_cells(finals, row, column),
+        name=f"responses-{row}-{column}",
+        title=f"{row_title[0].upper()}{row_title[1:]}, and {column_title}",
+        caption=(
+            "Means over runs and over all other fields. The axes are not to scale: all values are "
+            "evenly spaced."
+        ),
+        alternative=(
+            f"Heat map of fitness by {row} and {column}. The average agent: from {low} to {high}."
+        ),
+        figure=figures.draw_heat_maps(finals, row, column),
+        table=_tabulate_cells(finals, row, column),
     )
 
 
