@@ -28,19 +28,27 @@ BAR_INTERVAL = 0.2
 # Seconds between two progress lines of a log.
 LINE_INTERVAL = 10.0
 # Maximum number of characters of a message, about 23 lines.
-MAX_MESSAGE_LENGTH = 1800
+MAX_MESSAGE_CHARACTERS = 1800
+# Rates from this number on are in millions per second.
+MIN_RATE_IN_MILLIONS = 100_000
+# Rates from this number on have no decimals.
+MIN_RATE_WITHOUT_DECIMALS = 100
+# Shortest duration, in seconds, for which a rate is computed. It avoids a division by 0.
+MIN_RATE_DURATION = 1e-9
 
 
 class _Rate(ProgressColumn):
     def render(self, task: Task) -> Text:
-        speed = task.finished_speed or task.speed
-        return Text(_format_rate(speed, task.fields["unit"]) if speed else "", style="cyan")
+        # Before the first finished work, rich has no rate.
+        rate = task.finished_speed or task.speed
+        return Text(_format_rate(rate, task.fields["unit"]) if rate else "", style="cyan")
 
 
-def _format_rate(speed: float, unit: str) -> str:
-    if speed >= 1e5:
-        return f"{speed / 1e6:.1f} million {unit}/s"
-    return f"{speed:,.{0 if speed >= 100 else 1}f} {unit}/s"
+def _format_rate(rate: float, unit: str) -> str:
+    if rate >= MIN_RATE_IN_MILLIONS:
+        return f"{rate / 1e6:.1f} million {unit}/s"
+    decimals = 0 if rate >= MIN_RATE_WITHOUT_DECIMALS else 1
+    return f"{rate:,.{decimals}f} {unit}/s"
 
 
 @contextmanager
@@ -66,7 +74,7 @@ def progress(
         The caller calls this function with each finished amount of work.
     """
     if console.is_jupyter:
-        show = _notebook_bar()
+        show = _display_notebook_bar()
         yield _ProgressReporter(description, total, unit, show=show, interval=BAR_INTERVAL)
         return
     if not console.is_terminal:
@@ -120,14 +128,16 @@ class _ProgressReporter:
         if is_recently_reported and self._work_done < self._total:
             return
         self._reported_at = now
-        rate = self._work_done / max(now - self._started_at, 1e-9)
+        rate = self._work_done / max(now - self._started_at, MIN_RATE_DURATION)
         seconds_left = (self._total - self._work_done) / rate
         share = self._work_done / self._total
-        speed = _format_rate(rate, self._unit)
-        self._show(f"{self._description}: {share:.0%}, {speed}, {seconds_left:.0f} s left", share)
+        rate_text = _format_rate(rate, self._unit)
+        self._show(
+            f"{self._description}: {share:.0%}, {rate_text}, {seconds_left:.0f} s left", share
+        )
 
 
-def _notebook_bar() -> Callable[[str, float], None]:
+def _display_notebook_bar() -> Callable[[str, float], None]:
     """Return a function that updates a bar in the output of a cell, without ipywidgets."""
     from IPython.display import HTML, display
 
@@ -155,7 +165,7 @@ def warn(message: str) -> None:
 
 def clip_for_terminal(message: str) -> str:
     """Return the message, cut to the size of a screen."""
-    excess = len(message) - MAX_MESSAGE_LENGTH
+    excess = len(message) - MAX_MESSAGE_CHARACTERS
     if excess <= 0:
         return message
-    return f"{message[:MAX_MESSAGE_LENGTH]}... and {excess:,} more characters"
+    return f"{message[:MAX_MESSAGE_CHARACTERS]}... and {excess:,} more characters"

@@ -23,7 +23,8 @@ EXTRA_PURPOSES: Final = {
     "video": "movies as .mp4",
     "wasm": "exported pages with custom parts",
 }
-CORE: Final = ""  # the key of the packages that every installation needs
+# Key of the packages that every installation needs.
+CORE: Final = ""
 
 
 def missing_extra_error(extra: str, feature: str) -> RefusedError:
@@ -46,15 +47,16 @@ def required_packages() -> dict[str, list[str]]:
     The key of packages without an extra is `CORE`.
     """
     packages: dict[str, list[str]] = {}
-    for line in _requirements():
-        name = re.match(r"[A-Za-z0-9._-]+", line)
-        extra = re.search(r"extra == ['\"]([^'\"]+)", line)
-        if name:
-            packages.setdefault(extra.group(1) if extra else CORE, []).append(name.group())
+    for requirement in _read_requirements():
+        name_match = re.match(r"[A-Za-z0-9._-]+", requirement)
+        extra_match = re.search(r"extra == ['\"]([^'\"]+)", requirement)
+        if name_match:
+            extra = extra_match.group(1) if extra_match else CORE
+            packages.setdefault(extra, []).append(name_match.group())
     return packages
 
 
-def _requirements() -> list[str]:
+def _read_requirements() -> list[str]:
     try:
         return importlib.metadata.requires("baldwinlab") or []
     except importlib.metadata.PackageNotFoundError:
@@ -77,27 +79,31 @@ def installation_command(extra: str) -> str:
     contains this origin. An installation from a package index records no origin, and the command
     contains only the name of the package.
     """
-    origin = _origin()
+    origin = _read_origin()
     url = origin.get("url", "")
     folder = origin.get("dir_info")
-    if folder is None and "vcs_info" in origin:
-        url = f"{origin['vcs_info']['vcs']}+{url}@{origin['vcs_info']['commit_id']}"
+    repository = origin.get("vcs_info")
+    if folder is None and repository:
+        url = f"{repository['vcs']}+{url}@{repository['commit_id']}"
     if folder is None:
-        return f'pip install "baldwinlab[{extra}]{f" @ {url}" if url else ""}"'
-    path = Path(url2pathname(urlsplit(url).path))
-    editable = "-e " if folder.get("editable") else ""
-    if not (path / "pyproject.toml").is_file():
-        return f'pip install {editable}".[{extra}]" in the folder of the source of baldwinlab'
-    return f'pip install {editable}"{path}[{extra}]"'
+        address = f" @ {url}" if url else ""
+        return f'pip install "baldwinlab[{extra}]{address}"'
+    source_folder = Path(url2pathname(urlsplit(url).path))
+    editable_option = "-e " if folder.get("editable") else ""
+    if not (source_folder / "pyproject.toml").is_file():
+        return (
+            f'pip install {editable_option}".[{extra}]" in the folder of the source of baldwinlab'
+        )
+    return f'pip install {editable_option}"{source_folder}[{extra}]"'
 
 
-def _origin() -> dict[str, Any]:
+def _read_origin() -> dict[str, Any]:
     """Return the recorded origin of this installation; an empty dict for a package index."""
     try:
         text = importlib.metadata.distribution("baldwinlab").read_text("direct_url.json")
     except importlib.metadata.PackageNotFoundError:
-        text = json.dumps(
-            {"url": Path(__file__).parents[2].as_uri(), "dir_info": {"editable": True}}
-        )
+        # The package is imported from its source: this file is SOURCE/baldwinlab/core/extras.py.
+        source_folder = Path(__file__).parents[2]
+        text = json.dumps({"url": source_folder.as_uri(), "dir_info": {"editable": True}})
     origin: dict[str, Any] = json.loads(text or "{}")
     return origin

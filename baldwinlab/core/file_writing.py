@@ -36,12 +36,12 @@ def require_writable_path(path: Path) -> None:
         return
     require_inside_study(path)
     parents = (path, *path.absolute().parents)
-    existing = next(parent for parent in parents if parent.exists())
-    folder = existing if existing.is_dir() else existing.parent
-    if not (os.access(folder, os.W_OK) and os.access(existing, os.W_OK)):
+    existing_path = next(parent for parent in parents if parent.exists())
+    folder = existing_path if existing_path.is_dir() else existing_path.parent
+    if not (os.access(folder, os.W_OK) and os.access(existing_path, os.W_OK)):
         raise RefusedError(
-            f"{path} cannot be written: {existing} is read-only. Copy the study to a folder that "
-            "can be written, and use the copy."
+            f"{path} cannot be written: {existing_path} is read-only. Copy the study to a folder "
+            "that can be written, and use the copy."
         )
 
 
@@ -73,14 +73,14 @@ def atomic_path(path: Path, *, exclusive: bool = False) -> Iterator[Path]:
                 with partial.open("rb+") as file:
                     os.fsync(file.fileno())
             if exclusive:
-                _link(partial, path)
+                _name_exclusively(partial, path)
             else:
                 partial.replace(path)
         finally:
             _remove(partial)
 
 
-def _link(partial: Path, path: Path) -> None:
+def _name_exclusively(partial: Path, path: Path) -> None:
     """Give a file the name `path`; raise FileExistsError if another process has created it."""
     try:
         os.link(partial, path)
@@ -154,7 +154,7 @@ def append_line(path: Path, line: str, kind: FileKind) -> None:
     has_second_link = is_local(path) and path.exists() and path.stat().st_nlink > 1
     if is_local(path) and not has_second_link:
         with name_file_in_errors(path), path.open("a", encoding="utf-8") as file:
-            file.write(line + "\n")
+            file.write(f"{line}\n")
     else:
         content = read_bytes(path, kind) if path.exists() else b""
         write_atomically(path, content + f"{line}\n".encode())

@@ -27,7 +27,7 @@ class FileKind(NamedTuple):
     """A kind of file that is read into memory, with the limit of its size in bytes."""
 
     name: str
-    limit: int
+    max_bytes: int
 
 
 EXPERIMENT_FILE: Final = FileKind("the TOML file of an experiment", 2 * 2**20)
@@ -38,7 +38,8 @@ PART_FILE: Final = FileKind("a Python file with parts", 4 * 2**20)
 DATA_FILE: Final = FileKind("a data file of a part", 2**30)
 SESSIONS_FILE: Final = FileKind("sessions.jsonl", 64 * 2**20)
 RESULTS_FILE: Final = FileKind("a JSON file of results", 256 * 2**20)
-ASSAY_FILE: Final = FileKind("an assay", 4 * 2**30)  # netCDF holds at most 2 GiB of a variable
+# A variable of netCDF has at most 2 GiB.
+ASSAY_FILE: Final = FileKind("an assay", 4 * 2**30)
 
 
 def parse_toml(text: str) -> dict[str, Any]:
@@ -129,10 +130,10 @@ def read_bytes(path: Path, kind: FileKind) -> bytes:
     if is_local(path) and path.exists() and not path.is_file():
         raise ValueError("it is not a regular file")
     size = path.stat().st_size
-    if size <= kind.limit:
+    if size <= kind.max_bytes:
         with path.open("rb") as file:
             return file.read(size)
-    raise ValueError(f"it has {size:,} bytes, and {kind.name} may have at most {kind.limit:,}")
+    raise ValueError(f"it has {size:,} bytes, and {kind.name} may have at most {kind.max_bytes:,}")
 
 
 def read_text(path: Path, kind: FileKind) -> str:
@@ -168,18 +169,20 @@ def require_inside_study(path: Path, folder: Path | None = None) -> None:
         return
     absolute = path.absolute()
     target = Path(os.path.realpath(absolute.parent))
-    studies = [folder.absolute()] if folder else _studies_above(absolute)
+    studies = [folder.absolute()] if folder else _find_studies_above(absolute)
     for study in studies:
         if not target.is_relative_to(os.path.realpath(study)):
-            steps = [study / step for step in reversed(absolute.relative_to(study).parents)]
-            link = next(step for step in steps[1:] if step.is_symlink())
+            parents = [study / parent for parent in absolute.relative_to(study).parents]
+            # The last parent is the study itself. The outermost link is named.
+            folders_inside = reversed(parents[:-1])
+            link = next(parent for parent in folders_inside if parent.is_symlink())
             raise RefusedError(
                 f"{path} cannot be written: {link} is a link that leads out of the study {study}. "
                 "Remove the link."
             )
 
 
-def _studies_above(path: Path) -> Iterator[Path]:
+def _find_studies_above(path: Path) -> Iterator[Path]:
     """Yield the folders above a path that hold a study. Links are not followed."""
     for folder in path.parents:
         if ".." not in path.relative_to(folder).parts and (folder / STUDY_FILE_NAME).exists():

@@ -12,9 +12,9 @@ from xarray.backends import ScipyDataStore
 
 from baldwinlab.core.errors import BaldwinLabError
 
-_BLANK = "0" * 64
+_BLANK_CHECKSUM = "0" * 64
 # A netCDF attribute consists of name, type, length and value.
-_CHECKSUM = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)
+_CHECKSUM_PATTERN = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)
 
 
 class DamagedError(BaldwinLabError):
@@ -26,29 +26,29 @@ def to_bytes(data: xr.Dataset) -> bytes:
 
     The checksum is the SHA-256 of the bytes with zeros in place of the checksum.
     """
-    raw = bytes(data.assign_attrs(checksum=_BLANK).to_netcdf(engine="scipy"))
-    return raw.replace(_BLANK.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
+    raw = bytes(data.assign_attrs(checksum=_BLANK_CHECKSUM).to_netcdf(engine="scipy"))
+    return raw.replace(_BLANK_CHECKSUM.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
 
 
 def verify_checksum(raw: bytes) -> None:
     """Raise DamagedError if bytes from `to_bytes` have changed."""
-    checksum = _CHECKSUM.search(raw)
-    if checksum is None:
+    match = _CHECKSUM_PATTERN.search(raw)
+    if match is None:
         raise DamagedError("it carries no checksum")
     # A view avoids a copy of a large record.
     content = memoryview(raw)
     digest = hashlib.sha256()
-    digest.update(content[: checksum.start(1)])
-    digest.update(_BLANK.encode())
-    digest.update(content[checksum.end(1) :])
-    if digest.hexdigest().encode() != checksum.group(1):
+    digest.update(content[: match.start(1)])
+    digest.update(_BLANK_CHECKSUM.encode())
+    digest.update(content[match.end(1) :])
+    if digest.hexdigest().encode() != match.group(1):
         raise DamagedError("its checksum does not fit its content")
 
 
 def stored_checksum(head: bytes) -> str:
     """Return the checksum in the first bytes of a file without verification; "" if none exists."""
-    checksum = _CHECKSUM.search(head)
-    return checksum.group(1).decode() if checksum else ""
+    match = _CHECKSUM_PATTERN.search(head)
+    return match.group(1).decode() if match else ""
 
 
 def decode_attributes(raw: bytes) -> dict[str, Any]:
@@ -58,12 +58,12 @@ def decode_attributes(raw: bytes) -> dict[str, Any]:
     """
     _require_no_rows(raw)
     try:
-        stored = dict(ScipyDataStore(io.BytesIO(raw)).get_attrs())
+        attributes = dict(ScipyDataStore(io.BytesIO(raw)).get_attrs())
     # The reader raises any kind of error for invalid bytes.
     except Exception as error:
         raise DamagedError(f"it is no netCDF file ({type(error).__name__})") from None
-    stored.pop("checksum", None)
-    return stored
+    attributes.pop("checksum", None)
+    return attributes
 
 
 def from_bytes(raw: bytes) -> xr.Dataset:
@@ -74,6 +74,7 @@ def from_bytes(raw: bytes) -> xr.Dataset:
     _require_no_rows(raw)
     try:
         data = xr.load_dataset(io.BytesIO(raw), engine="scipy")
+        # Texts are read as objects (kind "O") or as bytes (kind "S").
         texts = {
             name: data[name].astype(str) for name in data.coords if data[name].dtype.kind in "OS"
         }
@@ -86,7 +87,9 @@ def from_bytes(raw: bytes) -> xr.Dataset:
 
 def _require_no_rows(raw: bytes) -> None:
     """Raise DamagedError for a header with an unlimited dimension: `to_bytes` writes none."""
-    if raw[4:8].strip(b"\0"):
+    # Bytes 4 to 7 of a netCDF 3 file are the number of rows.
+    row_count = raw[4:8]
+    if row_count.strip(b"\0"):
         raise DamagedError(
             "it is no netCDF file of baldwinlab: its header counts rows of an unlimited dimension"
         )

@@ -23,7 +23,8 @@ _STUDY_ENTRIES: Final = (
     STUDY_FILE_NAME,
     "sessions.jsonl",
 )
-_MARK_RANGE: Final = 65536  # bytes at each end of a file that may hold the mark
+# Number of bytes at each end of a file that may hold the mark.
+_MARK_RANGE: Final = 65536
 
 
 def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> None:
@@ -63,9 +64,10 @@ def is_study(folder: Path) -> bool:
 
 def enclosing_study(path: Path) -> Path | None:
     """Return the folder of the study that contains a path, or None. Links are followed."""
-    real = path.resolve()
-    for folder in real.parents:
-        if real.relative_to(folder).parts[0] in _STUDY_ENTRIES and is_study(folder):
+    real_path = path.resolve()
+    for folder in real_path.parents:
+        entry = real_path.relative_to(folder).parts[0]
+        if entry in _STUDY_ENTRIES and is_study(folder):
             return folder
     return None
 

@@ -13,6 +13,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import is_local
 
 BYTE_UNITS: Final = ("bytes", "KiB", "MiB", "GiB", "TiB", "PiB")
+BYTES_PER_KIB: Final = 1024
 CONTROL_GROUPS: Final = Path("/sys/fs/cgroup")
 
 
@@ -28,6 +29,26 @@ class Need(NamedTuple):
 
 
 NO_NEED: Final = Need()
+
+
+class _GroupNames(NamedTuple):
+    """Names of two files of a control group, and of a count in its file memory.stat."""
+
+    limit_file: str
+    usage_file: str
+    reclaimable_count: str
+
+
+GROUP_NAMES_1: Final = _GroupNames(
+    limit_file="memory.limit_in_bytes",
+    usage_file="memory.usage_in_bytes",
+    reclaimable_count="total_inactive_file",
+)
+"""Names in version 1 of control groups."""
+GROUP_NAMES_2: Final = _GroupNames(
+    limit_file="memory.max", usage_file="memory.current", reclaimable_count="inactive_file"
+)
+"""Names in version 2 of control groups."""
 
 
 def require_resources(
@@ -67,16 +88,18 @@ def _require_free(
 def format_bytes(count: int) -> str:
     """Return a number of bytes as text with a unit: 44.7 GiB."""
     largest_power = len(BYTE_UNITS) - 1
-    power = min((max(count, 1).bit_length() - 1) // 10, largest_power)
+    # A unit is 2**10 times the unit before it.
+    exponent_of_2 = max(count, 1).bit_length() - 1
+    power = min(exponent_of_2 // 10, largest_power)
     number_format = ".1f" if power < largest_power else ".3g"
-    return f"{count / 1024**power:{number_format}} {BYTE_UNITS[power]}"
+    return f"{count / BYTES_PER_KIB**power:{number_format}} {BYTE_UNITS[power]}"
 
 
 def free_disk(folder: Path) -> int:
     """Return the bytes that are free on the disk of a folder, which may not exist yet."""
     parents = (folder, *folder.absolute().parents)
-    existing = next(parent for parent in parents if parent.exists())
-    return shutil.disk_usage(existing).free
+    existing_folder = next(parent for parent in parents if parent.exists())
+    return shutil.disk_usage(existing_folder).free
 
 
 def peak_memory() -> int | None:
@@ -91,8 +114,8 @@ def peak_memory() -> int | None:
     except ImportError:
         return None
     # The unit of `ru_maxrss` is a byte on macOS, and a KiB on other systems.
-    unit = 1 if sys.platform == "darwin" else 1024
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
+    unit_bytes = 1 if sys.platform == "darwin" else BYTES_PER_KIB
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit_bytes
 
 
 def available_memory() -> int | None:
@@ -119,7 +142,10 @@ def _read_proc(file: str, name: str) -> int | None:
     try:
         # The file holds the name of the process, which may have any characters.
         lines = Path("/proc", file).read_text("ascii", "replace").splitlines()
-        return next(int(line.split()[1]) * 1024 for line in lines if line.startswith(f"{name}:"))
+        line = next(line for line in lines if line.startswith(f"{name}:"))
+        # A line is "NAME: NUMBER kB".
+        kib = int(line.split()[1])
+        return kib * BYTES_PER_KIB
     except (OSError, StopIteration):
         return None
 
@@ -140,29 +166,35 @@ def free_memory_of_groups(
     except OSError:
         return
     for line in lines:
-        number, controllers, path = line.split(":", 2)
-        if number == "0":
+        # Hierarchy 0 is that of version 2.
+        hierarchy, controllers, path = line.split(":", 2)
+        if hierarchy == "0":
             root = groups
-            names = ("memory.max", "memory.current", "inactive_file")
+            names = GROUP_NAMES_2
         elif "memory" in controllers.split(","):
             root = groups / "memory"
-            names = ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
+            names = GROUP_NAMES_1
         else:
             continue
         process_group = root / path.lstrip("/")
         for group in (process_group, *process_group.parents):
-            if group.is_relative_to(root) and (free := _free_in_group(group, *names)) is not None:
+            if not group.is_relative_to(root):
+                continue
+            free = _free_in_group(group, names)
+            if free is not None:
                 yield free
 
 
-def _free_in_group(group: Path, limit: str, used: str, reclaimable: str) -> int | None:
+def _free_in_group(group: Path, names: _GroupNames) -> int | None:
     """Return the limit of a group minus its use without reclaimable files; None without a limit."""
     try:
+        limit = int((group / names.limit_file).read_text("ascii"))
+        used = int((group / names.usage_file).read_text("ascii"))
         counts = dict(
             line.split() for line in (group / "memory.stat").read_text("ascii").splitlines()
         )
-        in_use = int((group / used).read_text("ascii")) - int(counts.get(reclaimable, 0))
-        return max(0, int((group / limit).read_text("ascii")) - in_use)
+        reclaimable = int(counts.get(names.reclaimable_count, 0))
+        return max(0, limit - (used - reclaimable))
     except (OSError, ValueError):
         # The group does not exist, or its limit is "max".
         return None

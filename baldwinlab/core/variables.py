@@ -83,19 +83,19 @@ def record_variables(experiment: Any) -> Mapping[str, Variable]:
     """
     if experiment.model != "miniworld":
         model = experiment.model_part
-        energy = RECORD_VARIABLES["energy"]._replace(unit="1", meaning=model.payoff)
+        fitness = RECORD_VARIABLES["energy"]._replace(unit="1", meaning=model.payoff)
         return (
             {name: RECORD_VARIABLES[name] for name in RECORD_VARIABLES if name != "food_eaten"}
-            | {"energy": energy}
+            | {"energy": fitness}
             | dict(model.records)
         )
-    kinds = {
+    item_kinds = {
         item.kind for feature in experiment.parts("world.features") for item in feature.items()
     }
     food_eaten = RECORD_VARIABLES["food_eaten"]
     added_variables = {
         f"{kind}_eaten": food_eaten._replace(meaning=f"items of {kind} eaten in life")
-        for kind in kinds
+        for kind in item_kinds
     }
     if experiment.births_in_life:
         added_variables["born"] = Variable(
@@ -162,13 +162,13 @@ def trace_variables(experiment: Any) -> Mapping[str, Variable]:
     }
 
 
-_OF_BRANCHES = ("run", "generation", "history", "regime", "agent")
-_FORK: Mapping[str, Variable] = {
+_BRANCH_DIMS = ("run", "generation", "history", "regime", "agent")
+_FORK_VARIABLES: Mapping[str, Variable] = {
     "innate_fitness": Variable(
-        _OF_BRANCHES, np.float64, "energy", "fitness without learning at the end of the branch"
+        _BRANCH_DIMS, np.float64, "energy", "fitness without learning at the end of the branch"
     ),
     "fitness": Variable(
-        _OF_BRANCHES, np.float64, "energy", "fitness in the regime of the branch, at its end"
+        _BRANCH_DIMS, np.float64, "energy", "fitness in the regime of the branch, at its end"
     ),
 }
 
@@ -225,17 +225,17 @@ ASSAY_VARIABLES: Mapping[str, Mapping[str, Variable]] = {
             ("run", "generation"),
             np.float32,
             "generations",
-            ("generations since the last common ancestor of all agents; NaN without one"),
+            "generations since the last common ancestor of all agents; NaN without one",
         ),
         "effective_ancestors": Variable(
             ("run", "generation"),
             np.float32,
             "agents",
-            ("effective number of founders: 1 / sum of squared shares in the gene pool"),
+            "effective number of founders: 1 / sum of squared shares in the gene pool",
         ),
     },
-    "fork": _FORK,
-    "fork-mode": _FORK,
+    "fork": _FORK_VARIABLES,
+    "fork-mode": _FORK_VARIABLES,
 }
 # Assays that evolve populations further, and the start of their branches.
 POPULATION = "population"
@@ -266,10 +266,9 @@ def as_record(run: xr.Dataset) -> xr.Dataset:
     """Return a run as a record, without the genomes that are NaN. A record is unchanged."""
     if "kept_genome" in run:
         return run
-    is_stored = run.genome.notnull().any(("agent", "module", "weight")).values
-    return run.drop_vars("genome").assign(
-        kept_genome=run.genome[is_stored].rename(generation="kept_generation")
-    )
+    is_generation_stored = run.genome.notnull().any(("agent", "module", "weight")).values
+    stored_genomes = run.genome[is_generation_stored].rename(generation="kept_generation")
+    return run.drop_vars("genome").assign(kept_genome=stored_genomes)
 
 
 def as_run(record: xr.Dataset) -> xr.Dataset:

@@ -40,7 +40,7 @@ def test_a_file_is_read_up_to_the_size_of_its_kind(tmp_path: Path) -> None:
 
 def test_the_size_limit_of_every_kind_of_file_fits_in_memory() -> None:
     assert len(KINDS) > 5
-    assert all(0 < kind.limit <= 4 * 2**30 for kind in KINDS)
+    assert all(0 < kind.max_bytes <= 4 * 2**30 for kind in KINDS)
 
 
 READ = """
