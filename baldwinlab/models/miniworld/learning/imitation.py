@@ -17,7 +17,7 @@ Sources:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 from pydantic import Field
@@ -35,11 +35,10 @@ ZERO = np.float32(0)
 HALF = np.float32(0.5)
 ONE = np.float32(1)
 INFINITY = np.float32(np.inf)
-# Inputs and actions of the scripted forager.
-FORAGER_INPUTS_AND_ACTIONS = (
-    ("left", "front", "right"),
-    ("left", "forward", "right"),
-)
+# Number of random words that `philox` returns.
+WORDS_PER_DRAW: Final = 4
+FORAGER_INPUTS: Final = ("left", "front", "right")
+FORAGER_ACTIONS: Final = ("left", "forward", "right")
 
 
 @compiled
@@ -52,47 +51,47 @@ def _count_eaten(state: State, lane: int) -> int:
 
 
 @compiled
-def _choose_best_teacher(part: Any, state: State, first: int, end: int) -> None:
+def _choose_best_teacher(part: Any, state: State, first_lane: int, end_lane: int) -> None:
     """Set the teacher to the agent with the most eaten items. A tie goes to the first."""
-    best = first
+    best_lane = first_lane
     most_eaten = -1
-    for lane in range(first, end):
+    for lane in range(first_lane, end_lane):
         eaten = _count_eaten(state, lane)
         if eaten > most_eaten:
-            best = lane
+            best_lane = lane
             most_eaten = eaten
-    for lane in range(first, end):
-        part.teacher_index[0, lane] = best if most_eaten >= part.min_items else lane
+    for lane in range(first_lane, end_lane):
+        part.teacher_index[0, lane] = best_lane if most_eaten >= part.min_items else lane
 
 
 @compiled
 def _choose_nearest_teacher(
-    part: Any, model: MiniWorldModel, state: State, first: int, end: int
+    part: Any, model: MiniWorldModel, state: State, first_lane: int, end_lane: int
 ) -> None:
     """Set the teacher to the nearest other agent. A tie goes to the first.
 
     The inner loop runs over agents, so that the compiler can vectorize it.
     """
-    for lane in range(first, end):
+    for lane in range(first_lane, end_lane):
         put(part.teacher_index, 0, lane, lane)
-        put(part.distance, 0, lane, INFINITY)
-    for candidate in range(first, end):
+        put(part.squared_distance, 0, lane, INFINITY)
+    for candidate in range(first_lane, end_lane):
         x = get(state.positions, 0, candidate)
         y = get(state.positions, 1, candidate)
-        for lane in range(first, end):
+        for lane in range(first_lane, end_lane):
             dx = shortest_difference(x - get(state.positions, 0, lane), model.width)
             dy = shortest_difference(y - get(state.positions, 1, lane), model.height)
-            distance = dx * dx + dy * dy
-            smallest_distance = get(part.distance, 0, lane)
-            is_nearer = (distance < smallest_distance) & (lane != candidate)
+            squared_distance = dx * dx + dy * dy
+            smallest = get(part.squared_distance, 0, lane)
+            is_nearer = (squared_distance < smallest) & (lane != candidate)
             put(
                 part.teacher_index,
                 0,
                 lane,
                 choose(is_nearer, candidate, get(part.teacher_index, 0, lane)),
             )
-            put(part.distance, 0, lane, choose(is_nearer, distance, smallest_distance))
-    for lane in range(first, end):
+            put(part.squared_distance, 0, lane, choose(is_nearer, squared_distance, smallest))
+    for lane in range(first_lane, end_lane):
         if _count_eaten(state, part.teacher_index[0, lane]) < part.min_items:
             part.teacher_index[0, lane] = lane
 
@@ -121,15 +120,15 @@ class Imitation(LearningRule, name="imitation"):
     )
     arrays: ClassVar[Mapping[str, Array]] = {
         # Current weights of the teacher.
-        "teacher": per_agent("weights"),
+        "teacher_weights": per_agent("weights"),
         # Scratch: activations of the teacher for the inputs of the agent.
-        "units": per_agent("units"),
+        "teacher_activations": per_agent("units"),
         # Outputs of the teacher.
-        "desired": per_agent("actions"),
+        "output_targets": per_agent("actions"),
         # Number of the teacher in its world.
         "teacher_index": per_agent(1, dtype="int32"),
         # Squared distance to the nearest agent.
-        "distance": per_agent(1),
+        "squared_distance": per_agent(1),
     }
     teacher_array: ClassVar[str] = "teacher_index"
     derived: ClassVar[Mapping[str, Any]] = {
@@ -147,30 +146,36 @@ class Imitation(LearningRule, name="imitation"):
     def observe_others(
         part: Any, model: MiniWorldModel, state: State, world: int, step: int
     ) -> None:
-        first = world * model.agents
-        end = (world + 1) * model.agents
+        first_lane = world * model.agents
+        end_lane = (world + 1) * model.agents
         if part.is_nearest:
-            _choose_nearest_teacher(part, model, state, first, end)
+            _choose_nearest_teacher(part, model, state, first_lane, end_lane)
         else:
-            _choose_best_teacher(part, state, first, end)
-        for lane in range(first, end):
+            _choose_best_teacher(part, state, first_lane, end_lane)
+        for lane in range(first_lane, end_lane):
             # An agent without a teacher is its own teacher, and does not learn.
-            teacher = part.teacher_index[0, lane]
+            teacher_lane = part.teacher_index[0, lane]
             for weight in range(state.weights.shape[0]):
-                put(part.teacher, weight, lane, get(state.weights, weight, teacher))
-            part.teacher_index[0, lane] = teacher - first
+                put(part.teacher_weights, weight, lane, get(state.weights, weight, teacher_lane))
+            part.teacher_index[0, lane] = teacher_lane - first_lane
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         for k in range(model.inputs):
-            put(part.units, k, lane, get(state.activations, k, lane))
-        forward(state.network, part.teacher, part.units, lane)
+            put(part.teacher_activations, k, lane, get(state.activations, k, lane))
+        forward(state.network, part.teacher_weights, part.teacher_activations, lane)
         first_output = state.activations.shape[0] - state.targets.shape[0]
         for k in range(state.targets.shape[0]):
-            put(part.desired, k, lane, get(part.units, first_output + k, lane))
+            put(part.output_targets, k, lane, get(part.teacher_activations, first_output + k, lane))
         rate = get(state.rate, 0, lane)
         backward(
-            state.network, rate, state.weights, state.activations, state.errors, part.desired, lane
+            state.network,
+            rate,
+            state.weights,
+            state.activations,
+            state.errors,
+            part.output_targets,
+            lane,
         )
 
     @staticmethod
@@ -193,10 +198,11 @@ class Supervised(LearningRule, name="supervised"):
     goes forward.
     """
 
-    arrays: ClassVar[Mapping[str, Array]] = {"desired": per_agent("actions")}
+    arrays: ClassVar[Mapping[str, Array]] = {"output_targets": per_agent("actions")}
 
     def check(self, experiment: Any) -> None:
-        if (experiment.inputs[:3], experiment.actions) != FORAGER_INPUTS_AND_ACTIONS:
+        has_forager_inputs = experiment.inputs[: len(FORAGER_INPUTS)] == FORAGER_INPUTS
+        if not has_forager_inputs or experiment.actions != FORAGER_ACTIONS:
             raise ValueError(
                 "learning.rule = 'supervised' is for the first sense 'food' and the body 'walker'"
             )
@@ -209,21 +215,27 @@ class Supervised(LearningRule, name="supervised"):
         # Food in front has precedence over the left side, and the left side over the right side.
         left = choose(front > HALF, ZERO, left)
         right = choose((front > HALF) | (left > HALF), ZERO, right)
-        put(part.desired, 0, lane, left)
-        put(part.desired, 1, lane, ONE - left - right)
-        put(part.desired, 2, lane, right)
+        put(part.output_targets, 0, lane, left)
+        put(part.output_targets, 1, lane, ONE - left - right)
+        put(part.output_targets, 2, lane, right)
         rate = get(state.rate, 0, lane)
         backward(
-            state.network, rate, state.weights, state.activations, state.errors, part.desired, lane
+            state.network,
+            rate,
+            state.weights,
+            state.activations,
+            state.errors,
+            part.output_targets,
+            lane,
         )
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        left, front, right = agent.inputs[:3]
+        left, front, right = agent.inputs[: len(FORAGER_INPUTS)]
         sides = {"forward": front, "left": left, "right": right}
         target = next((side for side, is_visible in sides.items() if is_visible), "forward")
-        desired = [float(target == action) for action in FORAGER_INPUTS_AND_ACTIONS[1]]
-        naive.backpropagate(agent.action_module, agent.inputs, desired, agent.rate)
+        output_targets = [float(target == action) for action in FORAGER_ACTIONS]
+        naive.backpropagate(agent.action_module, agent.inputs, output_targets, agent.rate)
 
 
 class RandomTargets(LearningRule, name="random-targets"):
@@ -234,12 +246,12 @@ class RandomTargets(LearningRule, name="random-targets"):
     Nolfi, Elman and Parisi 1994.
     """
 
-    arrays: ClassVar[Mapping[str, Array]] = {"desired": per_agent("actions")}
+    arrays: ClassVar[Mapping[str, Array]] = {"output_targets": per_agent("actions")}
 
     def check(self, experiment: Any) -> None:
-        if len(experiment.actions) > 4:
+        if len(experiment.actions) > WORDS_PER_DRAW:
             raise ValueError(
-                f"learning.rule = 'random-targets' draws 4 targets, but there are "
+                f"learning.rule = 'random-targets' draws {WORDS_PER_DRAW} targets, but there are "
                 f"{len(experiment.actions)} actions"
             )
 
@@ -254,13 +266,19 @@ class RandomTargets(LearningRule, name="random-targets"):
             )
             lane = world * model.agents + agent
             for k in range(state.targets.shape[0]):
-                part.desired[k, lane] = unit(words[k])
+                part.output_targets[k, lane] = unit(words[k])
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         rate = get(state.rate, 0, lane)
         backward(
-            state.network, rate, state.weights, state.activations, state.errors, part.desired, lane
+            state.network,
+            rate,
+            state.weights,
+            state.activations,
+            state.errors,
+            part.output_targets,
+            lane,
         )
 
     @staticmethod

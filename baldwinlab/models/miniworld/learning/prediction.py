@@ -8,13 +8,16 @@ One step of backpropagation reduces the error. It changes the weights from input
 and from hidden units to predictions. It does not change the weights from hidden units to actions.
 
 The prediction is a separate module, and not further outputs of the action module.
-Without learning, genomes, founders and results are therefore those of the rule `none`.
+So a population that does not learn has the same founders, genomes and results as with the rule
+`none`.
 
-Interpretation of the paper: a module has as many weights as the action module. The prediction uses
-the first of these weights, as [hidden unit (and bias), prediction].
-The prediction does not get the action as an input. In the paper, the next action is an input.
-The sense `last-action` adds the previous action.
-The first step of a lifetime has no prediction.
+Our interpretation of the paper:
+
+- All modules of a genome have the same number of weights. The prediction module uses only the first
+  ones, in the order [hidden unit, then bias; prediction].
+- Unlike in the paper, the planned action is not an input of the prediction. The sense `last-action`
+  adds the previous action.
+- The first step of a lifetime has no prediction.
 
 `random-prediction` is the control: it teaches the same weights with random bits as targets.
 
@@ -42,8 +45,10 @@ from baldwinlab.parts.networks import forward
 
 ZERO = np.float32(0)
 ONE = np.float32(1)
-# Number of random bits in a float32 number of the oracle. A target uses one bit.
+# A random float32 in [0, 1) has 24 bits, and the oracle takes one bit per target from it.
 MAX_RANDOM_BITS: Final = 24
+# Number of the highest bit of a random word.
+HIGHEST_BIT: Final = 31
 
 
 def _last_hidden_size(experiment: Any) -> int:
@@ -55,44 +60,46 @@ def _last_hidden_size(experiment: Any) -> int:
 def _learn_prediction(
     part: Any, model: MiniWorldModel, state: State, targets: Any, lane: Lane
 ) -> None:
-    """Teach the prediction layer its `targets`, and set `part.desired` of the last hidden layer.
+    """Teach the prediction layer its `targets`, and set `part.hidden_targets`.
 
-    The desired activations are the activations minus the gradient of the error.
+    The targets of the last hidden layer are its activations minus the gradient of the error.
     """
     rate = get(state.rate, 0, lane)
-    first = part.first_hidden
+    first_hidden = part.first_last_hidden_row
     for k in range(model.inputs):
-        total = get(part.predictor, k, lane) * get(part.units, first, lane)
-        for unit in range(1, part.hidden):
-            total = total + get(part.predictor, unit * model.inputs + k, lane) * get(
-                part.units, first + unit, lane
+        # The sum starts with its first product, because the order of additions determines the bits.
+        total = get(part.prediction_weights, k, lane) * get(part.activations, first_hidden, lane)
+        for unit in range(1, part.n_last_hidden):
+            row = unit * model.inputs + k
+            total = total + get(part.prediction_weights, row, lane) * get(
+                part.activations, first_hidden + unit, lane
             )
         if part.biases:
-            total = total + get(part.predictor, part.hidden * model.inputs + k, lane)
+            bias_row = part.n_last_hidden * model.inputs + k
+            total = total + get(part.prediction_weights, bias_row, lane)
         y = sigmoid(total)
-        put(part.errors, k, lane, (y - get(targets, k, lane)) * y * (ONE - y))
-    for unit in range(part.hidden):
-        h = get(part.units, first + unit, lane)
-        # 0 in all lanes of h.
-        error = h * ZERO
+        put(part.deltas, k, lane, (y - get(targets, k, lane)) * y * (ONE - y))
+    for unit in range(part.n_last_hidden):
+        h = get(part.activations, first_hidden + unit, lane)
+        # A zero of the type of h: a float32, or a SIMD block of them.
+        gradient = h * ZERO
         for k in range(model.inputs):
-            old_weight = get(part.predictor, unit * model.inputs + k, lane)
-            error = error + get(part.errors, k, lane) * old_weight
-            put(
-                part.predictor,
-                unit * model.inputs + k,
-                lane,
-                old_weight - rate * get(part.errors, k, lane) * h,
-            )
-        put(part.desired, unit, lane, h - error)
+            row = unit * model.inputs + k
+            delta = get(part.deltas, k, lane)
+            # The gradient uses the weight before its change.
+            old_weight = get(part.prediction_weights, row, lane)
+            gradient = gradient + delta * old_weight
+            put(part.prediction_weights, row, lane, old_weight - rate * delta * h)
+        put(part.hidden_targets, unit, lane, h - gradient)
     if part.biases:
         for k in range(model.inputs):
-            row = part.hidden * model.inputs + k
+            bias_row = part.n_last_hidden * model.inputs + k
+            old_bias = get(part.prediction_weights, bias_row, lane)
             put(
-                part.predictor,
-                row,
+                part.prediction_weights,
+                bias_row,
                 lane,
-                get(part.predictor, row, lane) - rate * get(part.errors, k, lane),
+                old_bias - rate * get(part.deltas, k, lane),
             )
 
 
@@ -104,8 +111,8 @@ def _learn(
     # The first step of a lifetime has no last step.
     if step > 0:
         for k in range(model.inputs):
-            put(part.units, k, lane, get(part.sensed, k, lane))
-        forward(state.network, state.weights, part.units, lane)
+            put(part.activations, k, lane, get(part.last_inputs, k, lane))
+        forward(state.network, state.weights, part.activations, lane)
         _learn_prediction(part, model, state, targets, lane)
         rate = get(state.rate, 0, lane)
         backpropagate(
@@ -113,13 +120,14 @@ def _learn(
             part.biases,
             rate,
             state.weights,
-            part.units,
+            part.activations,
             state.errors,
-            part.desired,
+            part.hidden_targets,
             lane,
         )
     for k in range(model.inputs):
-        put(part.sensed, k, lane, get(state.activations, k, lane))
+        # The first activations of the action module are the inputs of this step.
+        put(part.last_inputs, k, lane, get(state.activations, k, lane))
 
 
 def _oracle_update(part: Any, agent: Any, naive: Any, target: Sequence[float]) -> None:
@@ -128,17 +136,18 @@ def _oracle_update(part: Any, agent: Any, naive: Any, target: Sequence[float]) -
     Predictions are the outputs of a network with the hidden layers of the action module.
     """
     if agent.step > 0:
-        inputs = len(agent.inputs)
-        weights = agent.arrays["predictor"]
-        used_weights = (part.hidden + naive.biases) * inputs
-        layer = [weights[start : start + inputs] for start in range(0, used_weights, inputs)]
+        n_inputs = len(agent.inputs)
+        n_rows = part.n_last_hidden + naive.biases
+        weights = agent.arrays["prediction_weights"]
+        used_weights = weights[: n_rows * n_inputs]
+        unused_weights = weights[n_rows * n_inputs :]
+        layer = [used_weights[row * n_inputs : (row + 1) * n_inputs] for row in range(n_rows)]
         naive.backpropagate(
-            [*agent.action_module[:-1], layer], agent.arrays["sensed"], target, agent.rate
+            [*agent.action_module[:-1], layer], agent.arrays["last_inputs"], target, agent.rate
         )
-        agent.arrays["predictor"] = [weight for row in layer for weight in row] + weights[
-            used_weights:
-        ]
-    agent.arrays["sensed"] = agent.inputs
+        learned_weights = [weight for row in layer for weight in row]
+        agent.arrays["prediction_weights"] = learned_weights + unused_weights
+    agent.arrays["last_inputs"] = agent.inputs
 
 
 class _PredictionRule(LearningRule):
@@ -147,22 +156,20 @@ class _PredictionRule(LearningRule):
     modules: ClassVar[tuple[str, ...]] = ("action", "prediction")
     arrays: ClassVar[Mapping[str, Array]] = {
         # Weights from the last hidden layer to the predictions. The last weights are unused.
-        "predictor": per_agent("weights"),
-        # Inputs of the last step.
-        "sensed": per_agent("inputs"),
-        # Scratch: activations of the action module for these inputs.
-        "units": per_agent("units"),
-        # Errors of the predictions.
-        "errors": per_agent("inputs"),
-        # Desired activations of the last hidden layer.
-        "desired": per_agent("units"),
+        "prediction_weights": per_agent("weights"),
+        "last_inputs": per_agent("inputs"),
+        # Scratch: activations of the action module for the last inputs.
+        "activations": per_agent("units"),
+        # Gradients of the error with respect to the inputs of the prediction units.
+        "deltas": per_agent("inputs"),
+        "hidden_targets": per_agent("units"),
     }
     derived: ClassVar[Mapping[str, Any]] = {
         # Numbers of units of all layers but the actions.
         "sizes": lambda part, experiment: np.array(experiment.layer_sizes[:-1], np.int64),
         "biases": lambda part, experiment: experiment.network.biases,
-        "hidden": lambda part, experiment: _last_hidden_size(experiment),
-        "first_hidden": lambda part, experiment: sum(experiment.layer_sizes[:-2]),
+        "n_last_hidden": lambda part, experiment: _last_hidden_size(experiment),
+        "first_last_hidden_row": lambda part, experiment: sum(experiment.layer_sizes[:-2]),
     }
 
     def check(self, experiment: Any) -> None:
@@ -176,9 +183,8 @@ class _PredictionRule(LearningRule):
             raise ValueError(
                 f"{rule} teaches hidden units: network.hidden must have at least one layer"
             )
-        needed_weights = (_last_hidden_size(experiment) + experiment.network.biases) * len(
-            experiment.inputs
-        )
+        n_sources = _last_hidden_size(experiment) + experiment.network.biases
+        needed_weights = n_sources * len(experiment.inputs)
         if needed_weights > experiment.weight_count:
             raise ValueError(
                 f"{rule} needs {needed_weights} weights from the last hidden layer to its "
@@ -190,7 +196,7 @@ class _PredictionRule(LearningRule):
     @staticmethod
     def load_genes(part: Any, model: MiniWorldModel, state: State, genes: Any, lane: Lane) -> None:
         for weight in range(state.weights.shape[0]):
-            put(part.predictor, weight, lane, get(genes, weight, lane))
+            put(part.prediction_weights, weight, lane, get(genes, weight, lane))
 
 
 class Prediction(_PredictionRule, name="prediction"):
@@ -220,7 +226,10 @@ class RandomPrediction(_PredictionRule, name="random-prediction"):
     Parisi, Nolfi and Cecconi 1992.
     """
 
-    arrays: ClassVar[Mapping[str, Array]] = {**_PredictionRule.arrays, "coins": per_agent("inputs")}
+    arrays: ClassVar[Mapping[str, Array]] = {
+        **_PredictionRule.arrays,
+        "random_bits": per_agent("inputs"),
+    }
 
     def check(self, experiment: Any) -> None:
         super().check(experiment)
@@ -234,26 +243,24 @@ class RandomPrediction(_PredictionRule, name="random-prediction"):
     def observe_others(
         part: Any, model: MiniWorldModel, state: State, world: int, step: int
     ) -> None:
-        """Draw a random bit for each input: the bits of a random word, from the highest bit."""
+        """Draw a random bit for each input: the bits of a random word, from the highest bit.
+
+        Only a per-world hook can draw random numbers. `learn` runs on a SIMD block of agents.
+        """
         for agent in range(model.agents):
             words = philox(
                 step, agent, state.generation[0], LIFE, state.keys[world, 0], state.keys[world, 1]
             )
             for k in range(model.inputs):
-                part.coins[k, world * model.agents + agent] = np.float32(
-                    (words[0] >> np.uint32(31 - k)) & np.uint32(1)
-                )
+                bit = (words[0] >> np.uint32(HIGHEST_BIT - k)) & np.uint32(1)
+                part.random_bits[k, world * model.agents + agent] = np.float32(bit)
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _learn(part, model, state, part.coins, step, lane)
+        _learn(part, model, state, part.random_bits, step, lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        number = naive.random_numbers(agent, LIFE)[0]
-        _oracle_update(
-            part,
-            agent,
-            naive,
-            [float(int(number * 2 ** (k + 1)) % 2) for k in range(len(agent.inputs))],
-        )
+        word = int(naive.random_numbers(agent, LIFE)[0] * 2**MAX_RANDOM_BITS)
+        shifts = [MAX_RANDOM_BITS - 1 - k for k in range(len(agent.inputs))]
+        _oracle_update(part, agent, naive, [float(word >> shift & 1) for shift in shifts])

@@ -34,17 +34,16 @@ ONE = np.float32(1)
 HALF = np.float32(0.5)
 
 # Arrays of both rules.
-STORED_ARRAYS: Final[dict[str, Array]] = {
+REINFORCEMENT_ARRAYS: Final[dict[str, Array]] = {
     # Evaluation, or energy gained in life, in the last step.
     "evaluation": per_agent(1),
-    # Inputs of the last step.
-    "sensed": per_agent("inputs"),
+    "last_inputs": per_agent("inputs"),
     # 1 for the action of the last step, and 0 for the other actions. All 0 at birth.
     "last_action": per_agent("actions"),
-    # Scratch: activations for the inputs of the last step.
-    "units": per_agent("units"),
-    # Scratch: targets of the outputs.
-    "desired": per_agent("actions"),
+    # Scratch: activations for the last inputs.
+    "activations": per_agent("units"),
+    # Scratch.
+    "output_targets": per_agent("actions"),
 }
 
 
@@ -57,18 +56,26 @@ def _reinforce(part: Any, state: State, evaluation: Value, step: int, lane: Lane
     change = evaluation - get(part.evaluation, 0, lane)
     actions = state.targets.shape[0]
     if step > 0:
-        for k in range(part.sensed.shape[0]):
-            put(part.units, k, lane, get(part.sensed, k, lane))
-        forward(state.network, state.weights, part.units, lane)
+        for k in range(part.last_inputs.shape[0]):
+            put(part.activations, k, lane, get(part.last_inputs, k, lane))
+        forward(state.network, state.weights, part.activations, lane)
         for k in range(actions):
             was_done = get(part.last_action, k, lane)
-            put(part.desired, k, lane, choose(change > ZERO, was_done, ONE - was_done))
+            put(part.output_targets, k, lane, choose(change > ZERO, was_done, ONE - was_done))
         rate = get(state.rate, 0, lane)
         rate = choose(change > ZERO, rate, choose(change < ZERO, rate * part.punishment, ZERO))
-        backward(state.network, rate, state.weights, part.units, state.errors, part.desired, lane)
+        backward(
+            state.network,
+            rate,
+            state.weights,
+            part.activations,
+            state.errors,
+            part.output_targets,
+            lane,
+        )
     put(part.evaluation, 0, lane, evaluation)
-    for k in range(part.sensed.shape[0]):
-        put(part.sensed, k, lane, get(state.activations, k, lane))
+    for k in range(part.last_inputs.shape[0]):
+        put(part.last_inputs, k, lane, get(state.activations, k, lane))
     for k in range(actions):
         is_action = abs(get(state.action, 0, lane) - np.float32(k)) < HALF
         put(part.last_action, k, lane, choose(is_action, ONE, ZERO))
@@ -83,13 +90,13 @@ def _oracle_reinforce(part: Any, agent: Any, naive: Any, evaluation: float) -> N
         rate = agent.rate if change > 0 else agent.rate * float(part.punishment)
         naive.backpropagate(
             agent.action_module,
-            agent.arrays["sensed"],
+            agent.arrays["last_inputs"],
             last_action if change > 0 else [1 - value for value in last_action],
             rate,
         )
     agent.arrays |= {
         "evaluation": [evaluation],
-        "sensed": agent.inputs,
+        "last_inputs": agent.inputs,
         "last_action": [float(k == agent.action) for k in range(len(last_action))],
     }
 
@@ -97,7 +104,7 @@ def _oracle_reinforce(part: Any, agent: Any, naive: Any, evaluation: float) -> N
 class _ReinforcementRule(LearningRule):
     """Base of the rules `crbp` and `reward`."""
 
-    arrays: ClassVar[Mapping[str, Array]] = STORED_ARRAYS
+    arrays: ClassVar[Mapping[str, Array]] = REINFORCEMENT_ARRAYS
 
     def check(self, experiment: Any) -> None:
         if not experiment.part("network.kind").is_memoryless:
@@ -157,7 +164,7 @@ class Reward(_ReinforcementRule, name="reward"):
         le=1,
         description="Learning rate after a loss of energy, relative to the rate after a gain.",
     )
-    arrays: ClassVar[Mapping[str, Array]] = STORED_ARRAYS | {"gained": per_agent(1)}
+    arrays: ClassVar[Mapping[str, Array]] = REINFORCEMENT_ARRAYS | {"gained_energy": per_agent(1)}
     derived: ClassVar[Mapping[str, Any]] = {
         "energies": lambda part, experiment: np.array(
             [region.energy for region in item_regions(experiment)], np.float32
@@ -173,14 +180,16 @@ class Reward(_ReinforcementRule, name="reward"):
         Only a per-world hook can read the numbers of eaten items, because they are integers.
         """
         for lane in range(world * model.agents, (world + 1) * model.agents):
-            gained = ZERO
+            gained_energy = ZERO
             for region in range(part.energies.size):
-                gained += part.energies[region] * np.float32(state.eaten_in_life[region, lane])
-            part.gained[0, lane] = gained
+                gained_energy += part.energies[region] * np.float32(
+                    state.eaten_in_life[region, lane]
+                )
+            part.gained_energy[0, lane] = gained_energy
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _reinforce(part, state, get(part.gained, 0, lane), step, lane)
+        _reinforce(part, state, get(part.gained_energy, 0, lane), step, lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:

@@ -41,8 +41,8 @@ def test_agents_learn_from_the_second_step() -> None:
     genome = draw_founders(experiment)
     for steps, learns in ((1, False), (2, True)):
         batch = simulate_steps(experiment, genome, steps)
-        predictor = batch.state.rule.predictor[:, : len(genome)].T
-        assert (genome[:, 1] != predictor).any() == learns
+        prediction_weights = batch.state.rule.prediction_weights[:, : len(genome)].T
+        assert (genome[:, 1] != prediction_weights).any() == learns
 
 
 def test_agents_without_food_learn_to_predict_0() -> None:
@@ -60,8 +60,8 @@ def test_agents_without_food_learn_to_predict_0() -> None:
         weights -= rate * (y * y * (1 - y))[:, None] / 2
         predictions.append(y)
     assert (np.diff(predictions, axis=0) < 0).all()
-    predictor = batch.state.rule.predictor[:TO_PREDICTIONS, : len(genome)].T
-    np.testing.assert_allclose(predictor, weights.reshape(len(genome), -1), atol=1e-5)
+    prediction_weights = batch.state.rule.prediction_weights[:TO_PREDICTIONS, : len(genome)].T
+    np.testing.assert_allclose(prediction_weights, weights.reshape(len(genome), -1), atol=1e-5)
 
 
 def test_random_targets_of_the_control_are_fair_and_its_predictions_stay_near_one_half() -> None:
@@ -78,11 +78,11 @@ def test_random_targets_of_the_control_are_fair_and_its_predictions_stay_near_on
     for step in range(60):
         with np.errstate(all="ignore"):
             batch.simulate(step, step + 1)
-        targets.append(batch.state.rule.coins[:, : len(genome)].copy())
+        targets.append(batch.state.rule.random_bits[:, : len(genome)].copy())
     assert set(np.unique(targets)) == {0, 1}
     assert abs(np.mean(targets) - 0.5) < 4 * 0.5 / np.sqrt(np.size(targets))
     predictors = [
-        result.state.rule.predictor[:TO_PREDICTIONS, : len(genome)]
+        result.state.rule.prediction_weights[:TO_PREDICTIONS, : len(genome)]
         for result in (batch, simulate_steps(experiment, genome, 60))
     ]
     random_change, learned_change = (
