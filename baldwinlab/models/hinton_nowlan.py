@@ -160,58 +160,65 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         genomes = genomes[:, :, 0]
+        n_agents = genomes.shape[1]
+        # [run, agent]: the first of four numbers per agent.
         luck = np.stack(
-            [uniforms(seed, run, generation, LIFE, (genomes.shape[1], 1))[:, 0, 0] for run in runs]
+            [uniforms(seed, run, generation, LIFE, (n_agents, 1))[:, 0, 0] for run in runs]
         )
-        unset = (genomes == UNSET_ALLELE).sum(axis=-1)
-        can_succeed = (genomes != 0).all(axis=-1) & (self.guessing | (unset == 0))
-        first_success = self._first_success(unset, luck)
+        n_unset = (genomes == UNSET_ALLELE).sum(axis=-1)
+        can_succeed = (genomes != 0).all(axis=-1) & (self.guessing | (n_unset == 0))
+        first_success = self._find_first_success(n_unset, luck)
         succeeded = can_succeed & (first_success <= self.trials)
         # If the successful trial does not count as used, one more trial remains.
         n_uncounted = 0 if self.counts_success else 1
-        remaining = np.clip(self.trials - first_success + n_uncounted, 0, None)
-        energy = np.where(succeeded, 1 + MAX_GAIN * remaining / self.trials, 1.0)
+        n_remaining = np.clip(self.trials - first_success + n_uncounted, 0, None)
+        fitness = np.where(succeeded, 1 + MAX_GAIN * n_remaining / self.trials, 1.0)
         # Without guesses, a single trial shows whether the string is correct.
-        used_by_failures = self.trials if self.guessing else 1
-        used = np.where(succeeded, first_success, used_by_failures)
+        n_used_by_failures = self.trials if self.guessing else 1
+        n_used = np.where(succeeded, first_success, n_used_by_failures)
         records = {
             "ones": (genomes == 1).mean(axis=-1, dtype=np.float32),
-            "unset": (unset / self.loci).astype(np.float32),
+            "unset": (n_unset / self.loci).astype(np.float32),
             "zeros": (genomes == 0).mean(axis=-1, dtype=np.float32),
             "succeeded": succeeded.astype(np.int32),
-            "used": used.astype(np.int32),
+            "used": n_used.astype(np.int32),
         }
+        # A success sets all loci of the agent to the correct allele, 1.
         learned = np.where(succeeded[:, :, None], np.float32(1), genomes)
-        return LifeResults(energy, np.zeros_like(energy), learned, records)
+        return LifeResults(
+            energy=fitness, cost=np.zeros_like(fitness), learned=learned, records=records
+        )
 
-    def _first_success(
-        self, unset: npt.NDArray[np.int64], luck: npt.NDArray[np.float64]
+    def _find_first_success(
+        self, n_unset: npt.NDArray[np.int64], luck: npt.NDArray[np.float64]
     ) -> npt.NDArray[np.int64]:
         """Return the number of the first successful trial [run, agent], from 1.
 
-        A trial fails with the probability q = 1 - 2^-unset, so the trials 1 to t all fail with the
-        probability q^t. The first success is the first trial t with q^t <= `luck`. The result is
-        trials + 1 if no trial of the lifetime succeeds.
+        A trial fails with the probability q = 1 - 2^-n_unset, so the trials 1 to t all fail with
+        the probability q^t. The first success is the first trial t with q^t <= `luck`. The result
+        is trials + 1 if no trial of the lifetime succeeds.
         """
-        # Powers are computed as products, because logarithms differ between machines.
-        first_success = poison.empty(unset.shape, np.int64)
-        for count in np.unique(unset):
+        first_success = poison.empty(n_unset.shape, np.int64)
+        for count in np.unique(n_unset):
+            has_count = n_unset == count
+            # Powers are computed as products, because logarithms differ between machines.
             failure_probabilities = np.cumprod(np.full(self.trials, 1 - 0.5 ** int(count)))
             # The signs are negative, because `searchsorted` needs ascending numbers.
-            n_failures = np.searchsorted(-failure_probabilities, -luck[unset == count])
-            first_success[unset == count] = 1 + n_failures
+            n_failures = np.searchsorted(-failure_probabilities, -luck[has_count])
+            first_success[has_count] = 1 + n_failures
         return first_success
 
     def oracle(self, genome: Sequence[float], luck: float) -> float:
         """Return the fitness of one string, trial by trial; `luck` is uniform in (0, 1)."""
-        unset = sum(allele == UNSET_ALLELE for allele in genome)
-        can_succeed = 0 not in genome and (self.guessing or not unset)
+        n_unset = sum(allele == UNSET_ALLELE for allele in genome)
+        can_succeed = 0 not in genome and (self.guessing or n_unset == 0)
         failure_probability = 1.0
         for trial in range(1, self.trials + 1):
-            failure_probability *= 1 - 1 / 2**unset
+            failure_probability *= 1 - 1 / 2**n_unset
             if can_succeed and failure_probability <= luck:
-                remaining = self.trials - trial + (not self.counts_success)
-                return 1 + MAX_GAIN * remaining / self.trials
+                n_uncounted = 0 if self.counts_success else 1
+                n_remaining = self.trials - trial + n_uncounted
+                return 1 + MAX_GAIN * n_remaining / self.trials
         return 1.0
 
 
@@ -233,11 +240,11 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
     settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
     derived: ClassVar[Mapping[str, Any]] = {
         "rate": lambda part, experiment: float(experiment.evolution.mutation_rate),
-        # Three times the share of 0. `vary` compares it with a number from (0, 3).
-        "zero": lambda part, experiment: 3 * part.share_of_zero(experiment),
+        # Three times the share of 0, because `vary` draws a number from (0, 3).
+        "three_zero_shares": lambda part, experiment: 3 * part.zero_share(experiment),
     }
 
-    def share_of_zero(self, experiment: Any) -> float:
+    def zero_share(self, experiment: Any) -> float:
         """Return the share of 0 among mutated alleles. It equals the share of 1."""
         if self.mutation_law == "founders":
             return float((1 - experiment.model_part.initial_unset_share) / 2)
@@ -267,14 +274,16 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
                 child[module, locus] = parent[module, locus]
                 if draws[gene, 1] < part.rate:
                     draw = 3.0 * draws[gene, 2]
+                    is_not_zero = draw >= part.three_zero_shares
+                    is_one = draw >= 3.0 - part.three_zero_shares
                     # 0, 1 or 2 halves: the allele is 0, ? (0.5) or 1.
-                    n_halves = int(draw >= part.zero) + int(draw >= 3.0 - part.zero)
-                    child[module, locus] = np.float32(n_halves) * np.float32(0.5)
+                    n_halves = int(is_not_zero) + int(is_one)
+                    child[module, locus] = np.float32(n_halves) * np.float32(UNSET_ALLELE)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
         def mutate(draw: float) -> float:
-            zero_share = part.zero / 3
+            zero_share = part.three_zero_shares / 3
             if draw < zero_share:
                 return 0.0
             return 1.0 if draw >= 1 - zero_share else UNSET_ALLELE

@@ -37,7 +37,7 @@ RECORD_NAMES = {
 }
 
 
-def _in_second_half(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
+def _mean_of_second_half(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
     """Return a function of runs: the mean of a record over the second half of the generations."""
     return lambda runs: (
         runs[record]
@@ -82,14 +82,14 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         ),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
-        "fitness": Measure("fitness in the second half of the run", _in_second_half("energy")),
+        "fitness": Measure("fitness in the second half of the run", _mean_of_second_half("energy")),
         "right": Measure(
-            "share of correct alleles in the second half of the run", _in_second_half("right")
+            "share of correct alleles in the second half of the run", _mean_of_second_half("right")
         ),
-        "unset": Measure("share of ? in the second half of the run", _in_second_half("unset")),
+        "unset": Measure("share of ? in the second half of the run", _mean_of_second_half("unset")),
         "succeeded": Measure(
             "share of agents that succeed in the second half of the run",
-            _in_second_half("succeeded"),
+            _mean_of_second_half("succeeded"),
         ),
     }
 
@@ -100,7 +100,9 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
 
         The swap x -> 1 - x does not change the allele ?, which is 0.5.
         """
+        # [run, locus].
         targets = np.stack([self.target(seed, run, generation) for run in runs])
+        # [run, agent, module, locus]: the same for all agents and modules of a run.
         is_swapped = (targets == 0)[:, None, None]
         swapped_genomes = np.where(is_swapped, 1 - genomes, genomes)
         results = super().simulate(seed, runs, generation, swapped_genomes)
@@ -108,15 +110,18 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         if learned is not None:
             learned = np.where(is_swapped[:, :, 0], 1 - learned, learned)
         records = {RECORD_NAMES[name]: record for name, record in results.records.items()}
-        return LifeResults(results.energy, results.cost, learned, records)
+        return LifeResults(
+            energy=results.energy, cost=results.cost, learned=learned, records=records
+        )
 
     def target(self, seed: int, run: int, generation: int) -> npt.NDArray[np.int64]:
         """Return the target of a generation: the correct allele [locus], 0 or 1."""
         target = np.ones(self.loci, np.int64)
-        changes = range(self.period, generation + 1, self.period) if self.period else ()
-        for change in changes:
+        change_generations = range(self.period, generation + 1, self.period) if self.period else ()
+        for change in change_generations:
             # The draw with index 0 is the luck of an agent in `hinton_nowlan.py`.
             draws = uniforms(seed, run, change, LIFE, (1, 1 + self.redrawn_loci))[0, 1:]
-            for position, coin in draws[:, :2]:
-                target[int(position * self.loci)] = coin < 0.5
+            # Two of the four numbers of each draw are used.
+            for locus_draw, allele_draw in draws[:, :2]:
+                target[int(locus_draw * self.loci)] = allele_draw < 0.5
         return target

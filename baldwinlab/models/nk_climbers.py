@@ -78,23 +78,26 @@ def landscape(seed: int, run: int, bits: int, n_links: int) -> npt.NDArray[np.fl
     array of shape (2**bits,)
         Fitness by string, read as a binary number, in [0, 1]. The array is read-only.
     """
-    draws = uniforms(seed, run, LANDSCAPE_GENERATION, LIFE, (bits, max(bits, 2 ** (n_links + 1))))
+    # A table has a number for each combination of a bit and its links.
+    table_size = 2 ** (n_links + 1)
+    # Row i has the table of bit i (column 0), and an order of all bits (column 1).
+    draws = uniforms(seed, run, LANDSCAPE_GENERATION, LIFE, (bits, max(bits, table_size)))
     strings = np.arange(2**bits)
     total = np.zeros(2**bits)
     for bit in range(bits):
         order = np.argsort(draws[bit, :bits, 1])
         further_bits = [int(candidate) for candidate in order if candidate != bit][:n_links]
-        # Index in the table of the bit, for each string.
-        index = sum(
+        # Index in the table, for each string: the bit and the further bits as a binary number.
+        table_indices = sum(
             ((strings >> index_bit) & 1) << power
             for power, index_bit in enumerate([bit, *further_bits])
         )
-        table = draws[bit, : 2 ** (n_links + 1), 0]
-        total += table[index]
-    scaled: npt.NDArray[np.float64] = (total - total.min()) / (total.max() - total.min())
+        table = draws[bit, :table_size, 0]
+        total += table[table_indices]
+    fitness: npt.NDArray[np.float64] = (total - total.min()) / (total.max() - total.min())
     # The array is cached.
-    scaled.flags.writeable = False
-    return scaled
+    fitness.flags.writeable = False
+    return fitness
 
 
 def _mean_at(record: str, generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
@@ -233,28 +236,34 @@ class NKClimbers(Model, name="nk-climbers"):
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
-        powers = 1 << np.arange(self.bits)
-        newborns = self.numbers(genomes)
-        strings = newborns.copy()
-        innate = poison.empty(newborns.shape)
-        learned = poison.empty(newborns.shape)
+        # The number of a string has bit i of the string as its bit i.
+        bit_masks = 1 << np.arange(self.bits)
+        newborn_strings = self.numbers(genomes)
+        strings = newborn_strings.copy()
+        innate_fitness = poison.empty(newborn_strings.shape)
+        learned_fitness = poison.empty(newborn_strings.shape)
+        draws_shape = (newborn_strings.shape[1], self.trials)
         for row, run in enumerate(runs):
             fitness_of_string = landscape(seed, run, self.bits, self.k)
-            bit_draws = uniforms(seed, run, generation, LIFE, (newborns.shape[1], self.trials))[
-                :, :, 0
-            ]
-            innate[row] = fitness_of_string[newborns[row]]
+            # [agent, trial]: the first of four numbers.
+            bit_draws = uniforms(seed, run, generation, LIFE, draws_shape)[:, :, 0]
+            innate_fitness[row] = fitness_of_string[newborn_strings[row]]
             climb(fitness_of_string, self.bits, bit_draws, strings[row])
-            learned[row] = fitness_of_string[strings[row]]
-        differs = ((newborns ^ strings)[..., None] & powers) > 0
-        changed = differs.sum(axis=-1)
-        at_death = ((strings[..., None] & powers) > 0).astype(np.float32)
+            learned_fitness[row] = fitness_of_string[strings[row]]
+        differs = ((newborn_strings ^ strings)[..., None] & bit_masks) > 0
+        n_changed = differs.sum(axis=-1)
+        bits_at_death = ((strings[..., None] & bit_masks) > 0).astype(np.float32)
         records = {
-            "innate": innate.astype(np.float32),
-            "learned": learned.astype(np.float32),
-            "changed": changed.astype(np.int32),
+            "innate": innate_fitness.astype(np.float32),
+            "learned": learned_fitness.astype(np.float32),
+            "changed": n_changed.astype(np.int32),
         }
-        return LifeResults(learned, self.cost_per_bit * changed, at_death, records)
+        return LifeResults(
+            energy=learned_fitness,
+            cost=self.cost_per_bit * n_changed,
+            learned=bits_at_death,
+            records=records,
+        )
 
 
 @jit_entry_point
@@ -274,13 +283,14 @@ def climb(fitness_of_string: Any, bits: int, bit_draws: Any, strings: Any) -> No
     """
     for agent in range(strings.size):
         for trial in range(bit_draws.shape[1]):
-            flipped = strings[agent] ^ (1 << int(bit_draws[agent, trial] * bits))
-            if fitness_of_string[flipped] > fitness_of_string[strings[agent]]:
-                strings[agent] = flipped
+            bit = int(bit_draws[agent, trial] * bits)
+            flipped_string = strings[agent] ^ (1 << bit)
+            if fitness_of_string[flipped_string] > fitness_of_string[strings[agent]]:
+                strings[agent] = flipped_string
 
 
 class BitFlips(Variation, name="bit-flips"):
-    """Copy of one parent, bit_draws at random; each bit can flip.
+    """Copy of one parent, drawn at random; each bit can flip.
 
     References
     ----------
@@ -296,10 +306,12 @@ class BitFlips(Variation, name="bit-flips"):
     def vary(
         part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        for module in range(child.shape[0]):
-            for bit in range(child.shape[1]):
+        n_modules = child.shape[0]
+        n_bits = child.shape[1]
+        for module in range(n_modules):
+            for bit in range(n_bits):
                 inherited = fitter[module, bit] if gate < 0.5 else second[module, bit]
-                flips = draws[module * child.shape[1] + bit, 1] < part.rate
+                flips = draws[module * n_bits + bit, 1] < part.rate
                 child[module, bit] = np.float32(1) - inherited if flips else inherited
 
     @staticmethod

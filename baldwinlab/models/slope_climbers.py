@@ -108,7 +108,9 @@ class SlopeClimbers(Model, name="slope-climbers"):
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         genomes = poison.empty((agents, 1, 1), np.float32)
         draw_normal(key, FOUNDER, genomes, 0)
-        return np.float32(self.initial_mean) + np.float32(self.initial_std) * genomes
+        mean = np.float32(self.initial_mean)
+        std = np.float32(self.initial_std)
+        return mean + std * genomes
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -116,12 +118,18 @@ class SlopeClimbers(Model, name="slope-climbers"):
         innate_x = genomes[:, :, 0, 0]
         step = self.learning_step if self.learning else 0
         learned_x = innate_x + np.float32(step)
-        energy = self.fitness(learned_x.astype(np.float64))
+        fitness = self.fitness(learned_x.astype(np.float64))
+        log_fitness_slope = self.slope + self.curvature * innate_x
         records = {
             "innate_x": innate_x.copy(),
-            "uphill": (self.slope + self.curvature * innate_x > 0).astype(np.int32),
+            "uphill": (log_fitness_slope > 0).astype(np.int32),
         }
-        return LifeResults(energy, np.zeros_like(energy), learned_x[:, :, None], records)
+        return LifeResults(
+            energy=fitness,
+            cost=np.zeros_like(fitness),
+            learned=learned_x[:, :, None],
+            records=records,
+        )
 
     def fitness(self, x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Return the fitness f(x) for an array `x` of any shape."""

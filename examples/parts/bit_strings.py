@@ -60,7 +60,10 @@ class BitStrings(Model, name="bit-strings"):
         payoff = np.where(succeeded, 1 + 19 * (self.guesses - used) / self.guesses, 1.0)
         learned = np.where(succeeded[:, :, None], np.float32(1), genomes)
         return LifeResults(
-            payoff, np.zeros_like(payoff), learned, {"unknown": unknown.astype(np.int32)}
+            energy=payoff,
+            cost=np.zeros_like(payoff),
+            learned=learned,
+            records={"unknown": unknown.astype(np.int32)},
         )
 
     def oracle(self, genome, luck):

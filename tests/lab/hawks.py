@@ -47,4 +47,4 @@ class Hawks(Model, name="hawks-and-doves"):
         dove = (genomes[:, :, 0, 0] <= 0.5).astype(int)
         frequencies = np.stack([1 - dove.mean(axis=1), dove.mean(axis=1)], axis=-1)
         energy = (PAYOFFS[dove] * frequencies[:, None]).sum(axis=-1)
-        return LifeResults(energy, np.zeros_like(energy), None, {})
+        return LifeResults(energy=energy, cost=np.zeros_like(energy), learned=None, records={})

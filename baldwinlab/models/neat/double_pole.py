@@ -82,7 +82,7 @@ class Poles(Model):
         description="Limit R of the founders' weights, drawn from U(-R, R) (our choice).",
     )
 
-    graphs: ClassVar[bool] = True
+    has_graph_genomes: ClassVar[bool] = True
     infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
     # Whether networks may be recurrent.
     loops: ClassVar[bool] = False

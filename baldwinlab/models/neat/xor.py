@@ -8,9 +8,9 @@ Fitness is (4 - e)^2, where e is the sum of |answer - correct answer| over the f
 
 References
 ----------
-Stanley and Miikkulainen 2002, section 4.1 (all numbers) and section 4.2. There, 100 runs with 150
-networks take 32 generations and 4,755 networks (SD 2,553) on average. The solutions have 2.35
-hidden nodes and 7.48 enabled links on average.
+Stanley and Miikkulainen 2002. Settings: section 4.1. Results: section 4.2, as means of 100 runs of
+populations of 150. A solution takes 32 generations and 4,755 networks (SD 2,553). It has 2.35
+hidden nodes and 7.48 enabled links.
 """
 
 from __future__ import annotations
@@ -35,7 +35,9 @@ from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, 
 from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
 
 QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
-ANSWERS: Final = (0, 1, 1, 0)
+CORRECT_ANSWERS: Final = (0, 1, 1, 0)
+N_QUESTION_INPUTS: Final = len(QUESTIONS[0])
+N_OUTPUTS: Final = 1
 
 
 class NeatXor(Model, name="neat-xor"):
@@ -48,7 +50,7 @@ class NeatXor(Model, name="neat-xor"):
         4.9,
         gt=0,
         le=1000,
-        description="Slope of the sigmoid: output = 1 / (1 + exp(-steepness * input)).",
+        description="Slope of the sigmoid: output = 1 / (1 + exp(-sigmoid_slope * input)).",
     )
     founder_weight_range: float = Field(
         1.0,
@@ -57,7 +59,7 @@ class NeatXor(Model, name="neat-xor"):
         description="Limit R of the founders' weights, drawn from U(-R, R) (our choice).",
     )
 
-    graphs: ClassVar[bool] = True
+    has_graph_genomes: ClassVar[bool] = True
     infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 150},
@@ -86,27 +88,31 @@ class NeatXor(Model, name="neat-xor"):
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         # The bias is an input.
-        inputs = len(QUESTIONS[0]) + 1
-        draws = key.uniforms(FOUNDER, (agents, inputs))[:, :, 0]
+        n_inputs = N_QUESTION_INPUTS + 1
+        # [agent, input]: the first of four numbers.
+        draws = key.uniforms(FOUNDER, (agents, n_inputs))[:, :, 0]
         weights = (2 * draws - 1) * self.founder_weight_range
-        return make_minimal_graphs(inputs, 1, self.max_links, weights)[:, None]
+        graphs = make_minimal_graphs(n_inputs, N_OUTPUTS, self.max_links, weights)
+        # A genome has one module.
+        return graphs[:, None]
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         graphs = np.ascontiguousarray(genomes[:, :, 0])
         answers = poison.empty((*graphs.shape[:2], len(QUESTIONS)), np.float32)
-        units = poison.empty(len(QUESTIONS[0]) + self.max_links + 1, np.float32)
-        answer_questions(
-            graphs, np.array(QUESTIONS, np.float32), np.float32(self.sigmoid_slope), units, answers
-        )
-        errors = np.abs(answers - np.array(ANSWERS, np.float32)).astype(np.float64)
-        right = (errors < 0.5).sum(axis=-1, dtype=np.int32)
+        # A hidden node needs a link, so there are at most `max_links` hidden nodes.
+        values = poison.empty(N_QUESTION_INPUTS + self.max_links + N_OUTPUTS, np.float32)
+        questions = np.array(QUESTIONS, np.float32)
+        answer_questions(graphs, questions, np.float32(self.sigmoid_slope), values, answers)
+        errors = np.abs(answers - np.array(CORRECT_ANSWERS, np.float32)).astype(np.float64)
+        n_right = (errors < 0.5).sum(axis=-1, dtype=np.int32)
         # The parentheses fix the order of the additions, on which rounding depends.
         total_error = (errors[..., 0] + errors[..., 1]) + (errors[..., 2] + errors[..., 3])
-        energy = (4 - total_error) ** 2
+        fitness = (len(QUESTIONS) - total_error) ** 2
+        records = {"right": n_right, **record_networks(graphs)}
         return LifeResults(
-            energy, np.zeros_like(energy), None, {"right": right, **record_networks(graphs)}
+            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
         )
 
     def oracle(self, graph: Any) -> float:
@@ -114,20 +120,25 @@ class NeatXor(Model, name="neat-xor"):
         answers = [
             oracle.activate(graph, self.sigmoid_slope, (*question, 1))[0] for question in QUESTIONS
         ]
-        errors = [abs(answer - right) for answer, right in zip(answers, ANSWERS, strict=True)]
-        return float((4 - sum(errors)) ** 2)
+        errors = [
+            abs(answer - correct) for answer, correct in zip(answers, CORRECT_ANSWERS, strict=True)
+        ]
+        return float((len(QUESTIONS) - sum(errors)) ** 2)
 
 
 @jit_entry_point
-def answer_questions(graphs: Any, questions: Any, steepness: Any, units: Any, answers: Any) -> None:
+def answer_questions(
+    graphs: Any, questions: Any, sigmoid_slope: Any, values: Any, answers: Any
+) -> None:
     """Fill `answers` [run, agent, question] with the outputs of all networks.
 
-    `units` is scratch of the shape that `activate` needs.
+    `values` [node] is scratch: inputs, hidden nodes, and the output in the last entry.
     """
+    n_inputs = questions.shape[1]
     for run in range(graphs.shape[0]):
         for agent in range(graphs.shape[1]):
             for question in range(questions.shape[0]):
-                for number in range(questions.shape[1]):
-                    units[number] = questions[question, number]
-                activate(graphs[run, agent], questions.shape[1], 1, steepness, units)
-                answers[run, agent, question] = units[units.size - 1]
+                for input_index in range(n_inputs):
+                    values[input_index] = questions[question, input_index]
+                activate(graphs[run, agent], n_inputs, N_OUTPUTS, sigmoid_slope, values)
+                answers[run, agent, question] = values[values.size - 1]

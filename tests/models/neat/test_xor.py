@@ -19,7 +19,7 @@ from baldwinlab.evolution.neat.operators import Neat, Species
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.experiment.unused_settings import list_changed_unused_settings
-from baldwinlab.models.neat.xor import ANSWERS, QUESTIONS, NeatXor
+from baldwinlab.models.neat.xor import CORRECT_ANSWERS, QUESTIONS, NeatXor
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.commands import Command
 from tests.evolution.neat.grown import make_network
@@ -37,7 +37,7 @@ def simulate_graph(graph: npt.NDArray[np.float32], **fields: Any) -> Any:
 
 def test_no_network_without_hidden_nodes_can_compute_the_exclusive_or() -> None:
     """The four answers are linear inequalities in the weights, which have no solution."""
-    signs = np.where(np.array(ANSWERS) == 1, -1.0, 1.0)
+    signs = np.where(np.array(CORRECT_ANSWERS) == 1, -1.0, 1.0)
     # The last input is the bias.
     inputs = np.array([(*question, 1) for question in QUESTIONS])
     solution = linprog(

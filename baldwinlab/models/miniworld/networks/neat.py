@@ -48,7 +48,7 @@ class NeatNetwork(Network, name="neat"):
     Stanley and Miikkulainen 2002.
     """
 
-    graphs: ClassVar[bool] = True
+    has_graph_genomes: ClassVar[bool] = True
     infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
     required_settings: ClassVar[Mapping[str, Any]] = {
         "network.hidden": [40],
