@@ -25,8 +25,9 @@ def custom_choices(experiment: Fields) -> Iterator[tuple[str, str]]:
 def added_choices(experiment: Fields) -> Iterator[tuple[str, str]]:
     """Yield kind and name of each added part of an experiment."""
     for path, kind, _ in choosing_fields(type(experiment)):
-        names = paths.look_up(experiment, path)[0]
-        for name in (names,) if isinstance(names, str) else names:
+        value, _ = paths.look_up(experiment, path)
+        names = (value,) if isinstance(value, str) else value
+        for name in names:
             if name not in registry.BUILT_IN[kind]:
                 yield kind, name
 

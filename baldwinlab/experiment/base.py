@@ -57,7 +57,7 @@ class BaseExperiment(Fields):
         schedule: tuple[Change, ...]
 
     @model_validator(mode="after")
-    def _elite_of_the_population(self) -> Self:
+    def _require_elite_within_population(self) -> Self:
         elite = self.evolution.elite
         size = self.population.size
         if elite > size:
@@ -66,11 +66,13 @@ class BaseExperiment(Fields):
 
     def __new__(cls, **values: Any) -> Self:
         """Create an experiment with the tables of the chosen parts."""
-        made: Self = object.__new__(make_class(cls, chosen_parts(cls, values)))
-        return made
+        experiment: Self = object.__new__(make_class(cls, chosen_parts(cls, values)))
+        return experiment
 
     def __reduce__(self) -> Any:
-        return validate, (self.to_dict(), True)
+        # A copy may be loaded without the custom parts.
+        lenient = True
+        return validate, (self.to_dict(), lenient)
 
     def replace(self, /, **changes: Any) -> Self:
         """Return a changed copy.
@@ -91,8 +93,8 @@ class BaseExperiment(Fields):
         tree = merge(self.to_dict(), changed)
         if self.schedule and "schedule" not in changed:
             tree["schedule"] = drop_settings(tree["schedule"], changed)
-        made: Self = validate(_without_idle_tables(self, tree, changed))
-        return made
+        copy: Self = validate(_without_idle_tables(self, tree, changed))
+        return copy
 
     def at(self, generation: int) -> Self:
         """Return the experiment with the settings of a generation, without a schedule.
@@ -104,16 +106,17 @@ class BaseExperiment(Fields):
         """
         if not self.schedule:
             return self
-        count = sum(change.generation <= generation for change in self.schedule)
-        made: Self = _apply_changes(self, count)
-        return made
+        n_changes = sum(change.generation <= generation for change in self.schedule)
+        experiment: Self = _apply_changes(self, n_changes)
+        return experiment
 
     def segments(self) -> list[tuple[range, Self]]:
         """Return the generations with equal settings, and the experiment of each such segment."""
         generations = self.evolution.generations
-        firsts = {0, *(change.generation for change in self.schedule)}
-        bounds = [*sorted(first for first in firsts if first < generations), generations]
-        return [(range(first, end), self.at(first)) for first, end in pairwise(bounds)]
+        changed_at = {0, *(change.generation for change in self.schedule)}
+        starts = sorted(start for start in changed_at if start < generations)
+        bounds = [*starts, generations]
+        return [(range(start, end), self.at(start)) for start, end in pairwise(bounds)]
 
     def to_dict(self) -> dict[str, Any]:
         """Return all settings as nested dicts."""
@@ -193,14 +196,14 @@ class BaseExperiment(Fields):
         """Return the parts that a setting chooses, for a setting with any number of parts."""
         *tables, field = path.split(".")
         section: Any = reduce(getattr, tables, self)
-        of_section: Any = type(section)
-        kind = find_part_kind(of_section, field)
+        section_class: Any = type(section)
+        kind = find_part_kind(section_class, field)
         assert kind is not None, path
         value = getattr(section, field)
         names = (value,) if isinstance(value, str) else value
-        return tuple(self._made(section, kind, name, path) for name in names)
+        return tuple(self._make_part(section, kind, name, path) for name in names)
 
-    def _made(self, section: Any, kind: str, name: str, path: str) -> Any:
+    def _make_part(self, section: Any, kind: str, name: str, path: str) -> Any:
         # `getattr` would return a method of the table for a part with the name "copy".
         table = vars(section).get(table_name(name))
         if isinstance(table, Fields):
@@ -216,47 +219,50 @@ def _without_idle_tables(
     before: BaseExperiment, tree: dict[str, Any], changes: dict[str, Any]
 ) -> dict[str, Any]:
     """Return a tree without the tables of parts that are no longer chosen or changed."""
-    base = _base_of(tree)
-    chosen = {path for path, _ in chosen_parts(base, tree)}
-    for path, _ in chosen_parts(_base_of(before.to_dict()), before.to_dict(), lenient=True):
-        *steps, last = path.split(".")
-        table = tree
-        given = changes
+    chosen_paths = {path for path, _ in chosen_parts(_find_base_class(tree), tree)}
+    tree_before = before.to_dict()
+    parts_before = chosen_parts(_find_base_class(tree_before), tree_before, lenient=True)
+    for path, _ in parts_before:
+        *steps, part_table = path.split(".")
+        section = tree
+        changed_section = changes
         for step in steps:
-            table = table[step]
-            given = given.get(step, {}) if isinstance(given, dict) else {}
-        if path not in chosen and last not in given and isinstance(table, dict):
-            table.pop(last, None)
+            section = section[step]
+            is_table = isinstance(changed_section, dict)
+            changed_section = changed_section.get(step, {}) if is_table else {}
+        is_idle = path not in chosen_paths and part_table not in changed_section
+        if is_idle and isinstance(section, dict):
+            section.pop(part_table, None)
     return tree
 
 
-def _base_of(tree: dict[str, Any]) -> type[BaseExperiment]:
+def _find_base_class(tree: dict[str, Any]) -> type[BaseExperiment]:
     """Return the class of the experiments of a model, without tables of parts."""
     name = tree.get("model", "miniworld")
     if name == "miniworld" or name not in registry.names("model"):
-        experiment: type[BaseExperiment] = registry.find_class("model", "miniworld")
-        return experiment
-    return _class_of_model(registry.find_class("model", name), name)
+        miniworld: type[BaseExperiment] = registry.find_class("model", "miniworld")
+        return miniworld
+    return _make_model_class(registry.find_class("model", name), name)
 
 
 @cache
-def _class_of_model(model: type[Fields], name: str) -> type[BaseExperiment]:
+def _make_model_class(model: type[Fields], name: str) -> type[BaseExperiment]:
     tables: dict[str, Any] = {"population": Population, "evolution": Evolution, "record": Record}
-    made = {
-        key: replace_defaults(table, getattr(model, "defaults", {}).get(key, {}))
-        for key, table in tables.items()
+    defaults = getattr(model, "defaults", {})
+    tables_of_model = {
+        key: replace_defaults(table, defaults.get(key, {})) for key, table in tables.items()
     }
     fields: dict[str, Any] = {
         "name": (Name, name),
         "model": (ModelName, Field(name, description="Model: what a lifetime is.")),
         table_name(name): (model, make_table_field(model)),
-        **{key: (table, make_table_field(table)) for key, table in made.items()},
+        **{key: (table, make_table_field(table)) for key, table in tables_of_model.items()},
         "schedule": (tuple[Change, ...], SCHEDULE_FIELD),
     }
     return create_model("Experiment", __base__=BaseExperiment, __module__=__name__, **fields)
 
 
-class _Unread(BaseExperiment, extra="allow"):
+class _UnloadedModelExperiment(BaseExperiment, extra="allow"):
     """Experiment of a model that is not loaded. Its tables are plain data."""
 
     name: Name = "experiment"
@@ -268,10 +274,10 @@ class _Unread(BaseExperiment, extra="allow"):
 
 
 @lru_cache(maxsize=256)
-def _apply_changes(experiment: BaseExperiment, count: int) -> Any:
-    """Return an experiment with its first `count` scheduled changes, without a schedule."""
+def _apply_changes(experiment: BaseExperiment, n_changes: int) -> Any:
+    """Return an experiment with its first `n_changes` scheduled changes, without a schedule."""
     settings: dict[str, Any] = {}
-    for change in experiment.schedule[:count]:
+    for change in experiment.schedule[:n_changes]:
         settings |= change.settings
     return experiment.replace(schedule=[], **nest(settings))
 
@@ -293,39 +299,42 @@ def validate(tree: Any, lenient: bool = False) -> Any:
     """
     if not isinstance(tree, dict):
         raise ExperimentError("an experiment is a table of its fields")
-    experiment = _made(upgrade(tree) if lenient else tree, lenient)
+    upgraded_tree = upgrade(tree) if lenient else tree
+    experiment = _make_experiment(upgraded_tree, lenient)
     if not lenient:
         check_added_parts(experiment)
         require_valid_schedule(experiment)
     return experiment
 
 
-def _made(tree: dict[str, Any], lenient: bool = False) -> Any:
+def _make_experiment(tree: dict[str, Any], lenient: bool = False) -> Any:
     """Return the experiment of a tree, without the checks of its parts."""
     model = tree.get("model", "miniworld")
     if not lenient and model not in registry.names("model"):
         raise ExperimentError(
             f"model = {model!r}: {registry.unknown_part_message('model', str(model))}"
         )
-    made = _class_of(tree, lenient)
+    experiment_class = _find_experiment_class(tree, lenient)
     try:
-        experiment = made.model_validate(tree, context={"lenient": lenient})
+        experiment = experiment_class.model_validate(tree, context={"lenient": lenient})
     except ValidationError as error:
-        plainer = _class_of(tree, lenient, with_custom_parts=False) if lenient else made
-        # The loaded part may be another part of the same name.
-        if plainer is not made:
-            with suppress(ValidationError):
-                return plainer.model_validate(tree, context={"lenient": True})
-        raise ExperimentError(format_validation_error(error, made)) from None
+        if lenient:
+            # The loaded part may be another part of the same name, so its table stays plain data.
+            plain_class = _find_experiment_class(tree, lenient, with_custom_parts=False)
+            if plain_class is not experiment_class:
+                with suppress(ValidationError):
+                    return plain_class.model_validate(tree, context={"lenient": True})
+        raise ExperimentError(format_validation_error(error, experiment_class)) from None
     return experiment
 
 
-def _class_of(tree: dict[str, Any], lenient: bool, with_custom_parts: bool = True) -> Any:
+def _find_experiment_class(
+    tree: dict[str, Any], lenient: bool, with_custom_parts: bool = True
+) -> Any:
     """Return the class of the experiment of a tree, with or without custom parts."""
     model_names = registry.names("model") if with_custom_parts else registry.BUILT_IN["model"]
-    base = (
-        _Unread if lenient and tree.get("model", "miniworld") not in model_names else _base_of(tree)
-    )
+    is_loaded = tree.get("model", "miniworld") in model_names
+    base = _UnloadedModelExperiment if lenient and not is_loaded else _find_base_class(tree)
     return make_class(base, chosen_parts(base, tree, lenient, with_custom_parts))
 
 
@@ -346,16 +355,16 @@ def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
     ExperimentError
         If a path does not exist, or the copy is invalid.
     """
-    given = [paths.parse_assignment(assignment) for assignment in assignments]
-    choosing = {path for path, _, _ in choosing_fields(_base_of(experiment.to_dict()))}
+    settings = [paths.parse_assignment(assignment) for assignment in assignments]
     tree = experiment.to_dict()
-    first = [(path, value) for path, value in given if path in choosing]
-    for path, value in first:
+    choosing_paths = {path for path, _, _ in choosing_fields(_find_base_class(tree))}
+    part_choices = [(path, value) for path, value in settings if path in choosing_paths]
+    for path, value in part_choices:
         paths.set_value(tree, path, value)
-    if first:
+    if part_choices:
         # This adds the tables of the chosen parts.
-        tree = _made(_without_idle_tables(experiment, tree, {})).to_dict()
-    for path, value in given:
-        if path not in choosing:
+        tree = _make_experiment(_without_idle_tables(experiment, tree, {})).to_dict()
+    for path, value in settings:
+        if path not in choosing_paths:
             paths.set_value(tree, path, value)
     return validate(tree)

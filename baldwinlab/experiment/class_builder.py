@@ -24,26 +24,26 @@ ChosenParts = tuple[tuple[str, type[Fields] | None], ...]
 def find_part_kind(section: type[BaseModel], field: str) -> str | None:
     """Return the kind of part that a setting chooses, or None."""
     info = section.model_fields[field]
-    inside = [
-        part
+    # A setting with any number of parts is a tuple, and its entries have the mark.
+    marks_of_entries = [
+        mark
         for argument in get_args(info.annotation)
-        for part in getattr(argument, "__metadata__", ())
+        for mark in getattr(argument, "__metadata__", ())
     ]
-    return next(
-        (mark.kind for mark in [*info.metadata, *inside] if isinstance(mark, PartChoice)), None
-    )
+    marks = [*info.metadata, *marks_of_entries]
+    return next((mark.kind for mark in marks if isinstance(mark, PartChoice)), None)
 
 
 @cache
 def choosing_fields(section: type[BaseModel], path: str = "") -> tuple[tuple[str, str, Any], ...]:
     """Return path, kind and default of every setting that chooses parts."""
-    result: list[tuple[str, str, Any]] = []
+    settings: list[tuple[str, str, Any]] = []
     for name, info in section.model_fields.items():
         if kind := find_part_kind(section, name):
-            result.append((f"{path}{name}", kind, info.default))
+            settings.append((f"{path}{name}", kind, info.default))
         elif isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel):
-            result += choosing_fields(info.annotation, f"{path}{name}.")
-    return tuple(result)
+            settings += choosing_fields(info.annotation, f"{path}{name}.")
+    return tuple(settings)
 
 
 def chosen_parts(
@@ -53,22 +53,22 @@ def chosen_parts(
     with_custom_parts: bool = True,
 ) -> ChosenParts:
     """Return the chosen parts that have settings, with or without custom parts."""
-    result: list[tuple[str, type[Fields] | None]] = []
+    parts: list[tuple[str, type[Fields] | None]] = []
     for path, kind, default in choosing_fields(base):
-        *steps, last = path.split(".")
+        *steps, field = path.split(".")
         table: Any = tree
         for step in steps:
             table = to_plain_data(table.get(step, {})) if isinstance(table, dict) else {}
-        names = table.get(last, default) if isinstance(table, dict) else default
+        value = table.get(field, default) if isinstance(table, dict) else default
         available = registry.names(kind) if with_custom_parts else registry.package_parts(kind)
-        for name in _to_names(names):
-            where = ".".join([*steps, table_name(str(name))])
+        for name in _to_names(value):
+            table_path = ".".join([*steps, table_name(str(name))])
             if lenient and name not in available:
                 if isinstance(table, dict) and table_name(str(name)) in table:
-                    result.append((where, None))
+                    parts.append((table_path, None))
             elif kind != "model" and (part := registry.settings_class(kind, str(name))):
-                result.append((where, part))
-    return tuple(result)
+                parts.append((table_path, part))
+    return tuple(parts)
 
 
 def _to_names(value: Any) -> tuple[Any, ...]:
@@ -87,30 +87,35 @@ def make_class(base: Any, chosen: ChosenParts) -> Any:
 
 
 def _with_table(section: type[BaseModel], steps: list[str], part: type[Fields] | None) -> Any:
-    below: Any
-    if len(steps) > 1:
-        inside = _with_table(section.model_fields[steps[0]].annotation, steps[1:], part)  # type: ignore[arg-type]
-        below = (inside, make_table_field(inside))
+    field_name, *further_steps = steps
+    # The type of the field, and its default.
+    declaration: Any
+    if further_steps:
+        inner_section: Any = section.model_fields[field_name].annotation
+        inner_class = _with_table(inner_section, further_steps, part)
+        declaration = (inner_class, make_table_field(inner_class))
     elif part is None:
-        below = (dict[str, Any], ...)
+        declaration = (dict[str, Any], ...)
     else:
-        below = (part, make_table_field(part))
+        declaration = (part, make_table_field(part))
     return create_model(
-        section.__name__, __base__=section, __module__=section.__module__, **{steps[0]: below}
+        section.__name__,
+        __base__=section,
+        __module__=section.__module__,
+        **{field_name: declaration},
     )
 
 
 def make_table_field(table: type[BaseModel]) -> Any:
     """Return the field of a table. It is required if a setting of the table has no default."""
-    required = any(info.is_required() for info in table.model_fields.values())
-    return (
-        Field(description=_first_line(table))
-        if required
-        else Field(default_factory=table, description=_first_line(table))
-    )
+    description = _read_first_line(table)
+    is_required = any(info.is_required() for info in table.model_fields.values())
+    if is_required:
+        return Field(description=description)
+    return Field(default_factory=table, description=description)
 
 
-def _first_line(table: type[BaseModel]) -> str:
+def _read_first_line(table: type[BaseModel]) -> str:
     return (table.__doc__ or "").strip().split("\n")[0]
 
 
@@ -121,8 +126,6 @@ def replace_defaults(table: type[Fields], values: Mapping[str, Any]) -> type[Fie
         info = copy(table.model_fields[name])
         info.default = value
         fields[name] = (info.annotation, info)
-    return (
-        create_model(table.__name__, __base__=table, __module__=table.__module__, **fields)
-        if fields
-        else table
-    )
+    if not fields:
+        return table
+    return create_model(table.__name__, __base__=table, __module__=table.__module__, **fields)

@@ -13,14 +13,14 @@ from baldwinlab.experiment.registry import table_name
 def find_control(name: str, experiments: Mapping[str, BaseExperiment]) -> str:
     """Return the condition that differs only in having no learning, or ""."""
     experiment = experiments[name]
-    is_control = _make_test(experiment)
+    is_control = _make_control_test(experiment)
     for candidate, control in experiments.items():
         if candidate != name and is_control(control):
             return candidate
     return ""
 
 
-def _make_test(experiment: BaseExperiment) -> Callable[[Any], bool]:
+def _make_control_test(experiment: BaseExperiment) -> Callable[[Any], bool]:
     """Return a function that returns whether another experiment is the control."""
     if isinstance(experiment, Experiment):
         return partial(_is_without_rule, experiment)

@@ -53,7 +53,5 @@ def read_factors(dataset: xr.Dataset) -> dict[str, Factors]:
         dataset[name].values if name in dataset.coords else [""] * len(names)
         for name in Factors._fields
     ]
-    return {
-        name: Factors(*map(str, values))
-        for name, values in zip(names, zip(*columns, strict=True), strict=True)
-    }
+    rows = zip(*columns, strict=True)
+    return {name: Factors(*map(str, row)) for name, row in zip(names, rows, strict=True)}

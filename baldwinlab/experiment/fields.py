@@ -41,12 +41,10 @@ class Fields(BaseModel):
 
     @field_validator("*", mode="before")
     @classmethod
-    def _no_number_from_truth(cls, value: Any, info: Any) -> Any:
+    def _refuse_truth_values(cls, value: Any, info: Any) -> Any:
         """Refuse true and false for a number. Python would read true as 1."""
-        if isinstance(value, bool) and cls.model_fields[info.field_name].annotation not in (
-            bool,
-            Any,
-        ):
+        accepts_truth = cls.model_fields[info.field_name].annotation in (bool, Any)
+        if isinstance(value, bool) and not accepts_truth:
             raise ValueError("true and false are not numbers")
         return value
 
@@ -69,10 +67,9 @@ def merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     """Return `base` with `changes`, table by table. A list replaces a list."""
     merged = dict(base)
     for key, value in changes.items():
-        below = merged.get(key)
-        merged[key] = (
-            merge(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
-        )
+        base_value = merged.get(key)
+        are_tables = isinstance(base_value, dict) and isinstance(value, dict)
+        merged[key] = merge(base_value, value) if are_tables else value
     return merged
 
 
@@ -92,12 +89,13 @@ def format_validation_error(error: ValidationError, model: type[BaseModel]) -> s
     return format_faults(error.errors(), lambda fault: _format_fault(fault, model))
 
 
-def format_faults(faults: Sequence[Any], sentence: Callable[[Any], str] = str) -> str:
+def format_faults(faults: Sequence[Any], format_fault: Callable[[Any], str] = str) -> str:
     """Return a line for each of the first errors, and the number of further errors."""
-    shown = [sentence(fault) for fault in faults[:MAX_FAULTS]]
-    if len(faults) > MAX_FAULTS:
-        shown.append(f"and {len(faults) - MAX_FAULTS:,} more")
-    return "\n".join(shown)
+    lines = [format_fault(fault) for fault in faults[:MAX_FAULTS]]
+    n_unlisted = len(faults) - MAX_FAULTS
+    if n_unlisted > 0:
+        lines.append(f"and {n_unlisted:,} more")
+    return "\n".join(lines)
 
 
 def shorten(text: str) -> str:
@@ -128,25 +126,28 @@ def _format_fault(fault: Any, model: type[BaseModel]) -> str:
     if fault["type"] == "missing":
         return f"{path}: is missing"
     if fault["type"] == FIELDS_REFUSED:
-        inside = ((f"{path}.{name}".lstrip("."), *rest) for name, *rest in fault["ctx"]["faults"])
+        # The path of the experiment itself is empty.
+        prefix = f"{path}." if path else ""
         return "\n".join(
-            f"{name} = {shorten(format_value(value))}: {rule}" for name, value, rule in inside
+            f"{prefix}{name} = {shorten(format_value(value))}: {rule}"
+            for name, value, rule in fault["ctx"]["faults"]
         )
     if not path:
         return message
     value = fault["input"]
-    shown = shorten(repr(value)) if not isinstance(value, dict) else "this table"
+    value_text = "this table" if isinstance(value, dict) else shorten(repr(value))
     if isinstance(value, float) and not math.isfinite(value):
-        shown = str(value)
-    return f"{path} = {shown}: {message[0].lower()}{message[1:]}"
+        value_text = str(value)
+    return f"{path} = {value_text}: {message[0].lower()}{message[1:]}"
 
 
 def _setting_names(location: Iterable[str | int], model: Any) -> list[str]:
     """Return the names of the settings of the table with an unknown setting."""
-    steps = list(location)[:-1]
+    *steps, _ = location
     for step in steps:
+        # A number is the index of a table in a tuple of tables, which have the same fields.
         if isinstance(step, str):
             annotation = model.model_fields[step].annotation
-            inside = getattr(annotation, "__args__", ())
-            model = inside[0] if inside else annotation
+            entry_types = getattr(annotation, "__args__", ())
+            model = entry_types[0] if entry_types else annotation
     return list(model.model_fields)

@@ -70,7 +70,8 @@ class File(Fields):
 def iterate_files(table: BaseModel, path: str = "") -> Iterator[tuple[str, File]]:
     """Yield the path of each setting with a data file, and the file."""
     for name, value in table:
-        for entry in value if isinstance(value, tuple) else (value,):
+        entries = value if isinstance(value, tuple) else (value,)
+        for entry in entries:
             if isinstance(entry, File) and entry.path:
                 yield f"{path}{name}", entry
             elif isinstance(entry, BaseModel):

@@ -16,6 +16,8 @@ LEFT_STYLE = 'style="text-align: left; vertical-align: top"'
 
 
 class Row(NamedTuple):
+    """A setting, as a row of a table."""
+
     path: str
     value: str
     # "–" without a default.
@@ -41,12 +43,11 @@ def iterate_rows(table: BaseModel, default: Any = None, path: str = "") -> Itera
                 yield from iterate_rows(entry, None, f"{path}{name}.{number}.")
         else:
             has_default = default_value is not PydanticUndefined
-            default_text = _format_value(default_value) if has_default else "–"
             yield Row(
-                f"{path}{name}",
-                _format_value(value),
-                default_text,
-                (info and info.description) or "",
+                path=f"{path}{name}",
+                value=_format_value(value),
+                default=_format_value(default_value) if has_default else "–",
+                meaning=(info and info.description) or "",
             )
 
 
@@ -77,13 +78,13 @@ def format_html(experiment: BaseModel, name: str, model: str) -> str:
     )
 
 
-def _format_table(shown: list[Row]) -> str:
+def _format_table(rows: list[Row]) -> str:
     head = "".join(
         f"<th {LEFT_STYLE}>{name}</th>" for name in ("field", "value", "default", "meaning")
     )
     body = "".join(
         f"<tr>{''.join(f'<td {LEFT_STYLE}>{cell}</td>' for cell in _format_cells(row))}</tr>"
-        for row in shown
+        for row in rows
     )
     table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     return f'<div style="overflow-x: auto">{table}</div>'

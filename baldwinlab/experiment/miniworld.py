@@ -10,6 +10,7 @@ Source: the paper, section "Simulation setup".
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
@@ -59,7 +60,7 @@ class FoodRegion(Fields):
     energy: float = Field(1.0, ge=0, le=1_000_000, description="Energy of an item.")
 
     @model_validator(mode="after")
-    def _edges_in_order(self) -> Self:
+    def _require_ordered_edges(self) -> Self:
         refuse_fields(
             [
                 (axis, edges, "must go from a smaller to a larger number")
@@ -86,7 +87,7 @@ class World(Fields):
     )
 
     @model_validator(mode="after")
-    def _everything_on_the_map(self) -> Self:
+    def _require_positions_on_map(self) -> Self:
         faults: list[tuple[str, object, str]] = []
         for axis, side in (("x", "width"), ("y", "height")):
             size = getattr(self, side)
@@ -96,12 +97,14 @@ class World(Fields):
                 faults.append((f"start.{axis}", position, rule))
             for number, region in enumerate(self.food):
                 edges = getattr(region, axis)
-                if edges[1] > size:
+                _, far_edge = edges
+                if far_edge > size:
                     rule = f"must be on the map, from 0 to world.{side} = {size:g}"
                     faults.append((f"food.{number}.{axis}", edges, rule))
-        half = min(self.width, self.height) / 2
-        if self.start.radius > half:
-            rule = f"must be at most {half:g}, half of the smaller of world.width and world.height"
+        max_radius = min(self.width, self.height) / 2
+        if self.start.radius > max_radius:
+            limit = "half of the smaller of world.width and world.height"
+            rule = f"must be at most {max_radius:g}, {limit}"
             faults.append(("start.radius", self.start.radius, rule))
         refuse_fields(faults)
         return self
@@ -214,7 +217,7 @@ class Learning(Fields):
 
     @field_validator("steps")
     @classmethod
-    def _for_life(cls, steps: int | None) -> int | None:
+    def _read_longest_lifetime_as_none(cls, steps: int | None) -> int | None:
         """Read the steps of the longest lifetime, which older files contain, as None."""
         return None if steps == MAX_LIFETIME_STEPS else steps
 
@@ -255,14 +258,18 @@ class Experiment(BaseExperiment):
     schedule: tuple[Change, ...] = SCHEDULE_FIELD
 
     @model_validator(mode="after")
-    def _reach_within_the_map(self) -> Self:
-        half = min(self.world.width, self.world.height) / 2
-        rule = f"must be at most {half:g}, half of the smaller of world.width and world.height"
+    def _require_lengths_within_map(self) -> Self:
+        max_length = min(self.world.width, self.world.height) / 2
+        rule = (
+            f"must be at most {max_length:g}, half of the smaller of world.width and world.height"
+        )
         lengths = {
             "senses.visual_radius": self.senses.visual_radius,
             "contact.reach": self.contact.reach,
         }
-        refuse_fields([(path, value, rule) for path, value in lengths.items() if value > half])
+        refuse_fields(
+            [(path, value, rule) for path, value in lengths.items() if value > max_length]
+        )
         return self
 
     @property
@@ -283,8 +290,8 @@ class Experiment(BaseExperiment):
     @property
     def learning_steps(self) -> int:
         """Number of steps, from birth, in which agents learn."""
-        stops = self.learning.steps
-        return self.steps if stops is None else min(stops, self.steps)
+        max_steps = self.learning.steps
+        return self.steps if max_steps is None else min(max_steps, self.steps)
 
     def without_learning(self) -> Self:
         """Return this experiment with the learning rule `none`."""
@@ -292,12 +299,12 @@ class Experiment(BaseExperiment):
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Tuple of the names of a genome's modules."""
+        """Names of the modules of a genome."""
         return tuple(self.part("learning.rule").modules)
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Tuple of the names of the network's inputs."""
+        """Names of the inputs of the network."""
         return tuple(name for sense in self.parts("senses.kinds") for name in sense.inputs)
 
     @property
@@ -307,7 +314,7 @@ class Experiment(BaseExperiment):
 
     @property
     def actions(self) -> tuple[str, ...]:
-        """Tuple of the names of the actions, which are the outputs of the network."""
+        """Names of the actions, which are the outputs of the network."""
         return tuple(self.part("motor.body").actions)
 
     @property
@@ -322,10 +329,11 @@ class Experiment(BaseExperiment):
     @property
     def weight_count(self) -> int:
         """Number of weights of a module."""
-        bias = int(self.network.biases)
+        # The biases of a layer are the weights of one more source unit, which is always 1.
+        n_bias_units = int(self.network.biases)
         return sum(
-            (inputs + bias) * outputs
-            for inputs, outputs in zip(self.layer_sizes, self.layer_sizes[1:], strict=False)
+            (n_sources + n_bias_units) * n_targets
+            for n_sources, n_targets in pairwise(self.layer_sizes)
         )
 
     @property

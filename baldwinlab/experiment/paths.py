@@ -35,7 +35,7 @@ def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
         elif isinstance(value, tuple) and step.isdecimal() and int(step) < len(value):
             value = value[int(step)]
         else:
-            raise ExperimentError(_absent_message(to_plain_data(value), step, path))
+            raise ExperimentError(_describe_missing_step(to_plain_data(value), step, path))
     return value, meaning
 
 
@@ -68,9 +68,13 @@ def _first_clause(description: str) -> str:
 def _region_suffix(path: str, experiment: BaseModel) -> str:
     """Return the number of a region, for example ", food 2", or "" for a single region."""
     steps = path.split(".")
-    for number, step in enumerate(steps):
-        if step.isdecimal() and len(look_up(experiment, ".".join(steps[:number]))[0]) > 1:
-            return f", {steps[number - 1]} {int(step) + 1}"
+    for depth, step in enumerate(steps):
+        if step.isdecimal():
+            # The step before a number is the name of the tuple of regions.
+            regions, _ = look_up(experiment, ".".join(steps[:depth]))
+            if len(regions) > 1:
+                region_number = int(step) + 1
+                return f", {steps[depth - 1]} {region_number}"
     return ""
 
 
@@ -83,21 +87,21 @@ def set_value(tree: dict[str, Any], path: str, value: Any) -> None:
         If the path does not exist.
     """
     table: Any = tree
-    *steps, last = path.strip().split(".")
+    *steps, field = path.strip().split(".")
     for step in steps:
-        table = table[_key(table, step, path)]
-    table[_key(table, last, path)] = value
+        table = table[_require_key(table, step, path)]
+    table[_require_key(table, field, path)] = value
 
 
-def _key(table: Any, step: str, path: str) -> str | int:
+def _require_key(table: Any, step: str, path: str) -> str | int:
     if isinstance(table, list) and step.isdecimal() and int(step) < len(table):
         return int(step)
     if isinstance(table, dict) and step in table:
         return step
-    raise ExperimentError(_absent_message(table, step, path))
+    raise ExperimentError(_describe_missing_step(table, step, path))
 
 
-def _absent_message(table: Any, step: str, path: str) -> str:
+def _describe_missing_step(table: Any, step: str, path: str) -> str:
     if current := new_path(path):
         return renamed_message(path, current)
     names: Any = ()

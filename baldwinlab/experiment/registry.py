@@ -134,7 +134,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "inheritance": {"social-heredity": f"{_EVOLUTION}.social_heredity:SocialHeredity"},
     "fitness": {},
 }
-_CUSTOM: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
+_CUSTOM_PARTS: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
 
 
 class PartChoice(NamedTuple):
@@ -167,25 +167,28 @@ def package_parts(kind: str) -> dict[str, str]:
 
 def names(kind: str) -> list[str]:
     """Return the names of all parts of a kind."""
-    return [*package_parts(kind), *_CUSTOM[kind]]
+    return [*package_parts(kind), *_CUSTOM_PARTS[kind]]
 
 
 def is_available(kind: str, name: str) -> bool:
     """Return whether a part exists."""
-    return any(name in parts[kind] for parts in (BUILT_IN, LIBRARY, _CUSTOM))
+    return any(name in parts[kind] for parts in (BUILT_IN, LIBRARY, _CUSTOM_PARTS))
 
 
 def custom_parts() -> dict[tuple[str, str], type]:
     """Return the classes of the loaded custom parts, by kind and name."""
-    return {(kind, name): part for kind, parts in _CUSTOM.items() for name, part in parts.items()}
+    return {
+        (kind, name): part for kind, parts in _CUSTOM_PARTS.items() for name, part in parts.items()
+    }
 
 
 def find_class(kind: str, name: str) -> Any:
     """Return the class of a part. Raises KeyError if it does not exist."""
-    if name in _CUSTOM[kind]:
-        return _CUSTOM[kind][name]
-    module, _, attribute = (BUILT_IN[kind].get(name) or LIBRARY[kind][name]).partition(":")
-    return getattr(import_module(module), attribute)
+    if name in _CUSTOM_PARTS[kind]:
+        return _CUSTOM_PARTS[kind][name]
+    location = BUILT_IN[kind].get(name) or LIBRARY[kind][name]
+    module, _, class_name = location.partition(":")
+    return getattr(import_module(module), class_name)
 
 
 def is_built_in(kind: str, name: str, module: str) -> bool:
@@ -208,12 +211,12 @@ def is_built_in(kind: str, name: str, module: str) -> bool:
 
 def add(kind: str, name: str, part: type) -> None:
     """Register a custom part. It replaces a custom part of the same name."""
-    _CUSTOM[kind][name] = part
+    _CUSTOM_PARTS[kind][name] = part
 
 
 def remove(kind: str, name: str) -> None:
     """Remove a custom part."""
-    _CUSTOM[kind].pop(name, None)
+    _CUSTOM_PARTS[kind].pop(name, None)
 
 
 def unknown_part_message(kind: str, name: str) -> str:
@@ -227,7 +230,9 @@ def unknown_part_message(kind: str, name: str) -> str:
 
 def settings_class(kind: str, name: str) -> Any:
     """Return the class of a part with settings, or None for a part without settings."""
-    part: Any = find_class(kind, name) if name in LIBRARY.get(kind, {}) else _CUSTOM[kind].get(name)
+    part: Any = (
+        find_class(kind, name) if name in LIBRARY.get(kind, {}) else _CUSTOM_PARTS[kind].get(name)
+    )
     return part if part is not None and part.model_fields else None
 
 

@@ -185,10 +185,12 @@ RENAMED_SETTINGS: Final[Mapping[str, Mapping[str, str]]] = {
 
 def new_path(path: str) -> str | None:
     """Return the new dotted path of a renamed setting or table, and None for any other path."""
-    table, _, name = path.rpartition(".")
-    table_now = RENAMED_TABLES.get(table, table)
-    name_now = RENAMED_SETTINGS.get(table_now, {}).get(name, name)
-    current = RENAMED_TABLES.get(path, f"{table_now}.{name_now}" if table else name)
+    old_table, _, old_name = path.rpartition(".")
+    table = RENAMED_TABLES.get(old_table, old_table)
+    name = RENAMED_SETTINGS.get(table, {}).get(old_name, old_name)
+    setting_path = f"{table}.{name}" if old_table else old_name
+    # The path itself may be that of a table.
+    current = RENAMED_TABLES.get(path, setting_path)
     return None if current == path else current
 
 
@@ -216,31 +218,32 @@ def upgrade(tree: Mapping[str, Any], path: str = "") -> dict[str, Any]:
     """
     upgraded: dict[str, Any] = {}
     for name, value in tree.items():
-        old = f"{path}.{name}" if path else name
-        current = new_path(old) or old
-        key = current.rpartition(".")[2]
+        old_path = f"{path}.{name}" if path else name
+        current_path = new_path(old_path) or old_path
+        _, _, key = current_path.rpartition(".")
+        # If the tree has both names, each keeps its value.
         if key != name and key in tree:
             key = name
-            current = old
+            current_path = old_path
         if isinstance(value, Mapping):
-            upgraded[key] = upgrade(value, current)
+            upgraded[key] = upgrade(value, current_path)
         else:
-            upgraded[key] = _upgrade_value(current, value)
+            upgraded[key] = _upgrade_value(current_path, value)
     return upgraded
 
 
 def _upgrade_value(path: str, value: Any) -> Any:
-    current = (
-        new_name(KINDS_OF_RENAMED_PARTS.get(path, ""), value) if isinstance(value, str) else None
-    )
-    return current or value
+    if not isinstance(value, str):
+        return value
+    kind = KINDS_OF_RENAMED_PARTS.get(path, "")
+    return new_name(kind, value) or value
 
 
 def upgrade_swept(fields: Mapping[str, Any]) -> dict[str, Any]:
     """Return the swept fields of a stored sweep, by dotted path, with today's names."""
     upgraded = {}
-    for old, values in fields.items():
-        path = new_path(old) or old
+    for old_path, values in fields.items():
+        path = new_path(old_path) or old_path
         is_list = isinstance(values, list | tuple)
         upgraded[path] = [_upgrade_value(path, value) for value in values] if is_list else values
     return upgraded

@@ -162,16 +162,19 @@ def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, A
         The settings that are changed for the whole run, as nested tables. A changed choice of a
         part, such as `learning.rule`, also drops the scheduled settings of that table.
     """
-    replaced = dict(_flatten(changes))
+    replaced_values = dict(_flatten(changes))
     # A scheduled setting is dropped if it is replaced, or if the choice of its part is.
     # Only the name of a part is a text, for example that of `learning.rule`.
-    sections = {_parent_path(path) for path, value in replaced.items() if isinstance(value, str)}
+    sections = {
+        _parent_path(path) for path, value in replaced_values.items() if isinstance(value, str)
+    }
     remaining_changes = []
     for change in schedule:
         settings = {
             path: value
             for path, value in change.items()
-            if path not in replaced and _parent_path(_parent_path(path) or ".") not in sections
+            if path not in replaced_values
+            and _parent_path(_parent_path(path) or ".") not in sections
         }
         # The first entry is the generation of the change.
         if len(settings) > 1:

@@ -10,6 +10,8 @@ from baldwinlab.experiment.fields import Fields, refuse_fields
 from baldwinlab.experiment.file import File
 from baldwinlab.experiment.registry import PartChoice
 
+SHARE_TOLERANCE = 1e-9
+"""Tolerance of the sum of shares, which rounding changes."""
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
 
 Name = Annotated[
@@ -107,10 +109,10 @@ class Evolution(Fields):
     )
 
     @model_validator(mode="after")
-    def _shares_add_up(self) -> Self:
-        total = sum(entry.share for entry in self.founders)
-        if self.founders and abs(total - 1) > 1e-9:
-            shares = [entry.share for entry in self.founders]
+    def _require_shares_of_one(self) -> Self:
+        shares = [entry.share for entry in self.founders]
+        total = sum(shares)
+        if self.founders and abs(total - 1) > SHARE_TOLERANCE:
             refuse_fields([("founders", shares, "the shares must add up to 1")])
         return self
 

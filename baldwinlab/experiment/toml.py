@@ -22,15 +22,14 @@ def to_toml(experiment: BaseExperiment) -> str:
 
 
 def _fill(table: Any, part: BaseModel) -> None:
-    below = []
+    tables = []
     meanings = {name: field.description for name, field in type(part).model_fields.items()}
     # A table of a model that is not loaded has values without fields.
     for name, value in part:
-        if isinstance(value, BaseModel | dict) or (
-            isinstance(value, tuple) and value and isinstance(value[0], BaseModel)
-        ):
+        are_tables = isinstance(value, tuple) and value and isinstance(value[0], BaseModel)
+        if are_tables or isinstance(value, BaseModel | dict):
             # In TOML, tables follow plain values.
-            below.append((name, value))
+            tables.append((name, value))
             continue
         meaning = meanings.get(name)
         # TOML has no null value.
@@ -39,20 +38,21 @@ def _fill(table: Any, part: BaseModel) -> None:
             continue
         item = tomlkit.item(list(value) if isinstance(value, tuple) else value)
         table.add(name, item.comment(meaning) if meaning else item)
-    for name, value in below:
+    for name, value in tables:
         if isinstance(value, BaseModel):
-            table.add(name, _table(value, tomlkit.table()))
+            table.add(name, _make_table(value))
         elif isinstance(value, dict):
             # The table of a part that is not loaded is a dict.
             table.add(name, tomlkit.item(value))
         else:
-            tables = tomlkit.aot()
+            array_of_tables = tomlkit.aot()
             for entry in value:
-                tables.append(_table(entry, tomlkit.table()))
-            table.add(name, tables)
+                array_of_tables.append(_make_table(entry))
+            table.add(name, array_of_tables)
 
 
-def _table(part: BaseModel, table: Any) -> Any:
+def _make_table(part: BaseModel) -> Any:
+    table = tomlkit.table()
     _fill(table, part)
     return table
 

@@ -30,12 +30,17 @@ def list_changed_unused_settings(
     Without an origin, the values are compared with the defaults.
     """
     origin = validate({"model": experiment.model}) if origin is None else origin
-    fields = list_unused_settings(experiment)
     return {
         path: reason
-        for path, reason in fields.items()
-        if look_up(experiment, path)[0] != look_up(origin, path)[0]
+        for path, reason in list_unused_settings(experiment).items()
+        if _read_value(experiment, path) != _read_value(origin, path)
     }
+
+
+def _read_value(experiment: BaseExperiment, path: str) -> object:
+    value: object
+    value, _ = look_up(experiment, path)
+    return value
 
 
 def _unused_mutation_settings(experiment: BaseExperiment) -> dict[str, str]:
@@ -86,7 +91,8 @@ def require_effect(
     ExperimentError
         With one line for every unused setting.
     """
-    pairs = zip(experiments, origins or [None] * len(experiments), strict=True)
+    origins = origins or [None] * len(experiments)
+    pairs = zip(experiments, origins, strict=True)
     unused = [list_changed_unused_settings(experiment, origin) for experiment, origin in pairs]
     paths = [path for path in unused[0] if all(path in reasons for reasons in unused)]
     if paths:
