@@ -28,6 +28,10 @@ MAX_SIDE_PIXELS = 640
 # Factor by which images are drawn larger before they are reduced, for smooth edges.
 OVERSAMPLING = 2
 FRAMES_PER_SECOND = 25
+MAX_GIF_COLORS = 256
+MILLISECONDS_PER_SECOND = 1000
+# Free disk space, in bytes, below which a failure means that the disk is full.
+FULL_DISK_BYTES = 2**20
 # Longest duration of a movie, in seconds. A movie of a longer lifetime skips steps.
 MAX_SECONDS = 20
 # Length of a trail, and of the highlight of a meal, in time steps.
@@ -36,6 +40,14 @@ FLASH_STEPS = 24
 # Space above a map for its caption, and between two scenes, in pixels.
 CAPTION_HEIGHT = 44
 SCENE_GAP = 4
+# Half the side of an item, length of an agent, and radius of the highlight of a meal, in map units.
+HALF_ITEM_SIDE = 5
+AGENT_LENGTH = 8
+FLASH_RADIUS = 13
+# Angles of the corners of an agent relative to its heading, in radians.
+CORNER_ANGLES = (0, 2.5, -2.5)
+# Distance in map units that no agent covers in a step, except if it crosses the edge of the map.
+MAX_STEP_LENGTH = 10
 
 
 class MovieError(BaldwinLabError):
@@ -120,14 +132,15 @@ def _draw_frames(
     scenes: Sequence[Scene], steps: range, report_progress: Callable[[float], object]
 ) -> Iterator[Image.Image]:
     renderers = [_SceneRenderer(scene) for scene in scenes]
-    for number, step in enumerate(steps):
+    for n_finished, step in enumerate(steps, 1):
         yield _join_images([renderer.frame(step) for renderer in renderers])
-        report_progress((number + 1) / len(steps))
+        report_progress(n_finished / len(steps))
 
 
 def _join_images(images: Sequence[Image.Image]) -> Image.Image:
     """Return images next to each other."""
-    width = sum(image.width for image in images) + SCENE_GAP * (len(images) - 1)
+    n_gaps = len(images) - 1
+    width = sum(image.width for image in images) + SCENE_GAP * n_gaps
     height = max(image.height for image in images)
     joined = Image.new("RGB", (width, height), MOVIE_COLORS["line"])
     left = 0
@@ -144,7 +157,7 @@ def _write_gif(frames: Iterator[Image.Image], path: Path, palette: Image.Image) 
         path,
         save_all=True,
         append_images=reduced,
-        duration=1000 // FRAMES_PER_SECOND,
+        duration=MILLISECONDS_PER_SECOND // FRAMES_PER_SECOND,
         loop=0,
         comment=REPLAY_MARK.encode(),
     )
@@ -153,16 +166,16 @@ def _write_gif(frames: Iterator[Image.Image], path: Path, palette: Image.Image) 
 def _make_gif_palette(scenes: Sequence[Scene]) -> Image.Image:
     """Return a palette of all drawn colors, and of their blends with the background."""
     appearances = [read_appearance(scene.trace) for scene in scenes]
-    named = [
+    part_colors = [
         resolve_color(item["color"])
         for appearance in appearances
         for item in (*appearance["item_kinds"], *appearance["marks"])
     ]
-    colors = list(dict.fromkeys([*MOVIE_COLORS.values(), *named]))[:256]
-    n_shades = 256 // len(colors)
-    blends = [
-        _blend(color, (number + 1) / n_shades) for color in colors for number in range(n_shades)
-    ]
+    colors = list(dict.fromkeys([*MOVIE_COLORS.values(), *part_colors]))[:MAX_GIF_COLORS]
+    n_shades = MAX_GIF_COLORS // len(colors)
+    # The last shade of a color is the color itself.
+    shades = [(shade_index + 1) / n_shades for shade_index in range(n_shades)]
+    blends = [_blend(color, share) for color in colors for share in shades]
     image = Image.new("P", (1, 1))
     image.putpalette([level for color in blends for level in color])
     return image
@@ -201,9 +214,9 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
 def _require_complete(path: Path) -> None:
     """Raise OSError if the movie has no index, which ffmpeg writes last and without an error."""
     if b"moov" not in path.read_bytes():
-        is_disk_full = shutil.disk_usage(path.parent).free < 2**20
-        number = errno.ENOSPC if is_disk_full else errno.EIO
-        raise OSError(number, os.strerror(number), str(path))
+        is_disk_full = shutil.disk_usage(path.parent).free < FULL_DISK_BYTES
+        error_number = errno.ENOSPC if is_disk_full else errno.EIO
+        raise OSError(error_number, os.strerror(error_number), str(path))
 
 
 class _SceneRenderer:
@@ -224,7 +237,7 @@ class _SceneRenderer:
         self.scale = MAX_SIDE_PIXELS * OVERSAMPLING / max(scene.width, scene.height)
         # Video needs even numbers of pixels.
         self.size = tuple(
-            round(side * self.scale / OVERSAMPLING / 2) * 2 for side in (scene.width, scene.height)
+            2 * round(side * self.scale / OVERSAMPLING / 2) for side in (scene.width, scene.height)
         )
         self.background = self._draw_background()
 
@@ -268,25 +281,26 @@ class _SceneRenderer:
     def _draw_items(self, draw: ImageDraw.ImageDraw, step: int) -> None:
         xs = self.item_x[step] * self.scale
         ys = self.item_y[step] * self.scale
-        half_side = 5 * self.scale
+        half_side = HALF_ITEM_SIDE * self.scale
+        # Items of a kind are next to each other, in the order of the kinds.
         first = 0
         for kind in self.appearance["item_kinds"]:
-            last = first + kind["number"]
-            for x, y in zip(xs[first:last], ys[first:last], strict=True):
+            stop = first + kind["number"]
+            for x, y in zip(xs[first:stop], ys[first:stop], strict=True):
                 box = (x - half_side, y - half_side, x + half_side, y + half_side)
                 draw.rectangle(box, fill=resolve_color(kind["color"]))
-            first = last
+            first = stop
 
     def _draw_trails(self, draw: ImageDraw.ImageDraw, step: int) -> None:
         first = max(0, step - TRAIL_STEPS)
         xs = self.x[first : step + 1]
         ys = self.y[first : step + 1]
-        # An agent that moves by more than 10 units crosses the edge of the map.
-        jumps = np.abs(np.diff(xs, axis=0)) + np.abs(np.diff(ys, axis=0)) > 10
+        distances = np.abs(np.diff(xs, axis=0)) + np.abs(np.diff(ys, axis=0))
+        crosses_edge = distances > MAX_STEP_LENGTH
         for agent in range(self.trace.sizes["agent"]):
-            breaks = np.flatnonzero(jumps[:, agent]) + 1
-            points = np.stack([xs[:, agent], ys[:, agent]], 1) * self.scale
-            for path in np.split(points, breaks):
+            steps_after_edge = np.flatnonzero(crosses_edge[:, agent]) + 1
+            points = np.stack([xs[:, agent], ys[:, agent]], axis=1) * self.scale
+            for path in np.split(points, steps_after_edge):
                 if len(path) > 1:
                     line = [(float(x), float(y)) for x, y in path]
                     draw.line(line, fill=MOVIE_COLORS["trail"], width=OVERSAMPLING)
@@ -294,9 +308,10 @@ class _SceneRenderer:
     def _draw_agents(self, draw: ImageDraw.ImageDraw, step: int) -> None:
         """Draw agents as darts, filled after the first meal, with a flash at each meal."""
         eaten = self.eaten[step]
-        is_eating = eaten > (self.eaten[step - FLASH_STEPS] if step >= FLASH_STEPS else 0)
-        length = 8 * self.scale
-        radius = 13 * self.scale
+        eaten_before_flash = self.eaten[step - FLASH_STEPS] if step >= FLASH_STEPS else 0
+        is_eating = eaten > eaten_before_flash
+        length = AGENT_LENGTH * self.scale
+        radius = FLASH_RADIUS * self.scale
         for agent, (map_x, map_y) in enumerate(zip(self.x[step], self.y[step], strict=True)):
             x = map_x * self.scale
             y = map_y * self.scale
@@ -305,7 +320,7 @@ class _SceneRenderer:
                     (x - radius, y - radius, x + radius, y + radius), fill=MOVIE_COLORS["meal"]
                 )
             heading = math.radians(float(self.heading[step, agent]))
-            angles = [heading + turn for turn in (0, 2.5, -2.5)]
+            angles = [heading + turn for turn in CORNER_ANGLES]
             corners = [
                 (x + length * math.cos(angle), y + length * math.sin(angle)) for angle in angles
             ]

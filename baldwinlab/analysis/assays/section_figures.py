@@ -192,7 +192,8 @@ def _tabulate_medians(datasets: Mapping[str, xr.Dataset]) -> list[dict[str, Any]
     for condition, data in datasets.items():
         for name, values in data.data_vars.items():
             means = values.mean("agent") if "agent" in values.dims else values
-            numbers = dict(zip(("median", "low", "high"), interval_of_median(means), strict=True))
+            interval = interval_of_median(means)
+            numbers = {"median": interval.center, "low": interval.low, "high": interval.high}
             table = xr.Dataset(numbers).to_dataframe().reset_index().to_dict("records")
             rows += [{"condition": condition, "quantity": name, **row} for row in table]
     return rows

@@ -5,6 +5,7 @@ Source: N. Le (2019), "The Emergence of Intelligent Foraging" and the last figur
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -28,6 +29,8 @@ from baldwinlab.experiment.toml import from_toml
 
 # Largest number of segments of a trajectory. Later segments are more opaque.
 MAX_SEGMENTS = 40
+# Number of maps in a row.
+N_COLUMNS = 3
 # Number of cells along each edge of a map.
 N_CELLS = 32
 # Percentage of time with the darkest color: ten times the value of a uniform distribution.
@@ -65,17 +68,20 @@ def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
     """
     if not traces:
         raise ValueError("there is no trace to draw")
-    rows = -(-len(traces) // 3)
-    figure_height = rows * (MAP_SIDE + TITLE_HEIGHT) + COLOR_BAR_HEIGHT + CURVE_HEIGHT
+    n_rows = math.ceil(len(traces) / N_COLUMNS)
+    figure_height = n_rows * (MAP_SIDE + TITLE_HEIGHT) + COLOR_BAR_HEIGHT + CURVE_HEIGHT
     figure = Figure((FIGURE_WIDTH, figure_height))
     maps_bottom = CURVE_HEIGHT + COLOR_BAR_HEIGHT
     # The layout engine is not reproducible to the last digit, which changes the color bar.
     figure.set_layout_engine("none")
-    for number, trace in enumerate(traces):
-        row, column = divmod(number, 3)
+    for trace_index, trace in enumerate(traces):
+        row, column = divmod(trace_index, N_COLUMNS)
         left = MAP_GAP + column * (MAP_SIDE + MAP_GAP)
-        bottom = maps_bottom + (rows - 1 - row) * (MAP_SIDE + TITLE_HEIGHT)
-        image = _draw_presence(_add_axes(figure, left, bottom, MAP_SIDE, MAP_SIDE), trace)
+        # The first row is at the top.
+        n_rows_below = n_rows - 1 - row
+        bottom = maps_bottom + n_rows_below * (MAP_SIDE + TITLE_HEIGHT)
+        axes = _add_axes(figure, left, bottom, MAP_SIDE, MAP_SIDE)
+        image = _draw_presence(axes, trace)
     bar = _add_axes(figure, FIGURE_WIDTH / 4, maps_bottom - 0.22, FIGURE_WIDTH / 2, 0.1)
     figure.colorbar(
         image,
@@ -90,10 +96,9 @@ def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
     return figure
 
 
-def _add_axes(figure: Figure, *inches: float) -> Axes:
-    """Add a panel at left, bottom, width and height."""
+def _add_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
+    """Add a panel. Positions and sizes are in inches."""
     figure_width, figure_height = figure.get_size_inches()
-    left, bottom, width, height = inches
     return figure.add_axes(
         (
             left / figure_width,
@@ -107,11 +112,11 @@ def _add_axes(figure: Figure, *inches: float) -> Axes:
 def compute_time_shares(trace: xr.Dataset) -> np.ndarray:
     """Return the percentage of all agents' time in each cell of the map, [row, column]."""
     world = _parse_world(trace)
-    rows = np.linspace(0, world.height, N_CELLS + 1)
-    columns = np.linspace(0, world.width, N_CELLS + 1)
+    row_edges = np.linspace(0, world.height, N_CELLS + 1)
+    column_edges = np.linspace(0, world.width, N_CELLS + 1)
     y = trace["y"].values.ravel()
     x = trace["x"].values.ravel()
-    counts, _, _ = np.histogram2d(y, x, (rows, columns))
+    counts, _, _ = np.histogram2d(y, x, (row_edges, column_edges))
     return np.asarray(100 * counts / trace["x"].size)
 
 
@@ -121,7 +126,7 @@ def _draw_presence(axes: Axes, trace: xr.Dataset) -> AxesImage:
     return axes.imshow(
         compute_time_shares(trace),
         WHITE_TO_BLUE,
-        PowerNorm(0.5, 0, DARKEST_PERCENT, clip=True),
+        PowerNorm(gamma=0.5, vmin=0, vmax=DARKEST_PERCENT, clip=True),
         extent=(0, world.width, world.height, 0),
         interpolation="nearest",
         zorder=0,
@@ -150,9 +155,12 @@ def _draw_trajectories(axes: Axes, trace: xr.Dataset) -> None:
     # Agents that never ate are drawn first, below the others.
     for agent in np.argsort(has_eaten, kind="stable"):
         path = split_at_edges(trace["x"].values[:, agent], trace["y"].values[:, agent], world)
-        steps = np.array_split(np.arange(len(path)), min(MAX_SEGMENTS, len(path)))
-        segments += [path[max(part[0] - 1, 0) : part[-1] + 1] for part in steps]
-        opacities = 0.05 + 0.75 * np.linspace(0, 1, len(steps)) ** 3
+        n_segments = min(MAX_SEGMENTS, len(path))
+        for steps in np.array_split(np.arange(len(path)), n_segments):
+            # A segment starts at the last point of the preceding one.
+            first_step = max(steps[0] - 1, 0)
+            segments.append(path[first_step : steps[-1] + 1])
+        opacities = 0.05 + 0.75 * np.linspace(0, 1, n_segments) ** 3
         segment_colors += [to_rgba(colors[agent], opacity) for opacity in opacities]
     lines = LineCollection(segments, colors=segment_colors, linewidths=0.6, rasterized=True)
     axes.add_collection(lines, autolim=False)
@@ -164,7 +172,7 @@ def _parse_world(trace: xr.Dataset) -> World:
 
 
 def _draw_titled_map(axes: Axes, trace: xr.Dataset, world: World) -> np.ndarray:
-    """Draw the map of a trace, with the number of agents that ate, and return whether each ate."""
+    """Draw the map of a trace and its title, and return whether each agent ate, [agent]."""
     draw_empty_map(axes, world, read_appearance(trace))
     axes.tick_params(labelbottom=False, labelleft=False, length=0)
     axes.grid(visible=False)
@@ -178,8 +186,11 @@ def _draw_titled_map(axes: Axes, trace: xr.Dataset, world: World) -> np.ndarray:
 def split_at_edges(x: np.ndarray, y: np.ndarray, world: World) -> np.ndarray:
     """Return a path [step, 2], with a row of NaN where an agent crosses the edge of the map."""
     path = np.stack([x, y], axis=1).astype(np.float64)
-    jumps = np.abs(np.diff(path, axis=0)) > np.array([world.width, world.height]) / 2
-    return np.insert(path, np.flatnonzero(jumps.any(axis=1)) + 1, np.nan, axis=0)
+    half_map = np.array([world.width, world.height]) / 2
+    # No agent moves by half a map in a step.
+    crosses_edge = (np.abs(np.diff(path, axis=0)) > half_map).any(axis=1)
+    steps_after_edge = np.flatnonzero(crosses_edge) + 1
+    return np.insert(path, steps_after_edge, np.nan, axis=0)
 
 
 def _draw_share(axes: Axes, dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> None:
@@ -190,7 +201,8 @@ def _draw_share(axes: Axes, dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -
     shares = fitness.share(dataset).sel(condition=name)
     average, low, high = interval_of_mean(shares)
     generation = shares["generation"].values
-    label = f"{name}, mean of {int(shares.notnull().any('generation').sum())} runs"
+    n_runs = int(shares.notnull().any("generation").sum())
+    label = f"{name}, mean of {n_runs} runs"
     axes.fill_between(generation, low, high, color=style.color, alpha=0.2, lw=0)
     axes.plot(generation, average, color=style.color, ls=style.line, lw=1.6, label=label)
     if run in shares["run"]:

@@ -20,8 +20,9 @@ from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 
 # Largest number of panels in a row.
 MAX_COLUMNS = 3
-# Height of a panel, in inches.
+# Heights of a panel and of the legend, in inches.
 PANEL_HEIGHT = 2.2
+LEGEND_HEIGHT = 0.5
 
 
 class MeasureValues(NamedTuple):
@@ -55,17 +56,19 @@ def draw_shares(shares: xr.Dataset) -> Figure:
         A panel per condition.
     """
     conditions = plotted_conditions(shares)
-    rows = math.ceil(len(conditions) / MAX_COLUMNS)
-    figure = Figure((FIGURE_WIDTH, rows * PANEL_HEIGHT + 0.5))
-    panels = figure.subplots(rows, min(MAX_COLUMNS, len(conditions)), squeeze=False, sharey=True)
+    n_rows = math.ceil(len(conditions) / MAX_COLUMNS)
+    n_columns = min(MAX_COLUMNS, len(conditions))
+    figure = Figure((FIGURE_WIDTH, n_rows * PANEL_HEIGHT + LEGEND_HEIGHT))
+    panels = figure.subplots(n_rows, n_columns, squeeze=False, sharey=True)
+    # The last row may have fewer conditions than columns.
     for axes in panels.flat[len(conditions) :]:
         axes.remove()
     generation = shares["generation"]
     for axes, condition in zip(panels.flat, conditions, strict=False):
         axes.set_title(condition.name, loc="left", fontweight="bold")
-        for number, (name, share) in enumerate(shares.items()):
+        for share_index, (name, share) in enumerate(shares.items()):
             average, low, high = interval_of_mean(share.sel(condition=condition.name))
-            style = choose_style(number)
+            style = choose_style(share_index)
             axes.fill_between(generation, low, high, color=style.color, alpha=0.18, lw=0)
             label = str(name)
             axes.plot(generation, average, color=style.color, ls=style.line, lw=1.5, label=label)
@@ -101,7 +104,7 @@ def draw_fitness_by_evaluations(dataset: xr.Dataset, evaluations: str) -> Figure
         runs = dataset.sel(condition=condition.name)
         average = fitness.mean(runs).mean("run")
         per_generation = runs[evaluations].sum("agent", min_count=1)
-        total = per_generation.cumsum("generation").mean("run")
+        total_evaluations = per_generation.cumsum("generation").mean("run")
         style = condition.style
         line = {
             "color": style.color,
@@ -112,7 +115,7 @@ def draw_fitness_by_evaluations(dataset: xr.Dataset, evaluations: str) -> Figure
             "markevery": 8,
         }
         by_generation.plot(dataset["generation"], average, label=condition.name, **line)
-        by_evaluation.plot(total.where(average.notnull()), average, **line)
+        by_evaluation.plot(total_evaluations.where(average.notnull()), average, **line)
     by_evaluation.set_xscale("log")
     by_generation.set(xlabel="generation", ylabel="fitness, average agent")
     by_evaluation.set_xlabel("evaluations by all agents of a run until then")
@@ -139,12 +142,15 @@ def draw_measures(dataset: xr.Dataset, measures: Sequence[MeasureValues]) -> Fig
     conditions = plotted_conditions(dataset)
     maps = list(dict.fromkeys(condition.map_name for condition in conditions))
     learners = list(dict.fromkeys(condition.learner for condition in conditions))
+    # A gap of one position separates the maps.
+    positions_per_map = len(learners) + 1
     positions = {
-        condition.name: maps.index(condition.map_name) * (len(learners) + 1)
+        condition.name: maps.index(condition.map_name) * positions_per_map
         + learners.index(condition.learner)
         for condition in conditions
     }
-    if maps == [""]:
+    has_maps = maps != [""]
+    if not has_maps:
         ticks = ([float(position) for position in positions.values()], learners)
     else:
         positions_by_map = {
@@ -165,7 +171,7 @@ def draw_measures(dataset: xr.Dataset, measures: Sequence[MeasureValues]) -> Fig
         axes.set_xticks(*ticks)
         axes.set_xlim(-0.8, max(positions.values()) + 0.8)
         axes.grid(visible=False, axis="x")
-    if maps != [""] and len(learners) > 1:
+    if has_maps and len(learners) > 1:
         styles = {condition.learner: condition.style for condition in conditions}
         handles = [
             Line2D([], [], color=styles[name].color, marker=styles[name].marker, ms=4, label=name)
@@ -195,13 +201,14 @@ def draw_survival(dataset: xr.Dataset) -> Figure:
     start = max(1.0, 0.9 * float(lifetimes.min()))
     for condition in plotted_conditions(dataset):
         times = np.sort(lifetimes.sel(condition=condition.name).dropna("run").values)
-        alive = 1 - np.arange(1, times.size + 1) / max(1, times.size)
+        n_deaths = np.arange(1, times.size + 1)
+        share_alive = 1 - n_deaths / max(1, times.size)
         # A run that survives to the end of the simulation has no death to draw.
-        alive[times == float(lifetimes.max())] = np.nan
+        share_alive[times == float(lifetimes.max())] = np.nan
         style = condition.style
         axes.step(
             [start, *times],
-            [1.0, *alive],
+            [1.0, *share_alive],
             where="post",
             color=style.color,
             ls=style.line,

@@ -34,6 +34,12 @@ MAX_UNITS = 5
 # Radius of a unit, and largest distance between units, in inches.
 UNIT_RADIUS = 0.06
 MAX_UNIT_DISTANCE = 0.19
+# Largest distance of the first and last unit of a layer, in inches.
+MAX_LAYER_HEIGHT = 0.54
+# Height of the middle of the layers above the center of a network, in inches.
+LAYERS_OFFSET = 0.08
+# Distance between the names of inputs or actions and their units, in inches.
+NAME_DISTANCE = 0.14
 
 
 class AgentKind(NamedTuple):
@@ -88,21 +94,22 @@ def draw_networks(kinds: Sequence[AgentKind]) -> Figure:
 
 
 def _draw_kind(axes: Axes, kind: AgentKind, center_y: float) -> None:
-    """Draw a kind of agent; `middle` is the height of the acting network."""
+    """Draw a kind of agent. `center_y` is the height of the center of its acting network."""
     axes.text(0.05, center_y + 0.22, kind.name, fontweight="bold", va="center")
     description = "\n".join(kind.lines)
     axes.text(0.05, center_y + 0.1, description, va="top", color=DARK_GRAY, linespacing=1.4)
     actor, *teachers = kind.modules
     _draw_module(axes, kind, center_y, BLUE, actor)
-    _draw_names(axes, kind.inputs, FIRST_LAYER_X - 0.14, "right", center_y)
-    _draw_names(axes, kind.actions, LAST_LAYER_X + 0.14, "left", center_y)
+    _draw_names(axes, kind.inputs, FIRST_LAYER_X - NAME_DISTANCE, "right", center_y)
+    _draw_names(axes, kind.actions, LAST_LAYER_X + NAME_DISTANCE, "left", center_y)
     for teacher in teachers:
         _draw_teacher(axes, kind, teacher, center_y)
 
 
 def _draw_names(axes: Axes, names: Sequence[str], x: float, align: str, center_y: float) -> None:
-    for name, height in zip(names, _unit_heights(len(names), center_y), strict=False):
-        axes.text(x, height, name, ha=align, va="center")
+    # Units above `MAX_UNITS` are not drawn, so their names are left out.
+    for name, y in zip(names, _unit_heights(len(names), center_y), strict=False):
+        axes.text(x, y, name, ha=align, va="center")
 
 
 def _draw_teacher(axes: Axes, kind: AgentKind, teacher: str, center_y: float) -> None:
@@ -116,30 +123,40 @@ def _draw_teacher(axes: Axes, kind: AgentKind, teacher: str, center_y: float) ->
         arrowprops={"arrowstyle": "->", "color": BLACK, "lw": 1.2},
     )
     text = effect.replace(", ", ",\n")
-    axes.text(LAST_LAYER_X + 0.14, center_y - ROW_HEIGHT / 2, text, va="center", color=DARK_GRAY)
+    axes.text(
+        LAST_LAYER_X + NAME_DISTANCE, center_y - ROW_HEIGHT / 2, text, va="center", color=DARK_GRAY
+    )
 
 
 def _draw_module(axes: Axes, kind: AgentKind, center_y: float, color: str, name: str) -> None:
     """Draw a network with its name below."""
+    # Number of units of each layer.
     layers = [len(kind.inputs), *kind.hidden, len(kind.actions)]
     layer_distance = (LAST_LAYER_X - FIRST_LAYER_X) / (len(layers) - 1)
-    units = [
-        [(FIRST_LAYER_X + number * layer_distance, y) for y in _unit_heights(count, center_y)]
-        for number, count in enumerate(layers)
-    ]
+    # Positions of the units, [layer][unit].
+    units = []
+    for layer_index, n_units in enumerate(layers):
+        x = FIRST_LAYER_X + layer_index * layer_distance
+        units.append([(x, y) for y in _unit_heights(n_units, center_y)])
     links = [(start, end) for left, right in pairwise(units) for start in left for end in right]
     lines = LineCollection(links, colors=color, linewidths=0.4, alpha=0.6)
     axes.add_collection(lines, autolim=False)
-    for number, layer in enumerate(units):
-        fill = ORANGE if number == 0 else "white"
-        for position in layer:
+    for layer_index, unit_positions in enumerate(units):
+        is_input_layer = layer_index == 0
+        fill = ORANGE if is_input_layer else "white"
+        for position in unit_positions:
             axes.add_patch(Circle(position, UNIT_RADIUS, fc=fill, ec=BLACK, lw=0.7, zorder=2))
     sizes = " - ".join(map(str, layers))
     axes.text(MIDDLE_X, center_y - 0.3, f"{name}, {sizes} units", ha="center", va="top")
 
 
-def _unit_heights(count: int, center_y: float) -> list[float]:
-    """Return the heights of the units of a layer from the top, at most `MAX_UNITS`."""
-    n_units = min(count, MAX_UNITS)
-    distance = min(MAX_UNIT_DISTANCE, 0.54 / max(n_units - 1, 1))
-    return [center_y + 0.08 + distance * ((n_units - 1) / 2 - number) for number in range(n_units)]
+def _unit_heights(n_units: int, center_y: float) -> list[float]:
+    """Return the heights of the drawn units of a layer, from the top."""
+    n_drawn = min(n_units, MAX_UNITS)
+    distance = min(MAX_UNIT_DISTANCE, MAX_LAYER_HEIGHT / max(n_drawn - 1, 1))
+    middle_index = (n_drawn - 1) / 2
+    # The layers are above the center, because the name of the network is below them.
+    return [
+        center_y + LAYERS_OFFSET + distance * (middle_index - unit_index)
+        for unit_index in range(n_drawn)
+    ]

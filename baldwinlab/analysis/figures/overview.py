@@ -24,6 +24,10 @@ MIN_SHARE_FOR_WHITE_TEXT = 0.6
 # Width of a column and of a letter, in inches. Narrow columns let a phone show all maps.
 COLUMN_WIDTH = 0.75
 LETTER_WIDTH = 0.08
+# Heights of a row and of a heading, and width of the margins, in inches.
+ROW_HEIGHT = 0.3
+HEADING_HEIGHT = 0.7
+MARGIN = 0.3
 
 
 class OverviewCell(NamedTuple):
@@ -71,7 +75,9 @@ def overview_cells(
     """
     medians = fitness.final(dataset, "mean", last).median("run")
     conditions = plotted_conditions(dataset)
-    verdicts = _find_verdicts(results, {cell.name: cell.map_name for cell in conditions})
+    verdicts = _find_verdicts(
+        results, {condition.name: condition.map_name for condition in conditions}
+    )
     cells = []
     for condition in conditions:
         verdict = verdicts.get(condition.name)
@@ -90,12 +96,17 @@ def overview_cells(
 
 
 def _find_verdicts(results: Sequence[ClaimResult], maps: Mapping[str, str]) -> dict[str, Verdict]:
-    """Return the verdicts of claims that a condition has greater mean fitness on its map."""
+    """Return the verdicts of claims that a condition has greater mean fitness on its map.
+
+    `maps` has the map of each condition.
+    """
     verdicts: dict[str, Verdict] = {}
-    for finding in (finding for result in results for finding in result.findings):
+    findings = [finding for result in results for finding in result.findings]
+    for finding in findings:
         comparison = finding.comparison
         is_same_map = maps.get(comparison.a) == maps.get(comparison.b or "")
-        if (comparison.rule, comparison.measure) == ("greater", "mean") and is_same_map:
+        compares_means = comparison.rule == "greater" and comparison.measure == "mean"
+        if compares_means and is_same_map:
             verdicts[comparison.a] = finding.verdict
     return verdicts
 
@@ -115,13 +126,15 @@ def draw_overview(panels: Mapping[str, Sequence[OverviewCell]]) -> Figure:
         Each cell has the median and a triangle if the difference is significant. A darker cell is
         nearer to the best value on its map.
     """
-    rows = [len({cell.learner for cell in cells}) for cells in panels.values()]
-    columns = max(len({cell.map for cell in cells}) for cells in panels.values())
+    n_rows = [len({cell.learner for cell in cells}) for cells in panels.values()]
+    n_columns = max(len({cell.map for cell in cells}) for cells in panels.values())
     all_cells = [cell for cells in panels.values() for cell in cells]
     labels_width = LETTER_WIDTH * max((len(cell.learner) for cell in all_cells), default=0)
-    width = max(COLUMN_WIDTH * columns, *(LETTER_WIDTH * len(title) for title in panels))
-    figure = Figure((0.3 + labels_width + width, 0.7 * len(panels) + 0.3 * sum(rows)))
-    grid = figure.subplots(len(panels), squeeze=False, height_ratios=rows)
+    title_widths = [LETTER_WIDTH * len(title) for title in panels]
+    table_width = max(COLUMN_WIDTH * n_columns, *title_widths)
+    height = HEADING_HEIGHT * len(panels) + ROW_HEIGHT * sum(n_rows)
+    figure = Figure((MARGIN + labels_width + table_width, height))
+    grid = figure.subplots(len(panels), squeeze=False, height_ratios=n_rows)
     for axes, (title, cells) in zip(grid.flat, panels.items(), strict=True):
         _draw_table(axes, cells)
         if title:
@@ -132,13 +145,13 @@ def draw_overview(panels: Mapping[str, Sequence[OverviewCell]]) -> Figure:
 def _draw_table(axes: Axes, cells: Sequence[OverviewCell]) -> None:
     learners = list(dict.fromkeys(cell.learner for cell in cells))
     maps = list(dict.fromkeys(cell.map for cell in cells))
-    best = {name: max(cell.median for cell in cells if cell.map == name) for name in maps}
+    best_medians = {name: max(cell.median for cell in cells if cell.map == name) for name in maps}
     shares = np.full((len(learners), len(maps)), np.nan)
     for cell in cells:
         row = learners.index(cell.learner)
         column = maps.index(cell.map)
-        highest = best[cell.map]
-        shares[row, column] = max(cell.median, 0) / highest if highest > 0 else 0
+        best_median = best_medians[cell.map]
+        shares[row, column] = max(cell.median, 0) / best_median if best_median > 0 else 0
         text = f"{round(cell.median)}{DIRECTION_MARKS[cell.direction]}"
         color = "white" if shares[row, column] > MIN_SHARE_FOR_WHITE_TEXT else "black"
         axes.text(column, row, text, ha="center", va="center", color=color)

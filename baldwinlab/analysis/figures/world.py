@@ -8,9 +8,10 @@ Source: N. Le (2019), "The Simulated World of Foods and Agents".
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,6 +26,14 @@ from baldwinlab.experiment import FoodRegion, World
 
 # Side of an agent and of an item, in map units.
 BODY_SIDE = 10.0
+# Largest number of maps in a row.
+MAX_COLUMNS = 3
+# Size of a map, in inches: the largest width, and the height in a full and in a shorter row.
+MAX_MAP_WIDTH = 3.6
+NARROW_MAP_HEIGHT = 2.5
+WIDE_MAP_HEIGHT = 3.5
+# Distance of a label from its region, in map units.
+LABEL_DISTANCE = 8
 # Angle of a sector, in degrees, up to which its edges have no label, for lack of space.
 MIN_LABELED_DEGREES = 10
 # Seed of the example positions.
@@ -50,7 +59,7 @@ def draw_world_maps(
         The worlds, by title.
     agents
         The number of agents to draw.
-    looks
+    appearances
         Appearances by title. A world without an appearance shows its food.
 
     Returns
@@ -58,10 +67,12 @@ def draw_world_maps(
     Figure
         Up to three maps in a row, to scale.
     """
-    columns = min(len(worlds), 3)
-    rows = -(-len(worlds) // columns)
-    figure = Figure((min(FIGURE_WIDTH, 3.6 * columns), rows * (3.5 if columns < 3 else 2.5)))
-    grid = figure.subplots(rows, columns, squeeze=False)
+    n_columns = min(len(worlds), MAX_COLUMNS)
+    n_rows = math.ceil(len(worlds) / n_columns)
+    width = min(FIGURE_WIDTH, MAX_MAP_WIDTH * n_columns)
+    row_height = NARROW_MAP_HEIGHT if n_columns == MAX_COLUMNS else WIDE_MAP_HEIGHT
+    figure = Figure((width, n_rows * row_height))
+    grid = figure.subplots(n_rows, n_columns, squeeze=False)
     for axes, (title, world) in zip(grid.flat, worlds.items(), strict=False):
         _draw_map(axes, world, agents, appearances.get(title) or make_food_appearance(world))
         axes.set_title(title, loc="left", fontweight="bold")
@@ -104,14 +115,14 @@ def _draw_map(axes: Axes, world: World, agents: int, appearance: Appearance) -> 
         top = region["y"]
         right = left + region["width"]
         bottom = top + region["height"]
-        count = kind["number"]
-        x = generator.uniform(left, right, count)
-        y = generator.uniform(top, bottom, count)
+        n_items = kind["number"]
+        x = generator.uniform(left, right, n_items)
+        y = generator.uniform(top, bottom, n_items)
         _draw_squares(axes, x, y, resolve_color(kind["color"]))
         noun = f"of {kind['name']}"
         if kind["name"] == "food":
-            noun = "item" if count == 1 else "items"
-        labels.setdefault((left, right, top - 8), []).append(f"{count} {noun}")
+            noun = "item" if n_items == 1 else "items"
+        labels.setdefault((left, right, top - LABEL_DISTANCE), []).append(f"{n_items} {noun}")
     for (left, right, height), texts in labels.items():
         center = (left + right) / 2
         # In the right half, a label ends at the edge of its region, so that it fits on the map.
@@ -132,7 +143,7 @@ def _draw_agents(axes: Axes, world: World, agents: int, generator: np.random.Gen
     start = world.start
     axes.annotate(
         "born here,\nheading right",
-        (start.x, start.y + start.radius + 8),
+        (start.x, start.y + start.radius + LABEL_DISTANCE),
         ha="center",
         va="top",
         path_effects=TEXT_HALO,
@@ -184,7 +195,7 @@ def _draw_obstacle(axes: Axes, mark: Mapping[str, Any]) -> None:
     shape = Ellipse(center, width, height) if is_disc else Rectangle((left, top), width, height)
     shape.set(facecolor=resolve_color(mark["color"]), linewidth=0, zorder=2)
     axes.add_patch(shape)
-    axes.annotate(mark["label"], (left + width + 8, center[1]), ha="left", va="center")
+    axes.annotate(mark["label"], (left + width + LABEL_DISTANCE, center[1]), ha="left", va="center")
 
 
 def _draw_squares(axes: Axes, x: np.ndarray, y: np.ndarray, color: str) -> None:
@@ -196,24 +207,47 @@ def _draw_squares(axes: Axes, x: np.ndarray, y: np.ndarray, color: str) -> None:
     axes.add_collection(collection)
 
 
-def group_sectors(appearance: Appearance) -> dict[tuple[float, float, float], list[str]]:
-    """Return the names of the inputs of each sector: first and last angle, and radius.
+class Sector(NamedTuple):
+    """A sector in which an input senses items.
 
-    Angles are degrees clockwise from the heading; the radius is in map units.
+    Attributes
+    ----------
+    first_degrees, last_degrees : float
+        Angles of the edges, in degrees clockwise from the heading.
+    radius : float
+        Radius, in map units.
     """
-    sectors: dict[tuple[float, float, float], list[str]] = {}
-    for name, sector in zip(appearance["inputs"], appearance["sectors"], strict=True):
-        if sector:
-            key = (sector["from_degrees"], sector["to_degrees"], sector["radius"])
-            sectors.setdefault(key, []).append(name)
-    return sectors
+
+    first_degrees: float
+    last_degrees: float
+    radius: float
+
+    @property
+    def middle_degrees(self) -> float:
+        """The angle of the middle, in degrees clockwise from the heading."""
+        return self.first_degrees + self.width_degrees / 2
+
+    @property
+    def width_degrees(self) -> float:
+        """The angle between the edges, in degrees."""
+        return (self.last_degrees - self.first_degrees) % 360
+
+
+def group_sectors(appearance: Appearance) -> dict[Sector, list[str]]:
+    """Return the names of the inputs of each sector."""
+    input_names: dict[Sector, list[str]] = {}
+    for name, edges in zip(appearance["inputs"], appearance["sectors"], strict=True):
+        if edges:
+            sector = Sector(edges["from_degrees"], edges["to_degrees"], edges["radius"])
+            input_names.setdefault(sector, []).append(name)
+    return input_names
 
 
 @styled
 def draw_agent_senses(appearance: Appearance) -> Figure:
     """Draw an agent that heads right, its sensor sectors, and an item in the last sector."""
     sectors = group_sectors(appearance)
-    radius = max((distance for _, _, distance in sectors), default=4 * BODY_SIDE)
+    radius = max((sector.radius for sector in sectors), default=4 * BODY_SIDE)
     figure = Figure((3.6, 3.1))
     axes = figure.subplots()
     _draw_sectors(axes, sectors, radius)
@@ -223,40 +257,45 @@ def draw_agent_senses(appearance: Appearance) -> Figure:
     axes.annotate("", (0.45 * radius, 0), (0, 0), arrowprops={"arrowstyle": "->", "color": BLACK})
     _draw_body(axes, 0.0, 0.0, BLUE)
     axes.text(-BODY_SIDE / 2, BODY_SIDE / 2, "agent ", ha="right", va="top")
-    # No item is drawn if there is no sector.
-    for first, last, distance in list(sectors)[-1:]:
-        x, y = _point_on_circle(0.78 * distance, _middle_degrees(first, last))
-        kinds = appearance["item_kinds"]
-        color = resolve_color(kinds[-1]["color"]) if kinds else GRAY
-        _draw_body(axes, x, y, color)
-        axes.text(x, y + 0.55 * BODY_SIDE, "item", ha="center", va="top")
+    if sectors:
+        last_sector = list(sectors)[-1]
+        _draw_item(axes, last_sector, appearance)
     limit = 1.2 * max(radius, 0.8 * BODY_SIDE)
     axes.set(xlim=(-0.9 * limit, 1.2 * limit), ylim=(limit, -limit), aspect="equal")
     axes.axis("off")
     return figure
 
 
-def _draw_sectors(
-    axes: Axes, sectors: Mapping[tuple[float, float, float], list[str]], radius: float
-) -> None:
-    for number, ((first, last, distance), names) in enumerate(sectors.items(), 1):
+def _draw_item(axes: Axes, sector: Sector, appearance: Appearance) -> None:
+    """Draw an item of the last kind in a sector."""
+    x, y = _point_on_circle(0.78 * sector.radius, sector.middle_degrees)
+    kinds = appearance["item_kinds"]
+    color = resolve_color(kinds[-1]["color"]) if kinds else GRAY
+    _draw_body(axes, x, y, color)
+    axes.text(x, y + 0.55 * BODY_SIDE, "item", ha="center", va="top")
+
+
+def _draw_sectors(axes: Axes, sectors: Mapping[Sector, list[str]], radius: float) -> None:
+    last_sector = list(sectors)[-1] if sectors else None
+    for sector, names in sectors.items():
         # The last sector contains the item, so it has the color of an active input in the lab.
-        color = ORANGE if number == len(sectors) else PALE
-        axes.add_patch(Wedge((0, 0), distance, first, last, fc=color, alpha=0.55, ec=GRAY, lw=1))
-        x, y = _point_on_circle(1.06 * radius, _middle_degrees(first, last))
+        color = ORANGE if sector == last_sector else PALE
+        edges = (sector.first_degrees, sector.last_degrees)
+        axes.add_patch(Wedge((0, 0), sector.radius, *edges, fc=color, alpha=0.55, ec=GRAY, lw=1))
+        x, y = _point_on_circle(1.06 * radius, sector.middle_degrees)
         axes.text(x, y, "\n".join(names), ha="left", va="center", fontweight="bold")
-    wide_sectors = [
-        (first, last) for first, last, _ in sectors if (last - first) % 360 > MIN_LABELED_DEGREES
-    ]
-    for edge in dict.fromkeys(edge for sector in wide_sectors for edge in sector):
-        x, y = _point_on_circle(1.1 * radius, edge)
-        label = f"{abs((edge + 180) % 360 - 180):g}°"
+    wide_sectors = [sector for sector in sectors if sector.width_degrees > MIN_LABELED_DEGREES]
+    edges_degrees = dict.fromkeys(
+        degrees
+        for sector in wide_sectors
+        for degrees in (sector.first_degrees, sector.last_degrees)
+    )
+    for degrees in edges_degrees:
+        x, y = _point_on_circle(1.1 * radius, degrees)
+        # The angle between the edge and the heading, 0 to 180.
+        degrees_from_heading = abs((degrees + 180) % 360 - 180)
+        label = f"{degrees_from_heading:g}°"
         axes.text(x, y, label, ha="center", va="center", color=GRAY)
-
-
-def _middle_degrees(first: float, last: float) -> float:
-    """Return the middle of a sector, in degrees."""
-    return first + (last - first) % 360 / 2
 
 
 def _point_on_circle(radius: float, degrees: float) -> tuple[float, float]:

@@ -144,8 +144,9 @@ def draw_senses(report: ReportData) -> ReportFigure | None:
     name, appearance = next(iter(report.appearances.items()))
     sectors = figures.group_sectors(appearance)
     ranges = [
-        f"{' and '.join(inputs)} from {first:g} to {last:g} degrees, to {radius:g} units"
-        for (first, last, radius), inputs in sectors.items()
+        f"{' and '.join(inputs)} from {sector.first_degrees:g} to {sector.last_degrees:g} degrees, "
+        f"to {sector.radius:g} units"
+        for sector, inputs in sectors.items()
     ]
     without_sector = [
         sensor

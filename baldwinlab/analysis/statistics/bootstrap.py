@@ -63,9 +63,11 @@ def resample_medians(values: Sample, generator: np.random.Generator) -> Sample:
     indices = generator.integers(0, values.size, (RESAMPLES, values.size))
     # Sorting is eight times as fast as `np.median`, and bit-identical.
     ordered = np.sort(values[indices], axis=1)
-    upper = values.size // 2
-    lower = (values.size - 1) // 2
-    return np.asarray((ordered[:, upper] + ordered[:, lower]) / 2, np.float64)
+    # Both are the middle value if the number of values is odd.
+    upper_middle = values.size // 2
+    lower_middle = (values.size - 1) // 2
+    medians = (ordered[:, upper_middle] + ordered[:, lower_middle]) / 2
+    return np.asarray(medians, np.float64)
 
 
 def percentile_interval(resampled: Sample) -> tuple[float, float]:
@@ -81,5 +83,7 @@ def percentile_interval(resampled: Sample) -> tuple[float, float]:
     low, high : float
         The percentiles 2.5 and 97.5.
     """
-    low, high = np.quantile(resampled, [(1 - CONFIDENCE_LEVEL) / 2, (1 + CONFIDENCE_LEVEL) / 2])
+    low_quantile = (1 - CONFIDENCE_LEVEL) / 2
+    high_quantile = (1 + CONFIDENCE_LEVEL) / 2
+    low, high = np.quantile(resampled, [low_quantile, high_quantile])
     return float(low), float(high)

@@ -46,13 +46,18 @@ def signed_rank(differences: Sample) -> float:
     """
     nonzero = differences[differences != 0]
     sizes = np.abs(nonzero)
-    if differences.size > MAX_EXACT_SIGNS or np.unique(sizes).size == differences.size:
+    # A difference of 0 counts as a tie.
+    has_ties = np.unique(sizes).size < differences.size
+    if differences.size > MAX_EXACT_SIGNS or not has_ties:
         return float(stats.wilcoxon(differences).pvalue)
     # SciPy would take a second or more, because it enumerates the signs one at a time.
     ranks = stats.rankdata(sizes)
-    signs = (np.arange(2**nonzero.size)[:, None] >> np.arange(nonzero.size)) & 1
-    sums = np.asarray(signs @ ranks, np.float64)
-    return _two_sided_p(sums, float(ranks[nonzero > 0].sum()))
+    # The bits of a number are a combination of signs, [combination, difference]: 1 is positive.
+    combination_numbers = np.arange(2**nonzero.size)[:, None]
+    is_positive = (combination_numbers >> np.arange(nonzero.size)) & 1
+    rank_sums = np.asarray(is_positive @ ranks, np.float64)
+    observed_rank_sum = float(ranks[nonzero > 0].sum())
+    return _two_sided_p(rank_sums, observed_rank_sum)
 
 
 def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
@@ -76,13 +81,13 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
         The two-sided p-value. If all values are equal, it is 1.
     """
     pooled = np.concatenate([a, b])
-    distinct = np.unique(pooled).size
-    pairs = a.size * b.size
-    if distinct == 1:
-        return pairs / 2, 1.0
-    has_ties = distinct < pooled.size
+    n_distinct = np.unique(pooled).size
+    n_pairs = a.size * b.size
+    if n_distinct == 1:
+        return n_pairs / 2, 1.0
+    has_ties = n_distinct < pooled.size
     method: Literal["exact", "asymptotic"] = "asymptotic"
-    if not has_ties and pairs <= MAX_EXACT_PAIRS:
+    if not has_ties and n_pairs <= MAX_EXACT_PAIRS:
         method = "exact"
     result = stats.mannwhitneyu(a, b, alternative="two-sided", method=method)
     u = float(result.statistic)
@@ -91,16 +96,19 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
     return u, float(result.pvalue)
 
 
-def _p_of_all_arrangements(ranks: Sample, size: int) -> float:
-    """Compute the exact p-value of the rank sum of the first `size` ranks."""
-    sums = ranks[list(combinations(range(ranks.size), size))].sum(axis=1)
-    return _two_sided_p(sums, float(ranks[:size].sum()))
+def _p_of_all_arrangements(ranks: Sample, size_a: int) -> float:
+    """Compute the exact p-value of the rank sum of sample a, whose ranks are the first ones."""
+    # [arrangement, value]: the indices of the ranks that could belong to a.
+    arrangements = list(combinations(range(ranks.size), size_a))
+    rank_sums = ranks[arrangements].sum(axis=1)
+    observed_rank_sum = float(ranks[:size_a].sum())
+    return _two_sided_p(rank_sums, observed_rank_sum)
 
 
-def _two_sided_p(sums: Sample, observed: float) -> float:
-    """Return twice the share of `sums` at least as extreme as the observed one."""
-    share_below = float(np.mean(sums <= observed))
-    share_above = float(np.mean(sums >= observed))
+def _two_sided_p(rank_sums: Sample, observed_rank_sum: float) -> float:
+    """Return twice the share of the rank sums at least as extreme as the observed one."""
+    share_below = float(np.mean(rank_sums <= observed_rank_sum))
+    share_above = float(np.mean(rank_sums >= observed_rank_sum))
     return min(1.0, 2 * min(share_below, share_above))
 
 
@@ -119,7 +127,9 @@ def holm(ps: Sequence[float] | Sample) -> Sample:
     """
     p_values = np.asarray(ps, np.float64)
     order = np.argsort(p_values, kind="stable")
-    increasing = np.maximum.accumulate(p_values[order] * np.arange(p_values.size, 0, -1))
+    # The smallest p-value is multiplied by the number of tests, and the largest by 1.
+    factors = np.arange(p_values.size, 0, -1)
+    increasing = np.maximum.accumulate(p_values[order] * factors)
     corrected = np.empty_like(p_values)
     corrected[order] = np.minimum(increasing, 1)
     return corrected

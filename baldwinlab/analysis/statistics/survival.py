@@ -85,6 +85,8 @@ def compare_survival(a: Survival, b: Survival) -> Comparison:
         means_b = restricted_mean(b, end_time, _resampled_counts(b.times.size, generator))
         low, high = percentile_interval(means_a - means_b)
     statistic, p = log_rank(a, b)
+    share_a_outlives = float(_certainly_outlives(a, b).mean())
+    share_b_outlives = float(_certainly_outlives(b, a).mean())
     return Comparison(
         n_a=a.times.size,
         n_b=b.times.size,
@@ -95,8 +97,8 @@ def compare_survival(a: Survival, b: Survival) -> Comparison:
         high=high,
         u=statistic,
         p=p,
-        a12=(1 + float(_certainly_outlives(a, b).mean()) - float(_certainly_outlives(b, a).mean()))
-        / 2,
+        # A pair without a certain winner counts half.
+        a12=(1 + share_a_outlives - share_b_outlives) / 2,
     )
 
 
@@ -142,10 +144,12 @@ def median(sample: Survival) -> float:
         The time at which the curve falls below 1/2, or the middle of the interval in which it
         equals 1/2. NaN if the curve does not fall below 1/2.
     """
-    times, alive = _curve(sample, np.ones(sample.times.size))
-    at_most_half = times[alive < 0.5 + ROUNDING_TOLERANCE]
-    below_half = times[alive < 0.5 - ROUNDING_TOLERANCE]
-    return float(at_most_half[0] + below_half[0]) / 2 if below_half.size else nan
+    times, share_alive = _compute_curve(sample, np.ones(sample.times.size))
+    times_at_most_half = times[share_alive < 0.5 + ROUNDING_TOLERANCE]
+    times_below_half = times[share_alive < 0.5 - ROUNDING_TOLERANCE]
+    if not times_below_half.size:
+        return nan
+    return float(times_at_most_half[0] + times_below_half[0]) / 2
 
 
 def restricted_mean(
@@ -168,20 +172,23 @@ def restricted_mean(
     Sample
         The area of each resample, [...], in the unit of the times.
     """
-    times, alive = _curve(sample, np.ones(sample.times.size) if counts is None else counts)
+    run_counts = np.ones(sample.times.size) if counts is None else counts
+    times, share_alive = _compute_curve(sample, run_counts)
     durations = np.diff(np.minimum(times, end_time), prepend=0, append=end_time)
-    return np.asarray(durations[0] + alive @ durations[1:], np.float64)
+    # All runs are alive before the first time.
+    return np.asarray(durations[0] + share_alive @ durations[1:], np.float64)
 
 
-def _curve(sample: Survival, counts: npt.NDArray[np.generic]) -> tuple[Sample, Sample]:
+def _compute_curve(sample: Survival, counts: npt.NDArray[np.generic]) -> tuple[Sample, Sample]:
     """Return the times in order, and the share [..., run] that is alive after each time.
 
     At equal times, deaths precede censoring.
     """
     order = np.lexsort((sample.censored, sample.times))
-    at_risk = np.cumsum(counts[..., ::-1], axis=-1)[..., ::-1]
-    dying = counts * ~sample.censored[order] / np.maximum(1, at_risk)
-    return sample.times[order], np.cumprod(1 - dying, axis=-1)
+    # The number of runs whose time is not shorter: a sum from the end.
+    n_at_risk = np.cumsum(counts[..., ::-1], axis=-1)[..., ::-1]
+    share_dying = counts * ~sample.censored[order] / np.maximum(1, n_at_risk)
+    return sample.times[order], np.cumprod(1 - share_dying, axis=-1)
 
 
 def _resampled_counts(size: int, generator: np.random.Generator) -> npt.NDArray[np.int64]:
@@ -192,6 +199,9 @@ def _resampled_counts(size: int, generator: np.random.Generator) -> npt.NDArray[
 
 def _certainly_outlives(a: Survival, b: Survival) -> npt.NDArray[np.bool_]:
     """Return the pairs [a, b] in which a certainly survives longer than b."""
-    is_longer = a.times[:, None] > b.times
-    is_censored_later = (a.times[:, None] == b.times) & a.censored[:, None]
+    # Columns, so that the results are [a, b].
+    times_a = a.times[:, None]
+    is_censored_a = a.censored[:, None]
+    is_longer = times_a > b.times
+    is_censored_later = (times_a == b.times) & is_censored_a
     return np.asarray((is_longer | is_censored_later) & ~b.censored, np.bool_)
