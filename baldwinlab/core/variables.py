@@ -75,6 +75,9 @@ RECORD_VARIABLES: Mapping[str, Variable] = {
     )
 }
 
+# Variables in the records of every model.
+COMMON_RECORD_VARIABLES = ("energy", "parents", "kept_genome")
+
 
 def record_variables(experiment: Any) -> Mapping[str, Variable]:
     """Return the variables of the records of an experiment by name.

@@ -45,13 +45,13 @@ def evolve_genomes(
     Parameters
     ----------
     experiment : BaseExperiment
-        The settings. The number of generations does not matter.
+        The settings. Its number of generations is ignored.
     seed : int
         Seed of the study.
     runs : sequence of int
         Numbers of the runs.
     generations : range
-        Numbers of the simulated generations, at least one. The first has these genomes.
+        Numbers of the simulated generations, at least one. The first one has `genomes`.
     genomes : Genome
         Genomes, [run, agent, module, weight].
     after_generation : callable
@@ -67,18 +67,21 @@ def evolve_genomes(
     ExperimentError
         An experiment cannot have this number of generations.
     """
-    longer = experiment.replace(
+    extended = experiment.replace(
         evolution={"generations": generations.stop},
         # The genomes of earlier generations are not needed.
         record={"genome_every": generations.stop},
     )
     histories = [
-        History(longer, seed, run, start=BranchStart(generations.start, genome))
-        for run, genome in zip(runs, genomes, strict=True)
+        History(extended, seed, run, start=BranchStart(generations.start, run_genomes))
+        for run, run_genomes in zip(runs, genomes, strict=True)
     ]
     continue_histories(histories, after_generation=lambda _: after_generation())
-    last = generations.stop - 1
+    genomes_at_end = []
+    for history in histories:
+        _, run_genomes = history.saved_genomes_until(generations.stop - 1)
+        genomes_at_end.append(run_genomes)
     return Branch(
-        np.stack([history.saved_genomes_until(last)[1] for history in histories]),
-        np.stack([history.energy[generations.start :] for history in histories]),
+        genomes=np.stack(genomes_at_end),
+        fitness=np.stack([history.energy[generations.start :] for history in histories]),
     )

@@ -41,13 +41,16 @@ MESSAGE_INTERVAL: Final = 20
 
 def available_cores() -> int:
     """Return the number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if hasattr(os, "sched_getaffinity"):
+        this_process = 0
+        return len(os.sched_getaffinity(this_process))
+    return os.cpu_count() or 1
 
 
 def compile_experiments(
     experiments: Iterable[BaseExperiment],
     backend: Backend = CPU,
-    log: Callable[[str], None] = lambda sentence: None,
+    log: Callable[[str], None] = lambda message: None,
 ) -> float:
     """Compile the code of experiments, or load it from the cache.
 
@@ -67,37 +70,37 @@ def compile_experiments(
     """
     start = time.perf_counter()
     segments = [segment for experiment in experiments for _, segment in experiment.segments()]
-    shortened = {_code(segment): _shorten(segment) for segment in segments}
+    shortened = {_code_key(segment): _shorten(segment) for segment in segments}
     uncompiled = [
         experiment
         for experiment in shortened.values()
         if isinstance(experiment, Experiment) and not cpu.is_compiled(experiment)
     ]
     # Similar experiments become neighbors, so that one process compiles them.
-    uncompiled.sort(key=lambda experiment: str(_code(experiment)))
+    uncompiled.sort(key=lambda experiment: str(_code_key(experiment)))
     can_share_cache = available_cores() > 1 and bool(cache_root())
     if backend is CPU and len(uncompiled) > 1 and can_share_cache:
         _compile_in_processes(uncompiled, log)
     for experiment in shortened.values():
-        simulate_histories(experiment, 0, [0], backend)
+        simulate_histories(experiment, seed=0, runs=[0], backend=backend)
     return time.perf_counter() - start
 
 
-def _code(experiment: BaseExperiment) -> tuple[Any, ...]:
-    """Return the key of the code that an experiment needs."""
-    evolution = [
+def _code_key(experiment: BaseExperiment) -> tuple[Any, ...]:
+    """Return a key that is equal for experiments with the same code."""
+    evolution_parts = [
         type(experiment.part(f"evolution.{field}"))
         for field in ("selection", "variation", "inheritance", "fitness")
     ]
     if isinstance(experiment, Experiment):
-        return (*cpu.code_key(experiment), *evolution)
-    return (type(experiment.model_part), *evolution)
+        return (*cpu.code_key(experiment), *evolution_parts)
+    return (type(experiment.model_part), *evolution_parts)
 
 
 def _shorten(experiment: BaseExperiment) -> BaseExperiment:
     """Return an experiment of the same parts with two generations of one step."""
-    short = {"lifetime": {"steps": 1}} if isinstance(experiment, Experiment) else {}
-    return experiment.replace(evolution={"generations": 2}, **short)
+    lifetime = {"lifetime": {"steps": 1}} if isinstance(experiment, Experiment) else {}
+    return experiment.replace(evolution={"generations": 2}, **lifetime)
 
 
 def _compile_in_processes(experiments: list[Experiment], log: Callable[[str], None]) -> None:
@@ -106,48 +109,59 @@ def _compile_in_processes(experiments: list[Experiment], log: Callable[[str], No
     The calling process compiles the evolution operators and the last experiment. Errors of other
     processes are ignored, because the later simulation raises the same error.
     """
-    in_processes = experiments[:-1]
+    *process_experiments, last_experiment = experiments
     processes = list[subprocess.Popen[bytes]]()
-    size = min(MAX_COMBINATIONS, math.ceil(len(in_processes) / available_cores()))
-    waiting = [in_processes[first : first + size] for first in range(0, len(in_processes), size)]
-    takes_long = size > QUIET_COMBINATIONS
+    n_per_core = math.ceil(len(process_experiments) / available_cores())
+    batch_size = min(MAX_COMBINATIONS, n_per_core)
+    waiting_batches = [
+        process_experiments[first : first + batch_size]
+        for first in range(0, len(process_experiments), batch_size)
+    ]
+    takes_long = batch_size > QUIET_COMBINATIONS
     if takes_long:
         log(
             f"compiling {len(experiments)} combinations of parts, {available_cores()} at a time; "
             "they are cached for the next start"
         )
-    while waiting and len(processes) < available_cores():
-        processes.append(_start_compilation(waiting.pop(0)))
-    _compile_evolution(experiments[-1])
-    simulate_histories(experiments[-1], 0, [0])
+    while waiting_batches and len(processes) < available_cores():
+        processes.append(_start_compilation(waiting_batches.pop(0)))
+    _compile_evolution(last_experiment)
+    simulate_histories(last_experiment, seed=0, runs=[0])
     while processes:
         try:
             processes[0].wait(MESSAGE_INTERVAL)
         except subprocess.TimeoutExpired:
             if takes_long:
-                log(f"compiled: {sum(map(cpu.is_compiled, experiments))} of {len(experiments)}")
+                n_compiled = sum(map(cpu.is_compiled, experiments))
+                log(f"compiled: {n_compiled} of {len(experiments)}")
             continue
         processes.pop(0)
-        if waiting:
-            processes.append(_start_compilation(waiting.pop(0)))
+        if waiting_batches:
+            processes.append(_start_compilation(waiting_batches.pop(0)))
 
 
 def _compile_evolution(experiment: Experiment) -> None:
     """Compile the evolution operators by one call of each."""
-    genome = draw_genomes(experiment, GenerationKey(0, 0, 0))
-    zero = np.zeros(experiment.population.size)
-    make_generation(experiment, GenerationKey(0, 0, 1), genome, fitness(experiment, zero, zero))
+    founder_key = GenerationKey(seed=0, run=0, generation=0)
+    child_key = GenerationKey(seed=0, run=0, generation=1)
+    genome = draw_genomes(experiment, founder_key)
+    zeros = np.zeros(experiment.population.size)
+    parent_fitness = fitness(experiment, energy=zeros, cost=zeros)
+    make_generation(experiment, child_key, genome, parent_fitness)
 
 
 def _start_compilation(experiments: list[Experiment]) -> subprocess.Popen[bytes]:
     """Start a process that compiles the lifetimes of experiments."""
-    path = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
-    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    options: dict[str, Any] = silent | {"env": os.environ | {"PYTHONPATH": path}}
+    # The folder that contains the package.
+    package_root = str(Path(__file__).parents[2])
+    search_path = os.pathsep.join([package_root, os.environ.get("PYTHONPATH", "")])
+    no_output = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    options: dict[str, Any] = no_output | {"env": os.environ | {"PYTHONPATH": search_path}}
     process = subprocess.Popen([sys.executable, "-m", __name__], stdin=subprocess.PIPE, **options)
     assert process.stdin is not None
-    texts = [source.text for source in sources_of(experiments)]
-    request = {"experiments": [experiment.to_dict() for experiment in experiments], "parts": texts}
+    part_files = [(source.text, source.file) for source in sources_of(experiments)]
+    fields = [experiment.to_dict() for experiment in experiments]
+    request = {"experiments": fields, "parts": part_files}
     process.stdin.write(json.dumps(request).encode())
     process.stdin.close()
     return process
@@ -158,8 +172,8 @@ def _main() -> None:
     for text, file in request["parts"]:
         # The name of the file is a part of the key of the cache.
         load_text(text, Path(file))
-    for experiment in request["experiments"]:
-        cpu.compile_simulation(validate(experiment))
+    for fields in request["experiments"]:
+        cpu.compile_simulation(validate(fields))
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -26,8 +26,8 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.parts.model_part import LifeResults
 
-# Variables of a record that are not those of the model.
-STRUCTURE: Final = frozenset({"energy", "parents", "kept_genome"})
+# Parent of an agent without parents.
+NO_PARENT = -1
 
 
 class BranchStart(NamedTuple):
@@ -61,14 +61,14 @@ class History:
         self.seed = seed
         self.run = run
         self.n_generations = 0
-        generations = experiment.evolution.generations
-        agents = experiment.population.size
-        self._energy = np.zeros((generations, agents))
+        n_generations = experiment.evolution.generations
+        n_agents = experiment.population.size
+        self._fitness = np.zeros((n_generations, n_agents))
         self._records: dict[str, npt.NDArray[Any]] = {}
-        self._parents = np.full((generations, agents, 2), -1, np.int32)
+        self._parents = np.full((n_generations, n_agents, 2), NO_PARENT, np.int32)
         self._saved_genomes: dict[int, Genome] = {}
-        # Energy of the last generation of the record, which is simulated again.
-        self._expected_energy: npt.NDArray[np.float64] | None = None
+        # Fitness of the last generation of the record, which is simulated again.
+        self._expected_fitness: npt.NDArray[np.float64] | None = None
         if record is not None:
             self._restore(record)
         elif start is not None:
@@ -84,23 +84,26 @@ class History:
         """
         last = record.sizes["generation"] - 1
         declared = variables.record_variables(self.experiment)
-        for name in declared.keys() - STRUCTURE:
-            self._allocate(name, record[name].values)[:last] = record[name].values[:last]
-        self._energy[:last] = record["energy"].values[:last]
+        for name in declared.keys() - variables.COMMON_RECORD_VARIABLES:
+            values = record[name].values
+            self._allocate(name, values)[:last] = values[:last]
+        self._fitness[:last] = record["energy"].values[:last]
+        # The parents of the last generation were selected before its simulation.
         self._parents[: last + 1] = record["parents"].values
+        saved_generations = record["kept_generation"].values.tolist()
         genomes = record["kept_genome"].values.astype(np.float32)
-        saved = dict(zip(record["kept_generation"].values.tolist(), genomes, strict=True))
-        self.genome = saved.pop(last)
-        self._saved_genomes = saved
-        self._expected_energy = record["energy"].values[last]
+        self._saved_genomes = dict(zip(saved_generations, genomes, strict=True))
+        self.genome = self._saved_genomes.pop(last)
+        self._expected_fitness = record["energy"].values[last]
         self.n_generations = last
 
     def _allocate(self, name: str, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Return the array of a recorded variable, whose `values` are [..., agent]."""
-        shape = (self.experiment.evolution.generations, values.shape[1])
+        """Return the array of a variable; `values` [..., agent] give its type and its agents."""
+        n_agents = values.shape[1]
+        shape = (self.experiment.evolution.generations, n_agents)
         return self._records.setdefault(name, np.zeros(shape, values.dtype))
 
-    def add(self, generation: int, results: LifeResults, index: int) -> None:
+    def add(self, generation: int, results: LifeResults, run_index: int) -> None:
         """Record a generation and make the next one.
 
         Parameters
@@ -109,37 +112,41 @@ class History:
             Number of the generation.
         results : LifeResults
             Results of the batch.
-        index : int
+        run_index : int
             Index of this run in the batch.
         """
         last = self.experiment.evolution.generations - 1
-        current = self.experiment.at(generation)
-        if generation > 0 and (generation - 1) % self.experiment.record.genome_every:
+        settings = self.experiment.at(generation)
+        previous = generation - 1
+        if previous >= 0 and previous % self.experiment.record.genome_every != 0:
             # Its genomes were saved only because it was the last simulated generation.
-            self._saved_genomes.pop(generation - 1, None)
+            self._saved_genomes.pop(previous, None)
         self._saved_genomes[generation] = self.genome
         for name, values in results.records.items():
-            self._allocate(name, values)[generation] = values[index]
-        self._energy[generation] = fitness(current, results.energy[index], results.cost[index])
-        self._require_expected_energy(generation)
+            self._allocate(name, values)[generation] = values[run_index]
+        self._fitness[generation] = fitness(
+            settings, results.energy[run_index], results.cost[run_index]
+        )
+        self._require_expected_fitness(generation)
         if generation < last:
-            final = results.final_population
-            learned = None if results.learned is None else results.learned[index]
-            genome = self.genome if final is None else final.genome[index]
-            inherited = apply_inheritance(current, genome, learned)
+            final_population = results.final_population
+            learned = None if results.learned is None else results.learned[run_index]
+            genome = self.genome if final_population is None else final_population.genome[run_index]
+            inherited = apply_inheritance(settings, genome, learned)
             key = GenerationKey(self.seed, self.run, generation + 1)
             self.genome, self._parents[generation + 1] = make_generation(
-                self.experiment, key, inherited, self._energy[generation]
+                self.experiment, key, inherited, self._fitness[generation]
             )
-            if final is not None:
-                remap_parents(final.origin[index], self._parents[generation + 1])
+            if final_population is not None:
+                remap_parents(final_population.origin[run_index], self._parents[generation + 1])
         self.n_generations = generation + 1
 
-    def _require_expected_energy(self, generation: int) -> None:
-        """Raise RefusedError if the last generation of the record gives another energy now."""
-        expected = self._expected_energy
-        self._expected_energy = None
-        if expected is not None and not np.array_equal(expected, self._energy[generation]):
+    def _require_expected_fitness(self, generation: int) -> None:
+        """Raise RefusedError if the last generation of the record has another fitness now."""
+        expected = self._expected_fitness
+        # Only the first simulated generation is in the record.
+        self._expected_fitness = None
+        if expected is not None and not np.array_equal(expected, self._fitness[generation]):
             raise RefusedError(
                 f"run {self.run} of {self.experiment.name} cannot be continued: generation "
                 f"{generation} gives other results than those that are stored. Use the version of "
@@ -154,13 +161,13 @@ class History:
         """Return number and genomes of the last saved generation, at most `generation`."""
         # Copy the dictionary at once: another thread may add a generation.
         saved = self._saved_genomes.copy()
-        last = max(number for number in saved if number <= generation)
-        return last, saved[last]
+        last_saved = max(number for number in saved if number <= generation)
+        return last_saved, saved[last_saved]
 
     @property
     def energy(self) -> npt.NDArray[np.float64]:
         """Fitness, [generation, agent], of the simulated generations."""
-        return self._energy[: self.n_generations]
+        return self._fitness[: self.n_generations]
 
     @property
     def parents(self) -> npt.NDArray[np.int32]:
@@ -176,7 +183,7 @@ class History:
         return variables.as_run(self.record())
 
     def record(self) -> xr.Dataset:
-        """Return the run in its storage form: the variables of `core.variables.of_record`."""
+        """Return the run in its stored form, with the variables of `record_variables`."""
         genomes = np.stack(list(self._saved_genomes.values()))
         arrays = {name: self.recorded_values(name) for name in self._records}
         arrays |= {"energy": self.energy, "parents": self.parents}
@@ -184,18 +191,17 @@ class History:
         declared = variables.record_variables(experiment)
         attributes = provenance_attributes(experiment, self.seed, self.run)
         dataset = variables.make_dataset(declared, arrays, attributes)
-        _, agents, _, weights = genomes.shape
+        _, n_agents, _, n_weights = genomes.shape
         labelled = dataset.assign_coords(
             generation=np.arange(self.n_generations, dtype=np.int32),
-            agent=np.arange(agents, dtype=np.int32),
+            agent=np.arange(n_agents, dtype=np.int32),
             parent=list(variables.PARENT_NAMES),
             module=list(self.experiment.modules),
-            weight=np.arange(weights, dtype=np.int32),
+            weight=np.arange(n_weights, dtype=np.int32),
             kept_generation=np.array(list(self._saved_genomes), np.int32),
         )
-        return labelled.assign(
-            variables.make_dataset(declared, {"kept_genome": genomes}, {}).data_vars
-        )
+        genome_dataset = variables.make_dataset(declared, {"kept_genome": genomes}, attributes={})
+        return labelled.assign(genome_dataset.data_vars)
 
 
 def provenance_attributes(experiment: BaseExperiment, seed: int, run: int) -> dict[str, Any]:

@@ -55,8 +55,10 @@ def dimension_sizes(experiment: BaseExperiment) -> dict[str, int]:
     """Return the sizes of the dimensions of records and traces."""
     sizes = _record_sizes(experiment)
     if isinstance(experiment, Experiment):
-        sizes |= {"step": experiment.lifetime.steps, "item": array_dimensions(experiment)["items"]}
-        sizes |= {"side": len(experiment.inputs), "action": len(experiment.actions)}
+        sizes["step"] = experiment.lifetime.steps
+        sizes["item"] = array_dimensions(experiment)["items"]
+        sizes["side"] = len(experiment.inputs)
+        sizes["action"] = len(experiment.actions)
     return sizes
 
 
@@ -64,15 +66,18 @@ def _record_sizes(experiment: BaseExperiment) -> dict[str, int]:
     """Return the sizes of the dimensions of records."""
     last = experiment.evolution.generations - 1
     every = experiment.record.genome_every
+    # The genomes of generations 0, `every`, 2 * `every` ... and of the last one are stored.
+    n_regular = last // every + 1
+    is_last_extra = last % every > 0
     sizes = _table_sizes(experiment)
     sizes["module"] = len(experiment.modules)
     sizes["weight"] = experiment.genome_length
-    sizes["kept_generation"] = last // every + 1 + (last % every > 0)
+    sizes["kept_generation"] = n_regular + int(is_last_extra)
     return sizes
 
 
 def _table_sizes(experiment: BaseExperiment) -> dict[str, int]:
-    """Return the sizes that do not depend on loaded parts."""
+    """Return the sizes of the dimensions that do not depend on loaded parts."""
     return {
         "generation": experiment.evolution.generations,
         "agent": experiment.population.size,
@@ -82,8 +87,11 @@ def _table_sizes(experiment: BaseExperiment) -> dict[str, int]:
 
 def variable_bytes(declared: Mapping[str, Variable], sizes: Mapping[str, int]) -> dict[str, int]:
     """Return the bytes of each variable for the sizes of its dimensions."""
+    n_values = {
+        name: math.prod(sizes[dim] for dim in variable.dims) for name, variable in declared.items()
+    }
     return {
-        name: math.prod(sizes[dim] for dim in variable.dims) * np.dtype(variable.dtype).itemsize
+        name: n_values[name] * np.dtype(variable.dtype).itemsize
         for name, variable in declared.items()
     }
 
@@ -102,32 +110,32 @@ def dataset_bytes(experiment: BaseExperiment) -> int:
 
 def _genome_bytes(experiment: BaseExperiment) -> int:
     """Return the bytes of the genomes of one generation."""
-    return variable_bytes(
-        {"genome": Variable(("agent", "module", "weight"), np.float32, "", "")},
-        dimension_sizes(experiment),
-    )["genome"]
+    dims = ("agent", "module", "weight")
+    genome = Variable(dims, np.float32, unit="", meaning="")
+    return variable_bytes({"genome": genome}, dimension_sizes(experiment))["genome"]
 
 
-def simulation_bytes(experiment: BaseExperiment, worlds: int) -> int:
-    """Return the memory for a generation of `worlds` parallel runs."""
-    bytes_of_state = state_bytes(experiment, worlds) if isinstance(experiment, Experiment) else 0
-    return bytes_of_state + GENOME_COPIES * worlds * _genome_bytes(experiment)
+def simulation_bytes(experiment: BaseExperiment, n_worlds: int) -> int:
+    """Return the memory for a generation of `n_worlds` parallel runs."""
+    world_bytes = state_bytes(experiment, n_worlds) if isinstance(experiment, Experiment) else 0
+    return world_bytes + GENOME_COPIES * n_worlds * _genome_bytes(experiment)
 
 
-def _batch_bytes(experiment: BaseExperiment, worlds: int) -> int:
-    """Return the memory for the simulation and the storage of `worlds` parallel runs."""
-    return simulation_bytes(experiment, worlds) + (worlds + STORED_RECORD_COPIES) * record_bytes(
-        experiment
-    )
+def _batch_bytes(experiment: BaseExperiment, n_worlds: int) -> int:
+    """Return the memory for the simulation and the storage of `n_worlds` parallel runs."""
+    # The histories of all runs are in memory, and one record at a time is stored.
+    n_records = n_worlds + STORED_RECORD_COPIES
+    return simulation_bytes(experiment, n_worlds) + n_records * record_bytes(experiment)
 
 
 def estimate_simulation(experiment: BaseExperiment) -> Need:
     """Estimate one run that is returned as a dataset; the conversion needs a second copy."""
+    dataset_copies = 2
     return Need(
         ENGINE_BYTES
-        + simulation_bytes(experiment, 1)
+        + simulation_bytes(experiment, n_worlds=1)
         + record_bytes(experiment)
-        + 2 * dataset_bytes(experiment)
+        + dataset_copies * dataset_bytes(experiment)
     )
 
 
@@ -148,21 +156,25 @@ def estimate_runs(planned: PlannedRuns, workers: int, worlds: int) -> Need:
     Need
         Memory and disk space in bytes.
     """
-    total = sum(runs for _, runs in planned)
-    if not total:
+    total_runs = sum(n_runs for _, n_runs in planned)
+    if not total_runs:
         return NO_NEED
-    size = max(1, min(worlds, total // workers))
+    batch_size = max(1, min(worlds, total_runs // workers))
     tasks = [
-        (_batch_bytes(experiment, min(size, runs)), -(-runs // size))
-        for experiment, runs in planned
-        if runs
+        (_batch_bytes(experiment, min(batch_size, n_runs)), math.ceil(n_runs / batch_size))
+        for experiment, n_runs in planned
+        if n_runs
     ]
     memory = largest_total(tasks, workers)
     # All experiments of a study have about the same length.
-    header = HEADER_BYTES + len(to_toml(planned[0][0]).encode())
-    # A study also stores each experiment in a separate file.
-    disk = sum(runs * (record_bytes(experiment) + header) + header for experiment, runs in planned)
-    return Need(ENGINE_BYTES + memory + RUN_BYTES * total, disk)
+    first_experiment, _ = planned[0]
+    header_bytes = HEADER_BYTES + len(to_toml(first_experiment).encode())
+    disk = 0
+    for experiment, n_runs in planned:
+        disk += n_runs * (record_bytes(experiment) + header_bytes)
+        # A study also stores each experiment in a separate file.
+        disk += header_bytes
+    return Need(ENGINE_BYTES + memory + RUN_BYTES * total_runs, disk)
 
 
 def largest_total(tasks: Iterable[tuple[int, int]], workers: int) -> int:
@@ -174,11 +186,18 @@ def largest_total(tasks: Iterable[tuple[int, int]], workers: int) -> int:
         Bytes of a task, and the number of such tasks.
     workers : int
         Number of tasks that are executed in parallel.
+
+    Returns
+    -------
+    int
+        Bytes of the `workers` largest tasks.
     """
     memory = 0
-    for task_bytes, number in sorted(tasks, reverse=True):
-        memory += task_bytes * min(number, workers)
-        workers -= min(number, workers)
+    idle_workers = workers
+    for task_bytes, n_tasks in sorted(tasks, reverse=True):
+        n_parallel = min(n_tasks, idle_workers)
+        memory += task_bytes * n_parallel
+        idle_workers -= n_parallel
     return memory
 
 
@@ -187,35 +206,39 @@ def estimate_tables(stored: PlannedRuns) -> Need:
     declared = {
         name: variable for name, variable in RECORD_VARIABLES.items() if name != "kept_genome"
     }
-    experiments = [experiment for experiment, runs in stored if runs]
-    tables = [
+    experiments = [experiment for experiment, n_runs in stored if n_runs]
+    table_bytes = [
         sum(variable_bytes(declared, _table_sizes(experiment)).values())
         for experiment in experiments
     ]
-    largest_record = 0
+    largest_record_bytes = 0
     # The size of a genome is unknown if a part is not loaded.
     with suppress(ExperimentError):
-        largest_record = max(map(record_bytes, experiments), default=0)
-    total_runs = sum(runs for _, runs in stored)
-    return Need(
-        TABLE_COPIES * max(tables, default=0) * total_runs + READ_RECORD_COPIES * largest_record
-    )
+        largest_record_bytes = max(map(record_bytes, experiments), default=0)
+    total_runs = sum(n_runs for _, n_runs in stored)
+    all_tables_bytes = total_runs * max(table_bytes, default=0)
+    return Need(TABLE_COPIES * all_tables_bytes + READ_RECORD_COPIES * largest_record_bytes)
 
 
-def estimate_replay(experiment: Experiment, lives: int = 1) -> Need:
-    """Estimate the traces of `lives` lifetimes. The trace of one lifetime is stored."""
-    trace = sum(variable_bytes(trace_variables(experiment), dimension_sizes(experiment)).values())
-    return Need(
-        ENGINE_BYTES + simulation_bytes(experiment, 1) + (lives + TRACE_COPIES) * trace,
-        trace + HEADER_BYTES,
-    )
+def estimate_replay(experiment: Experiment, n_lives: int = 1) -> Need:
+    """Estimate the traces of `n_lives` lifetimes. The trace of one lifetime is stored."""
+    sizes = dimension_sizes(experiment)
+    trace_bytes = sum(variable_bytes(trace_variables(experiment), sizes).values())
+    n_traces = n_lives + TRACE_COPIES
+    memory = ENGINE_BYTES + simulation_bytes(experiment, n_worlds=1) + n_traces * trace_bytes
+    return Need(memory, disk=trace_bytes + HEADER_BYTES)
 
 
-def require_storable(declared: Mapping[str, Variable], sizes: Mapping[str, int], what: str) -> None:
-    """Raise RefusedError if a variable exceeds the limit of a netCDF file."""
-    for name, size in variable_bytes(declared, sizes).items():
-        if size > MAX_VARIABLE_BYTES:
+def require_storable(
+    declared: Mapping[str, Variable], sizes: Mapping[str, int], subject: str
+) -> None:
+    """Raise RefusedError if a variable exceeds the limit of a netCDF file.
+
+    `subject` is the beginning of the message.
+    """
+    for name, n_bytes in variable_bytes(declared, sizes).items():
+        if n_bytes > MAX_VARIABLE_BYTES:
             raise RefusedError(
-                f"{what}: {name} would take {format_bytes(size)}, "
+                f"{subject}: {name} would take {format_bytes(n_bytes)}, "
                 "and netCDF files hold at most 2 GiB of a variable"
             )

@@ -15,31 +15,40 @@ import numpy.typing as npt
 from baldwinlab.models.miniworld.allocation import iterate_arrays
 from baldwinlab.models.miniworld.backends.choice import Batch
 
-# Agents of a batch, world after world.
+# Agents of a batch, world after world: a range, or a single agent.
 Lanes = slice | int
+# The world of a batch whose items are recorded.
+RECORDED_WORLD = 0
 Array = npt.NDArray[Any]
 
 # Functions that read a variable. The first axis of agents' variables is the lane.
 VARIABLE_READERS: Mapping[str, Callable[[Batch, Lanes], Array]] = {
     "x": lambda batch, lanes: batch.state.positions[0, lanes],
     "y": lambda batch, lanes: batch.state.positions[1, lanes],
-    "heading": lambda batch, lanes: batch.state.heading[0, lanes],  # turns
+    # In units of 1 / HEADING_COUNT of a full turn.
+    "heading": lambda batch, lanes: batch.state.heading[0, lanes],
     "action": lambda batch, lanes: batch.state.action[0, lanes],
     "activations": lambda batch, lanes: batch.state.activations[:, lanes].T,
-    "teacher_activations": lambda batch, lanes: (
-        batch.state.lookup.activations[:, lanes].T
-    ),  # where it is asked in every step
+    # Only for a teacher that computes its outputs in every step.
+    "teacher_activations": lambda batch, lanes: batch.state.lookup.activations[:, lanes].T,
     "inputs": lambda batch, lanes: batch.state.activations[: batch.model.inputs, lanes].T,
+    # The outputs are the last units, as many as targets.
     "outputs": lambda batch, lanes: batch.state.activations[-len(batch.state.targets) :, lanes].T,
     "weights": lambda batch, lanes: batch.state.weights[:, lanes].T,
-    "eaten_in_life": lambda batch, lanes: batch.state.eaten_in_life[:, lanes].sum(
-        axis=0
-    ),  # items so far in life
-    "teacher": lambda batch, lanes: getattr(
-        batch.state.rule, type(batch.state.rule).part.teacher_array
-    )[0, lanes],  # an agent
-    "items": lambda batch, lanes: batch.items()[0],  # [item, (x, y)]
+    # Number of items from birth to the current step.
+    "eaten_in_life": lambda batch, lanes: batch.state.eaten_in_life[:, lanes].sum(axis=0),
+    # The agent that teaches.
+    "teacher": lambda batch, lanes: _teachers(batch)[0, lanes],
+    # [item, (x, y)].
+    "items": lambda batch, lanes: batch.items()[RECORDED_WORLD],
 }
+
+
+def _teachers(batch: Batch) -> Array:
+    """Return the array of the learning rule that holds the teacher of each agent."""
+    rule = batch.state.rule
+    teachers: Array = getattr(rule, type(rule).part.teacher_array)
+    return teachers
 
 
 class Recorder(Protocol):
@@ -94,14 +103,15 @@ class Series:
         self._lanes = lanes
         self._dtype = dtype
         self._transform = transform
-        self._row = 0
+        self._time_index = 0
 
     def record(self, batch: Batch, time: int) -> None:
         value = self._transform(self._read(batch, self._lanes))
-        if self._row == 0:
+        is_first = self._time_index == 0
+        if is_first:
             self.values = np.empty((len(self.times), *value.shape), self._dtype or value.dtype)
-        self.values[self._row] = value
-        self._row += 1
+        self.values[self._time_index] = value
+        self._time_index += 1
 
 
 class ItemMoves:
@@ -110,43 +120,48 @@ class ItemMoves:
     def __init__(self, times: range) -> None:
         """`times` are consecutive."""
         self.times = times
-        self.items: npt.NDArray[np.float32] = np.empty((0, 2), np.float32)  # [item, (x, y)]
+        # [item, (x, y)].
+        self.items: npt.NDArray[np.float32] = np.empty((0, 2), np.float32)
         # A world feature can move items that no agent has eaten, so positions are compared.
         self._previous_items = self.items
+        # The columns of the items that moved, an entry for each time with moves.
         self._moves: list[tuple[Array, ...]] = []
 
     def record(self, batch: Batch, time: int) -> None:
-        previous = self._previous_items
-        items = batch.items()[0]
+        previous_items = self._previous_items
+        items = batch.items()[RECORDED_WORLD]
         self._previous_items = items
         if time == self.times[0]:
             self.items = items
             return
         state = batch.state
-        is_moved = (state.touched[0] == time - 1) | (items != previous).any(axis=1)
-        moved = np.flatnonzero(is_moved)
-        if moved.size:
-            step = np.full(moved.size, time)
-            self._moves.append((step, moved, state.item_x[0, moved], state.item_y[0, moved]))
+        step = time - 1
+        is_touched = state.touched[RECORDED_WORLD] == step
+        is_moved = is_touched | (items != previous_items).any(axis=1)
+        moved_items = np.flatnonzero(is_moved)
+        if moved_items.size:
+            times = np.full(moved_items.size, time)
+            x = state.item_x[RECORDED_WORLD, moved_items]
+            y = state.item_y[RECORDED_WORLD, moved_items]
+            self._moves.append((times, moved_items, x, y))
 
     def columns(self) -> dict[str, Array]:
         """Return the moves in order, [move]: `step` and `item` uint32, `x` and `y` float32."""
         types = {"step": np.uint32, "item": np.uint32, "x": np.float32, "y": np.float32}
-        return {
-            name: np.concatenate(
-                [np.empty(0, dtype), *(move[column] for move in self._moves)],
-                dtype=dtype,
-                casting="unsafe",
-            )
-            for column, (name, dtype) in enumerate(types.items())
-        }
+        columns: dict[str, Array] = {}
+        for column_index, (name, dtype) in enumerate(types.items()):
+            # `concatenate` needs at least one array.
+            no_values = np.empty(0, dtype)
+            values = [no_values, *(move[column_index] for move in self._moves)]
+            columns[name] = np.concatenate(values, dtype=dtype, casting="unsafe")
+        return columns
 
 
 class FirstTime:
     """Find the first time at which each of several conditions is true; NaN if it never is.
 
     A true condition must remain true. If a condition becomes true between two `times`, the recorder
-    restores the state of the first of them, and finds the step by bisection.
+    restores the state at the earlier time, and finds the step by bisection.
     """
 
     def __init__(
@@ -173,16 +188,17 @@ class FirstTime:
 
     def _bisect(self, batch: Batch, first: int, last: int) -> None:
         """Simulate from `first`, the current time, to `last`, where a condition becomes true."""
-        if last - first == 1:
+        is_single_step = last - first == 1
+        if is_single_step:
             batch.simulate(first, last)
             self.values[self._is_newly_true(batch)] = last
             return
         middle = (first + last) // 2
         for begin, end in ((first, middle), (middle, last)):
-            state = _copy_state(batch)
+            saved_state = _copy_state(batch)
             batch.simulate(begin, end)
             if self._is_newly_true(batch).any():
-                _restore_state(batch, state)
+                _restore_state(batch, saved_state)
                 self._bisect(batch, begin, end)
 
 
@@ -190,6 +206,6 @@ def _copy_state(batch: Batch) -> list[Array]:
     return [array.copy() for array in iterate_arrays(batch.state)]
 
 
-def _restore_state(batch: Batch, state: list[Array]) -> None:
-    for array, value in zip(iterate_arrays(batch.state), state, strict=True):
-        array[:] = value
+def _restore_state(batch: Batch, saved_state: list[Array]) -> None:
+    for array, saved_array in zip(iterate_arrays(batch.state), saved_state, strict=True):
+        array[:] = saved_array

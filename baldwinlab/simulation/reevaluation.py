@@ -66,16 +66,18 @@ def reevaluate(
     """
     genomes = genomes[:, :, : len(experiment.modules)]
     results = make_simulator(experiment, seed, runs).simulate(generation, genomes)
-    return _make_outcomes(experiment.at(generation), results, genomes)
+    settings = experiment.at(generation)
+    return _make_outcomes(settings, results, genomes)
 
 
 def make_batch(
     experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome
 ) -> CpuBatch:
     """Return a batch of the given genomes before its first step. See `reevaluate`."""
-    current = experiment.at(generation)
-    batch = CpuBatch(current, seed, runs)
-    batch.begin(generation, np.ascontiguousarray(genomes[:, :, : len(current.modules)]))
+    settings = experiment.at(generation)
+    used_genomes = genomes[:, :, : len(settings.modules)]
+    batch = CpuBatch(settings, seed, runs)
+    batch.begin(generation, np.ascontiguousarray(used_genomes))
     return batch
 
 
@@ -91,11 +93,12 @@ def _make_outcomes(
         fitness(experiment, energy, cost)
         for energy, cost in zip(results.energy, results.cost, strict=True)
     ]
-    has_learned_weights = results.learned is not None
-    weights = genomes[:, :, 0, : experiment.weight_count]
-    if results.learned is not None:
-        weights = results.learned
-    return Outcomes(np.stack(fitness_of_runs), weights, has_learned_weights)
+    first_module = genomes[:, :, 0, : experiment.weight_count]
+    return Outcomes(
+        energy=np.stack(fitness_of_runs),
+        weights=first_module if results.learned is None else results.learned,
+        has_learned_weights=results.learned is not None,
+    )
 
 
 def restore_genomes(experiment: BaseExperiment, record: xr.Dataset, generation: int) -> Genome:
@@ -106,18 +109,22 @@ def restore_genomes(experiment: BaseExperiment, record: xr.Dataset, generation: 
     record = as_record(record)
     stored_generations = record["kept_generation"].values
     # The founders are always stored, so a previous stored generation exists.
-    index = int(np.searchsorted(stored_generations, generation, side="right")) - 1
-    stored_generation = int(stored_generations[index])
-    stored_genomes = np.asarray(record["kept_genome"].values[index], np.float32)
-    seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
+    stored_index = int(np.searchsorted(stored_generations, generation, side="right")) - 1
+    stored_generation = int(stored_generations[stored_index])
+    stored_genomes = np.asarray(record["kept_genome"].values[stored_index], np.float32)
     if stored_generation == generation:
         return stored_genomes
     return recompute_genomes(
         experiment,
-        GenerationKey(seed, run, generation),
+        _key_of_record(record, generation),
         record.energy,
-        (stored_generation, stored_genomes),
+        start=(stored_generation, stored_genomes),
     )
+
+
+def _key_of_record(record: xr.Dataset, generation: int) -> GenerationKey:
+    """Return the key of a generation of a stored run."""
+    return GenerationKey(int(record.attrs["seed"]), int(record.attrs["run"]), generation)
 
 
 def iterate_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:
@@ -125,7 +132,6 @@ def iterate_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[
 
     Genomes that are not stored are recomputed from those of the previous generation.
     """
-    seed, run = (int(record.attrs[name]) for name in ("seed", "run"))
     record = as_record(record)
     genome = restore_genomes(experiment, record, 0)
     stored_generations = set(record["kept_generation"].values.tolist())
@@ -136,8 +142,8 @@ def iterate_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[
         else:
             genome, _ = make_generation(
                 experiment,
-                GenerationKey(seed, run, generation),
+                _key_of_record(record, generation),
                 genome,
-                record.energy.values[generation - 1],
+                fitness=record.energy.values[generation - 1],
             )
         yield genome

@@ -28,6 +28,8 @@ from baldwinlab.simulation.memory import estimate_replay, estimate_simulation
 from baldwinlab.simulation.recorder import Series, record_batch
 from baldwinlab.simulation.simulate import check_seed, simulate_batch
 
+DEGREES_PER_TURN = 360
+
 
 def replay(
     experiment: Experiment,
@@ -77,13 +79,16 @@ def replay(
             f"generation = {generation} must be at least 0 and less than "
             f"{experiment.evolution.generations}"
         )
+    # The energy of the earlier generations determines the genomes without a simulation.
+    n_simulated = generation if energy is None else 0
     require_resources(
         f"a lifetime of {experiment.name}",
-        _need(experiment, 0 if energy is not None else generation),
+        _estimate_need(experiment, n_simulated),
         force=force,
     )
     key = GenerationKey(seed, run, generation)
-    return _trace_lifetime(experiment, recompute_genomes(experiment, key, energy), key)
+    genome = recompute_genomes(experiment, key, energy)
+    return _trace_lifetime(experiment, genome, key)
 
 
 def replay_genomes(
@@ -124,7 +129,8 @@ def replay_genomes(
     check_seed(generation)
     experiment = require_world(experiment)
     key = GenerationKey(seed, run, generation)
-    require_resources(f"a lifetime of {experiment.name}", _need(experiment, 0), force=force)
+    need = _estimate_need(experiment, earlier_generations=0)
+    require_resources(f"a lifetime of {experiment.name}", need, force=force)
     return _trace_lifetime(experiment, genome, key)
 
 
@@ -152,31 +158,35 @@ def require_world(experiment: BaseExperiment) -> Experiment:
 def _trace_lifetime(experiment: Experiment, genome: Genome, key: GenerationKey) -> xr.Dataset:
     """Simulate the lifetime of `genome` [agent, module, weight] and return its trace."""
     seed, run, generation = key
-    current = experiment.at(generation)
-    genome = np.ascontiguousarray(genome[:, : len(current.modules)])
-    batch = CpuBatch(current, seed, [run])
-    batch.begin(generation, genome[None])
-    arrays = _record(current, batch)
+    settings = experiment.at(generation)
+    genome = np.ascontiguousarray(genome[:, : len(settings.modules)])
+    batch = CpuBatch(settings, seed, [run])
+    genomes_of_batch = genome[None]
+    batch.begin(generation, genomes_of_batch)
+    arrays = _record_steps(settings, batch)
+    # Only the action module, which is module 0, can change. The batch has one run.
+    (action_weights,) = batch.weights()
+    genome_at_death = genome.copy()
+    genome_at_death[:, 0, : settings.weight_count] = action_weights
     arrays["weight_birth"] = genome
-    arrays["weight_death"] = genome.copy()
-    arrays["weight_death"][:, 0, : current.weight_count] = batch.weights()[0]
+    arrays["weight_death"] = genome_at_death
     attributes = provenance_attributes(experiment, seed, run) | {
         "generation": generation,
-        "appearance": appearance_json(current),
+        "appearance": appearance_json(settings),
     }
-    trace = variables.make_dataset(variables.trace_variables(current), arrays, attributes)
+    trace = variables.make_dataset(variables.trace_variables(settings), arrays, attributes)
     return trace.assign_coords(
-        side=list(describe_appearance(current).inputs), module=list(current.modules)
+        side=list(describe_appearance(settings).inputs), module=list(settings.modules)
     )
 
 
-def _need(experiment: Experiment, earlier_generations: int) -> Need:
+def _estimate_need(experiment: Experiment, earlier_generations: int) -> Need:
     """Estimate the memory of a replay after the simulation of `earlier_generations`."""
     need = estimate_replay(experiment)
     if not earlier_generations:
         return need
-    earlier = experiment.replace(evolution={"generations": earlier_generations})
-    return need.add_later(estimate_simulation(earlier))
+    shortened = experiment.replace(evolution={"generations": earlier_generations})
+    return need.add_later(estimate_simulation(shortened))
 
 
 def simulate_energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr.DataArray | None:
@@ -187,7 +197,8 @@ def simulate_energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr
     shortened = experiment.replace(
         evolution={"generations": generation}, record={"genome_every": generation}
     )
-    return simulate_batch(shortened, seed, [run])[0]["energy"]
+    (dataset,) = simulate_batch(shortened, seed, [run])
+    return dataset["energy"]
 
 
 def recompute_genomes(
@@ -226,21 +237,21 @@ def recompute_genomes(
         shortened = experiment.replace(
             evolution={"generations": generation + 1}, record={"genome_every": generation}
         )
-        genomes = simulate_batch(shortened, seed, [run])[0]["genome"]
-        return np.asarray(genomes.values[generation], np.float32)
+        (dataset,) = simulate_batch(shortened, seed, [run])
+        return np.asarray(dataset["genome"].values[generation], np.float32)
     if energy is None:
         energy = simulate_energy_before(experiment, key)
-    first, genome = start or (0, make_founders(experiment, GenerationKey(seed, run, 0)))
+    founder_key = key._replace(generation=0)
+    first, genome = start or (0, make_founders(experiment, founder_key))
     for earlier in range(first, generation):
         assert energy is not None
-        genome, _ = make_generation(
-            experiment, GenerationKey(seed, run, earlier + 1), genome, energy.values[earlier]
-        )
+        child_key = key._replace(generation=earlier + 1)
+        genome, _ = make_generation(experiment, child_key, genome, fitness=energy.values[earlier])
     return genome
 
 
-def _record(experiment: Experiment, batch: CpuBatch) -> dict[str, npt.NDArray[Any]]:
-    """Simulate a lifetime and record each step."""
+def _record_steps(experiment: Experiment, batch: CpuBatch) -> dict[str, npt.NDArray[Any]]:
+    """Simulate a lifetime and return the recorded arrays, [step, ...]."""
     agents = slice(experiment.population.size)
     steps = experiment.lifetime.steps
     # Positions are read before a step. Inputs, outputs and results are read after the step.
@@ -260,7 +271,8 @@ def _record(experiment: Experiment, batch: CpuBatch) -> dict[str, npt.NDArray[An
     }
     record_batch(batch, list(recorders.values()))
     arrays = {name: recorder.values for name, recorder in recorders.items()}
-    arrays["heading"] *= np.float32(360 / HEADING_COUNT)
+    arrays["heading"] *= np.float32(DEGREES_PER_TURN / HEADING_COUNT)
+    # From the number of items in life to the number in each step.
     arrays["eaten"] = np.diff(arrays["eaten"], axis=0, prepend=0)
-    items = arrays.pop("items")
-    return arrays | {"item_x": items[..., 0], "item_y": items[..., 1]}
+    item_positions = arrays.pop("items")
+    return arrays | {"item_x": item_positions[..., 0], "item_y": item_positions[..., 1]}

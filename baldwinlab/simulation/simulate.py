@@ -60,7 +60,8 @@ def simulate(
     """
     require_effect([experiment])
     require_resources(experiment.name, estimate_simulation(experiment), force=force)
-    return simulate_batch(experiment, seed, [run], choose_backend(backend))[0]
+    (dataset,) = simulate_batch(experiment, seed, [run], choose_backend(backend))
+    return dataset
 
 
 def simulate_batch(
@@ -143,18 +144,21 @@ def continue_histories(
     RefusedError
         If the first simulated generation differs from the stored one.
     """
-    experiment, seed = histories[0].experiment, histories[0].seed
-    simulator = make_simulator(experiment, seed, [history.run for history in histories], backend)
-    for generation in range(histories[0].n_generations, experiment.evolution.generations):
+    first_history = histories[0]
+    experiment = first_history.experiment
+    runs = [history.run for history in histories]
+    simulator = make_simulator(experiment, first_history.seed, runs, backend)
+    for generation in range(first_history.n_generations, experiment.evolution.generations):
         genomes = np.stack([history.genome for history in histories])
         results = simulator.simulate(generation, genomes)
-        for index, history in enumerate(histories):
-            history.add(generation, results, index)
+        for run_index, history in enumerate(histories):
+            history.add(generation, results, run_index)
         after_generation(histories)
 
 
 def check_seed(seed: int, *runs: int) -> None:
     """Raise ArgumentError if the seed or the number of a run is not in [0, 2**31)."""
-    for name, value in (("seed", seed), *(("run", run) for run in runs)):
+    named_values = [("seed", seed), *(("run", run) for run in runs)]
+    for name, value in named_values:
         if not 0 <= value < SEED_LIMIT:
             raise ArgumentError(name, value, f"must be at least 0 and less than {SEED_LIMIT}")

@@ -51,7 +51,7 @@ class Interval(NamedTuple):
         Raises
         ------
         ArgumentError
-            The text is neither.
+            The text has another form.
         """
         match = INTERVAL_PATTERN.fullmatch(text)
         if match is None:
@@ -59,7 +59,8 @@ class Interval(NamedTuple):
                 "checkpoint", text, "must be a number of generations or of seconds: 100 or 60s"
             )
         number = int(match[1])
-        return cls(0, number) if match[2] else cls(number, 0)
+        is_duration = match[2] == "s"
+        return cls(seconds=number) if is_duration else cls(generations=number)
 
 
 EVERY_MINUTE: Final = Interval(seconds=60)
@@ -88,9 +89,10 @@ class Checkpointer:
         OSError
             A checkpoint cannot be written.
         """
-        history = histories[0]
-        is_complete = history.n_generations == history.experiment.evolution.generations
-        if is_complete or not self._is_due(history.n_generations):
+        # The runs of a batch have equal numbers of generations.
+        n_generations = histories[0].n_generations
+        is_complete = n_generations == histories[0].experiment.evolution.generations
+        if is_complete or not self._is_due(n_generations):
             return
         for history in histories:
             path = checkpoint_path(self._directory, history.experiment.name, history.run)
@@ -101,7 +103,8 @@ class Checkpointer:
     def _is_due(self, n_generations: int) -> bool:
         if self._interval.generations:
             return n_generations % self._interval.generations == 0
-        return time.monotonic() - self._written_at >= self._interval.seconds
+        elapsed_seconds = time.monotonic() - self._written_at
+        return elapsed_seconds >= self._interval.seconds
 
 
 def checkpoint_path(directory: Path, condition: str, run: int) -> Path:
@@ -117,12 +120,12 @@ def remove_checkpoint(directory: Path, condition: str, run: int) -> None:
 def runs_to_continue(directory: Path, condition: str, runs: Iterable[int]) -> list[int]:
     """Return the runs that have a checkpoint or a record, in the order of `runs`."""
     folder = directory / "runs" / condition
-    names = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
+    file_names = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
     return [
         run
         for run in runs
-        if checkpoint_path(directory, condition, run).name in names
-        or record_path(directory, condition, run).name in names
+        if checkpoint_path(directory, condition, run).name in file_names
+        or record_path(directory, condition, run).name in file_names
     ]
 
 

@@ -14,15 +14,15 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
 CLAIMS_FILE: Final = "claims.json"
-# First bytes of a record, which contain its checksum.
+# Number of bytes at the beginning of a record that contain its checksum.
 CHECKSUM_BYTES: Final = 65536
 
 
 def write_claims(study: StudyStore, claims: Sequence[Mapping[str, Any]]) -> None:
     """Write the claims of a study, with a checksum and a digest of its runs. Raises OSError."""
     content = {"records": digest_records(study), "claims": list(claims)}
-    sealed = {"checksum": _checksum(content), **content}
-    text = json.dumps(sealed, indent=2, ensure_ascii=False, allow_nan=False)
+    content_with_checksum = {"checksum": _checksum(content), **content}
+    text = json.dumps(content_with_checksum, indent=2, ensure_ascii=False, allow_nan=False)
     write_atomically(study.directory / CLAIMS_FILE, f"{text}\n".encode())
 
 
@@ -52,7 +52,7 @@ def read_claims(study: StudyStore) -> list[dict[str, Any]]:
         raise StudyError(
             f"{path} was written by an older version, and has no digest of its runs; {remedy}"
         )
-    if not _is_valid(content):
+    if not _verify_content(content):
         raise StudyError(f"{path} is not what a report has written; {remedy}")
     if content["records"] != digest_records(study):
         raise StudyError(
@@ -65,17 +65,17 @@ def read_claims(study: StudyStore) -> list[dict[str, Any]]:
 def digest_records(study: StudyStore) -> str:
     """Return a hash of the stored records: the condition, run, size and checksum of each."""
     digest = hashlib.sha256(f"{study.seed}\n".encode())
-    for name in study.experiments:
-        for run in study.runs(name):
-            path = study.path(name, run)
+    for condition in study.experiments:
+        for run in study.runs(condition):
+            path = study.path(condition, run)
             with path.open("rb") as file:
                 checksum = stored_checksum(file.read(CHECKSUM_BYTES))
-            digest.update(f"{name} {run} {path.stat().st_size} {checksum}\n".encode())
+            digest.update(f"{condition} {run} {path.stat().st_size} {checksum}\n".encode())
     return digest.hexdigest()
 
 
-def _is_valid(content: Any) -> bool:
-    """Return whether the content has the right form and checksum; remove the checksum from it."""
+def _verify_content(content: Any) -> bool:
+    """Remove the checksum of the content, and return whether form and checksum are valid."""
     if not isinstance(content, dict) or not isinstance(content.get("claims"), list):
         return False
     checksum = content.pop("checksum", None)

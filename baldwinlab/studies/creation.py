@@ -22,6 +22,9 @@ from baldwinlab.studies.study_file import add_checksum, format_study
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
+# Suffixes of the files of a study, which the folder of a condition must not have.
+RESERVED_SUFFIXES = (".nc", ".toml", ".damaged")
+
 
 def create_study(
     directory: Path,
@@ -43,7 +46,7 @@ def create_study(
         The conditions, with distinct names.
     seed : int
         Seed of all runs.
-    kind : Kind
+    kind : StudyKind
         Conditions, sweep or multiverse.
     factors : mapping
         Factors by name of condition. Except in a sweep, the learner defaults to this name.
@@ -65,20 +68,22 @@ def create_study(
     """
     names = [experiment.name for experiment in experiments]
     if len(set(names)) < len(names):
-        name = next(name for name in names if names.count(name) > 1)
-        raise StudyError(f"two conditions have the same name, {name!r}: change name in one of them")
+        repeated = next(name for name in names if names.count(name) > 1)
+        raise StudyError(
+            f"two conditions have the same name, {repeated!r}: change name in one of them"
+        )
     for name in names:
-        if any(part.endswith((".nc", ".toml", ".damaged")) for part in name.split("/")):
+        if any(folder.endswith(RESERVED_SUFFIXES) for folder in name.split("/")):
             raise StudyError(
                 f"no condition can be called {name!r}: a study has files with such endings"
             )
-    if is_local(directory) and (folder := enclosing_study(directory)):
-        raise StudyError(f"{directory} is inside the study {folder}. Choose another path.")
+    if is_local(directory) and (outer_study := enclosing_study(directory)):
+        raise StudyError(f"{directory} is inside the study {outer_study}. Choose another path.")
     is_new = False
     if not is_study(directory):
         sources = part_sources.collect_sources(experiments)
         for experiment in experiments:
-            require_files(experiment, "")
+            require_files(experiment, where="")
         text = add_checksum(
             format_study(
                 names, seed, kind, factors=factors, paper=paper, changes=changes, sources=sources
@@ -136,8 +141,10 @@ def require_available(directory: Path) -> None:
 
 def _is_study_entry(entry: Path) -> bool:
     """Return whether an entry can belong to an unfinished study, or to a study in a subfolder."""
-    is_entry = entry.name in ("runs", "parts", "founders")
-    return is_entry or entry.name.endswith(PARTIAL_SUFFIX) or (entry / "runs").is_dir()
+    is_study_folder = entry.name in ("runs", "parts", "founders")
+    is_partial_file = entry.name.endswith(PARTIAL_SUFFIX)
+    is_other_study = (entry / "runs").is_dir()
+    return is_study_folder or is_partial_file or is_other_study
 
 
 def _require_same(
@@ -152,29 +159,32 @@ def _require_same(
         )
     names = [experiment.name for experiment in experiments]
     if list(study.experiments) != names:
-        stored_names = _shorten(list(study.experiments))
+        stored_names = _join_names(list(study.experiments))
         raise StudyError(
-            f"{where}: its conditions are {stored_names}, not {_shorten(names)}; "
+            f"{where}: its conditions are {stored_names}, not {_join_names(names)}; "
             "choose another --out"
         )
     for experiment in experiments:
-        fields = study.experiments[experiment.name].to_dict()
-        for path, stored, given in _differences(fields, experiment.to_dict()):
+        stored_fields = study.experiments[experiment.name].to_dict()
+        # The first difference is sufficient for a message.
+        for path, stored, given in _list_differences(stored_fields, experiment.to_dict()):
             raise StudyError(
                 f"{where}: {path} of {experiment.name} is {stored}, not {given}; "
                 "choose another --out"
             )
 
 
-def _shorten(names: Sequence[str], limit: int = 10) -> str:
+def _join_names(names: Sequence[str], limit: int = 10) -> str:
+    """Return the first names, separated by commas, and the number of the remaining names."""
     more = f" and {len(names) - limit:,} more" if len(names) > limit else ""
     return ", ".join(names[:limit]) + more
 
 
-def _differences(stored: Any, given: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
+def _list_differences(stored: Any, given: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
     """Yield the path, the stored and the given value of each field that differs."""
     if isinstance(stored, dict) and isinstance(given, dict):
         for key in stored:
-            yield from _differences(stored[key], given[key], f"{path}.{key}" if path else key)
+            key_path = f"{path}.{key}" if path else key
+            yield from _list_differences(stored[key], given[key], key_path)
     elif stored != given:
         yield path, stored, given

@@ -68,26 +68,27 @@ def _require_extendable(study: StudyStore, generations: int) -> None:
         )
     study.require_parts()
     for name, experiment in study.experiments.items():
-        stored = experiment.evolution.generations
-        if generations < stored:
+        stored_generations = experiment.evolution.generations
+        if generations < stored_generations:
             raise StudyError(
-                f"generations = {generations} must be at least {stored}, the generations of {name} "
-                f"in {study.directory}: an extension removes no generation"
+                f"generations = {generations} must be at least {stored_generations}, "
+                f"the generations of {name} in {study.directory}: "
+                "an extension removes no generation"
             )
 
 
 def _add_change(study: StudyStore, experiments: dict[str, Experiment], change: str) -> None:
     """Record that the study of a paper has another number of generations than the paper."""
-    changes = [text for text in study.changes if not text.startswith(f"{GENERATIONS_FIELD}=")]
-    names = list(experiments)
+    # The new change replaces that of an earlier extension.
+    other_changes = [text for text in study.changes if not text.startswith(f"{GENERATIONS_FIELD}=")]
     sources = part_sources.collect_sources(list(experiments.values()))
     text = format_study(
-        names,
+        list(experiments),
         study.seed,
         study.kind,
         factors=study.factors,
         paper=study.paper,
-        changes=[*changes, change],
+        changes=[*other_changes, change],
         sources=sources,
     )
     write_atomically(study.directory / STUDY_FILE_NAME, add_checksum(text).encode())

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import cache, reduce
-from itertools import product
+from itertools import chain, product
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -43,7 +43,8 @@ def alternatives(paper: Paper | None = None) -> Mapping[str, tuple[str, ...]]:
     variants: dict[str, tuple[str, ...]] = {}
     for name in paper.names("variants"):
         if name != STANDARD_VARIANT:
-            choice = paper.describe("variants", name).partition(":")[0]
+            # The description of a variant is "CHOICE: text".
+            choice, _, _ = paper.describe("variants", name).partition(":")
             variants[choice] = (*variants.get(choice, ()), name)
     return MappingProxyType(dict(sorted(variants.items())))
 
@@ -81,14 +82,15 @@ class Variant(NamedTuple):
     def changes(self) -> dict[str, Any]:
         """The changed settings as arguments of `Experiment.replace`."""
         paper = self.paper or load()
-        return reduce(merge, (paper.changes("variants", part) for part in self.parts), {})
+        changes_by_part = (paper.changes("variants", part) for part in self.parts)
+        return reduce(merge, changes_by_part, {})
 
     @property
     def fields(self) -> dict[str, Any]:
         """The changed settings by path: {"contact.reach": 5}."""
         return {
-            f"{part}.{field}": value
-            for part, fields in self.changes.items()
+            f"{section}.{field}": value
+            for section, fields in self.changes.items()
             for field, value in fields.items()
         }
 
@@ -96,17 +98,15 @@ class Variant(NamedTuple):
     def description(self) -> str:
         """The descriptions of the alternatives in one line."""
         paper = self.paper or load()
-        return "; ".join(
-            paper.describe("variants", name) for name in self.parts or (STANDARD_VARIANT,)
-        )
+        names = self.parts or (STANDARD_VARIANT,)
+        return "; ".join(paper.describe("variants", name) for name in names)
 
 
 def vary_one_at_a_time(paper: Paper | None = None) -> list[Variant]:
     """Return the standard variant and each single alternative; Le (2019) has 15 variants."""
-    return [
-        Variant((), paper),
-        *(Variant((name,), paper) for names in alternatives(paper).values() for name in names),
-    ]
+    standard = Variant((), paper)
+    names = [name for names in alternatives(paper).values() for name in names]
+    return [standard, *(Variant((name,), paper) for name in names)]
 
 
 def combine_all_choices(paper: Paper | None = None) -> list[Variant]:
@@ -114,8 +114,9 @@ def combine_all_choices(paper: Paper | None = None) -> list[Variant]:
 
     Le (2019) has 4 * 4 * 2 * 4 * 2 * 2 * 2 * 2 = 2048 combinations.
     """
+    # An option is a tuple of the selected alternative of a choice, empty for the standard.
     options = [((), *((name,) for name in names)) for names in alternatives(paper).values()]
-    return [Variant(sum(selected, ()), paper) for selected in product(*options)]
+    return [Variant(tuple(chain(*selected)), paper) for selected in product(*options)]
 
 
 def experiments(variants: Iterable[Variant]) -> list[Experiment]:

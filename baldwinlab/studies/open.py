@@ -54,7 +54,7 @@ def open_conditions(study: StudyStore, names: Sequence[str]) -> xr.Dataset:
 
 
 def concat_conditions(
-    study: StudyStore, names: Sequence[str], opened: Sequence[xr.Dataset]
+    study: StudyStore, names: Sequence[str], datasets: Sequence[xr.Dataset]
 ) -> xr.Dataset:
     """Concatenate the datasets of conditions, and add their factors and experiments.
 
@@ -64,7 +64,7 @@ def concat_conditions(
         The study.
     names : sequence of str
         Names of the conditions.
-    opened : sequence of xarray.Dataset
+    datasets : sequence of xarray.Dataset
         A dataset [run, generation, agent] of each condition, in the same order.
 
     Returns
@@ -72,19 +72,19 @@ def concat_conditions(
     xarray.Dataset
         One dataset with the dimension `condition`.
     """
-    texts = [to_toml(study.experiment(name)) for name in names]
+    experiment_texts = [to_toml(study.experiment(name)) for name in names]
     data = xr.concat(
-        opened, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop"
+        datasets, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop"
     )
     factors = factor_coordinates([study.factors[name] for name in names])
     data = data.assign_coords(condition=list(names)).assign_coords(factors)
     for name in data.data_vars:
-        data[name].attrs = _common_attributes(name, opened)
+        data[name].attrs = _common_attributes(name, datasets)
     for name, meaning in DIMENSION_MEANINGS.items():
         data[name].attrs = {"long_name": meaning}
     # The encoding of the records has integer types, which cannot store missing values.
     data = data.drop_encoding()
-    return data.assign(experiment=("condition", texts)).assign_attrs(seed=study.seed)
+    return data.assign(experiment=("condition", experiment_texts)).assign_attrs(seed=study.seed)
 
 
 def _common_attributes(name: Hashable, datasets: Sequence[xr.Dataset]) -> dict[Hashable, Any]:
@@ -96,13 +96,13 @@ def _common_attributes(name: Hashable, datasets: Sequence[xr.Dataset]) -> dict[H
 
 
 def _open_condition(study: StudyStore, condition: str) -> xr.Dataset:
-    numbers = study.runs(condition)
-    if not numbers:
+    runs = study.runs(condition)
+    if not runs:
         return make_empty_dataset(study.experiments[condition])
-    records = [study.read(condition, run, genomes=False) for run in numbers]
+    records = [study.read(condition, run, genomes=False) for run in runs]
     # Runs have different numbers of generations while an extended study is simulated.
     data = xr.concat(records, "run", join="outer", combine_attrs="drop")
-    data = data.assign_coords(run=np.array(numbers, np.int32))
+    data = data.assign_coords(run=np.array(runs, np.int32))
     # `concat` drops the units and meanings of the variables.
     for name, variable in records[0].data_vars.items():
         data[name].attrs = variable.attrs
@@ -122,12 +122,13 @@ def make_empty_dataset(experiment: Experiment) -> xr.Dataset:
         if isinstance(experiment, Experiment)
         else ("energy", "parents")
     )
-    arrays = {name: ("run", *RUN_VARIABLES[name].dims) for name in names}
-    empty = {
-        name: (dims, np.empty([sizes[dim] for dim in dims], RUN_VARIABLES[name].dtype))
-        for name, dims in arrays.items()
+    arrays = {}
+    for name in names:
+        dims = ("run", *RUN_VARIABLES[name].dims)
+        shape = [sizes[dim] for dim in dims]
+        arrays[name] = (dims, np.empty(shape, RUN_VARIABLES[name].dtype))
+    coordinates: dict[str, Any] = {
+        dim: np.arange(size, dtype=np.int32) for dim, size in sizes.items()
     }
-    coords = {
-        dim: np.arange(size, dtype=np.int32) for dim, size in sizes.items() if dim != "parent"
-    }
-    return xr.Dataset(empty, coords | {"parent": list(PARENT_NAMES)})
+    coordinates["parent"] = list(PARENT_NAMES)
+    return xr.Dataset(arrays, coordinates)

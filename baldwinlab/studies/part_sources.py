@@ -24,7 +24,7 @@ from baldwinlab.experiment.file import require_files
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
-# Digits of a hash in a message.
+# Number of digits of a hash in a message.
 HASH_DIGITS = 12
 
 
@@ -36,28 +36,31 @@ class PartRecord(NamedTuple):
     sha256: str
 
 
-def read_part_records(facts: Mapping[str, Any]) -> tuple[PartRecord, ...]:
+def read_part_records(content: Mapping[str, Any]) -> tuple[PartRecord, ...]:
     """Return the parts in the content of `study.toml`. Raises KeyError for a missing key."""
     return tuple(
         PartRecord(str(part["kind"]), str(part["name"]), str(part["sha256"]))
-        for part in facts.get("parts", [])
+        for part in content.get("parts", [])
     )
 
 
 def collect_sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]:
     """Return the third-party parts of experiments. Raises PartError if one is not loaded."""
-    choosing = [experiment for experiment in experiments if any(custom_choices(experiment))]
-    if not choosing:
+    custom_experiments = [
+        experiment for experiment in experiments if any(custom_choices(experiment))
+    ]
+    if not custom_experiments:
         return ()
     from baldwinlab.parts.loading import sources_of
 
-    return sources_of(choosing)
+    return sources_of(custom_experiments)
 
 
 def save_sources(directory: Path, sources: Sequence[Source]) -> None:
     """Write the sources of parts into a study. Raises PartError if a file differs."""
     for source in sources:
-        path = directory / "parts" / f"{source.kind.replace(' ', '-')}-{source.name}.py"
+        kind = source.kind.replace(" ", "-")
+        path = directory / "parts" / f"{kind}-{source.name}.py"
         require_inside_study(path, directory)
         try:
             write_exclusively(path, source.text.encode())
@@ -82,13 +85,13 @@ def format_toml(sources: Sequence[Source]) -> list[str]:
 
 
 def require_same_parts(
-    where: Path, stored: Sequence[PartRecord], experiments: Iterable[BaseExperiment]
+    directory: Path, stored: Sequence[PartRecord], experiments: Iterable[BaseExperiment]
 ) -> None:
     """Check that the parts and data files of experiments are available and unchanged.
 
     Parameters
     ----------
-    where : Path
+    directory : Path
         The directory of the study, for messages.
     stored : sequence of PartRecord
         The parts of the study.
@@ -101,25 +104,26 @@ def require_same_parts(
         If a part or a data file is missing, or differs from that of the study.
     """
     experiments = list(experiments)
-    chosen = {choice for experiment in experiments for choice in custom_choices(experiment)}
-    _require_parts(where, stored, chosen)
+    parts = {choice for experiment in experiments for choice in custom_choices(experiment)}
+    _require_parts(directory, stored, parts)
     for experiment in experiments:
-        require_files(experiment, f" in {where}")
+        require_files(experiment, f" in {directory}")
 
 
-def _require_parts(where: Path, stored: Sequence[PartRecord], chosen: set[tuple[str, str]]) -> None:
-    if not chosen:
+def _require_parts(
+    directory: Path, stored: Sequence[PartRecord], parts: set[tuple[str, str]]
+) -> None:
+    """Raise PartError if one of `parts` (kind, name) is not loaded or differs from `stored`."""
+    if not parts:
         return
     from baldwinlab.parts.loading import source_of
 
     hashes = {(part.kind, part.name): part.sha256 for part in stored}
-    for kind, name in sorted(chosen):
+    for kind, name in sorted(parts):
         stored_hash = hashes.get((kind, name))
-        origin = (
-            f" of {where} (SHA-256 {stored_hash[:HASH_DIGITS]}...)"
-            if stored_hash
-            else f" of {where}"
-        )
+        origin = f" of {directory}"
+        if stored_hash:
+            origin += f" (SHA-256 {stored_hash[:HASH_DIGITS]}...)"
         try:
             loaded_hash = source_of(kind, name).sha256
         except PartError:

@@ -27,19 +27,17 @@ from baldwinlab.core.netcdf import (
     verify_checksum,
 )
 from baldwinlab.core.output_paths import is_study
-from baldwinlab.core.variables import RECORD_VARIABLES, as_record
+from baldwinlab.core.variables import COMMON_RECORD_VARIABLES, RECORD_VARIABLES, as_record
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.simulation.memory import record_bytes
 
 # Upper bound of the numbers of runs, exclusive.
 RUN_LIMIT: Final = 2**31
-# Variables in the records of every model.
-COMMON_VARIABLES: Final = ("energy", "parents", "kept_genome")
-# Kinds of NumPy types that are numbers.
-NUMERIC_KINDS: Final = ("i", "f")
+# Codes of the NumPy types of integers and floating-point numbers.
+NUMERIC_KIND_CODES: Final = ("i", "f")
 # Maximum size of names, meanings and the experiment in a record, in bytes.
-HEADER_BYTES: Final = 4 * 2**20
+MAX_HEADER_BYTES: Final = 4 * 2**20
 # Maximum size of a record if its model is not loaded, in bytes.
 # A netCDF variable has at most 2 GiB.
 MAX_RECORD_BYTES: Final = 8 * 2**30
@@ -99,7 +97,8 @@ def _is_same_run(fields: dict[str, Any], study_fields: dict[str, Any]) -> bool:
     study_evolution = study_fields["evolution"]
     if not 1 <= generations < study_evolution["generations"]:
         return False
-    return fields == study_fields | {"evolution": study_evolution | {"generations": generations}}
+    shortened_evolution = study_evolution | {"generations": generations}
+    return fields == study_fields | {"evolution": shortened_evolution}
 
 
 def require_content(record: xr.Dataset, experiment: BaseExperiment) -> None:
@@ -109,20 +108,20 @@ def require_content(record: xr.Dataset, experiment: BaseExperiment) -> None:
     the study, it is less than the number of generations of the study.
     """
     fields = _parse_fields(str(record.attrs["experiment"]), type(experiment))
-    generations = fields["evolution"]["generations"]
-    agents = experiment.population.size
-    is_complete = all(_is_declared(name, record) for name in COMMON_VARIABLES)
-    if not is_complete or record["energy"].shape != (generations, agents):
+    n_generations = fields["evolution"]["generations"]
+    n_agents = experiment.population.size
+    has_variables = all(_is_declared(name, record) for name in COMMON_RECORD_VARIABLES)
+    if not has_variables or record["energy"].shape != (n_generations, n_agents):
         raise DamagedRecordError(
-            f"it does not contain the variables of {generations} generations of {agents} agents"
+            f"it does not contain the variables of {n_generations} generations of {n_agents} agents"
         )
     every = experiment.record.genome_every
-    stored_generations = [
+    expected_generations = [
         generation
-        for generation in range(generations)
-        if generation % every == 0 or generation == generations - 1
+        for generation in range(n_generations)
+        if generation % every == 0 or generation == n_generations - 1
     ]
-    if record["kept_generation"].values.tolist() != stored_generations:
+    if record["kept_generation"].values.tolist() != expected_generations:
         raise DamagedRecordError(
             f"the generations of its genomes are not those of record.genome_every = {every}"
         )
@@ -134,7 +133,7 @@ def _is_declared(name: str, record: xr.Dataset) -> bool:
     return (
         variable is not None
         and variable.dims == RECORD_VARIABLES[name].dims
-        and variable.dtype.kind in NUMERIC_KINDS
+        and variable.dtype.kind in NUMERIC_KIND_CODES
         and {*variable.dims} <= {*record.coords}
     )
 
@@ -192,15 +191,15 @@ def read_attributes(
 ) -> dict[str, Any]:
     """Read the attributes of a record without its arrays. Raises as `read_record` does."""
     with _read_bytes(record_path(directory, experiment.name, run), experiment) as raw:
-        stored = decode_attributes(raw)
-        require_record_identity(stored, experiment, seed, run)
-    return stored
+        attributes = decode_attributes(raw)
+        require_record_identity(attributes, experiment, seed, run)
+    return attributes
 
 
 def _max_record_bytes(experiment: BaseExperiment) -> int:
     """Return the maximum size of a record in bytes: twice its variables, and a header."""
     try:
-        return 2 * record_bytes(experiment) + HEADER_BYTES
+        return 2 * record_bytes(experiment) + MAX_HEADER_BYTES
     except ExperimentError:
         # The model is not loaded.
         return MAX_RECORD_BYTES
@@ -218,9 +217,9 @@ def _read_bytes(path: Path, experiment: BaseExperiment) -> Iterator[bytes]:
         verify_checksum(raw)
         yield raw
     except FileNotFoundError:
-        count = len(list(stored_runs(path.parent)))
+        n_stored_runs = len(list(stored_runs(path.parent)))
         raise StudyError(
-            f"{path} does not exist; runs of {experiment.name} that are stored: {count}"
+            f"{path} does not exist; runs of {experiment.name} that are stored: {n_stored_runs}"
         ) from None
     except (DamagedError, DamagedRecordError) as error:
         raise DamagedRecordError(f"{path} is damaged: {error}") from None
@@ -236,22 +235,23 @@ def stored_runs(folder: Path) -> Iterator[int]:
     """
     # The names of temporary files start with a dot.
     for entry in folder.glob("[!.]*.nc"):
-        number = _parse_run_number(entry.stem)
-        if number is None:
+        run = _parse_run_number(entry.stem)
+        if run is None:
             raise StudyError(f"{entry} has no name of a record: remove it, or change its extension")
-        if entry.name != record_name(number):
+        if entry.name != record_name(run):
             raise StudyError(
-                f"{entry} has no name of a record; run {number} is stored as "
-                f"{record_name(number)}: remove it, or change its extension"
+                f"{entry} has no name of a record; run {run} is stored as "
+                f"{record_name(run)}: remove it, or change its extension"
             )
         if is_local(entry) and not entry.is_file():
             raise StudyError(f"{entry} has the name of a record but is not a file: remove it")
-        yield number
+        yield run
 
 
 def _parse_run_number(text: str) -> int | None:
     """Return the number of a run, None if the text is not one."""
-    is_number = text.isascii() and text.isdecimal() and len(text) <= len(str(RUN_LIMIT))
+    max_digits = len(str(RUN_LIMIT))
+    is_number = text.isascii() and text.isdecimal() and len(text) <= max_digits
     return int(text) if is_number and int(text) < RUN_LIMIT else None
 
 
@@ -275,12 +275,12 @@ def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) 
 
 def write_in_study(directory: Path, path: Path, content: bytes) -> None:
     """Write a file of a study atomically. Raises OSError as `write_record` does."""
-    removed = FileNotFoundError(
+    removal_error = FileNotFoundError(
         errno.ENOENT, "the study has been removed or moved while it ran", str(directory)
     )
     if not is_study(directory):
-        raise removed
+        raise removal_error
     try:
         write_atomically(path, content)
     except FileNotFoundError as error:
-        raise error if is_study(directory) else removed from None
+        raise error if is_study(directory) else removal_error from None

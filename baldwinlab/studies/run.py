@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, closing
@@ -52,7 +53,7 @@ class RunTask(NamedTuple):
 
     experiment: Experiment
     runs: tuple[int, ...]
-    # Number of stored generations of each run that are not simulated again.
+    # Number of generations of each run that are not simulated again.
     n_stored: int = 0
     checkpoint_interval: Interval = EVERY_MINUTE
     callback: Callback | None = None
@@ -65,30 +66,32 @@ class RunTask(NamedTuple):
     def agent_steps(self) -> int:
         generations = self.experiment.evolution.generations
         missing_generations = generations - self.n_stored
-        per_generation = count_agent_steps(self.experiment) // generations
-        return len(self.runs) * per_generation * missing_generations
+        steps_per_generation = count_agent_steps(self.experiment) // generations
+        return len(self.runs) * steps_per_generation * missing_generations
 
     def run(
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> None:
         """Simulate the runs in batches of the backend's size. See `Task`."""
         for first in range(0, len(self.runs), backend.worlds):
-            batch = self._replace(runs=self.runs[first : first + backend.worlds])
-            batch._do_batch(seed, directory, backend, report_progress)
+            batch_runs = self.runs[first : first + backend.worlds]
+            self._replace(runs=batch_runs)._simulate_batch(
+                seed, directory, backend, report_progress
+            )
 
-    def _do_batch(
+    def _simulate_batch(
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> None:
         checkpointer = Checkpointer(directory, self.checkpoint_interval)
-        steps = self.experiment.steps * self.experiment.population.size
+        steps_per_run = self.experiment.steps * self.experiment.population.size
 
         def after_generation(histories: Sequence[History]) -> None:
             checkpointer.save(histories)
             if self.callback:
                 for history in histories:
-                    # The dataset shares its arrays with the history, which goes on.
+                    # The dataset shares its arrays with the history, which changes later.
                     self.callback(history.dataset().copy(deep=True))
-            report_progress(steps * len(histories))
+            report_progress(steps_per_run * len(histories))
 
         for histories in self._begin_histories(seed, directory):
             continue_histories(histories, backend, after_generation)
@@ -99,14 +102,14 @@ class RunTask(NamedTuple):
 
     def _begin_histories(self, seed: int, directory: Path) -> list[list[History]]:
         """Return the histories of the runs, grouped by their numbers of stored generations."""
-        by_generations: dict[int, list[History]] = {}
+        histories_by_generations: dict[int, list[History]] = {}
         for run in self.runs:
             record = None
             if self.n_stored:
                 record = read_longest_record(directory, self.experiment, seed, run)
             history = History(self.experiment, seed, run, record)
-            by_generations.setdefault(history.n_generations, []).append(history)
-        return list(by_generations.values())
+            histories_by_generations.setdefault(history.n_generations, []).append(history)
+        return list(histories_by_generations.values())
 
 
 def count_agent_steps(experiment: Experiment) -> int:
@@ -143,11 +146,11 @@ def find_missing_runs(
             try:
                 record = study.record(condition, run)
             except DamagedRecordError as error:
-                damaged = study.rename_damaged(condition, run)
+                damaged_path = study.rename_damaged(condition, run)
                 consequence = f"run {run} is not done again, as --runs is {runs}"
                 if run < runs:
                     consequence = "the run is done again"
-                log(f"{error}; it is renamed to {damaged.name}, and {consequence}")
+                log(f"{error}; it is renamed to {damaged_path.name}, and {consequence}")
                 stored.discard(run)
             else:
                 generations = study.experiments[condition].evolution.generations
@@ -191,21 +194,21 @@ def plan_tasks(
         The tasks in order of their execution.
     """
     total_runs = sum(len(runs) for runs in missing.values())
-    # Division that rounds up.
-    batches_per_task = -(-total_runs // (worlds * MAX_TASKS))
-    size = max(1, min(worlds * batches_per_task, total_runs // workers))
-    tasks = [
-        RunTask(
-            study.experiments[condition],
-            tuple(runs[first : first + size]),
-            n_stored,
-            checkpoint_interval,
-            callback,
-        )
-        for condition, all_runs in missing.items()
-        for n_stored, runs in _group_by_stored(study, condition, all_runs).items()
-        for first in range(0, len(runs), size)
-    ]
+    batches_per_task = math.ceil(total_runs / (worlds * MAX_TASKS))
+    runs_per_task = max(1, min(worlds * batches_per_task, total_runs // workers))
+    tasks = []
+    for condition, missing_runs in missing.items():
+        groups = _group_by_stored(study, condition, missing_runs)
+        for n_stored, runs in groups.items():
+            for first in range(0, len(runs), runs_per_task):
+                task = RunTask(
+                    experiment=study.experiments[condition],
+                    runs=tuple(runs[first : first + runs_per_task]),
+                    n_stored=n_stored,
+                    checkpoint_interval=checkpoint_interval,
+                    callback=callback,
+                )
+                tasks.append(task)
     return sorted(tasks, key=lambda task: (not task.experiment.learns, -task.agent_steps))
 
 
@@ -215,11 +218,12 @@ def _group_by_stored(
     """Return the runs by the number of their stored generations that are not simulated again."""
     experiment = study.experiments[condition]
     groups: dict[int, list[int]] = {0: []}
-    started = set(runs_to_continue(study.directory, condition, runs))
+    runs_with_files = set(runs_to_continue(study.directory, condition, runs))
     for run in runs:
         record = None
-        if run in started:
+        if run in runs_with_files:
             record = read_longest_record(study.directory, experiment, study.seed, run)
+        # The last stored generation is simulated again.
         n_stored = 0 if record is None else record.sizes["generation"] - 1
         groups.setdefault(n_stored, []).append(run)
     return groups
@@ -271,26 +275,26 @@ def run_study(
     tasks = plan_tasks(study, missing, workers, backend.worlds, checkpoint_interval, callback)
     compile_seconds = compile_experiments((task.experiment for task in tasks), backend, log)
     log(f"Engine ({backend.name}) ready after {compile_seconds:.1f} s.")
-    start = time.perf_counter()
-    began = datetime.now(UTC)
-    done = 0
+    start_seconds = time.perf_counter()
+    start_time = datetime.now(UTC)
+    agent_steps_done = 0
     try:
         with (
-            progress("simulating", sum(task.agent_steps for task in tasks)) as show,
-            closing(executor.run(study, tasks, workers, backend)) as amounts,
+            progress("simulating", sum(task.agent_steps for task in tasks)) as show_progress,
+            closing(executor.run(study, tasks, workers, backend)) as increments,
         ):
-            for amount in amounts:
-                done += amount
-                show(amount)
+            for agent_steps in increments:
+                agent_steps_done += agent_steps
+                show_progress(agent_steps)
     finally:
         session = {
-            "began": began.isoformat(timespec="seconds"),
-            "seconds": round(time.perf_counter() - start, 3),
+            "began": start_time.isoformat(timespec="seconds"),
+            "seconds": round(time.perf_counter() - start_seconds, 3),
             "compile_seconds": round(compile_seconds, 3),
             "workers": workers,
             "executor": executor.name,
             "backend": backend.name,
-            "agent_steps": done,
+            "agent_steps": agent_steps_done,
         }
-        if done and study.exists():
+        if agent_steps_done and study.exists():
             study.add_session(session)

@@ -12,7 +12,7 @@ partial file, several workers can write to one study, and an interrupted study l
 unfinished runs. `study.toml` is written last and never overwritten. If several processes create
 different studies in one directory, one of them succeeds. The directory can be in an object store or
 at any other URL of fsspec (`files.parse_location`). This version reads format 1, which has no kind
-and no factors, and format 2, which has no seals.
+and no factors, and format 2, which has no checksum lines.
 """
 
 from __future__ import annotations
@@ -62,8 +62,9 @@ from baldwinlab.studies.study_file import (
 )
 
 SESSIONS_FILE_NAME = "sessions.jsonl"
-# Numeric fields of a session.
-SESSION_NUMBERS = ("seconds", "compile_seconds", "workers", "agent_steps")
+# A running writer renames its temporary file within seconds. Older files are from killed processes.
+STALE_SECONDS = 60
+NUMERIC_SESSION_FIELDS = ("seconds", "compile_seconds", "workers", "agent_steps")
 
 
 class StudyStore:
@@ -75,7 +76,7 @@ class StudyStore:
         The directory of the study.
     seed : int
         Seed of all runs.
-    kind : Kind
+    kind : StudyKind
         Conditions, sweep or multiverse.
     factors : dict
         Factors of each condition.
@@ -97,23 +98,23 @@ class StudyStore:
         path = directory / STUDY_FILE_NAME
         try:
             text = read_text_of_study(path, STUDY_FILE)
-            facts = parse_toml(text)
-            self.seed: int = facts["seed"]
-            names: list[str] = facts["conditions"]
+            content = parse_toml(text)
+            self.seed: int = content["seed"]
+            names: list[str] = content["conditions"]
             require_valid_contents(self.seed, names)
-            self.kind, self.factors = kind_and_factors(facts, directory)
-            self.format: int = facts["format"]
+            self.kind, self.factors = kind_and_factors(content, directory)
+            self.format: int = content["format"]
             require_checksum(text, self.format)
-            self.parts = part_sources.read_part_records(facts)
-            self.paper: str = facts.get("paper", "")
-            self.changes = read_changes(facts)
+            self.parts = part_sources.read_part_records(content)
+            self.paper: str = content.get("paper", "")
+            self.changes = read_changes(content)
         except FileNotFoundError:
             raise StudyError(f"{directory} holds no study: it has no study.toml") from None
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None
-        self.experiments = {name: self._experiment(name) for name in names}
+        self.experiments = {name: self._read_experiment(name) for name in names}
 
-    def _experiment(self, condition: str) -> Experiment:
+    def _read_experiment(self, condition: str) -> Experiment:
         path = self.directory / "runs" / condition / "experiment.toml"
         try:
             text = read_text_of_study(path, EXPERIMENT_FILE)
@@ -238,9 +239,9 @@ class StudyStore:
         """Remove the temporary files of killed processes."""
         if not is_local(self.directory):
             return
-        # A running writer renames its file within seconds, so files older than a minute are stale.
         for leftover in self.directory.rglob(f".*{PARTIAL_SUFFIX}"):
-            if time.time() - leftover.stat().st_mtime > 60:
+            age_in_seconds = time.time() - leftover.stat().st_mtime
+            if age_in_seconds > STALE_SECONDS:
                 leftover.unlink(missing_ok=True)
 
     def require_writable(self, paths: Iterable[Path]) -> None:
@@ -251,9 +252,9 @@ class StudyStore:
         for path in (*paths, sessions):
             require_writable_path(path)
 
-    def add_session(self, facts: dict[str, Any]) -> None:
+    def add_session(self, session: dict[str, Any]) -> None:
         """Append a session to the sessions of the study."""
-        append_line(self.directory / SESSIONS_FILE_NAME, json.dumps(facts), SESSIONS_FILE)
+        append_line(self.directory / SESSIONS_FILE_NAME, json.dumps(session), SESSIONS_FILE)
 
     def sessions(self) -> Iterator[dict[str, Any]]:
         """Yield the stored sessions of the study.
@@ -271,15 +272,19 @@ class StudyStore:
                 session = json.loads(line)
             except (ValueError, RecursionError):
                 continue
-            if isinstance(session, dict) and all(
-                isinstance(session.get(name), int | float) for name in SESSION_NUMBERS
-            ):
+            if _is_session(session):
                 yield session
+
+
+def _is_session(content: Any) -> bool:
+    return isinstance(content, dict) and all(
+        isinstance(content.get(name), int | float) for name in NUMERIC_SESSION_FIELDS
+    )
 
 
 def read_experiment(path: Path) -> BaseExperiment:
     """Return the experiment of a stored condition, or raise StudyError."""
     try:
-        return from_toml(read_text_of_study(path, EXPERIMENT_FILE), str(path), lenient=True)
+        return from_toml(read_text_of_study(path, EXPERIMENT_FILE), where=str(path), lenient=True)
     except ValueError as error:
         raise StudyError(f"{path} cannot be read: {error}") from None

@@ -19,35 +19,37 @@ if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
 STUDY_FORMAT = 3
-_SEAL = "# SHA-256 of the lines above, as they were when the study was made: "
+FIRST_FORMAT_WITH_CHECKSUM = 3
+_CHECKSUM_PREFIX = "# SHA-256 of the lines above, as they were when the study was made: "
 
 
 def kind_and_factors(
-    facts: Mapping[str, Any], directory: Path
+    content: Mapping[str, Any], directory: Path
 ) -> tuple[StudyKind, dict[str, Factors]]:
     """Return the kind and the factors in the content of `study.toml`.
 
     Raises KeyError or ValueError for invalid content.
     """
-    match facts.get("format"):
+    match content.get("format"):
         case 1:
-            return format_1.kind_and_factors(directory, facts["conditions"])
+            return format_1.kind_and_factors(directory, content["conditions"])
         case 2 | 3:
-            kind = facts["kind"]
-            tables = {name: _rename_factors(table) for name, table in facts["factors"].items()}
-        case unknown:
+            kind = content["kind"]
+            tables = {name: _rename_factors(table) for name, table in content["factors"].items()}
+        case unknown_format:
             raise ValueError(
-                f"it has format {unknown}, and this version reads formats 1 to {STUDY_FORMAT}"
+                f"it has format {unknown_format}, "
+                f"and this version reads formats 1 to {STUDY_FORMAT}"
             )
     if kind not in STUDY_KINDS:
         raise ValueError(f"kind = {kind!r} must be one of {', '.join(STUDY_KINDS)}")
     for name in tables:
-        if unknown := set(tables[name]) - set(Factors._fields):
+        if unknown_factors := set(tables[name]) - set(Factors._fields):
             allowed = ", ".join(Factors._fields)
             raise ValueError(
-                f"factors.{name}: there is no factor {min(unknown)!r}; there are {allowed}"
+                f"factors.{name}: there is no factor {min(unknown_factors)!r}; there are {allowed}"
             )
-    return kind, {name: Factors(**tables.get(name, {})) for name in facts["conditions"]}
+    return kind, {name: Factors(**tables.get(name, {})) for name in content["conditions"]}
 
 
 def _rename_factors(table: Mapping[str, str]) -> dict[str, str]:
@@ -57,13 +59,15 @@ def _rename_factors(table: Mapping[str, str]) -> dict[str, str]:
 
 def add_checksum(text: str) -> str:
     """Append a line with the SHA-256 of the text."""
-    return f"{text}{_SEAL}{hashlib.sha256(text.encode()).hexdigest()}\n"
+    return f"{text}{_CHECKSUM_PREFIX}{hashlib.sha256(text.encode()).hexdigest()}\n"
 
 
-def require_checksum(text: str, written: int) -> None:
+def require_checksum(text: str, study_format: int) -> None:
     """Raise ValueError if a text differs from its checksum. Formats 1 and 2 may have none."""
-    above, seal, digest = text.rpartition(_SEAL)
-    if hashlib.sha256(above.encode()).hexdigest() != digest.strip() and (seal or written > 2):
+    text_above, prefix, digest = text.rpartition(_CHECKSUM_PREFIX)
+    needs_checksum = bool(prefix) or study_format >= FIRST_FORMAT_WITH_CHECKSUM
+    is_changed = hashlib.sha256(text_above.encode()).hexdigest() != digest.strip()
+    if needs_checksum and is_changed:
         raise ValueError(
             "it has been changed since the study was created, so it does not describe its runs; "
             "undo the change"
@@ -95,12 +99,12 @@ def require_valid_contents(seed: Any, names: Any) -> None:
         raise ValueError("conditions: a name is listed twice; list each name once")
 
 
-def read_changes(facts: Mapping[str, Any]) -> tuple[str, ...]:
+def read_changes(content: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the assignments that changed the model of the paper.
 
     Raises ValueError if they are not a list of strings.
     """
-    changes = facts.get("changes", [])
+    changes = content.get("changes", [])
     if not isinstance(changes, list) or not all(isinstance(change, str) for change in changes):
         raise ValueError(
             f'changes = {changes!r} must be a list of assignments, such as "lifetime.steps=100"'
