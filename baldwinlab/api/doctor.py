@@ -140,7 +140,7 @@ def _check_cache() -> DoctorFinding:
             "; ".join(str(warning.message) for warning in folder_warnings),
             "set BALDWINLAB_CACHE to a folder that only you can write to",
         )
-    size = sum(file.stat().st_size for file in folder.rglob(f"*{cache.ENDING}"))
+    size = sum(file.stat().st_size for file in folder.rglob(f"*{cache.CODE_SUFFIX}"))
     return DoctorFinding("compiled code", "well", f"{resources.format_bytes(size)} in {folder}")
 
 

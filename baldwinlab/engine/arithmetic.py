@@ -18,61 +18,51 @@ from baldwinlab.engine.simd import Value, clamp, square_root
 Coefficients = tuple[float, ...]
 """Coefficients of a polynomial, from the highest power."""
 
-# sigmoid(z) = 1/2 + z P(z^2) / Q(z^2) on |z| <= LIMIT, a minimax fit made by
-# scripts/fit_sigmoid.py: within 2.4e-7 everywhere.
-LIMIT = np.float32(15.5)
-P0, P1, P2, P3, P4 = (
-    np.float32(c)
-    for c in (
-        0.25,
-        0.008408601395785809,
-        5.598329516942613e-05,
-        8.632270720454471e-08,
-        1.5195286001690178e-11,
-    )
-)
-Q1, Q2, Q3, Q4 = (
-    np.float32(c)
-    for c in (
-        0.11696771532297134,
-        0.0016379167791455984,
-        5.36017250851728e-06,
-        3.3775202634700463e-09,
-    )
-)
+# sigmoid(z) = 1/2 + z P(z^2) / Q(z^2) on |z| <= SIGMOID_LIMIT, a minimax fit made by
+# scripts/fit_sigmoid.py: within 2.4e-7 everywhere. The constant term of Q is 1.
+SIGMOID_LIMIT = np.float32(15.5)
+P0 = np.float32(0.25)
+P1 = np.float32(0.008408601395785809)
+P2 = np.float32(5.598329516942613e-05)
+P3 = np.float32(8.632270720454471e-08)
+P4 = np.float32(1.5195286001690178e-11)
+Q1 = np.float32(0.11696771532297134)
+Q2 = np.float32(0.0016379167791455984)
+Q3 = np.float32(5.36017250851728e-06)
+Q4 = np.float32(3.3775202634700463e-09)
 ZERO = np.float32(0.0)
 QUARTER = np.float32(0.25)
 HALF = np.float32(0.5)
 ONE = np.float32(1.0)
 
-# arctan(x) / x on [0, 1], in powers of x^2, within 2e-8.
-A1, A2, A3, A4, A5, A6, A7, A8 = (
-    np.float32(c)
-    for c in (
-        -0.3333314528,
-        0.1999355085,
-        -0.1420889944,
-        0.1065626393,
-        -0.07528964,
-        0.0429096138,
-        -0.0161657367,
-        0.0028662257,
-    )
-)
-TURN = np.float32(2 * math.pi)
+# arctan(x) / x on [0, 1], in powers of x^2, within 2e-8. The constant term is 1.
+ARCTAN_1 = np.float32(-0.3333314528)
+ARCTAN_2 = np.float32(0.1999355085)
+ARCTAN_3 = np.float32(-0.1420889944)
+ARCTAN_4 = np.float32(0.1065626393)
+ARCTAN_5 = np.float32(-0.07528964)
+ARCTAN_6 = np.float32(0.0429096138)
+ARCTAN_7 = np.float32(-0.0161657367)
+ARCTAN_8 = np.float32(0.0028662257)
+RADIANS_PER_TURN = np.float32(2 * math.pi)
 
 # A float64 is sign, exponent and fraction.
 FRACTION_BITS = np.int64(52)
-BIAS = np.int64(1023)
+EXPONENT_BIAS = np.int64(1023)
 # Mask of the bits of a fraction, and the bits of the number 1.0.
-FRACTION = np.int64(2**52 - 1)
-UNIT = np.int64(1023 << 52)
+FRACTION_MASK = np.int64(2**52 - 1)
+BITS_OF_ONE = np.int64(1023 << 52)
+# Exponent of the power of two that makes a subnormal number normal.
+SUBNORMAL_SHIFT: Final = 54
+# A constant, because compiled code would call `pow`.
+SUBNORMAL_FACTOR: Final = 2.0**54
+SQRT_2: Final = 1.4142135623730951
 SMALLEST_NORMAL: Final = 2.0**-1022
 
 # The logarithm: ln 2 in two parts, and a minimax polynomial.
 LN2 = 6.93147180369123816490e-01
 LN2_REST = 1.90821492927058770002e-10
-LOGARITHM: Coefficients = (
+LOGARITHM_COEFFICIENTS: Coefficients = (
     1.479819860511658591e-01,
     1.531383769920937332e-01,
     1.818357216161805012e-01,
@@ -87,21 +77,28 @@ LOGARITHM: Coefficients = (
 LOG2_10 = 3.32192809488736234787
 LOG10_2 = 3.01025390625e-1
 LOG10_2_REST = 4.60503898119521373889e-6
-POWER_ABOVE: Coefficients = (
+# The result is infinite or 0 beyond this exponent.
+MAX_DECIMAL_EXPONENT: Final = 400.0
+POWER_NUMERATOR: Coefficients = (
     4.09962519798587023075e-2,
     1.17452732554344059015e1,
     4.06717289936872725516e2,
     2.39423741207388267439e3,
 )
-POWER_BELOW: Coefficients = (
+POWER_DENOMINATOR: Coefficients = (
     1.0,
     8.50936160849306532625e1,
     1.27209271178345121210e3,
     2.07960819286001865907e3,
 )
 
-# The normal quantile: numerator and denominator near the middle, in the tails, and far out.
-MIDDLE_ABOVE: Coefficients = (
+# The normal quantile: numerator and denominator in the middle, the tails, and the far tails.
+# The middle is |p - 1/2| <= MIDDLE_HALF_WIDTH. A far tail has sqrt(-ln p) > FAR_TAIL_START.
+MIDDLE_HALF_WIDTH: Final = 0.425
+MIDDLE_HALF_WIDTH_SQUARED: Final = 0.180625
+TAIL_ORIGIN: Final = 1.6
+FAR_TAIL_START: Final = 5.0
+MIDDLE_NUMERATOR: Coefficients = (
     2.5090809287301226727e3,
     3.3430575583588128105e4,
     6.7265770927008700853e4,
@@ -111,7 +108,7 @@ MIDDLE_ABOVE: Coefficients = (
     1.3314166789178437745e2,
     3.3871328727963666080,
 )
-MIDDLE_BELOW: Coefficients = (
+MIDDLE_DENOMINATOR: Coefficients = (
     5.2264952788528545610e3,
     2.8729085735721942674e4,
     3.9307895800092710610e4,
@@ -121,7 +118,7 @@ MIDDLE_BELOW: Coefficients = (
     4.2313330701600911252e1,
     1.0,
 )
-TAIL_ABOVE: Coefficients = (
+TAIL_NUMERATOR: Coefficients = (
     7.74545014278341407640e-4,
     2.27238449892691845833e-2,
     2.41780725177450611770e-1,
@@ -131,7 +128,7 @@ TAIL_ABOVE: Coefficients = (
     4.63033784615654529590,
     1.42343711074968357734,
 )
-TAIL_BELOW: Coefficients = (
+TAIL_DENOMINATOR: Coefficients = (
     1.05075007164441684324e-9,
     5.47593808499534494600e-4,
     1.51986665636164571966e-2,
@@ -141,7 +138,7 @@ TAIL_BELOW: Coefficients = (
     2.05319162663775882187,
     1.0,
 )
-FAR_ABOVE: Coefficients = (
+FAR_TAIL_NUMERATOR: Coefficients = (
     2.01033439929228813265e-7,
     2.71155556874348757815e-5,
     1.24266094738807843860e-3,
@@ -151,7 +148,7 @@ FAR_ABOVE: Coefficients = (
     5.46378491116411436990,
     6.65790464350110377720,
 )
-FAR_BELOW: Coefficients = (
+FAR_TAIL_DENOMINATOR: Coefficients = (
     2.04426310338993978564e-15,
     1.42151175831644588870e-7,
     1.84631831751005468180e-5,
@@ -166,7 +163,7 @@ FAR_BELOW: Coefficients = (
 @compiled
 def sigmoid(z: Value) -> Value:
     """Return the logistic function of a float32 or a SIMD block, in (0, 1)."""
-    z = clamp(z, LIMIT)
+    z = clamp(z, SIGMOID_LIMIT)
     s = z * z
     p = P0 + s * (P1 + s * (P2 + s * (P3 + s * P4)))
     q = ONE + s * (Q1 + s * (Q2 + s * (Q3 + s * Q4)))
@@ -191,10 +188,16 @@ def share_of_turn(u: np.float32, v: np.float32) -> np.float32:
         return ZERO
     x = min(along, across) / larger
     s = x * x
-    series = ONE + s * (
-        A1 + s * (A2 + s * (A3 + s * (A4 + s * (A5 + s * (A6 + s * (A7 + s * A8))))))
-    )
-    share = x * series / TURN
+    # Horner's rule, from the highest power.
+    series = ARCTAN_7 + s * ARCTAN_8
+    series = ARCTAN_6 + s * series
+    series = ARCTAN_5 + s * series
+    series = ARCTAN_4 + s * series
+    series = ARCTAN_3 + s * series
+    series = ARCTAN_2 + s * series
+    series = ARCTAN_1 + s * series
+    series = ONE + s * series
+    share = x * series / RADIANS_PER_TURN
     share = QUARTER - share if across > along else share
     share = HALF - share if u < ZERO else share
     return ONE - share if v < ZERO else share
@@ -224,7 +227,7 @@ def from_bits(bits: np.int64) -> np.float64:
 @compiled
 def power_of_two(exponent: np.int64) -> np.float64:
     """Return 2 to the power of an integer from -1022 to 1023."""
-    return from_bits((exponent + BIAS) << FRACTION_BITS)
+    return from_bits((exponent + EXPONENT_BIAS) << FRACTION_BITS)
 
 
 @compiled
@@ -242,13 +245,13 @@ def logarithm(x: float) -> float:
     if not 0 < x < math.inf:
         return x if x > 0 else math.nan
     if x < SMALLEST_NORMAL:
-        x = x * 2.0**54
-        exponent = np.int64(-54)
+        x = x * SUBNORMAL_FACTOR
+        exponent = np.int64(-SUBNORMAL_SHIFT)
     bits = bits_of(x)
-    exponent += (bits >> FRACTION_BITS) - BIAS
-    mantissa = from_bits((bits & FRACTION) | UNIT)
+    exponent += (bits >> FRACTION_BITS) - EXPONENT_BIAS
+    mantissa = from_bits((bits & FRACTION_MASK) | BITS_OF_ONE)
     # The mantissa becomes symmetric around 1.
-    if mantissa > 1.4142135623730951:
+    if mantissa > SQRT_2:
         mantissa = 0.5 * mantissa
         exponent = exponent + np.int64(1)
     f = mantissa - 1.0
@@ -256,7 +259,7 @@ def logarithm(x: float) -> float:
     s = f / (2.0 + f)
     half_square = 0.5 * f * f
     z = s * s
-    rest = s * (half_square + z * polynomial(z, LOGARITHM)) + k * LN2_REST
+    rest = s * (half_square + z * polynomial(z, LOGARITHM_COEFFICIENTS)) + k * LN2_REST
     return k * LN2 - ((half_square - rest) - f)
 
 
@@ -269,20 +272,21 @@ def power_of_ten(x: float) -> float:
     exp10.c of Cephes: S. L. Moshier, Methods and Programs for Mathematical Functions, 1989.
     """
     x = np.float64(x)
-    # The result is infinite, zero or NaN.
-    if x >= 400.0:
+    if x >= MAX_DECIMAL_EXPONENT:
         return math.inf
-    if not x > -400.0:
+    # NaN is not larger than any number, and is returned.
+    if not x > -MAX_DECIMAL_EXPONENT:
         return 0.0 if x < 0 else x
     doublings = x * LOG2_10
     exponent = np.int64(doublings + (0.5 if doublings > 0 else -0.5))
     rest = x - np.float64(exponent) * LOG10_2 - np.float64(exponent) * LOG10_2_REST
     square = rest * rest
-    above = rest * polynomial(square, POWER_ABOVE)
-    ratio = 1.0 + 2.0 * (above / (polynomial(square, POWER_BELOW) - above))
-    half = exponent >> np.int64(1)
+    numerator = rest * polynomial(square, POWER_NUMERATOR)
+    denominator = polynomial(square, POWER_DENOMINATOR) - numerator
+    ratio = 1.0 + 2.0 * (numerator / denominator)
+    half_exponent = exponent >> np.int64(1)
     # Each of the two factors is a finite float64.
-    return ratio * power_of_two(half) * power_of_two(exponent - half)
+    return ratio * power_of_two(half_exponent) * power_of_two(exponent - half_exponent)
 
 
 @compiled
@@ -302,12 +306,15 @@ def normal_quantile(p: float) -> float:
     if not 0.0 < p < 1.0:
         return math.nan
     q = p - 0.5
-    if abs(q) <= 0.425:
-        r = 0.180625 - q * q
-        return q * polynomial(r, MIDDLE_ABOVE) / polynomial(r, MIDDLE_BELOW)
-    r = square_root(-logarithm(p if q < 0.0 else 1.0 - p))
-    if r <= 5.0:
-        distance = polynomial(r - 1.6, TAIL_ABOVE) / polynomial(r - 1.6, TAIL_BELOW)
+    if abs(q) <= MIDDLE_HALF_WIDTH:
+        r = MIDDLE_HALF_WIDTH_SQUARED - q * q
+        return q * polynomial(r, MIDDLE_NUMERATOR) / polynomial(r, MIDDLE_DENOMINATOR)
+    tail_probability = p if q < 0.0 else 1.0 - p
+    r = square_root(-logarithm(tail_probability))
+    if r <= FAR_TAIL_START:
+        x = r - TAIL_ORIGIN
+        distance = polynomial(x, TAIL_NUMERATOR) / polynomial(x, TAIL_DENOMINATOR)
     else:
-        distance = polynomial(r - 5.0, FAR_ABOVE) / polynomial(r - 5.0, FAR_BELOW)
+        x = r - FAR_TAIL_START
+        distance = polynomial(x, FAR_TAIL_NUMERATOR) / polynomial(x, FAR_TAIL_DENOMINATOR)
     return -distance if q < 0.0 else distance

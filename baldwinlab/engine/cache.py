@@ -31,8 +31,8 @@ try:
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
-DIGEST: Final = hashlib.sha256().digest_size
-ENDING: Final = ".compiled"
+DIGEST_BYTES: Final = hashlib.sha256().digest_size
+CODE_SUFFIX: Final = ".compiled"
 
 
 @cache
@@ -60,12 +60,13 @@ def cache_directory(code: str) -> Path | None:
 @cache
 def cache_root() -> Path | None:
     """Return the folder of all compiled code of these sources; see `cache_directory`."""
-    chosen = os.environ.get("BALDWINLAB_CACHE")
+    configured_folder = os.environ.get("BALDWINLAB_CACHE")
     owner = os.getuid() if hasattr(os, "getuid") else "cache"
     temporary = Path(tempfile.gettempdir()) / f"baldwinlab-{owner}"
     defaults = [Path(platformdirs.user_cache_dir("baldwinlab")), temporary]
     reasons = []
-    for candidate in [Path(chosen)] if chosen else defaults:
+    candidates = [Path(configured_folder)] if configured_folder else defaults
+    for candidate in candidates:
         directory = candidate / f"engine-{sources_hash()}"
         try:
             directory.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -118,10 +119,10 @@ class FileCodeStore(CodeStore):
             raw = path.read_bytes()
         except OSError:
             return None
-        if self._digest(key, raw[DIGEST:]) != raw[:DIGEST]:
+        if self._digest(key, raw[DIGEST_BYTES:]) != raw[:DIGEST_BYTES]:
             self.discard(key)
             return None
-        return raw[DIGEST:]
+        return raw[DIGEST_BYTES:]
 
     def write(self, key: str, content: bytes) -> None:
         """Store compiled code, or warn if that is not possible."""
@@ -141,7 +142,7 @@ class FileCodeStore(CodeStore):
         return hashlib.sha256(f"{self._directory.name}/{key}\n".encode() + content).digest()
 
     def _path(self, key: str) -> Path:
-        return self._directory / f"{key}{ENDING}"
+        return self._directory / f"{key}{CODE_SUFFIX}"
 
 
 @contextmanager
@@ -158,9 +159,9 @@ def lock_directory(directory: Path | None) -> Iterator[None]:
 
 
 @cache
-def _warn_not_stored(directory: Path, number: int) -> None:
+def _warn_not_stored(directory: Path, error_number: int) -> None:
     """Warn once per folder that code cannot be stored."""
-    message = f"compiled code is not cached: {directory}: {os.strerror(number)}"
+    message = f"compiled code is not cached: {directory}: {os.strerror(error_number)}"
     warnings.warn(message, RuntimeWarning, stacklevel=3)
 
 
@@ -171,4 +172,4 @@ def is_cached(code: str) -> bool:
 
 
 def _has_code(directory: Path) -> bool:
-    return any(directory.glob(f"*{ENDING}"))
+    return any(directory.glob(f"*{CODE_SUFFIX}"))

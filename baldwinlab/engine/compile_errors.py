@@ -10,41 +10,47 @@ from typing import Any, Final
 
 from baldwinlab.core.errors import PartError
 
-PACKAGE: Final = Path(__file__).parents[1]
-# Characters of a reason.
-MAX_LENGTH: Final = 300
-BEGINS: Final = re.compile(r"Failed in nopython mode pipeline.*\n")
-ENDS: Final = re.compile(
+PACKAGE_FOLDER: Final = Path(__file__).parents[1]
+MAX_REASON_LENGTH: Final = 300
+ANSI_COLOR: Final = re.compile(r"\x1b\[[0-9;]*m")
+REASON_START: Final = re.compile(r"Failed in nopython mode pipeline.*\n")
+REASON_END: Final = re.compile(
     r"\n\s*(There (are|is) \d+ candidate|During:|File \"|- Of which|- argument|$)"
 )
-POSITION: Final = re.compile(r'(?:File "|at )([^"\n]+?)(?:", line | \()(\d+)')
-CALL: Final = re.compile(
+POSITION_PATTERN: Final = re.compile(r'(?:File "|at )([^"\n]+?)(?:", line | \()(\d+)')
+CALL_PATTERN: Final = re.compile(
     r"Function\((?P<function>.*)\) found for signature: >>> (?P<name>[^(]+)\((?P<types>.*)\)$"
 )
-NUMBER: Final = re.compile(r"float64|int\d|uint\d|Literal\[int\]|bool")
-COMPARED: Final = "< <= > >="
+NUMBER_TYPE_PATTERN: Final = re.compile(r"float64|int\d|uint\d|Literal\[int\]|bool")
+COMPARISONS: Final = "< <= > >="
 
 
 def compile_error(error: Exception, hooks: Iterable[Callable[..., Any]]) -> PartError | None:
     """Return the error about the third-party hook that Numba cannot compile, or None."""
     functions = [hook for hook in hooks if isinstance(hook, FunctionType)]
-    custom = [hook for hook in functions if PACKAGE not in Path(hook.__code__.co_filename).parents]
+    custom_hooks = [
+        hook for hook in functions if PACKAGE_FOLDER not in Path(hook.__code__.co_filename).parents
+    ]
     # The innermost error is the last one.
-    text = BEGINS.split(re.sub(r"\x1b\[[0-9;]*m", "", str(error)))[-1]
-    reason = _translate(" ".join(ENDS.split(text)[0].split()))[:MAX_LENGTH]
-    positions = [(Path(file).name, int(line)) for file, line in POSITION.findall(text)]
-    for hook in custom:
+    plain_text = ANSI_COLOR.sub("", str(error))
+    text = REASON_START.split(plain_text)[-1]
+    words = REASON_END.split(text)[0].split()
+    reason = _translate(" ".join(words))[:MAX_REASON_LENGTH]
+    positions = [(Path(file).name, int(line)) for file, line in POSITION_PATTERN.findall(text)]
+    for hook in custom_hooks:
         file = hook.__code__.co_filename
-        lines = [line for _, _, line in hook.__code__.co_lines() if line]
-        in_file = [line for name, line in positions if name == Path(file).name]
-        within = [line for line in in_file if min(lines) <= line <= max(lines)]
-        unknown = re.search(r"name '(\w+)' is not defined", text)
-        if within or (unknown and unknown[1] in hook.__code__.co_names):
-            line = within[0] if within else min(lines)
+        source_lines = [line for _, _, line in hook.__code__.co_lines() if line]
+        lines_in_file = [line for name, line in positions if name == Path(file).name]
+        lines_in_hook = [
+            line for line in lines_in_file if min(source_lines) <= line <= max(source_lines)
+        ]
+        unknown_name = re.search(r"name '(\w+)' is not defined", text)
+        if lines_in_hook or (unknown_name and unknown_name[1] in hook.__code__.co_names):
+            line = lines_in_hook[0] if lines_in_hook else min(source_lines)
             return PartError(f"{hook.__qualname__} cannot be compiled ({file}:{line}): {reason}")
     # The error may be in a function that a hook calls.
     for name, line in positions:
-        for file in {hook.__code__.co_filename for hook in custom}:
+        for file in {hook.__code__.co_filename for hook in custom_hooks}:
             if Path(file).name == name:
                 return PartError(f"{file}:{line} cannot be compiled: {reason}")
     return None
@@ -52,58 +58,63 @@ def compile_error(error: Exception, hooks: Iterable[Callable[..., Any]]) -> Part
 
 def _translate(reason: str) -> str:
     """Return the reason of Numba, or a correction if it names types of the engine."""
-    call = CALL.search(reason)
-    kinds = set(re.findall(r"\b(?:wide|mask|lane_block)\b", call["types"])) if call else set()
-    if call is None or not kinds:
+    call = CALL_PATTERN.search(reason)
+    engine_types = (
+        set(re.findall(r"\b(?:wide|mask|lane_block)\b", call["types"])) if call else set()
+    )
+    if call is None or not engine_types:
         return reason
     name = call["name"] if call["name"].isidentifier() else call["function"]
-    return _sentence(name, kinds, call["types"])
+    return _explain_call(name, engine_types, call["types"])
 
 
-def _sentence(name: str, kinds: set[str], types: str) -> str:
-    """Return the error of a call of `name`; `kinds` are the types of the engine among `types`."""
+def _explain_call(name: str, engine_types: set[str], types: str) -> str:
+    """Return the error of a call of `name` with argument `types`.
+
+    `engine_types` are the types of the engine among them.
+    """
     if name in ("getitem", "static_getitem", "setitem", "static_setitem"):
         return (
             "a SIMD block is reached by no index; "
             "write get(array, row, lane) and put(array, row, lane, value)"
         )
     if name in ("get", "put"):
-        return _sentence_on_array(name, types)
+        return _explain_array_call(name, types)
     if name == "choose":
         return (
             "choose(mask, a, b) takes a mask, and a and b in float32; write np.float32(0.5) for 0.5"
         )
-    if "lane_block" in kinds:
+    if "lane_block" in engine_types:
         return (
             f"the lane is a SIMD block of agents and no number, so {name} does not take it; "
             "pass it to get and put as it is"
         )
-    if "mask" in kinds:
-        return _sentence_on_mask(name)
+    if "mask" in engine_types:
+        return _explain_mask_call(name)
     if name in ("eq", "ne"):
-        return f"SIMD blocks cannot be compared by == or !=; write {COMPARED}, joined by & and |"
+        return f"SIMD blocks cannot be compared by == or !=; write {COMPARISONS}, joined by & and |"
     if name in ("max", "min", "maximum", "minimum", "fmax", "fmin"):
         sign = "<" if "min" in name else ">"
         return f"a SIMD block is no argument of {name}; write choose(a {sign} b, a, b)"
     if name == "bool":
         return (
-            f"a SIMD block is neither true nor false; compare it by {COMPARED}, "
+            f"a SIMD block is neither true nor false; compare it by {COMPARISONS}, "
             "and write choose(mask, a, b)"
         )
     if name in ("pow", "ipow"):
         return "a SIMD block cannot be raised to a power; write x * x"
-    if NUMBER.search(types):
+    if NUMBER_TYPE_PATTERN.search(types):
         return (
             "a SIMD block holds float32; write np.float32(0.5) for 0.5, "
             "and np.float32(n) for an integer n"
         )
     return (
         f"a SIMD block is no argument of {name}; "
-        f"it has + - * /, {COMPARED}, abs, clamp, choose, sigmoid and square_root"
+        f"it has + - * /, {COMPARISONS}, abs, clamp, choose, sigmoid and square_root"
     )
 
 
-def _sentence_on_array(name: str, types: str) -> str:
+def _explain_array_call(name: str, types: str) -> str:
     if re.match(r"array\([^)]*\), lane_block", types):
         arguments = "array, row, lane, value" if name == "put" else "array, row, lane"
         return f"the row comes before the lane; write {name}({arguments})"
@@ -115,7 +126,7 @@ def _sentence_on_array(name: str, types: str) -> str:
     return "put stores float32; write np.float32(0.5) for 0.5, and choose(mask, a, b) for a mask"
 
 
-def _sentence_on_mask(name: str) -> str:
+def _explain_mask_call(name: str) -> str:
     if name in ("not_", "invert"):
         return "a mask of a SIMD block cannot be negated by not or ~; write negated(mask)"
     if name == "bool":

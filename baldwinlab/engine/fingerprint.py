@@ -30,10 +30,10 @@ def _pieces(value: Any, visited: set[int]) -> Iterator[str]:
     if isinstance(value, FunctionType):
         if id(value) not in visited:
             visited.add(id(value))
-            inside = [cell.cell_contents for cell in value.__closure__ or ()]
+            closure_values = [cell.cell_contents for cell in value.__closure__ or ()]
             yield f"{value.__module__}.{value.__qualname__}"
-            yield from _of_code(value.__code__)
-            for used in (*_globals_of(value.__code__, value.__globals__), *inside):
+            yield from _code_pieces(value.__code__)
+            for used in (*_used_globals(value.__code__, value.__globals__), *closure_values):
                 yield from _pieces(used, visited)
     elif isinstance(value, type):
         # The cache of Numba identifies argument types by this name.
@@ -42,14 +42,14 @@ def _pieces(value: Any, visited: set[int]) -> Iterator[str]:
         yield repr(value)
 
 
-def _of_code(code: CodeType) -> Iterator[str]:
+def _code_pieces(code: CodeType) -> Iterator[str]:
     yield code.co_code.hex()
     yield repr(code.co_names)
     for constant in code.co_consts:
-        yield from _of_code(constant) if isinstance(constant, CodeType) else (repr(constant),)
+        yield from _code_pieces(constant) if isinstance(constant, CodeType) else (repr(constant),)
 
 
-def _globals_of(code: CodeType, namespace: dict[str, Any]) -> Iterator[Any]:
+def _used_globals(code: CodeType, namespace: dict[str, Any]) -> Iterator[Any]:
     for name in code.co_names:
         value = namespace.get(name)
         # A function of a module, such as `np.float32`.
@@ -60,4 +60,4 @@ def _globals_of(code: CodeType, namespace: dict[str, Any]) -> Iterator[Any]:
             yield value
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
-            yield from _globals_of(constant, namespace)
+            yield from _used_globals(constant, namespace)

@@ -32,7 +32,7 @@ from baldwinlab.engine.reference import Scattered
 Read = tuple[type, str, types.Type]
 """The class of a named tuple, a field, and the type of the field."""
 
-_RESULTS: Final[dict[tuple[Any, ...], list[CompileResult]]] = {}
+_EARLIER_RESULTS: Final[dict[tuple[Any, ...], list[CompileResult]]] = {}
 """Compiled functions by function and outlines of arguments, one for each set of types of fields."""
 
 
@@ -45,48 +45,48 @@ class _Linked(LinkedLibrary):
         """Store the reads of the function and of the functions that it calls."""
         libraries = self.linked_libraries
         callees = (library.reads for library in libraries if isinstance(library, _Linked))
-        self.reads = frozenset(_reads(state)).union(*callees)
+        self.reads = frozenset(_find_reads(state)).union(*callees)
 
 
-def _reads(state: Any) -> Iterator[Read]:
+def _find_reads(state: Any) -> Iterator[Read]:
     """Yield the fields that a function itself reads of its arguments."""
     for kind, name in find_attribute_reads(state):
-        yield from _read(kind, [name])
+        yield from _reads_of_fields(kind, [name])
     for argument_types, return_type in find_calls(state):
         for kind in argument_types:
             # A call of `dereference` reads all fields.
-            if isinstance(kind, Scattered) and return_type == kind.held:
-                yield from _read(kind, kind.held.fields)
+            if isinstance(kind, Scattered) and return_type == kind.tuple_type:
+                yield from _reads_of_fields(kind, kind.tuple_type.fields)
 
 
-def _read(kind: Any, names: Iterable[str]) -> Iterator[Read]:
+def _reads_of_fields(kind: Any, names: Iterable[str]) -> Iterator[Read]:
     if isinstance(kind, Scattered):
-        yield from ((named_tuple_class(kind.held), name, kind.field(name)) for name in names)
+        yield from ((named_tuple_class(kind.tuple_type), name, kind.field(name)) for name in names)
 
 
-def _references(kinds: Iterable[Any]) -> Iterator[Scattered]:
+def _find_references(kinds: Iterable[Any]) -> Iterator[Scattered]:
     """Yield the references among types, and within tuples."""
     for kind in kinds:
         if isinstance(kind, Scattered):
             yield kind
         elif isinstance(kind, BaseTuple):
-            yield from _references(kind.types)
+            yield from _find_references(kind.types)
 
 
 def _outline(kind: Any) -> Any:
     """Return a type without the field types of references in it."""
     if isinstance(kind, Scattered):
-        return type(kind), named_tuple_class(kind.held)
-    return (type(kind), *map(_outline, kind.types)) if any(_references([kind])) else kind
+        return type(kind), named_tuple_class(kind.tuple_type)
+    return (type(kind), *map(_outline, kind.types)) if any(_find_references([kind])) else kind
 
 
-def _fits(result: CompileResult, arguments: tuple[Any, ...]) -> bool:
+def _is_reusable(result: CompileResult, arguments: tuple[Any, ...]) -> bool:
     """Return whether the arguments have the types of the fields that a function reads."""
     return all(
         reference.field(name) == kind
-        for reference in _references(arguments)
+        for reference in _find_references(arguments)
         for holder, name, kind in result.library.reads
-        if holder is named_tuple_class(reference.held)
+        if holder is named_tuple_class(reference.tuple_type)
     )
 
 
@@ -98,14 +98,14 @@ class Inlined(Compiler):
     def compile_extra(self, function: Callable[..., Any]) -> CompileResult:
         """Return an earlier result that fits the arguments, or compile the function."""
         arguments = self.argument_types
-        if not any(_references(arguments)):
+        if not any(_find_references(arguments)):
             return super().compile_extra(function)
         key = (UNROLLING.get(), fingerprint([function]), *map(_outline, arguments))
-        results = _RESULTS.setdefault(key, [])
+        results = _EARLIER_RESULTS.setdefault(key, [])
         for earlier in results:
-            if _fits(earlier, arguments):
+            if _is_reusable(earlier, arguments):
                 return self.reuse(earlier)
         result = super().compile_extra(function)
-        if not any(_references([result.signature.return_type])):
+        if not any(_find_references([result.signature.return_type])):
             results.append(result)
         return result

@@ -40,19 +40,19 @@ OPTIONS: Final[dict[str, Any]] = {"nogil": True, "error_model": "numpy", **dispa
 
 _COMPILATION_LOCK: Final = Lock()
 
-Choose = Callable[..., Any]
-GENERIC: Final[dict[Callable[..., Any], Choose]] = {}
-"""Functions that compiled code can call, with the function that chooses the one to compile."""
+SourceSelector = Callable[..., Any]
+GENERIC: Final[dict[Callable[..., Any], SourceSelector]] = {}
+"""Functions that compiled code can call. The value selects the source to compile."""
 
 
-def register(generic: Callable[..., Any], choose: Choose) -> Callable[..., Any]:
-    """Let compiled code call `generic`: `choose` returns the Python function for argument types."""
+def register(generic: Callable[..., Any], select_source: SourceSelector) -> Callable[..., Any]:
+    """Let compiled code call `generic`. `select_source` returns the source for argument types."""
     overload(
         generic,
         strict=False,
         jit_options=OPTIONS | {"no_cfunc_wrapper": True, "pipeline_class": Inlined},
-    )(choose)
-    GENERIC[generic] = choose
+    )(select_source)
+    GENERIC[generic] = select_source
     return generic
 
 
@@ -77,7 +77,7 @@ def compiled(function: Function) -> Function:
 
 def cached_jit(
     function: Callable[..., Any],
-    with_these: tuple[Callable[..., Any], ...] = (),
+    hooks: tuple[Callable[..., Any], ...] = (),
     short_loops: bool = False,
 ) -> Callable[..., Any]:
     """Compile `function` with the given hooks of parts, and cache the machine code on disk.
@@ -86,7 +86,7 @@ def cached_jit(
     ----------
     function
         A Python function that Numba can compile.
-    with_these
+    hooks
         Hooks and types of parts that the function calls. They are part of its fingerprint.
     short_loops
         Whether the function has short loops, which are then not unrolled.
@@ -97,36 +97,36 @@ def cached_jit(
         The compiled function. A call raises PartError if a third-party hook cannot be compiled.
     """
     with _COMPILATION_LOCK:
-        return _cached_jit(function, with_these, short_loops)
+        return _cached_jit(function, hooks, short_loops)
 
 
 @once
 def _cached_jit(
-    function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...], short_loops: bool
+    function: Callable[..., Any], hooks: tuple[Callable[..., Any], ...], short_loops: bool
 ) -> Callable[..., Any]:
     jit = numba.njit(no_cfunc_wrapper=True, pipeline_class=EntryCompiler, **OPTIONS)
     dispatcher = jit(python_of(function))
-    directory = cache.cache_directory(fingerprint([function, *with_these]))
+    directory = cache.cache_directory(fingerprint([function, *hooks]))
     # With NUMBA_DISABLE_JIT, Numba returns the Python function.
     is_python = not hasattr(dispatcher, "signatures")
     if directory is not None and not is_python:
         dispatchers.set_code_store(dispatcher, cache.FileCodeStore(directory))
 
-    functions: dict[tuple[Any, ...], Callable[..., Any]] = {}
+    compiled_functions: dict[tuple[Any, ...], Callable[..., Any]] = {}
 
     def call(*arguments: Any) -> Any:
         if is_python:
             return dispatcher(*arguments)
         key = tuple(map(_argument_type, arguments))
-        if key not in functions:
+        if key not in compiled_functions:
             types = dispatchers.find_argument_types(dispatcher, arguments)
             with cache.lock_directory(directory), _gc_disabled(), unrolling(not short_loops):
                 try:
                     dispatcher.compile(types)
                 except NumbaError as error:
-                    raise compile_error(error, with_these) or error from None
-            functions[key] = dispatchers.find_compiled_function(dispatcher, types)
-        return functions[key](*arguments)
+                    raise compile_error(error, hooks) or error from None
+            compiled_functions[key] = dispatchers.find_compiled_function(dispatcher, types)
+        return compiled_functions[key](*arguments)
 
     call.dispatcher = dispatcher  # type: ignore[attr-defined]
     return call
@@ -167,11 +167,9 @@ def _gc_disabled() -> Iterator[None]:
             gc.enable()
 
 
-def is_cached(
-    function: Callable[..., Any], with_these: tuple[Callable[..., Any], ...] = ()
-) -> bool:
+def is_cached(function: Callable[..., Any], hooks: tuple[Callable[..., Any], ...] = ()) -> bool:
     """Return whether the machine code of `cached_jit` is in the cache."""
-    return cache.is_cached(fingerprint([function, *with_these]))
+    return cache.is_cached(fingerprint([function, *hooks]))
 
 
 def jit_entry_point(function: Function) -> Function:

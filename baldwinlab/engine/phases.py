@@ -36,7 +36,7 @@ def hook(default: Callable[..., Any]) -> Any:
 
 
 def for_each(
-    hook_function: Callable[..., Any], nothing: Any, join: Callable[[Any, Any], Any]
+    hook_function: Callable[..., Any], empty_result: Any, join: Callable[[Any, Any], Any]
 ) -> Callable[..., Any]:
     """Return a function that calls a hook for each part of a tuple and joins the results.
 
@@ -44,14 +44,14 @@ def for_each(
     ----------
     hook_function : Callable
         The hook.
-    nothing : Any
+    empty_result : Any
         Result for an empty tuple.
     join : Callable
         Function that joins two results.
     """
 
     def generic(parts: Any, *arguments: Any) -> Any:
-        result = nothing
+        result = empty_result
         for number, part in enumerate(parts):
             value = hook_function(part, *arguments)
             result = value if number == 0 else join(result, value)
@@ -59,7 +59,7 @@ def for_each(
 
     def choose(parts: Any, *arguments: Any) -> Any:
         if len(parts) == 0:
-            return lambda parts, *arguments: nothing
+            return lambda parts, *arguments: empty_result
         if len(parts) == 1:
             return lambda parts, *arguments: hook_function(parts[0], *arguments)
         return lambda parts, *arguments: join(
@@ -70,32 +70,33 @@ def for_each(
 
 
 @compiled
-def _nothing(first: None, second: None) -> None:
+def _join_none(first: None, second: None) -> None:
     return None
 
 
 def for_each_part(hook_function: Callable[..., None]) -> Callable[..., None]:
     """Return a function that calls a hook without result for each part of a tuple."""
-    return for_each(hook_function, None, _nothing)
+    return for_each(hook_function, None, _join_none)
 
 
 def select_by_type(
-    if_any: Callable[..., Any],
-    if_none: Callable[..., Any],
-    condition: Callable[[Any], bool] = lambda holder: True,
+    match_function: Callable[..., Any],
+    default_function: Callable[..., Any],
+    is_match: Callable[[Any], bool] = lambda holder: True,
 ) -> Callable[..., Any]:
-    """Return a function that calls `if_any` or `if_none`, by the types of the parts in a tuple.
+    """Return a function that calls one of two functions, by the types of the parts in a tuple.
 
-    It calls `if_any` if `condition` is true for the class of any part.
+    It calls `match_function` if `is_match` is true for the class of any part.
+    Otherwise it calls `default_function`.
     """
 
     def generic(parts: Any, *arguments: Any) -> Any:
-        is_any = any(condition(type(part).part) for part in parts)
-        return (if_any if is_any else if_none)(parts, *arguments)
+        has_match = any(is_match(type(part).part) for part in parts)
+        return (match_function if has_match else default_function)(parts, *arguments)
 
     def choose(parts: Any, *arguments: Any) -> Any:
-        is_any = any(condition(part_class(part)) for part in parts)
-        selected = if_any if is_any else if_none
+        has_match = any(is_match(part_class(part)) for part in parts)
+        selected = match_function if has_match else default_function
         return lambda parts, *arguments: selected(parts, *arguments)
 
     return register(generic, choose)

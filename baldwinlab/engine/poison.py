@@ -22,9 +22,10 @@ import numpy.typing as npt
 
 from baldwinlab.core.errors import RefusedError
 
-VARIABLE: Final = "BALDWINLAB_POISON"
-ALIGNMENT: Final = 64
-"""Bytes of a cache line."""
+ENVIRONMENT_VARIABLE: Final = "BALDWINLAB_POISON"
+CACHE_LINE_BYTES: Final = 64
+# Minimum number of rows in the margin of a poisoned array.
+MARGIN_ROWS: Final = 8
 
 
 class Pattern(NamedTuple):
@@ -39,8 +40,8 @@ class Pattern(NamedTuple):
 PATTERNS: Final = {1: Pattern(math.nan, -3, 3, True), 2: Pattern(-1e30, 4, 5, False)}
 
 
-# Number of the pattern. None before the environment variable is read.
-_pattern: int | None = None
+# None before the environment variable is read.
+_active_pattern_number: int | None = None
 
 
 def pattern_number() -> int:
@@ -51,15 +52,16 @@ def pattern_number() -> int:
     RefusedError
         If the environment variable is neither 0, 1 nor 2.
     """
-    global _pattern
-    if _pattern is None:
-        value = os.environ.get(VARIABLE) or "0"
+    global _active_pattern_number
+    if _active_pattern_number is None:
+        value = os.environ.get(ENVIRONMENT_VARIABLE) or "0"
         if value not in ("0", *map(str, PATTERNS)):
             raise RefusedError(
-                f"the environment variable {VARIABLE} is {value!r} and must be 0 (off), 1 or 2"
+                f"the environment variable {ENVIRONMENT_VARIABLE} is {value!r} "
+                "and must be 0 (off), 1 or 2"
             )
-        _pattern = int(value)
-    return _pattern
+        _active_pattern_number = int(value)
+    return _active_pattern_number
 
 
 def is_on() -> bool:
@@ -70,13 +72,13 @@ def is_on() -> bool:
 @contextmanager
 def use_pattern(number: int) -> Iterator[None]:
     """Poison with pattern `number` (0 is off) in this process, until the block ends."""
-    global _pattern
-    before = pattern_number()
-    _pattern = number
+    global _active_pattern_number
+    previous_pattern_number = pattern_number()
+    _active_pattern_number = number
     try:
         yield
     finally:
-        _pattern = before
+        _active_pattern_number = previous_pattern_number
 
 
 def fill(array: npt.NDArray[Any]) -> None:
@@ -103,7 +105,9 @@ def empty(shape: int | tuple[int, ...], dtype: npt.DTypeLike = np.float64) -> np
 def allocate(shape: tuple[int, ...], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
     """Allocate zeros that begin on a cache line, with margins if poison is on."""
     size = math.prod(shape) * dtype.itemsize
-    margin = 8 * (ALIGNMENT + math.prod(shape[1:]) * dtype.itemsize) if is_on() else 0
-    buffer = np.zeros(size + ALIGNMENT + 2 * margin, np.uint8)
-    first = margin + -(buffer.ctypes.data + margin) % ALIGNMENT
+    row_bytes = math.prod(shape[1:]) * dtype.itemsize
+    margin = MARGIN_ROWS * (CACHE_LINE_BYTES + row_bytes) if is_on() else 0
+    buffer = np.zeros(size + CACHE_LINE_BYTES + 2 * margin, np.uint8)
+    # The first byte after the margin on a cache line.
+    first = margin + -(buffer.ctypes.data + margin) % CACHE_LINE_BYTES
     return buffer[first : first + size].view(dtype).reshape(shape)

@@ -35,18 +35,18 @@ _ADDRESS = ir.IntType(8).as_pointer()
 class Reference(types.Type):  # type: ignore[misc]
     """The address of a named tuple in memory."""
 
-    def __init__(self, held: Any) -> None:
-        self.held = held
-        super().__init__(f"{type(self).__name__}({held})")
+    def __init__(self, tuple_type: Any) -> None:
+        self.tuple_type = tuple_type
+        super().__init__(f"{type(self).__name__}({tuple_type})")
 
     def field(self, name: str) -> Any:
         """Return the type of a field of the tuple."""
-        return self.held.types[self.held.fields.index(name)]
+        return self.tuple_type.types[self.tuple_type.fields.index(name)]
 
     @property
     def key(self) -> Any:
         """The type of the tuple. Types of different classes may have the same name."""
-        return self.held
+        return self.tuple_type
 
 
 class Scattered(Reference):
@@ -56,7 +56,7 @@ class Scattered(Reference):
 @register_model(Reference)
 class _Model(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, data_type(kind.held).as_pointer())
+        super().__init__(manager, kind, data_type(kind.tuple_type).as_pointer())
 
 
 @register_model(Scattered)
@@ -70,11 +70,11 @@ class _Attributes(AttributeTemplate):  # type: ignore[misc]
     key = Reference
 
     def generic_resolve(self, reference: Any, name: str) -> Any:
-        return reference.field(name) if name in reference.held.fields else None
+        return reference.field(name) if name in reference.tuple_type.fields else None
 
 
-def _load(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
-    index = kind.held.fields.index(name)
+def _load_field(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
+    index = kind.tuple_type.fields.index(name)
     field = kind.field(name)
     if isinstance(kind, Scattered):
         address = builder.load(cgutils.gep(builder, value, index))
@@ -84,15 +84,15 @@ def _load(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
     return load_value(context, builder, field, pointer)
 
 
-lower_getattr_generic(Reference)(_load)
+lower_getattr_generic(Reference)(_load_field)
 
 
-def as_pointer(held: Any) -> Any:
+def as_pointer(values: Any) -> Any:
     """Return a reference to a named tuple. Plain Python returns the tuple."""
-    return held
+    return values
 
 
-def _store(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+def _emit_as_pointer(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     kinds = signature.args[0].types
     addresses = cgutils.alloca_once(builder, _ADDRESS, size=len(kinds))
     for number, kind in enumerate(kinds):
@@ -107,15 +107,19 @@ def dereference(reference: Any) -> Any:
     return reference
 
 
-def _take(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+def _emit_dereference(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     kind = signature.args[0]
-    fields = [_load(context, builder, kind, arguments[0], name) for name in kind.held.fields]
-    return make_tuple(context, builder, kind.held, fields)
+    fields = [
+        _load_field(context, builder, kind, arguments[0], name) for name in kind.tuple_type.fields
+    ]
+    return make_tuple(context, builder, kind.tuple_type, fields)
 
 
-type_callable(as_pointer)(lambda context: lambda held: Scattered(held))
-lower_builtin(as_pointer, BaseNamedTuple)(_store)
+type_callable(as_pointer)(lambda context: lambda tuple_type: Scattered(tuple_type))
+lower_builtin(as_pointer, BaseNamedTuple)(_emit_as_pointer)
 type_callable(dereference)(
-    lambda context: lambda reference: reference.held if isinstance(reference, Reference) else None
+    lambda context: (
+        lambda reference: reference.tuple_type if isinstance(reference, Reference) else None
+    )
 )
-lower_builtin(dereference, Reference)(_take)
+lower_builtin(dereference, Reference)(_emit_dereference)

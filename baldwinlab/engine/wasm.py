@@ -40,13 +40,15 @@ from baldwinlab.engine.numba_internals.lowering import (
 )
 from baldwinlab.engine.reference import Reference
 
-TRIPLE: Final = "wasm32-unknown-unknown"
-FEATURES: Final = "+simd128,+bulk-memory,+sign-ext,+nontrapping-fptoint,+mutable-globals"
-LANES: Final = 4
+TARGET_TRIPLE: Final = "wasm32-unknown-unknown"
+TARGET_FEATURES: Final = "+simd128,+bulk-memory,+sign-ext,+nontrapping-fptoint,+mutable-globals"
+N_LANES: Final = 4
 """Lanes of float32 in a register of WebAssembly."""
-STACK: Final = 256 * 1024
-"""Bytes of the stack."""
-INTRINSICS: Final = {"floorf": "llvm.floor.f32", "floor": "llvm.floor.f64"}
+OPTIMIZATION_LEVEL: Final = 3
+MAX_REASON_LENGTH: Final = 500
+WASM_LD_VERSIONS: Final = range(22, 13, -1)
+STACK_BYTES: Final = 256 * 1024
+INTRINSIC_BY_FUNCTION: Final = {"floorf": "llvm.floor.f32", "floor": "llvm.floor.f64"}
 """Functions of libm that are exact, and instructions of WebAssembly."""
 
 Entry = tuple[Callable[..., Any], Sequence[Any]]
@@ -61,24 +63,26 @@ def module(entries: Mapping[str, Entry]) -> bytes:
     linker = find_linker()
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
-    machine = llvm.Target.from_triple(TRIPLE).create_target_machine(features=FEATURES, opt=3)
-    linked: Any = None
+    machine = llvm.Target.from_triple(TARGET_TRIPLE).create_target_machine(
+        features=TARGET_FEATURES, opt=OPTIMIZATION_LEVEL
+    )
+    linked_module: Any = None
     for name, (function, arguments) in entries.items():
         text, symbol = _compile(function, arguments)
         unit = llvm.parse_assembly(_retarget(text, symbol, name, len(arguments), machine))
-        # Entry points may have the same callees, so these are internal.
+        # Entry points can have the same callees, so callees are internal.
         for item in (*unit.functions, *unit.global_variables):
             if not item.is_declaration and item.name != name:
                 item.linkage = "internal"
-        if linked is None:
-            linked = unit
+        if linked_module is None:
+            linked_module = unit
         else:
-            linked.link_in(unit)
+            linked_module.link_in(unit)
     with unrolling(False):
-        builder = make_pass_builder(machine, 3)
-    builder.getModulePassManager().run(linked, builder)
-    linked.verify()
-    return _link(linker, machine.emit_object(linked), entries)
+        builder = make_pass_builder(machine, OPTIMIZATION_LEVEL)
+    builder.getModulePassManager().run(linked_module, builder)
+    linked_module.verify()
+    return _link(linker, machine.emit_object(linked_module), entries)
 
 
 def _compile(function: Callable[..., Any], arguments: Sequence[Any]) -> tuple[str, str]:
@@ -87,21 +91,21 @@ def _compile(function: Callable[..., Any], arguments: Sequence[Any]) -> tuple[st
     return compile_to_llvm(dispatcher, types.void(*map(Reference, arguments)))
 
 
-def _retarget(text: str, symbol: str, name: str, count: int, machine: Any) -> str:
-    """Return LLVM code for WebAssembly, with a function `name` that takes `count` addresses."""
+def _retarget(text: str, symbol: str, name: str, n_arguments: int, machine: Any) -> str:
+    """Return LLVM code for WebAssembly, with a function `name` of `n_arguments` addresses."""
     text = re.sub(
         r'(?m)^target datalayout = ".*"$', f'target datalayout = "{machine.target_data}"', text
     )
-    text = re.sub(r'(?m)^target triple = ".*"$', f'target triple = "{TRIPLE}"', text)
+    text = re.sub(r'(?m)^target triple = ".*"$', f'target triple = "{TARGET_TRIPLE}"', text)
     text = text.replace(" common ", " ")
-    for function, instruction in INTRINSICS.items():
+    for function, instruction in INTRINSIC_BY_FUNCTION.items():
         text = text.replace(f"@{function}(", f"@{instruction}(")
-    return text + define_plain_function(name, symbol, count)
+    return text + define_plain_function(name, symbol, n_arguments)
 
 
 def find_linker() -> list[str]:
     """Return the command that links WebAssembly; raise RefusedError if there is none."""
-    for name in ("wasm-ld", *(f"wasm-ld-{version}" for version in range(22, 13, -1))):
+    for name in ("wasm-ld", *(f"wasm-ld-{version}" for version in WASM_LD_VERSIONS)):
         if path := shutil.which(name):
             return [path]
     if find_spec("ziglang"):
@@ -120,60 +124,71 @@ def _link(linker: list[str], code: bytes, exported: Mapping[str, Any]) -> bytes:
             "--strip-all",
             "--stack-first",
             "-z",
-            f"stack-size={STACK}",
+            f"stack-size={STACK_BYTES}",
         ]
         names = [f"--export={name}" for name in (*exported, "__heap_base")]
         command = [*linker, *options, *names, "-o", str(target), str(source)]
         result = subprocess.run(command, capture_output=True, text=True)
         if result.returncode:
-            reason = " ".join(result.stderr.split())[:500]
+            reason = " ".join(result.stderr.split())[:MAX_REASON_LENGTH]
             raise RefusedError(f"the linker for WebAssembly failed: {reason}")
         return target.read_bytes()
 
 
-def memory_offsets(kind: Any) -> tuple[int, dict[str, int]]:
+def memory_offsets(tuple_type: Any) -> tuple[int, dict[str, int]]:
     """Return the size of a type in the memory of a module, and the offsets of its fields.
 
     Both are in bytes. The name of a field is a path, such as "network.sizes".
     """
     llvm.initialize_all_targets()
-    data = llvm.Target.from_triple(TRIPLE).create_target_machine(features=FEATURES).target_data
-    shape = data_type(kind)
-    offsets = {name[1:]: offset for name, offset in _memory_offsets(kind, shape, data, "", 0)}
-    return shape.get_abi_size(data), offsets
+    data = (
+        llvm.Target.from_triple(TARGET_TRIPLE)
+        .create_target_machine(features=TARGET_FEATURES)
+        .target_data
+    )
+    llvm_type = data_type(tuple_type)
+    # Each name begins with a dot.
+    offsets = {
+        name[1:]: offset for name, offset in _memory_offsets(tuple_type, llvm_type, data, "", 0)
+    }
+    return llvm_type.get_abi_size(data), offsets
 
 
 def _memory_offsets(
-    kind: Any, shape: Any, data: Any, name: str, offset: int
+    numba_type: Any, llvm_type: Any, data: Any, name: str, offset: int
 ) -> Iterator[tuple[str, int]]:
-    if not isinstance(kind, BaseTuple):
+    if not isinstance(numba_type, BaseTuple):
         yield name, offset
         return
-    names = kind.fields if isinstance(kind, BaseNamedTuple) else range(len(kind))
-    for number, (field, below) in enumerate(zip(names, kind.types, strict=True)):
-        if isinstance(shape, ir.ArrayType):
-            inner = shape.element
-            start = number * inner.get_abi_size(data)
+    is_named = isinstance(numba_type, BaseNamedTuple)
+    names = numba_type.fields if is_named else range(len(numba_type))
+    fields = zip(names, numba_type.types, strict=True)
+    for number, (field_name, field_type) in enumerate(fields):
+        if isinstance(llvm_type, ir.ArrayType):
+            field_llvm_type = llvm_type.element
+            start = number * field_llvm_type.get_abi_size(data)
         else:
-            inner = shape.elements[number]
-            start = shape.get_element_offset(data, number)
-        yield from _memory_offsets(below, inner, data, f"{name}.{field}", offset + start)
+            field_llvm_type = llvm_type.elements[number]
+            start = llvm_type.get_element_offset(data, number)
+        yield from _memory_offsets(
+            field_type, field_llvm_type, data, f"{name}.{field_name}", offset + start
+        )
 
 
-def compile_in_subprocess(module_name: str, order: Any) -> Any:
+def compile_in_subprocess(module_name: str, request: Any) -> Any:
     """Run `main` of a module in a new process without cached code, and return its result.
 
-    `order` and the result are JSON. Raises RefusedError with the error of the process.
+    `request` and the result are JSON. Raises RefusedError with the error of the process.
     """
     with tempfile.TemporaryDirectory() as folder:
         variables = {
-            "BALDWINLAB_LANES": str(LANES),
+            "BALDWINLAB_LANES": str(N_LANES),
             "NUMBA_OPT": "0",
             "BALDWINLAB_CACHE": folder,
         }
         result = subprocess.run(
             [sys.executable, "-m", module_name],
-            input=json.dumps(order),
+            input=json.dumps(request),
             capture_output=True,
             text=True,
             env={**os.environ, **variables},

@@ -37,7 +37,7 @@ def draw(code: str = DRAW, **environment: str) -> subprocess.CompletedProcess[st
 
 
 def stored_files(folder: Path) -> list[Path]:
-    return sorted(folder.rglob(f"*{cache.ENDING}"))
+    return sorted(folder.rglob(f"*{cache.CODE_SUFFIX}"))
 
 
 def test_the_cache_folder_is_private(tmp_path: Path) -> None:
@@ -113,8 +113,8 @@ def test_damaged_code_is_compiled_again(damage: str, tmp_path: Path) -> None:
             "a bit flipped": content[:middle]
             + bytes([content[middle] ^ 16])
             + content[middle + 1 :],
-            "another file's": content[cache.DIGEST :],
-            "a pickle that runs": content[: cache.DIGEST] + b"cbuiltins\nexit\n(tR.",
+            "another file's": content[cache.DIGEST_BYTES :],
+            "a pickle that runs": content[: cache.DIGEST_BYTES] + b"cbuiltins\nexit\n(tR.",
         }[damage]
     )
     done = draw(BALDWINLAB_CACHE=str(tmp_path))

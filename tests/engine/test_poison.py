@@ -53,7 +53,7 @@ def test_an_unwritten_index_stays_in_the_margins_of_an_array(number: int) -> Non
 )
 def test_the_environment_chooses_the_pattern(value: str, printed: str) -> None:
     code = "from baldwinlab.engine import poison; print(poison.pattern_number())"
-    environment = os.environ | {poison.VARIABLE: value}
+    environment = os.environ | {poison.ENVIRONMENT_VARIABLE: value}
     done = subprocess.run(
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False
     )
