@@ -123,7 +123,7 @@ class ClaimResult:
     @property
     def difference_from_paper(self) -> float | None:
         """The deciding effect minus the value in the paper, or None if one is unknown."""
-        paper_value = self.claim.figure
+        paper_value = self.claim.paper_value
         if self.deciding is None or paper_value is None:
             return None
         effect = self.deciding.numbers.effect
@@ -143,7 +143,7 @@ class ClaimResult:
             "too_few_runs": self.has_too_few_runs,
             "rule": claim.rule,
             "paper": claim.paper,
-            "figure": claim.figure,
+            "figure": claim.paper_value,
             "from_figure": self.difference_from_paper,
             "missing": list(self.missing),
             "why_not": self.why_not,

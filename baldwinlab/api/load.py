@@ -88,7 +88,7 @@ def read_experiment(dataset: xr.Dataset, condition: str | None = None) -> Experi
     """
     load_installed_parts()
     if "experiment" in dataset.attrs:
-        return from_toml(dataset.attrs["experiment"], where=SOURCE_NAME, lenient=True)
+        return from_toml(dataset.attrs["experiment"], source=SOURCE_NAME, lenient=True)
     if "experiment" not in dataset:
         raise RefusedError(
             "the dataset has no attribute or variable 'experiment'; give a dataset that baldwinlab "
@@ -104,7 +104,7 @@ def read_experiment(dataset: xr.Dataset, condition: str | None = None) -> Experi
             f"condition = {condition!r} does not select one experiment of the dataset; "
             f"{_describe_choice(dataset, condition)}"
         )
-    return from_toml(str(texts.item()), where=SOURCE_NAME, lenient=True)
+    return from_toml(str(texts.item()), source=SOURCE_NAME, lenient=True)
 
 
 def _describe_choice(dataset: xr.Dataset, condition: str | None) -> str:

@@ -57,14 +57,14 @@ def _make_table(part: BaseModel) -> Any:
     return table
 
 
-def from_toml(text: str, where: str, lenient: bool = False) -> Experiment:
+def from_toml(text: str, source: str, lenient: bool = False) -> Experiment:
     """Return the experiment of a TOML text.
 
     Parameters
     ----------
     text
         The TOML text.
-    where
+    source
         Origin of the text, for messages.
     lenient
         As in `validate`.
@@ -74,25 +74,25 @@ def from_toml(text: str, where: str, lenient: bool = False) -> Experiment:
     ExperimentError
         If the text is no valid experiment.
     """
-    tree = parse_tree(text, where)
-    with name_source_in_errors(where):
+    tree = parse_tree(text, source)
+    with name_source_in_errors(source):
         made: Experiment = validate(tree, lenient)
     return made
 
 
-def parse_tree(text: str, where: str) -> dict[str, Any]:
-    """Return the tables of a TOML text. Raises ExperimentError with the name `where`."""
+def parse_tree(text: str, source: str) -> dict[str, Any]:
+    """Return the tables of a TOML text. Raises ExperimentError with the name `source`."""
     try:
         return parse_toml(text)
     except tomllib.TOMLDecodeError as error:
-        raise ExperimentError(f"{where} is not TOML: {error}") from None
+        raise ExperimentError(f"{source} is not TOML: {error}") from None
 
 
 @contextmanager
-def name_source_in_errors(where: str) -> Iterator[None]:
+def name_source_in_errors(source: str) -> Iterator[None]:
     """Name a file in each line of an ExperimentError."""
     try:
         yield
     except ExperimentError as error:
-        lines = (f"{where}: {line}" for line in str(error).splitlines())
+        lines = (f"{source}: {line}" for line in str(error).splitlines())
         raise ExperimentError("\n".join(lines)) from None

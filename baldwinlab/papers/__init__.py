@@ -35,11 +35,14 @@ COPY_FOLDER = "paper"
 @cache
 def built_in() -> dict[str, Paper]:
     """Return the papers of baldwinlab by name, the default first."""
-    available = [open_paper(path.parent) for path in Path(__file__).parent.glob("*/paper.toml")]
-    return {
-        paper.name: paper
-        for paper in sorted(available, key=lambda paper: (paper.name != DEFAULT_PAPER, paper.name))
-    }
+    folders = [path.parent for path in Path(__file__).parent.glob("*/paper.toml")]
+    papers = sorted((open_paper(folder) for folder in folders), key=_sort_key)
+    return {paper.name: paper for paper in papers}
+
+
+def _sort_key(paper: Paper) -> tuple[bool, str]:
+    """Return a key that is smallest for the default paper. False is less than True."""
+    return paper.name != DEFAULT_PAPER, paper.name
 
 
 def load(paper: str | Path = DEFAULT_PAPER) -> Paper:
@@ -71,7 +74,7 @@ def save_copy(paper: Paper, directory: Path) -> None:
     """
     if built_in().get(paper.name) == paper:
         return
-    pages = (
+    patterns = (
         "*.toml",
         "README.md",
         CARD_FILE,
@@ -79,15 +82,15 @@ def save_copy(paper: Paper, directory: Path) -> None:
     )
     files = {
         path.relative_to(paper.folder): read_bytes(path, PAPER_FILE)
-        for page in pages
-        for path in paper.folder.glob(page)
+        for pattern in patterns
+        for path in paper.folder.glob(pattern)
     }
-    copy = directory / COPY_FOLDER
-    require_inside_study(copy / "paper.toml")
-    for path in copy.rglob("*.toml"):
+    copy_folder = directory / COPY_FOLDER
+    require_inside_study(copy_folder / "paper.toml")
+    for path in copy_folder.rglob("*.toml"):
         path.unlink()
     for name, content in files.items():
-        write_atomically(copy / name, content)
+        write_atomically(copy_folder / name, content)
 
 
 def load_stored_paper(directory: Path, name: str) -> Paper:
@@ -95,12 +98,13 @@ def load_stored_paper(directory: Path, name: str) -> Paper:
 
     Raises PaperError if the paper is neither in the study nor in baldwinlab.
     """
-    copy = directory / COPY_FOLDER
-    if (copy / "paper.toml").exists():
-        return open_paper(copy, is_stored=True)
-    if (name or DEFAULT_PAPER) not in built_in():
+    copy_folder = directory / COPY_FOLDER
+    if (copy_folder / "paper.toml").exists():
+        return open_paper(copy_folder, is_stored=True)
+    paper_name = name or DEFAULT_PAPER
+    if paper_name not in built_in():
         raise PaperError(
-            f"{directory} is a study of the paper {name!r}, but {copy} contains no copy of this "
-            "paper"
+            f"{directory} is a study of the paper {name!r}, but {copy_folder} contains no copy of "
+            "this paper"
         )
-    return built_in()[name or DEFAULT_PAPER]
+    return built_in()[paper_name]

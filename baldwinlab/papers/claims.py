@@ -65,8 +65,13 @@ RULES: Mapping[Rule, str] = {
         "Holds if the value is at least {bound} in every run. Otherwise it does not hold."
     ),
 }
-_BETWEEN: tuple[Rule, ...] = ("within", "mean_within")
-_BOUNDED: tuple[Rule, ...] = ("at_least", "mean_at_most", "every_at_most", "every_at_least")
+_RULES_WITH_TWO_BOUNDS: tuple[Rule, ...] = ("within", "mean_within")
+_RULES_WITH_ONE_BOUND: tuple[Rule, ...] = (
+    "at_least",
+    "mean_at_most",
+    "every_at_most",
+    "every_at_least",
+)
 
 
 class ClaimComparison(DeclaredTable):
@@ -83,16 +88,16 @@ class ClaimComparison(DeclaredTable):
 
     @field_validator("a")
     @classmethod
-    def _names_a_condition(cls, name: str) -> str:
+    def _refuse_first_generations(cls, name: str) -> str:
         if name == FIRST_GENERATIONS:
             raise ValueError("'first' is allowed for b only; a must name a condition")
         return name
 
     @model_validator(mode="after")
-    def _has_no_idle_key(self) -> Self:
-        with_bound = (*_BETWEEN, *_BOUNDED, "close")
-        if self.bound is not None and self.rule not in with_bound:
-            rules = ", ".join(with_bound)
+    def _refuse_unused_keys(self) -> Self:
+        rules_with_bound = (*_RULES_WITH_TWO_BOUNDS, *_RULES_WITH_ONE_BOUND, "close")
+        if self.bound is not None and self.rule not in rules_with_bound:
+            rules = ", ".join(rules_with_bound)
             raise ValueError(
                 f"the rule {self.rule!r} uses no bound; leave bound out, or take one of {rules}"
             )
@@ -104,8 +109,9 @@ class ClaimComparison(DeclaredTable):
         return self
 
     @model_validator(mode="after")
-    def _can_be_decided(self) -> Self:
-        needs = {
+    def _require_keys_of_rule(self) -> Self:
+        # By rule: whether its requirement is met, and the requirement.
+        requirements = {
             "greater": (bool(self.b), "a and b"),
             "lower": (bool(self.b), "a and b"),
             "close": (bool(self.b) and isinstance(self.bound, float), "a, b and a bound"),
@@ -116,16 +122,17 @@ class ClaimComparison(DeclaredTable):
             "zero": (self.measure == "most" and not self.b, "the measure 'most', and no b"),
         }
         is_ordered = isinstance(self.bound, tuple) and self.bound[0] <= self.bound[1]
-        needs |= dict.fromkeys(
-            _BETWEEN,
+        requirements |= dict.fromkeys(
+            _RULES_WITH_TWO_BOUNDS,
             (is_ordered and not self.b, "a bound of two numbers, the lower first, and no b"),
         )
-        needs |= dict.fromkeys(
-            _BOUNDED, (isinstance(self.bound, float) and not self.b, "a bound, and no b")
+        requirements |= dict.fromkeys(
+            _RULES_WITH_ONE_BOUND,
+            (isinstance(self.bound, float) and not self.b, "a bound, and no b"),
         )
         if self.paired and not self.b:
             raise ValueError("paired runs need a and b")
-        is_met, requirement = needs[self.rule]
+        is_met, requirement = requirements[self.rule]
         if not is_met:
             raise ValueError(f"the rule {self.rule!r} needs {requirement}")
         if self.b == FIRST_GENERATIONS and self.measure not in ("best", "mean", "share"):
@@ -144,11 +151,10 @@ class ClaimComparison(DeclaredTable):
     @property
     def limit(self) -> str:
         """Return the bound as text."""
-        return (
-            f"{self.bound[0]:g} to {self.bound[1]:g}"
-            if isinstance(self.bound, tuple)
-            else f"{self.bound or 0:g}"
-        )
+        if isinstance(self.bound, tuple):
+            low, high = self.bound
+            return f"{low:g} to {high:g}"
+        return f"{self.bound or 0:g}"
 
     @property
     def conditions(self) -> set[str]:
@@ -174,14 +180,15 @@ class Claim(DeclaredTable):
     decided_by: Rule | None = Field(None, alias="rule")
     # Statement of the paper or of another source; "" for a question of this study.
     paper: str = ""
-    figure: float | None = None
+    # Number in the paper with which the measured effect is compared.
+    paper_value: float | None = Field(None, alias="figure")
     # Choices that could cause a difference, the most likely first.
     choices: tuple[OpenChoice, ...] = ()
     comparisons: tuple[ClaimComparison, ...] = Field(min_length=1)
 
     @field_validator("choices", mode="before")
     @classmethod
-    def _look_up(cls, names: Any, info: ValidationInfo) -> Any:
+    def _find_choices(cls, names: Any, info: ValidationInfo) -> Any:
         choices: Mapping[str, OpenChoice] = info.context or {}
         if not isinstance(names, list):
             return names
@@ -202,14 +209,14 @@ class Claim(DeclaredTable):
     @property
     def of_paper(self) -> bool:
         """Return whether the claim is a statement of a paper, from which a result can differ."""
-        has_number = self.figure is not None
-        return bool(self.paper or self.choices) or has_number
+        has_value = self.paper_value is not None
+        return bool(self.paper or self.choices) or has_value
 
     @property
     def rule(self) -> str:
         """Return the rules of the verdict as text."""
-        used = {comparison.rule: comparison.limit for comparison in self.comparisons}
-        return " And: ".join(RULES[rule].format(bound=bound) for rule, bound in used.items())
+        bounds = {comparison.rule: comparison.limit for comparison in self.comparisons}
+        return " And: ".join(RULES[rule].format(bound=bound) for rule, bound in bounds.items())
 
     @property
     def conditions(self) -> set[str]:
@@ -229,8 +236,9 @@ def read_claims(path: Path) -> tuple[Claim, ...]:
     if not path.exists():
         return ()
     tree = read_tables(path)
-    named = validate_tables(_Choices, {"choices": tree.pop("choices", {})}, path).choices
-    choices = {name: choice.model_copy(update={"id": name}) for name, choice in named.items()}
+    choices_tree = {"choices": tree.pop("choices", {})}
+    tables = validate_tables(_Choices, choices_tree, path).choices
+    choices = {name: choice.model_copy(update={"id": name}) for name, choice in tables.items()}
     claims = validate_tables(_Claims, tree, path, choices).claims
     ids = [claim.id for claim in claims]
     if repeated := [name for name in ids if ids.count(name) > 1]:

@@ -35,7 +35,7 @@ class DeclaredTable(BaseModel):
         return value
 
 
-M = TypeVar("M", bound=BaseModel)
+Table = TypeVar("Table", bound=BaseModel)
 
 
 def read_tables(path: Path) -> dict[str, Any]:
@@ -52,7 +52,9 @@ def read_tables(path: Path) -> dict[str, Any]:
         raise PaperError(f"{path} cannot be read: {error}") from None
 
 
-def validate_tables(model: type[M], tree: dict[str, Any], path: Path, context: Any = None) -> M:
+def validate_tables(
+    model: type[Table], tree: dict[str, Any], path: Path, context: Any = None
+) -> Table:
     """Validate the tables of a file. Raises PaperError with the first error.
 
     `context` is passed to the validators of the model.
@@ -60,10 +62,10 @@ def validate_tables(model: type[M], tree: dict[str, Any], path: Path, context: A
     try:
         return model.model_validate(tree, context=context)
     except ValidationError as error:
-        raise PaperError(f"{path}: {_sentence(error)}") from None
+        raise PaperError(f"{path}: {_format_error(error)}") from None
 
 
-def _sentence(error: ValidationError) -> str:
+def _format_error(error: ValidationError) -> str:
     fault = error.errors()[0]
     key = ".".join(map(str, fault["loc"]))
     message = fault["msg"].removeprefix("Value error, ")

@@ -130,7 +130,7 @@ class Paper:
         return read_texts(self.folder / "words.toml")
 
     @cached_property
-    def _named(self) -> dict[str, list[str]]:
+    def _names_by_kind(self) -> dict[str, list[str]]:
         return {
             kind: sorted(path.stem for path in self.preset_folder(kind).glob("*.toml"))
             for kind in PRESET_KINDS
@@ -147,19 +147,18 @@ class Paper:
 
         `kind` is one of `PRESET_KINDS`.
         """
-        return sorted(self._named[kind], key=lambda name: name != STANDARD_VARIANT)
+        return sorted(self._names_by_kind[kind], key=lambda name: name != STANDARD_VARIANT)
 
     def describe(self, kind: str, name: str) -> str:
         """Return the description of a preset."""
-        return str(self.layer(kind, name)["description"])
+        return str(self.read_preset(kind, name)["description"])
 
     def changes(self, kind: str, name: str) -> dict[str, Any]:
         """Return the fields that a preset sets, for `Experiment.replace`."""
-        return {
-            part: fields for part, fields in self.layer(kind, name).items() if part != "description"
-        }
+        preset = self.read_preset(kind, name)
+        return {table: values for table, values in preset.items() if table != "description"}
 
-    def layer(self, kind: str, name: str) -> dict[str, Any]:
+    def read_preset(self, kind: str, name: str) -> dict[str, Any]:
         """Return the tables of a preset's file.
 
         Raises ExperimentError if there is no such preset, and PaperError if it has no description.
@@ -175,14 +174,14 @@ class Paper:
                 f"there is no {kind.removesuffix('s')} {name!r}{suggest(name, names)}"
             )
         path = self.preset_folder(kind) / f"{name}.toml"
-        layer = read_tables(path)
-        if not isinstance(layer.get("description"), str):
+        preset = read_tables(path)
+        if not isinstance(preset.get("description"), str):
             raise PaperError(f"{path}: description is missing: one line that describes the preset")
-        if "name" in layer:
+        if "name" in preset:
             raise PaperError(
                 f"{path}: name: a preset has no such key; the name of its file is its name"
             )
-        return layer
+        return preset
 
     def factors(self) -> dict[str, Factors]:
         """Return learner and map of all experiments by name: conditions first, then controls."""
@@ -204,30 +203,38 @@ class Paper:
         Raises ExperimentError for an unknown name, and PaperError if the files of the name describe
         no valid experiment.
         """
-        condition, slash, map_name = name.rpartition("/") if self.names("maps") else (name, "/", "")
-        if not slash:
+        condition = name
+        map_name = ""
+        is_complete = True
+        if self.names("maps"):
+            condition, slash, map_name = name.rpartition("/")
+            is_complete = bool(slash)
+        if not is_complete:
             if self.lacks_map(name):
                 raise self.missing_map_error(name)
             raise ExperimentError(
                 f"there is no preset {name!r}{suggest(name, self.experiment_names())}"
             )
         kind = "controls" if condition in self.names("controls") else "conditions"
-        layers = [
-            (kind, condition),
-            *([("maps", map_name)] if map_name else []),
-            ("variants", variant),
-        ]
+        # A later preset replaces settings of an earlier one.
+        presets = [(kind, condition)]
+        if map_name:
+            presets.append(("maps", map_name))
+        presets.append(("variants", variant))
         tree: dict[str, Any] = {"name": name}
-        for layer in layers:
-            tree = merge(tree, self.changes(*layer))
+        for preset_kind, preset in presets:
+            tree = merge(tree, self.changes(preset_kind, preset))
         try:
             experiment: Experiment = validate(upgrade(tree) if self.is_stored else tree)
             return experiment
         except ExperimentError as error:
             files = " with ".join(
-                f"{kind}/{layer}.toml" for kind, layer in layers if layer in self.names(kind)
+                f"{preset_kind}/{preset}.toml"
+                for preset_kind, preset in presets
+                if preset in self.names(preset_kind)
             )
-            raise PaperError(f"{self.folder}: {files}: {str(error).splitlines()[0]}") from None
+            first_line = str(error).splitlines()[0]
+            raise PaperError(f"{self.folder}: {files}: {first_line}") from None
 
     def lacks_map(self, name: str) -> bool:
         """Return whether a name is the name of a condition without the required map."""
@@ -258,11 +265,9 @@ class Paper:
         """Return the names of the experiments of the study, in order."""
         conditions = self.metadata.conditions or self.names("conditions")
         maps = self.metadata.maps or self.names("maps")
-        return (
-            [f"{condition}/{map_name}" for map_name, condition in product(maps, conditions)]
-            if maps
-            else list(conditions)
-        )
+        if not maps:
+            return list(conditions)
+        return [f"{condition}/{map_name}" for map_name, condition in product(maps, conditions)]
 
     def experiments(self, variant: str = STANDARD_VARIANT) -> list[Experiment]:
         """Return the experiments of the study, in order."""
@@ -283,23 +288,23 @@ def check_paper(paper: Paper) -> Paper:
             "default experiment"
         )
     _require_distinct_names(paper)
-    for kind, listed in (("conditions", paper.metadata.conditions), ("maps", paper.metadata.maps)):
-        _require_names(listed, paper.names(kind), f"{paper.folder / 'paper.toml'}: {kind}")
+    metadata_path = paper.folder / "paper.toml"
+    listed_names = {"conditions": paper.metadata.conditions, "maps": paper.metadata.maps}
+    for kind, names_of_kind in listed_names.items():
+        _require_names(names_of_kind, paper.names(kind), f"{metadata_path}: {kind}")
     names = paper.experiment_names()
     experiments = [paper.experiment(name) for name in names]
     for variant in paper.names("variants"):
         paper.experiment(names[0], variant)
     emergence = [paper.metadata.emergence] if paper.metadata.emergence else []
-    _require_names(emergence, names, f"{paper.folder / 'paper.toml'}: emergence")
-    _require_names(paper.metadata.compared, names, f"{paper.folder / 'paper.toml'}: compared")
-    require_existing_names(paper.claims, paper.folder / "claims.toml", names, paper.measures)
+    _require_names(emergence, names, f"{metadata_path}: emergence")
+    _require_names(paper.metadata.compared, names, f"{metadata_path}: compared")
+    claims_path = paper.folder / "claims.toml"
+    require_existing_names(paper.claims, claims_path, names, paper.measures)
     for claim in paper.claims:
         for choice in claim.choices:
-            _require_field(
-                choice.field,
-                experiments,
-                f"{paper.folder / 'claims.toml'}: {claim.id}, choice {choice.id}",
-            )
+            location = f"{claims_path}: {claim.id}, choice {choice.id}"
+            _require_field(choice.field, experiments, location)
     # Reading the texts checks them.
     paper.texts  # noqa: B018
     return paper

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -49,8 +50,9 @@ def names(kind: str) -> list[str]:
     kind
         One of `PRESET_KINDS`.
     """
-    by_paper = [paper.names(kind) for paper in papers.built_in().values()]
-    return list(dict.fromkeys(name for names_of_paper in by_paper for name in names_of_paper))
+    names_by_paper = [paper.names(kind) for paper in papers.built_in().values()]
+    # A dict holds each name once, in order.
+    return list(dict.fromkeys(chain.from_iterable(names_by_paper)))
 
 
 def describe(kind: str, name: str) -> str:
@@ -176,17 +178,17 @@ def factors() -> dict[str, Factors]:
     return by_name
 
 
-def _load_file(path: Path, chain: tuple[Path, ...] = ()) -> LoadedExperiment:
-    """Read an experiment file. `chain` is the list of files that have this file as a base."""
+def _load_file(path: Path, derived_files: tuple[Path, ...] = ()) -> LoadedExperiment:
+    """Read an experiment file. `derived_files` have this file as a base, directly or indirectly."""
     try:
         content = read_text(path, EXPERIMENT_FILE)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise ExperimentError(f"cannot read {path}: {reason}") from None
-    tree = {"name": _name_of_file(path), **parse_tree(content, str(path))}
+    tree = {"name": _derive_name(path), **parse_tree(content, str(path))}
     base = tree.pop("base", None)
     if base is not None:
-        origin = _load_base(base, path, (*chain, path))
+        origin = _load_base(base, path, (*derived_files, path))
         if tree.get("model", origin.model) != origin.model:
             raise ExperimentError(
                 f"{path}: model = {tree['model']!r}: the base {base!r} is of the model "
@@ -201,31 +203,32 @@ def _load_file(path: Path, chain: tuple[Path, ...] = ()) -> LoadedExperiment:
     return LoadedExperiment(experiment)
 
 
-def _load_base(base: Any, path: Path, chain: tuple[Path, ...]) -> Experiment:
+def _load_base(base: Any, path: Path, derived_files: tuple[Path, ...]) -> Experiment:
     """Load the base of the file `path`: a preset, or a file whose path is relative to `path`."""
-    where = f"{path}: base = {base!r}"
+    location = f"{path}: base = {base!r}"
     if not isinstance(base, str):
-        raise ExperimentError(f"{where}: must be the name of a preset or of a TOML file")
+        raise ExperimentError(f"{location}: must be the name of a preset or of a TOML file")
     if not is_file(base):
         paper_name, colon, name = base.rpartition(":")
         folder = path.parent / paper_name
         is_custom_paper = bool(colon) and folder.is_dir()
-        with name_source_in_errors(where):
+        with name_source_in_errors(location):
             return _load_preset(f"{folder}:{name}" if is_custom_paper else base, STANDARD_VARIANT)
     base_path = path.parent / base
-    if base_path.resolve() in [file.resolve() for file in chain]:
-        cycle = " -> ".join(str(file) for file in (*chain, base_path))
-        raise ExperimentError(f"{where}: the bases form a cycle: {cycle}")
-    if len(chain) > MAX_BASES:
-        raise ExperimentError(f"{where}: more than {MAX_BASES} files are based on each other")
-    with name_source_in_errors(where):
-        origin: Experiment = _load_file(base_path, chain).experiment
+    if base_path.resolve() in [file.resolve() for file in derived_files]:
+        cycle = " -> ".join(str(file) for file in (*derived_files, base_path))
+        raise ExperimentError(f"{location}: the bases form a cycle: {cycle}")
+    if len(derived_files) > MAX_BASES:
+        raise ExperimentError(f"{location}: more than {MAX_BASES} files are based on each other")
+    with name_source_in_errors(location):
+        origin: Experiment = _load_file(base_path, derived_files).experiment
     return origin
 
 
-def _name_of_file(path: Path) -> str:
+def _derive_name(path: Path) -> str:
     """Return the name of a file, changed to a valid name of a condition."""
-    return re.sub(r"^[^A-Za-z0-9]+|[^A-Za-z0-9+_.-]+", "-", path.stem).strip("-") or "experiment"
+    name = re.sub(r"^[^A-Za-z0-9]+|[^A-Za-z0-9+_.-]+", "-", path.stem)
+    return name.strip("-") or "experiment"
 
 
 def _warn_of_missing_food(experiment: Experiment, path: Path) -> None:

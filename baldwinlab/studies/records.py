@@ -145,7 +145,7 @@ def _parse_fields(text: str, read_as: type[BaseExperiment]) -> dict[str, Any]:
     The experiment is parsed once for all runs of a condition. Its class depends on the loaded
     parts, so `read_as`, the class of the study's experiment, is a part of the key of the cache.
     """
-    return from_toml(text, where="its experiment", lenient=True).to_dict()
+    return from_toml(text, source="its experiment", lenient=True).to_dict()
 
 
 def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int) -> xr.Dataset:

@@ -119,7 +119,7 @@ class StudyStore:
         try:
             text = read_text_of_study(path, EXPERIMENT_FILE)
             require_checksum(text, self.format)
-            experiment = from_toml(text, where=str(path), lenient=True)
+            experiment = from_toml(text, source=str(path), lenient=True)
             if experiment.name != condition:
                 raise ValueError(f"it belongs to the condition {experiment.name}")
             return experiment

@@ -55,7 +55,7 @@ def sha256(path: Path) -> str:
 def test_an_experiment_contains_the_hash_of_its_data_file(table: Path) -> None:
     experiment = make_experiment_with_table()
     assert look_up(experiment, FIELD)[0] == File(path="worth.txt", sha256=sha256(table))
-    assert from_toml(to_toml(experiment), where="again") == experiment
+    assert from_toml(to_toml(experiment), source="again") == experiment
     table.write_bytes(b"1\n")
     assert make_experiment_with_table() != experiment
 

@@ -64,7 +64,7 @@ def test_an_old_study_with_the_number_can_be_resumed(tmp_path: Path) -> None:
     assert f"steps = {OLD_NUMBER}" in stored.read_text()
     resumed = create_study(tmp_path / "study", [experiment], seed=1)
     assert resumed.experiments[experiment.name] == experiment
-    assert from_toml(stored.read_text(), where="there") == experiment
+    assert from_toml(stored.read_text(), source="there") == experiment
 
 
 def test_a_sweep_uses_the_old_number_for_learning_for_life(tmp_path: Path) -> None:

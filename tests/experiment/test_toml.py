@@ -15,7 +15,7 @@ from baldwinlab.papers.presets import load, paper
 @pytest.mark.parametrize("variant", papers.load().names("variants"))
 def test_every_preset_is_read_from_its_toml_unchanged(variant: str) -> None:
     for experiment in paper(variant):
-        assert from_toml(to_toml(experiment), where="text") == experiment
+        assert from_toml(to_toml(experiment), source="text") == experiment
 
 
 def test_experiments_with_any_number_of_food_regions_are_read_unchanged() -> None:
@@ -24,7 +24,7 @@ def test_experiments_with_any_number_of_food_regions_are_read_unchanged() -> Non
         [{"x": [1, 2], "y": [3, 4]}, {"x": [5, 6], "y": [7, 8], "count": 0, "energy": 2.5}],
     ):
         experiment = Experiment().replace(world={"food": food}, network={"hidden": []})
-        assert from_toml(to_toml(experiment), where="text") == experiment
+        assert from_toml(to_toml(experiment), source="text") == experiment
 
 
 def test_toml_has_a_comment_for_every_field() -> None:
@@ -35,9 +35,9 @@ def test_toml_has_a_comment_for_every_field() -> None:
 
 def test_invalid_text_is_refused_with_the_name_of_its_file() -> None:
     with pytest.raises(ExperimentError, match=r"^mine\.toml is not TOML: "):
-        from_toml("a = = 1", where="mine.toml")
+        from_toml("a = = 1", source="mine.toml")
     with pytest.raises(ExperimentError, match=r"^mine\.toml: lifetime\.steps = 0: "):
-        from_toml("[lifetime]\nsteps = 0", where="mine.toml")
+        from_toml("[lifetime]\nsteps = 0", source="mine.toml")
 
 
 def test_toml_can_be_read_by_the_standard_library() -> None:

@@ -145,7 +145,7 @@ def test_settings_are_assigned_written_and_validated() -> None:
         make_small_experiment(), ["bit_strings.guesses=7", "evolution.mutation_rate=0.01"]
     )
     assert (changed.bit_strings.guesses, changed.steps) == (7, 7)
-    assert from_toml(to_toml(changed), where="file") == changed
+    assert from_toml(to_toml(changed), source="file") == changed
     with pytest.raises(
         bl.ExperimentError,
         match=r"^bit_strings\.guesses = 0: input should be greater than or equal to 1",

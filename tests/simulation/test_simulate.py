@@ -31,7 +31,7 @@ def test_a_run_contains_the_declared_variables_with_dimensions_types_and_units()
 def test_a_run_can_be_repeated_from_its_attributes() -> None:
     run = simulate(shorten_preset(), seed=7, run=2)
     repeated = simulate(
-        from_toml(run.attrs["experiment"], where="attribute"),
+        from_toml(run.attrs["experiment"], source="attribute"),
         seed=run.attrs["seed"],
         run=run.attrs["run"],
     )

@@ -48,7 +48,7 @@ def parse_experiments(assays: Assays) -> dict[str, Experiment]:
     """
     datasets = {name: data for stored in assays.values() for name, data in stored.items()}
     return {
-        name: from_toml(data.attrs["experiment"], where=f"the experiment of {name}", lenient=True)
+        name: from_toml(data.attrs["experiment"], source=f"the experiment of {name}", lenient=True)
         for name, data in datasets.items()
     }
 
@@ -112,7 +112,7 @@ def compute_share(part: xr.DataArray, total: xr.DataArray) -> xr.DataArray:
 def count_steps(within_life: xr.Dataset) -> int:
     """Return the number of steps of a lifetime."""
     text = within_life.attrs["experiment"]
-    return from_toml(text, where="the assay", lenient=True).lifetime.steps
+    return from_toml(text, source="the assay", lenient=True).lifetime.steps
 
 
 def latest_newborns(within_life: xr.Dataset) -> str:

@@ -168,7 +168,7 @@ def _draw_trajectories(axes: Axes, trace: xr.Dataset) -> None:
 
 
 def _parse_world(trace: xr.Dataset) -> World:
-    return from_toml(trace.attrs["experiment"], where="the trace", lenient=True).world
+    return from_toml(trace.attrs["experiment"], source="the trace", lenient=True).world
 
 
 def _draw_titled_map(axes: Axes, trace: xr.Dataset, world: World) -> np.ndarray:

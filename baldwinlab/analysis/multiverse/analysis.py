@@ -50,7 +50,7 @@ class VariantSettings(Protocol):
 def list_claims(paper: Paper | None = None) -> tuple[ClaimText, ...]:
     """Return the claims of a paper, or of the default paper."""
     return tuple(
-        ClaimText(id=claim.id, title=claim.title, claim=claim.text, figure=claim.figure)
+        ClaimText(id=claim.id, title=claim.title, claim=claim.text, figure=claim.paper_value)
         for claim in (paper or load()).claims
     )
 
@@ -116,7 +116,9 @@ def compute_distance(outcomes: Mapping[str, Outcome], paper: Paper | None = None
     float or None
         The distance, or None if the paper has no effect size or an effect is missing.
     """
-    figures = {claim.id: claim.figure for claim in (paper or load()).claims if claim.figure}
+    figures = {
+        claim.id: claim.paper_value for claim in (paper or load()).claims if claim.paper_value
+    }
     distances = []
     for claim, figure in figures.items():
         effect = outcomes[claim].effect if claim in outcomes else None

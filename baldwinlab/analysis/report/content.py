@@ -50,7 +50,7 @@ def parse_experiments(texts: Mapping[str, str]) -> dict[str, Experiment]:
         A text is not a valid experiment.
     """
     return {
-        name: from_toml(text, where=f"the experiment of {name}", lenient=True)
+        name: from_toml(text, source=f"the experiment of {name}", lenient=True)
         for name, text in texts.items()
     }
 

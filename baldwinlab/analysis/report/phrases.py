@@ -177,11 +177,11 @@ def agrees_with_paper(result: ClaimResult) -> bool:
     if (
         result.difference_from_paper is None
         or result.deciding is None
-        or result.claim.figure is None
+        or result.claim.paper_value is None
     ):
         return True
     low = result.deciding.numbers.low
     high = result.deciding.numbers.high
     if math.isnan(low):
         return result.difference_from_paper == 0
-    return low <= result.claim.figure <= high
+    return low <= result.claim.paper_value <= high

@@ -153,7 +153,7 @@ def _find_control_mismatch(data: xr.Dataset, study: AssayedStudy) -> str:
 
 
 def _fields(text: str) -> dict[str, Any]:
-    return from_toml(text, where="the assay", lenient=True).to_dict()
+    return from_toml(text, source="the assay", lenient=True).to_dict()
 
 
 def _is_declared(data: xr.Dataset, assay: str) -> bool:

@@ -204,7 +204,7 @@ def test_settings_are_assigned_written_and_validated() -> None:
         make_small_experiment(),
         ["evolution.neat.compatibility_threshold=4", "evolution.species.stagnation_generations=9"],
     )
-    assert from_toml(to_toml(changed), where="file") == changed
+    assert from_toml(to_toml(changed), source="file") == changed
     assert not list_changed_unused_settings(changed)
     with pytest.raises(
         ExperimentError,
