@@ -285,6 +285,6 @@ def _is_session(content: Any) -> bool:
 def read_experiment(path: Path) -> BaseExperiment:
     """Return the experiment of a stored condition, or raise StudyError."""
     try:
-        return from_toml(read_text_of_study(path, EXPERIMENT_FILE), where=str(path), lenient=True)
+        return from_toml(read_text_of_study(path, EXPERIMENT_FILE), source=str(path), lenient=True)
     except ValueError as error:
         raise StudyError(f"{path} cannot be read: {error}") from None
