@@ -11,11 +11,11 @@ from pathlib import Path
 from baldwinlab.lab import Lab, life_query
 from baldwinlab.lab.live import Live
 from baldwinlab.lab.recording import record_life
-from baldwinlab.lab.single_page import STATIC
+from baldwinlab.lab.single_page import STATIC_FOLDER
 
 LIFE_QUERY = {"preset": "evo+self-taught/A", "seed": "0", "run": "3", "generation": "20"}
 RECORDED_STEPS = life_query.Span(0, 1000)
-RECORDING_FILE = STATIC / "first_life.bald"
+RECORDING_FILE = STATIC_FOLDER / "first_life.bald"
 
 
 def first_life() -> bytes:

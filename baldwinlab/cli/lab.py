@@ -29,8 +29,10 @@ from baldwinlab.simulation.compilation import compile_experiments
 DEFAULT_FOLDER = Path("results")
 DEFAULT_PORT = 8642
 HOST = "127.0.0.1"
-COMPILER_DELAY = 1.5
-"""Time from the start of the server to the start of the compiler, in seconds.
+MAX_PORT = 65535
+LAB_PACKAGES = ("starlette", "uvicorn", "websockets")
+COMPILER_DELAY_SECONDS = 1.5
+"""Time from the start of the server to the start of the compiler.
 
 The page loads in this time, and shows a recorded life.
 """
@@ -57,7 +59,7 @@ def lab(
 
         baldwinlab lab
     """
-    if not all(find_spec(name) for name in ("starlette", "uvicorn", "websockets")):
+    if not all(find_spec(name) for name in LAB_PACKAGES):
         raise missing_extra_error("lab", "the lab")
     if not is_local(directory):
         raise RefusedError(
@@ -69,23 +71,25 @@ def lab(
             f"{directory} does not exist. Give the folder of a study, or one that holds studies."
         )
     load_parts(part)
-    with listening(port) as listener:
+    with open_listener(port) as listener:
         access = Access()
-        address = f"http://{HOST}:{listener.getsockname()[1]}/?token="
+        _, bound_port = listener.getsockname()
+        address = f"http://{HOST}:{bound_port}/?token="
         console.info(
             f"The lab is open at {address}{access.token} and shows {directory}. Ctrl-C closes it.",
             has_address=True,
         )
         if browser:
-            target = f"{address}{access.issue_ticket()}"
-            threading.Thread(target=webbrowser.open, args=[target], daemon=True).start()
+            # Other users can read the arguments of the browser's process, so it gets a ticket.
+            browser_address = f"{address}{access.issue_ticket()}"
+            threading.Thread(target=webbrowser.open, args=[browser_address], daemon=True).start()
         _serve(directory, listener, access)
 
 
-def listening(port: int) -> socket.socket:
+def open_listener(port: int) -> socket.socket:
     """Return a listening socket on loopback. Raise RefusedError if the port cannot be used."""
-    if not 0 <= port <= 65535:
-        raise RefusedError(f"--port {port} must be from 0 to 65535")
+    if not 0 <= port <= MAX_PORT:
+        raise RefusedError(f"--port {port} must be from 0 to {MAX_PORT}")
     listener = socket.socket()
     try:
         if os.name == "posix":
@@ -113,7 +117,11 @@ def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
     from baldwinlab.lab.server import make_app
 
     warm_up_thread = threading.Thread(target=_warm_up)
-    server = make_server(make_app(directory, access, ready=lambda: not warm_up_thread.is_alive()))
+
+    def is_engine_ready() -> bool:
+        return not warm_up_thread.is_alive()
+
+    server = make_server(make_app(directory, access, is_engine_ready))
     warm_up_thread.start()
     # The server raises KeyboardInterrupt again after its end.
     with suppress(KeyboardInterrupt):
@@ -125,7 +133,7 @@ def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
 def _warm_up() -> None:
     """Compile the engine, or load the compiled engine."""
     if not is_compiled(Experiment()):
-        time.sleep(COMPILER_DELAY)
+        time.sleep(COMPILER_DELAY_SECONDS)
     try:
         seconds = compile_experiments([Experiment()])
     except BaldwinLabError as error:

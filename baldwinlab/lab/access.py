@@ -5,7 +5,7 @@ from __future__ import annotations
 import secrets
 from typing import Final
 
-REFUSAL: Final = (
+MISSING_TOKEN_ERROR: Final = (
     "this lab needs its token: open the address that the command `baldwinlab lab` printed"
 )
 

@@ -53,7 +53,9 @@ def pack_stored_frequencies(lab: Lab, query: Query) -> bytes:
     def make() -> bytes:
         genomes = iterate_genomes(experiment, study.record(name, run))
         frequencies = compute_allele_frequencies(experiment, genomes)
-        return binary_frames.pack(_make_header(experiment, 0), {"share": frequencies})
+        return binary_frames.pack(
+            _make_header(experiment, first_generation=0), {"share": frequencies}
+        )
 
     return lab.cache.get(("alleles", experiment, study.seed, run), make)
 
@@ -63,22 +65,24 @@ def pack_live_frequencies(lab: Lab, query: Query) -> bytes:
 
     Raise errors as `LiveRun.find_history` and `pack_stored_frequencies`.
     """
-    live = lab.live.find_run(query["live"])
+    live_run = lab.live.find_run(query["live"])
     run = read_number(query, "run")
     generation = read_number(query, "generation")
-    experiment = live.experiment
-    history = live.find_history(run, generation)
-    _require_alleles(experiment, 1)
-    stored_generation, genome = history.saved_genomes_until(generation)
-    if stored_generation != generation:
-        genome = recompute_genomes(
+    experiment = live_run.experiment
+    history = live_run.find_history(run, generation)
+    _require_alleles(experiment, n_generations=1)
+    saved_generation, genomes = history.saved_genomes_until(generation)
+    if saved_generation != generation:
+        genomes = recompute_genomes(
             experiment,
-            GenerationKey(live.seed, run, generation),
-            live.read_fitness(run, generation),
-            (stored_generation, genome),
+            GenerationKey(live_run.seed, run, generation),
+            live_run.read_fitness(run, generation),
+            start=(saved_generation, genomes),
         )
-    frequencies = compute_allele_frequencies(experiment, [genome])
-    return binary_frames.pack(_make_header(experiment, generation), {"share": frequencies})
+    frequencies = compute_allele_frequencies(experiment, [genomes])
+    return binary_frames.pack(
+        _make_header(experiment, first_generation=generation), {"share": frequencies}
+    )
 
 
 def compute_allele_frequencies(
@@ -88,9 +92,12 @@ def compute_allele_frequencies(
 
     The loci of several modules follow each other. A value that is not an allele is not counted.
     """
-    values = np.array(list(model_displays.read_alleles(experiment).values()), np.float32)
-    by_locus = (genome.reshape(len(genome), -1, 1) for genome in genomes)
-    return np.stack([(genome == values).mean(axis=0, dtype=np.float32) for genome in by_locus])
+    allele_values = np.array(list(model_displays.read_alleles(experiment).values()), np.float32)
+    # The last axis is that of the alleles.
+    genes_by_locus = (genome.reshape(len(genome), -1, 1) for genome in genomes)
+    return np.stack(
+        [(genes == allele_values).mean(axis=0, dtype=np.float32) for genes in genes_by_locus]
+    )
 
 
 def _make_header(experiment: BaseExperiment, first_generation: int) -> dict[str, Any]:
@@ -102,17 +109,18 @@ def _make_header(experiment: BaseExperiment, first_generation: int) -> dict[str,
     }
 
 
-def _require_alleles(experiment: BaseExperiment, generations: int) -> None:
-    """Check that there are alleles, and that their frequencies fit into one response.
+def _require_alleles(experiment: BaseExperiment, n_generations: int) -> None:
+    """Raise an error if there are no alleles, or if their frequencies exceed one response.
 
-    Raise MissingError if the model declares no alleles, and ValueError for too many values.
+    The error is MissingError if the model declares no alleles, and ValueError for too many values.
     """
     alleles = model_displays.read_alleles(experiment)
     if not alleles:
         raise MissingError(f"{experiment.name}: the model {experiment.model} declares no alleles")
-    loci = len(experiment.modules) * experiment.genome_length
-    if generations * loci * len(alleles) * np.dtype(np.float32).itemsize > MAX_RESPONSE_BYTES:
+    n_loci = len(experiment.modules) * experiment.genome_length
+    n_frequencies = n_generations * n_loci * len(alleles)
+    if n_frequencies * np.dtype(np.float32).itemsize > MAX_RESPONSE_BYTES:
         raise ValueError(
-            f"{experiment.name} has {generations:,} generations of {loci:,} loci, too many for one"
-            " response"
+            f"{experiment.name} has {n_generations:,} generations of {n_loci:,} loci, too many for"
+            " one response"
         )

@@ -18,6 +18,7 @@ def make_appearance_template(experiment: Experiment) -> dict[str, Any]:
     appearance = describe_appearance(experiment).to_dict()
     n_foods = len(experiment.world.food)
     n_regions = len(item_regions(experiment))
+    # A path without the name of a table is that of a field of the row.
     food = {"name": FOOD, "color": FOOD_COLOR, "number": {"path": "count"}}
     food_region = {
         "kind": "rectangle",
@@ -29,15 +30,17 @@ def make_appearance_template(experiment: Experiment) -> dict[str, Any]:
         "label": FOOD,
         "solid": False,
     }
+    # The marks are the food regions, the other regions, the start area, and those of features.
     start_area = appearance["marks"][n_regions] | {
         "x": {"sum": [["world.start.x", 1], ["world.start.radius", -1]]},
         "y": {"sum": [["world.start.y", 1], ["world.start.radius", -1]]},
         "width": {"sum": [["world.start.radius", 2]]},
         "height": {"sum": [["world.start.radius", 2]]},
     }
+    radius = {"path": "senses.visual_radius"}
+    # None is an input without a sector.
     appearance["sectors"] = [
-        sector and sector | {"radius": {"path": "senses.visual_radius"}}
-        for sector in appearance["sectors"]
+        None if sector is None else sector | {"radius": radius} for sector in appearance["sectors"]
     ]
     appearance["item_kinds"] = [
         {"table": "world.food", "row": food},

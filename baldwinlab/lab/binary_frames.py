@@ -19,7 +19,9 @@ import numpy.typing as npt
 MAGIC = b"BALD"
 DTYPES = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "float32")
 # A typed array of any of these types may begin at a multiple of this number of bytes.
-_ALIGNMENT = 8
+_ALIGNMENT_BYTES = 8
+# The number that states the size of the header.
+_SIZE_BYTES = 4
 
 
 def pack(
@@ -60,26 +62,35 @@ def pack(
         ordered = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
         if name in differences:
             entries[-1]["differences"] = True
-            ordered = _column_differences(ordered)
+            ordered = _subtract_rows(ordered)
         raw = ordered.tobytes()
-        padding = bytes(-len(raw) % _ALIGNMENT)
+        padding = bytes(_count_padding(len(raw)))
         chunks += [raw, padding]
         offset += len(raw) + len(padding)
     text = json.dumps({**header, "arrays": entries}, allow_nan=False).encode()
     # The data begins at a multiple of the alignment.
-    text += b" " * (-(len(MAGIC) + 4 + len(text)) % _ALIGNMENT)
-    return b"".join([MAGIC, len(text).to_bytes(4, "little"), text, *chunks])
+    text += b" " * _count_padding(len(MAGIC) + _SIZE_BYTES + len(text))
+    return b"".join([MAGIC, len(text).to_bytes(_SIZE_BYTES, "little"), text, *chunks])
 
 
-def _column_differences(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return an array [row, column] as unsigned differences between rows [column, row], modulo."""
+def _count_padding(n_bytes: int) -> int:
+    """Return the number of bytes up to the next multiple of the alignment."""
+    return -n_bytes % _ALIGNMENT_BYTES
+
+
+def _subtract_rows(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return the difference of each row of an array [row, column] from the row above it.
+
+    The result is [column, row]. The differences are unsigned and wrap around.
+    """
     bits = array.view(f"<u{array.itemsize}").T
     return np.diff(bits, axis=1, prepend=bits.dtype.type(0))
 
 
 def narrow(counts: npt.NDArray[np.uint32]) -> npt.NDArray[Any]:
     """Return counts as uint16 if all values fit, else unchanged."""
-    return counts.astype(np.uint16) if counts.max(initial=0) < 2**16 else counts
+    fits_in_uint16 = counts.max(initial=0) <= np.iinfo(np.uint16).max
+    return counts.astype(np.uint16) if fits_in_uint16 else counts
 
 
 def unpack(raw: bytes) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
@@ -89,17 +100,20 @@ def unpack(raw: bytes) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
     """
     if raw[: len(MAGIC)] != MAGIC:
         raise ValueError("these bytes are not a container: they do not begin with BALD")
-    begin = len(MAGIC) + 4
-    end = begin + int.from_bytes(raw[len(MAGIC) : begin], "little")
-    header = json.loads(raw[begin:end])
+    header_start = len(MAGIC) + _SIZE_BYTES
+    header_size = int.from_bytes(raw[len(MAGIC) : header_start], "little")
+    data_start = header_start + header_size
+    header = json.loads(raw[header_start:data_start])
     arrays = {}
     for entry in header["arrays"]:
         dtype = np.dtype(entry["dtype"]).newbyteorder("<")
         shape = tuple(entry["shape"])
-        count = int(np.prod(shape, dtype=np.int64))
-        array = np.frombuffer(raw, dtype, count, end + entry["offset"])
+        n_values = int(np.prod(shape, dtype=np.int64))
+        array = np.frombuffer(raw, dtype, n_values, data_start + entry["offset"])
         if entry.get("differences"):
-            bits = array.view(f"<u{dtype.itemsize}").reshape(shape[::-1])
-            array = np.cumsum(bits, axis=1, dtype=bits.dtype).T.copy().view(dtype)
+            # Differences are stored as [column, row].
+            differences = array.view(f"<u{dtype.itemsize}").reshape(shape[::-1])
+            bits = np.cumsum(differences, axis=1, dtype=differences.dtype)
+            array = bits.T.copy().view(dtype)
         arrays[entry["name"]] = array.reshape(shape)
     return header, arrays

@@ -47,7 +47,7 @@ FIELD_RULES: Final = (
             "than": f"world.food.*.{axis}.1",
             "message": "the first edge must be less than the second edge,",
         }
-        for axis in "xy"
+        for axis in ("x", "y")
     ),
     *(
         {
@@ -66,37 +66,38 @@ def list_choosable_parts(experiment: Experiment) -> dict[str, list[str]]:
 
     The compiled modules of the page contain these parts.
     """
-    selection = experiment.evolution.selection
+    custom_selection = experiment.evolution.selection
     selections = list(BUILT_IN["selection"])
-    if selection not in selections:
-        selections.append(selection)
-    choosable = {"evolution.selection": selections}
+    if custom_selection not in selections:
+        selections.append(custom_selection)
+    parts_by_path = {"evolution.selection": selections}
     if experiment.evolution.inheritance in COMMON_INHERITANCES:
-        choosable["evolution.inheritance"] = list(COMMON_INHERITANCES)
+        parts_by_path["evolution.inheritance"] = list(COMMON_INHERITANCES)
     if not any(added_choices(experiment)):
-        choosable["learning.rule"] = list(BUILT_IN["learning rule"])
-    return choosable
+        parts_by_path["learning.rule"] = list(BUILT_IN["learning rule"])
+    return parts_by_path
 
 
 def make_form_schema(experiment: Experiment) -> Any:
     """Return the JSON schema of the form, with constants for fields that the page cannot change."""
     schema = make_schema(type(experiment))
-    choosable = list_choosable_parts(experiment)
+    choosable_parts = list_choosable_parts(experiment)
     part_fields = choosing_fields(type(experiment))
-    fixed = ["model", "record.genome_every"]
-    fixed += [path for path, _, _ in part_fields if path not in choosable]
+    fixed_paths = ["model", "record.genome_every"]
+    fixed_paths += [path for path, _, _ in part_fields if path not in choosable_parts]
     if any(added_choices(experiment)):
-        fixed += ["name", "lifetime.update", *_list_compiled_fields(experiment)]
-    for path, names in choosable.items():
-        fields, name = find_field(schema, path)
-        fields[name] |= {"enum": names}
+        fixed_paths += ["name", "lifetime.update", *_list_compiled_fields(experiment)]
+    for path, part_names in choosable_parts.items():
+        properties, name = find_field(schema, path)
+        properties[name] |= {"enum": part_names}
     tree = experiment.to_dict()
-    for path in dict.fromkeys(fixed):
-        fields, name = find_field(schema, path)
+    # A path can be listed twice.
+    for path in dict.fromkeys(fixed_paths):
+        properties, name = find_field(schema, path)
         value: Any = tree
-        for step in path.split("."):
-            value = value[step]
-        fields[name] = {"const": value}
+        for key in path.split("."):
+            value = value[key]
+        properties[name] = {"const": value}
     return schema
 
 
@@ -109,14 +110,15 @@ def _list_compiled_fields(experiment: Experiment) -> Iterator[str]:
     for path, kind, _ in choosing_fields(type(experiment)):
         for part in experiment.parts(path):
             if type(part).name not in BUILT_IN[kind]:
-                numeric = numeric_fields(type(part))
-                table = f"{path.rpartition('.')[0]}.{table_name(type(part).name)}"
+                names_of_numbers = numeric_fields(type(part))
+                parent_path, _, _ = path.rpartition(".")
+                table = f"{parent_path}.{table_name(type(part).name)}"
                 fields = type(part).model_fields
-                yield from (f"{table}.{name}" for name in fields if name not in numeric)
-    constants = _format_layout(experiment)
+                yield from (f"{table}.{name}" for name in fields if name not in names_of_numbers)
+    layout = _format_layout(experiment)
     for path, value in _list_numbers(experiment.to_dict()):
-        changed = _change_value(experiment, path, value)
-        if changed is not None and _format_layout(changed) != constants:
+        changed_experiment = _change_value(experiment, path, value)
+        if changed_experiment is not None and _format_layout(changed_experiment) != layout:
             yield path
 
 
@@ -136,10 +138,12 @@ def _list_numbers(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str,
 
 def _change_value(experiment: Experiment, path: str, value: float) -> Experiment | None:
     """Return the experiment with another valid number at a path, or None if there is none."""
-    for number in (value / 2, value * 2, value + 1, value - 1):
-        change: Any = int(number) if isinstance(value, int) else number
-        for step in reversed(path.split(".")):
-            change = {step: change}
+    candidates = (value / 2, value * 2, value + 1, value - 1)
+    for candidate in candidates:
+        # The number, in the tables of its path.
+        change: Any = int(candidate) if isinstance(value, int) else candidate
+        for key in reversed(path.split(".")):
+            change = {key: change}
         with suppress(ExperimentError):
             return experiment.replace(**change)
     return None

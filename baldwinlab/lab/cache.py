@@ -18,8 +18,9 @@ class Cache:
     def __init__(self, max_bytes: int = MAX_CACHE_BYTES) -> None:
         self._max_bytes = max_bytes
         self._lock = Lock()
+        # The most recently used entry is the last one.
         self._entries: OrderedDict[Hashable, bytes] = OrderedDict()
-        self.size = 0  # bytes of all entries
+        self.used_bytes = 0
 
     def get(self, key: Hashable, make: Callable[[], bytes]) -> bytes:
         """Return the entry of a key, or the result of `make`.
@@ -35,8 +36,8 @@ class Cache:
             # Another thread may have stored an entry of this key during `make`.
             if key not in self._entries and len(content) <= self._max_bytes:
                 self._entries[key] = content
-                self.size += len(content)
-            while self.size > self._max_bytes:
-                _, oldest = self._entries.popitem(last=False)
-                self.size -= len(oldest)
+                self.used_bytes += len(content)
+            while self.used_bytes > self._max_bytes:
+                _, oldest_content = self._entries.popitem(last=False)
+                self.used_bytes -= len(oldest_content)
         return content

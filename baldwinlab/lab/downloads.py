@@ -30,7 +30,7 @@ from baldwinlab.simulation.replay import replay
 REPLAY_MODULE = "replay_page.js"
 STYLES = ("style.css", "world.css", "world_figure.css", "replay_page.css")
 MOVIE_TYPES = {"mp4": "video/mp4", "gif": "image/gif"}
-# Agents x steps of a movie. Each agent-step of the trace needs about 100 bytes of memory.
+# Each agent-step of the trace of a movie needs about 100 bytes of memory.
 MAX_MOVIE_AGENT_STEPS = 2_000_000
 _REPORT_PATH = re.compile(
     r"(?:(?P<study>.+)/)?(?P<file>report\.html|figures/[\w.+-]+\.(?:svg|png|csv))"
@@ -81,11 +81,13 @@ def _respond_replay(lab: Lab, query: Query) -> Response:
 
 
 def _respond_laboratory(lab: Lab, query: Query) -> Response:
-    """Return a page that simulates the conditions of the lifetimes, with their seed."""
+    """Return a page that simulates the conditions of the lifetimes, with the seed of the first."""
     lifetimes = [life_query.find_life(lab, source) for source in _read_sources(query)]
-    experiments = list({life.experiment.name: life.experiment for life in lifetimes}.values())
-    page = render_live_page(experiments, lifetimes[0].key.seed)
-    return _make_attachment(page, "text/html", f"{_make_file_name(lifetimes[:1])}-live.html")
+    first_life = lifetimes[0]
+    # Two lifetimes can have the same condition, which is a single preset of the page.
+    experiment_by_name = {life.experiment.name: life.experiment for life in lifetimes}
+    page = render_live_page(list(experiment_by_name.values()), first_life.key.seed)
+    return _make_attachment(page, "text/html", f"{_make_file_name([first_life])}-live.html")
 
 
 def _respond_movie(lab: Lab, query: Query) -> Response:
@@ -95,7 +97,9 @@ def _respond_movie(lab: Lab, query: Query) -> Response:
     ticket = query.get("ticket", "")
     try:
         movie = make_movie(
-            lifetimes, movie_format, lambda share: lab.movie_progress.update({ticket: share})
+            lifetimes,
+            movie_format,
+            report_progress=lambda share_done: lab.movie_progress.update({ticket: share_done}),
         )
     finally:
         lab.movie_progress.pop(ticket, None)
@@ -142,17 +146,18 @@ def render_replay_page(lab: Lab, sources: list[dict[str, str]], step: int) -> by
 def _make_panel(life: Life, source: dict[str, str]) -> dict[str, Any]:
     """Return the compressed recording of a lifetime, and the commands that reproduce it."""
     experiment = life.experiment
-    steps = experiment.lifetime.steps
-    span = life_query.read_span(source, steps, estimate_bytes_per_step(experiment))
+    n_steps = experiment.lifetime.steps
+    span = life_query.read_span(source, n_steps, estimate_bytes_per_step(experiment))
     seed, run, generation = life.key
     is_preset = _is_preset(life)
-    name = experiment.name if is_preset else "experiment.toml"
+    preset_or_file = experiment.name if is_preset else "experiment.toml"
     return {
         "title": f"{experiment.name}, run {run}, generation {generation}",
         "recording": single_page.compress(record_life(life, span, source)),
         "experiment": None if is_preset else to_toml(experiment),
         "commands": [
-            f"baldwinlab run {name} --seed {seed} --runs {run + 1} --out study",
+            # The study needs all runs up to this one.
+            f"baldwinlab run {preset_or_file} --seed {seed} --runs {run + 1} --out study",
             f"baldwinlab replay study --condition {experiment.name} --run {run}"
             f" --generation {generation} --out life.mp4",
         ],
@@ -190,12 +195,12 @@ def make_movie(
     """
     if movie_format not in MOVIE_TYPES:
         raise ValueError(f"format = {movie_format!r} must be one of {', '.join(MOVIE_TYPES)}")
-    for experiment in (life.experiment for life in lifetimes):
-        agents = experiment.population.size
-        steps = experiment.lifetime.steps
-        if agents * steps > MAX_MOVIE_AGENT_STEPS:
+    for life in lifetimes:
+        n_agents = life.experiment.population.size
+        n_steps = life.experiment.lifetime.steps
+        if n_agents * n_steps > MAX_MOVIE_AGENT_STEPS:
             raise ValueError(
-                f"a movie of {agents} agents and {steps} steps is too large for the page; use"
+                f"a movie of {n_agents} agents and {n_steps} steps is too large for the page; use"
                 " `baldwinlab replay`"
             )
     with TemporaryDirectory() as folder:
@@ -220,11 +225,14 @@ def find_report(lab: Lab, name: str) -> Path:
     match = _REPORT_PATH.fullmatch(name)
     if match is None:
         raise MissingError(f"there is no {name} here")
-    study = match["study"] or "."
-    path = study_access.find_study(lab, study).directory / match["file"]
+    # Without a folder, the served folder is the study.
+    study_name = match["study"] or "."
+    path = study_access.find_study(lab, study_name).directory / match["file"]
     study_access.require_inside(lab.root, path)
     if not path.is_file():
-        raise MissingError(f"the study {study} has no {match['file']} yet; run `baldwinlab report`")
+        raise MissingError(
+            f"the study {study_name} has no {match['file']} yet; run `baldwinlab report`"
+        )
     return path
 
 

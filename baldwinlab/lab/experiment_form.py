@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from starlette.concurrency import run_in_threadpool
@@ -27,16 +28,18 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def check(request: Request) -> JSONResponse:
-        order = await read_body(request)
-        errors = find_errors(order.get("experiment")) or _find_limit_errors(order)
-        note = "" if errors else await run_in_threadpool(_describe_sample_size, order)
+        body = await read_body(request)
+        errors = find_errors(body.get("experiment")) or _find_limit_errors(body)
+        note = "" if errors else await run_in_threadpool(_describe_sample_size, body)
         return JSONResponse({"errors": errors, "note": note})
 
     async def schema(request: Request) -> JSONResponse:
-        return JSONResponse(make_form((await read_body(request)).get("experiment")))
+        body = await read_body(request)
+        return JSONResponse(make_form(body.get("experiment")))
 
     async def preview(request: Request) -> JSONResponse:
-        experiment = validate((await read_body(request)).get("experiment", {}))
+        body = await read_body(request)
+        experiment = validate(body.get("experiment", {}))
         if not isinstance(experiment, Experiment):
             return JSONResponse({"world": None, "appearance": None})
         return JSONResponse(describe_world(experiment))
@@ -83,30 +86,33 @@ def complete_experiment(tree: Any) -> BaseExperiment:
             experiment: BaseExperiment = validate(tree)
             return experiment
         except ExperimentError as error:
-            lines = str(error).splitlines()
-            paths = [
-                line.partition(UNKNOWN_FIELD_MESSAGE)[0]
-                for line in lines
-                if UNKNOWN_FIELD_MESSAGE in line
-            ]
-            pruned = tree
-            for path in paths:
-                pruned = _remove_table(pruned, path.split("."))
-            if pruned == tree:
+            pruned_tree = tree
+            for path in _list_unknown_fields(str(error)):
+                pruned_tree = _remove_table(pruned_tree, path.split("."))
+            if pruned_tree == tree:
                 raise
-            tree = pruned
+            tree = pruned_tree
+
+
+def _list_unknown_fields(message: str) -> Iterator[str]:
+    """Yield the paths of unknown fields in an error message with one line per field."""
+    for line in message.splitlines():
+        path, separator, _ = line.partition(UNKNOWN_FIELD_MESSAGE)
+        if separator:
+            yield path
 
 
 def _remove_table(tree: Any, path: list[str]) -> Any:
-    """Return a copy of a tree without the table at a path."""
-    if not isinstance(tree, dict) or path[0] not in tree:
+    """Return a copy of a tree without the table at a path. Values that are not tables remain."""
+    first_name, *child_path = path
+    if not isinstance(tree, dict) or first_name not in tree:
         return tree
-    child = tree[path[0]]
-    if len(path) > 1:
-        return tree | {path[0]: _remove_table(child, path[1:])}
+    child = tree[first_name]
+    if child_path:
+        return tree | {first_name: _remove_table(child, child_path)}
     if not isinstance(child, dict):
         return dict(tree)
-    return {name: value for name, value in tree.items() if name != path[0]}
+    return {name: value for name, value in tree.items() if name != first_name}
 
 
 def find_errors(tree: Any) -> list[dict[str, str]]:
@@ -124,35 +130,40 @@ def find_errors(tree: Any) -> list[dict[str, str]]:
     return []
 
 
-def _find_limit_errors(order: dict[str, Any]) -> list[dict[str, str]]:
+def _find_limit_errors(body: dict[str, Any]) -> list[dict[str, str]]:
     """Return why a valid experiment cannot be a live run: its size or its seed."""
-    if "runs" not in order:
+    if "runs" not in body:
         return []
     try:
-        runs = read_body_number(order, "runs", 1)
-        check_seed(read_body_number(order, "seed", 0))
-        check_size(validate(order["experiment"]), runs)
+        n_runs = read_body_number(body, "runs", 1)
+        check_seed(read_body_number(body, "seed", 0))
+        check_size(validate(body["experiment"]), n_runs)
     except ValueError as error:
-        return [{"path": _find_error_path(str(error), order), "message": str(error)}]
+        return [{"path": _find_error_path(str(error), body), "message": str(error)}]
     return []
 
 
-def _describe_sample_size(order: dict[str, Any]) -> str:
+def _describe_sample_size(body: dict[str, Any]) -> str:
     """Return a note if there are too few runs to compare two conditions, else ""."""
     # This import of SciPy's statistics takes time.
     from baldwinlab.analysis.statistics.contrasts import planned_tests
     from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 
-    if "runs" not in order:
+    if "runs" not in body:
         return ""
-    conditions = {"first": Factors(), "second": Factors()}
-    note = describe_too_few(planned_tests(conditions, read_body_number(order, "runs", 1)))
-    return f"To compare two conditions: {note[0].lower()}{note[1:]}" if note else ""
+    two_conditions = {"first": Factors(), "second": Factors()}
+    n_runs = read_body_number(body, "runs", 1)
+    note = describe_too_few(planned_tests(two_conditions, n_runs))
+    if not note:
+        return ""
+    note_within_sentence = f"{note[0].lower()}{note[1:]}"
+    return f"To compare two conditions: {note_within_sentence}"
 
 
 def _find_error_path(message: str, tree: Any) -> str:
     """Return the path at the beginning of an error message, or ""."""
-    path = message.split(" ", 1)[0].removesuffix(":")
+    first_word, _, _ = message.partition(" ")
+    path = first_word.removesuffix(":")
     node = tree
     for step in path.split("."):
         if isinstance(node, list) and step.isdecimal() and int(step) < len(node):

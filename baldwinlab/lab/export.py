@@ -38,6 +38,8 @@ STYLES: Final = (
 )
 MAX_RUNS: Final = 50
 MAX_PAGE_BYTES: Final = 2_000_000
+# Quantile of Student's t at the upper end of a 95 % interval.
+UPPER_PROBABILITY: Final = 0.975
 # The package contains a compiled module for each combination of these settings.
 MODULE_SETTINGS: Final = ("learning.rule", "lifetime.update")
 
@@ -100,11 +102,16 @@ def collect_page_data(experiments: Sequence[Experiment]) -> dict[str, Any]:
         for name, module_experiment in _list_modules(experiment):
             programs.setdefault(name, _make_program(name, module_experiment))
     schemas = [make_form_schema(experiment) for experiment in experiments]
-    unique_schemas = [
-        schema for number, schema in enumerate(schemas) if schema not in schemas[:number]
-    ]
+    unique_schemas: list[Any] = []
+    for schema in schemas:
+        # Schemas are dictionaries, which a set cannot contain.
+        if schema not in unique_schemas:
+            unique_schemas.append(schema)
     # The page multiplies standard errors by these factors, which give 95 % intervals over runs.
-    quantiles = [float(stats.t.ppf(0.975, max(1, runs - 1))) for runs in range(1, MAX_RUNS + 1)]
+    quantiles = [
+        float(stats.t.ppf(UPPER_PROBABILITY, df=max(1, n_runs - 1)))
+        for n_runs in range(1, MAX_RUNS + 1)
+    ]
     return {
         "version": __version__,
         "presets": [
@@ -114,6 +121,7 @@ def collect_page_data(experiments: Sequence[Experiment]) -> dict[str, Any]:
         "schemas": unique_schemas,
         "programs": list(programs.values()),
         "rules": FIELD_RULES,
+        # The index is the number of runs, so the list has an entry for no run.
         "quantiles": [0.0, *quantiles],
     }
 
@@ -133,16 +141,17 @@ def _make_program(name: str, experiment: Experiment) -> dict[str, Any]:
     """Return a program: a compiled module, its memory layout, and the settings that select it."""
     paths = list(MODULE_SETTINGS)
     if any(added_choices(experiment)):
-        choosable = list_choosable_parts(experiment)
+        choosable_parts = list_choosable_parts(experiment)
         part_fields = choosing_fields(type(experiment))
-        paths += [path for path, _, _ in part_fields if path not in choosable]
-    settings = {path: look_up(experiment, path)[0] for path in paths}
+        paths += [path for path, _, _ in part_fields if path not in choosable_parts]
+    settings = {}
+    for path in paths:
+        value, _ = look_up(experiment, path)
+        # The page compares lists, as in JSON.
+        settings[path] = list(value) if isinstance(value, tuple) else value
     return {
         "name": name,
-        "when": {
-            path: list(value) if isinstance(value, tuple) else value
-            for path, value in settings.items()
-        },
+        "when": settings,
         "module": single_page.compress(load_module(experiment)),
         "plan": ModuleLayout(experiment).plan(),
     }
@@ -165,6 +174,7 @@ def _make_preset(experiment: Experiment) -> dict[str, Any]:
 
 def _join_worker_code() -> str:
     """Return the code of a worker. A worker cannot import modules, so their code is joined."""
-    code = "".join((single_page.STATIC / name).read_text("utf-8") for name in WORKER_MODULES)
+    paths = [single_page.STATIC_FOLDER / name for name in WORKER_MODULES]
+    code = "".join(path.read_text("utf-8") for path in paths)
     lines = [line for line in code.splitlines() if not line.startswith("import ")]
     return "\n".join(line.removeprefix("export ") for line in lines)

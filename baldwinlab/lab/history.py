@@ -92,19 +92,22 @@ def trace_ancestor_line(
         - mean: the mean number of items eaten in each generation.
 
     """
+    # The functions of descent go back in time, and the lists of the page go forward.
     couples = trace_fitter_parents(parents, generation, agent)[::-1]
+    ancestor_groups = list_ancestors(parents, generation, agent)[::-1]
     line = [fitter for fitter, _ in couples] + [agent]
     partners = [partner for _, partner in couples]
-    first = generation - len(couples)
-    counts = [len(group) for group in list_ancestors(parents, generation, agent)]
+    first_generation = generation - len(couples)
+    generations_of_line = range(first_generation, generation + 1)
+    generations_of_partners = range(first_generation, generation)
     return {
-        "first": first,
+        "first": first_generation,
         "agents": line,
-        "eaten": eaten[range(first, generation + 1), line].tolist(),
+        "eaten": eaten[generations_of_line, line].tolist(),
         "partners": partners,
-        "eaten_by_partners": eaten[range(first, generation), partners].tolist(),
-        "ancestors": counts[::-1],
-        "mean": eaten[first : generation + 1].mean(axis=1).tolist(),
+        "eaten_by_partners": eaten[generations_of_partners, partners].tolist(),
+        "ancestors": [len(group) for group in ancestor_groups],
+        "mean": eaten[first_generation : generation + 1].mean(axis=1).tolist(),
     }
 
 
@@ -122,8 +125,10 @@ def _load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
     if "live" in query:
         history = lab.live.find_run(query["live"]).find_history(run, generation)
     else:
+        n_generations = generation + 1
+        # The page needs no genomes, so the run saves as few as possible.
         shortened = experiment.replace(
-            evolution={"generations": generation + 1}, record={"genome_every": generation + 1}
+            evolution={"generations": n_generations}, record={"genome_every": n_generations}
         )
-        (history,) = simulate_histories(shortened, seed, [run])
+        (history,) = simulate_histories(shortened, seed, runs=[run])
     return history.parents, history.recorded_values("food_eaten")

@@ -11,6 +11,7 @@ import re
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from http import HTTPStatus
 from pathlib import Path
 from typing import Any, Final
 
@@ -35,10 +36,14 @@ from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
 
-MAX_ACTIVE_RUNS: Final = 4  # running or paused live runs
-MAX_TOTAL_BYTES: Final = 1_000_000_000  # memory of all live runs, including finished ones
-GRACE_PERIOD: Final = 60.0  # seconds that an unwatched run waits for a page
-POLL_INTERVAL: Final = 0.05  # seconds between two checks for new generations
+# Running or paused live runs.
+MAX_ACTIVE_RUNS: Final = 4
+# Memory of all live runs, including finished ones.
+MAX_TOTAL_BYTES: Final = 1_000_000_000
+# An unwatched run waits this long for a page.
+GRACE_SECONDS: Final = 60.0
+# Time between two checks for new generations.
+POLL_SECONDS: Final = 0.05
 MAX_GENERATIONS_PER_MESSAGE: Final = 500
 MAX_NAME_LENGTH: Final = 100
 STUDY_NAME_PATTERN: Final = re.compile(
@@ -49,52 +54,61 @@ STUDY_NAME_PATTERN: Final = re.compile(
 class Live:
     """The live runs of one server.
 
-    A run that no page watches for `grace` seconds is stopped and removed.
+    A run that no page watches for `grace_seconds` is stopped and removed.
     """
 
-    def __init__(self, grace: float = GRACE_PERIOD) -> None:
-        self._grace = grace
+    def __init__(self, grace_seconds: float = GRACE_SECONDS) -> None:
+        self._grace_seconds = grace_seconds
         self._runs: dict[str, LiveRun] = {}
         self._lock = threading.Lock()
 
-    def start(self, experiment: Experiment, seed: int, runs: int, seconds: float = 0.0) -> LiveRun:
-        """Start a live run.
+    def start(
+        self,
+        experiment: Experiment,
+        seed: int,
+        n_runs: int,
+        seconds_per_generation: float = 0.0,
+    ) -> LiveRun:
+        """Start a live run. The parameters are those of `LiveRun`.
 
         Raise ValueError if it is too large, or if too many live runs are active.
         """
         check_seed(seed)
-        check_size(experiment, runs)
+        check_size(experiment, n_runs)
         with self._lock:
-            n_active = sum(not run.ended for run in self._runs.values())
+            n_active = sum(not run.has_ended for run in self._runs.values())
             if n_active >= MAX_ACTIVE_RUNS:
                 raise ValueError(
                     f"{MAX_ACTIVE_RUNS} live runs are active, and no more are allowed; stop one of"
                     " them first"
                 )
-            self._free_memory(estimate_memory(experiment, runs))
-            run = LiveRun(experiment, seed, runs, seconds)
+            self._free_memory(estimate_memory(experiment, n_runs))
+            run = LiveRun(experiment, seed, n_runs, seconds_per_generation)
             self._runs[run.id] = run
             self._schedule_removal(run)
         return run
 
-    def _free_memory(self, required: int) -> None:
-        """Remove the oldest finished runs that no page watches, until `required` bytes are free.
+    def _free_memory(self, required_bytes: int) -> None:
+        """Remove the oldest finished runs that no page watches, until enough bytes are free.
 
-        Raise ValueError if the removal of all of them does not free enough memory.
+        Raise ValueError if the removal of all such runs does not free enough memory.
         """
-        used = sum(run.memory for run in self._runs.values())
-        excess = used + required - MAX_TOTAL_BYTES
-        removable = []
+        used_bytes = sum(run.memory_bytes for run in self._runs.values())
+        excess_bytes = used_bytes + required_bytes - MAX_TOTAL_BYTES
+        runs_to_remove = []
+        # The runs are in the order of their start.
         for run in self._runs.values():
-            if excess > 0 and run.ended and not run.watchers:
-                removable.append(run)
-                excess -= run.memory
-        if excess > 0:
+            is_removable = run.has_ended and not run.n_watchers
+            if excess_bytes > 0 and is_removable:
+                runs_to_remove.append(run)
+                excess_bytes -= run.memory_bytes
+        if excess_bytes > 0:
             raise ValueError(
                 f"live runs may use {MAX_TOTAL_BYTES:,} bytes of memory in total, and this run"
-                f" would exceed the limit by {excess:,} bytes; close the page of a finished run"
+                f" would exceed the limit by {excess_bytes:,} bytes; close the page of a finished"
+                " run"
             )
-        for run in removable:
+        for run in runs_to_remove:
             run.removal_timer.cancel()
             del self._runs[run.id]
 
@@ -118,12 +132,12 @@ class Live:
         with self._lock:
             run = self.find_run(id)
             run.removal_timer.cancel()
-            run.watchers += 1
+            run.n_watchers += 1
         try:
             yield run
         finally:
             with self._lock:
-                run.watchers -= 1
+                run.n_watchers -= 1
                 self._schedule_removal(run)
 
     def save(self, id: str, root: Path, name: str) -> None:
@@ -131,8 +145,8 @@ class Live:
 
         The study equals that of `baldwinlab run` with the finished number of generations.
 
-        Raise MissingError for an unknown run, and StudyError for a name that exists or leads out of
-        the folder, and for a run that cannot be saved.
+        Raise MissingError for an unknown run. Raise StudyError for a name that exists or leads out
+        of the folder, and for a run that cannot be saved.
         """
         run = self.find_run(id)
         records = run.make_records()
@@ -140,8 +154,8 @@ class Live:
         with self._lock:
             directory = choose_study_directory(root, name)
             study = create_study(directory, [experiment], run.seed, factors=presets.factors())
-        for number, record in enumerate(records):
-            study.write(experiment.name, number, record)
+        for run_number, record in enumerate(records):
+            study.write(experiment.name, run_number, record)
         run.saved_as = name
 
     def close(self) -> None:
@@ -152,19 +166,20 @@ class Live:
 
     def _schedule_removal(self, run: LiveRun) -> None:
         """Remove an unwatched run after the grace period."""
-        if run.watchers:
+        if run.n_watchers:
             return
-        run.removal_timer = threading.Timer(self._grace, self._remove, [run.id])
+        run.removal_timer = threading.Timer(self._grace_seconds, self._remove, [run.id])
         run.removal_timer.daemon = True
         run.removal_timer.start()
 
     def _remove(self, id: str) -> None:
         with self._lock:
-            if id not in self._runs or self._runs[id].watchers:
+            if id not in self._runs or self._runs[id].n_watchers:
                 return
             run = self._runs.pop(id)
         run.stop()
         run.wait()
+        # The memory can be released only after the last reference is deleted.
         del run
         release_memory()
 
@@ -194,8 +209,8 @@ def _summarize_run(run: LiveRun) -> dict[str, Any]:
         "experiment": run.experiment.to_dict(),
         "alleles": list(read_alleles(run.experiment)),
         "seed": run.seed,
-        "runs": run.runs,
-        "seconds": run.seconds,
+        "runs": run.n_runs,
+        "seconds": run.seconds_per_generation,
         "generations_done": run.generations_done,
         "state": run.state,
         "saved_as": run.saved_as,
@@ -216,19 +231,19 @@ async def _send_progress(websocket: WebSocket, run: LiveRun) -> None:
     while True:
         # Read the state before the generations, so that the end is sent after the last generation.
         state = run.state
-        ended = run.ended
+        has_ended = run.has_ended
         n_done = run.generations_done
         for first in range(n_sent, n_done, MAX_GENERATIONS_PER_MESSAGE):
-            last = min(first + MAX_GENERATIONS_PER_MESSAGE, n_done)
-            measures = await run_in_threadpool(run.compute_measures, first, last)
+            stop = min(first + MAX_GENERATIONS_PER_MESSAGE, n_done)
+            measures = await run_in_threadpool(run.compute_measures, first, stop)
             await _send(websocket, {"type": "generations", "first": first, **measures})
         n_sent = n_done
         if state != sent_state:
             await _send(websocket, {"type": "state", "state": state, "message": run.message})
             sent_state = state
-        if ended:
+        if has_ended:
             return
-        await anyio.sleep(POLL_INTERVAL)
+        await anyio.sleep(POLL_SECONDS)
 
 
 async def _receive_commands(websocket: WebSocket, run: LiveRun) -> None:
@@ -270,20 +285,21 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def start(request: Request) -> JSONResponse:
-        order = await read_body(request)
-        runs = read_body_number(order, "runs", 1)
-        seed = read_body_number(order, "seed", 0)
-        experiment = validate(order.get("experiment", {}))
-        run = lab.live.start(experiment, seed, runs, read_seconds(order))
-        return JSONResponse({"id": run.id}, 201)
+        body = await read_body(request)
+        n_runs = read_body_number(body, "runs", 1)
+        seed = read_body_number(body, "seed", 0)
+        experiment = validate(body.get("experiment", {}))
+        run = lab.live.start(experiment, seed, n_runs, read_seconds(body))
+        return JSONResponse({"id": run.id}, HTTPStatus.CREATED)
 
     async def list_runs(request: Request) -> JSONResponse:
         return JSONResponse({"runs": [_summarize_run(run) for run in lab.live.list_runs()]})
 
     async def save(request: Request) -> JSONResponse:
-        name = str((await read_body(request)).get("name", ""))
+        body = await read_body(request)
+        name = str(body.get("name", ""))
         await run_in_threadpool(lab.live.save, request.path_params["id"], lab.root, name)
-        return JSONResponse({"study": name}, 201)
+        return JSONResponse({"study": name}, HTTPStatus.CREATED)
 
     async def follow(websocket: WebSocket) -> None:
         await _follow(websocket, lab.live)

@@ -26,6 +26,8 @@ from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.records import StudyError
 
 MAX_SECONDS_PER_GENERATION: Final = 60.0
+# Characters of the id of a live run.
+ID_LENGTH: Final = 8
 
 
 class InterruptibleBatch(cpu.CpuBatch):
@@ -36,13 +38,13 @@ class InterruptibleBatch(cpu.CpuBatch):
     ) -> None:
         super().__init__(experiment, seed, runs)
         self._check = check
-        self._max_steps = count_uninterrupted_steps(experiment, len(runs))
+        self._max_uninterrupted_steps = count_uninterrupted_steps(experiment, n_runs=len(runs))
 
     def simulate(self, first_step: int, last_step: int) -> None:
         """Simulate the steps from `first_step` up to, but not including, `last_step`."""
-        for first in range(first_step, last_step, self._max_steps):
+        for first in range(first_step, last_step, self._max_uninterrupted_steps):
             self._check()
-            super().simulate(first, min(first + self._max_steps, last_step))
+            super().simulate(first, min(first + self._max_uninterrupted_steps, last_step))
 
 
 class LiveRun:
@@ -54,36 +56,43 @@ class LiveRun:
         The experiment.
     seed
         The seed of all runs.
-    runs
+    n_runs
         The number of runs.
-    seconds
+    seconds_per_generation
         The minimum duration of a generation. 0 simulates as fast as possible.
 
     Attributes
     ----------
-    memory
-        The bytes that the run uses when it ends.
+    memory_bytes
+        The memory that the run uses when it ends.
     message
         The error if the run failed.
     saved_as
         The study that the run was last saved as.
-    watchers
+    n_watchers
         The number of pages that watch the run.
     removal_timer
         Removes the run if no page watches it.
 
     """
 
-    def __init__(self, experiment: Experiment, seed: int, runs: int, seconds: float = 0.0) -> None:
-        self.id = uuid4().hex[:8]
+    def __init__(
+        self,
+        experiment: Experiment,
+        seed: int,
+        n_runs: int,
+        seconds_per_generation: float = 0.0,
+    ) -> None:
+        self.id = uuid4().hex[:ID_LENGTH]
         self.experiment = experiment
         self.seed = seed
-        self.runs = runs
-        self.seconds = seconds
-        self.memory = estimate_memory(experiment, runs)
+        self.n_runs = n_runs
+        self.seconds_per_generation = seconds_per_generation
+        self.memory_bytes = estimate_memory(experiment, n_runs)
         self.message = ""
         self.saved_as = ""
-        self.watchers = 0
+        self.n_watchers = 0
+        # `Live` replaces this timer, which never starts.
         self.removal_timer = threading.Timer(0, lambda: None)
         self._histories: Sequence[History] = ()
         self._is_compiled = False
@@ -107,7 +116,7 @@ class LiveRun:
         return "running" if self._is_compiled else "preparing"
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         """Return whether the run is done, stopped or failed."""
         return bool(self._end_state)
 
@@ -143,7 +152,7 @@ class LiveRun:
         """
         name = command.get("command") if isinstance(command, dict) else None
         if name == "pace":
-            self.seconds = read_seconds(command)
+            self.seconds_per_generation = read_seconds(command)
             self._wake_up.set()
         elif name in ("pause", "resume", "stop"):
             getattr(self, name)()
@@ -152,8 +161,8 @@ class LiveRun:
                 f"the command of a live run must be pause, resume, stop or pace, not {name!r}"
             )
 
-    def compute_measures(self, first: int, last: int) -> dict[str, dict[str, list[Any]]]:
-        """Return fitness measures of the generations from `first` up to, but not including, `last`.
+    def compute_measures(self, first: int, stop: int) -> dict[str, dict[str, list[Any]]]:
+        """Return fitness measures of the generations from `first` up to, but not including, `stop`.
 
         Returns
         -------
@@ -167,40 +176,43 @@ class LiveRun:
         from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
         from baldwinlab.analysis.statistics.fitness import MEASURES
 
-        variables = {"energy": [history.energy[first:last] for history in self._histories]}
+        values_by_run = {"energy": [history.energy[first:stop] for history in self._histories]}
         if isinstance(self.experiment, Experiment):
-            variables["food_eaten"] = [
-                history.recorded_values("food_eaten")[first:last] for history in self._histories
+            values_by_run["food_eaten"] = [
+                history.recorded_values("food_eaten")[first:stop] for history in self._histories
             ]
         dimensions = ("run", "generation", "agent")
         dataset = xr.Dataset(
-            {name: (dimensions, np.stack(values)) for name, values in variables.items()}
+            {name: (dimensions, np.stack(values)) for name, values in values_by_run.items()}
         )
-        # A single run has no interval, so `zip` below stops after the mean.
-        keys = ("mean", "low", "high", "runs") if self.runs > 1 else ("mean",)
-        bands = {}
-        for name, measure in MEASURES.items():
-            values = measure(dataset)
-            band = (*interval_of_mean(values), values.transpose("generation", "run"))
-            bands[name] = {
-                key: array.values.tolist() for key, array in zip(keys, band, strict=False)
+        curves_by_measure = {}
+        for name, compute_measure in MEASURES.items():
+            values = compute_measure(dataset)
+            mean, low, high = interval_of_mean(values)
+            curves = {"mean": mean}
+            if self.n_runs > 1:
+                # A single run has no interval.
+                curves |= {"low": low, "high": high, "runs": values.transpose("generation", "run")}
+            curves_by_measure[name] = {
+                curve: array.values.tolist() for curve, array in curves.items()
             }
-        return bands
+        return curves_by_measure
 
     def read_fitness(self, run: int, generation: int) -> xr.DataArray:
-        """Return the fitness of all finished generations (generation, agent).
+        """Return the fitness of all finished generations of a run [generation, agent].
 
         Raise ValueError as `find_history`.
         """
-        return xr.DataArray(self.find_history(run, generation).energy, dims=("generation", "agent"))
+        fitness = self.find_history(run, generation).energy
+        return xr.DataArray(fitness, dims=("generation", "agent"))
 
     def find_history(self, run: int, generation: int) -> History:
         """Return the history of one run.
 
         Raise ValueError if the run does not exist or the generation is not finished.
         """
-        if not 0 <= run < self.runs:
-            raise ValueError(f"run = {run} must be at least 0 and less than {self.runs}")
+        if not 0 <= run < self.n_runs:
+            raise ValueError(f"run = {run} must be at least 0 and less than {self.n_runs}")
         if not 0 <= generation < self.generations_done:
             raise ValueError(
                 f"generation {generation} of the live run {self.id} is not finished:"
@@ -228,7 +240,11 @@ class LiveRun:
             self._is_compiled = True
             backend = CPU._replace(batch=partial(InterruptibleBatch, self._check_commands))
             simulate_histories(
-                self.experiment, self.seed, range(self.runs), backend, self._finish_generation
+                self.experiment,
+                self.seed,
+                range(self.n_runs),
+                backend,
+                after_generation=self._finish_generation,
             )
             self._end_state = "done"
         except StoppedError:
@@ -244,10 +260,12 @@ class LiveRun:
         if self.generations_done == self.experiment.evolution.generations:
             return
         while not self._is_stopping:
-            remaining = self._generation_start + self.seconds - time.monotonic()
-            if remaining <= 0:
+            # A command can change the pace, so the end is computed after each wake-up.
+            generation_end = self._generation_start + self.seconds_per_generation
+            seconds_left = generation_end - time.monotonic()
+            if seconds_left <= 0:
                 break
-            self._wake_up.wait(remaining)
+            self._wake_up.wait(seconds_left)
             self._wake_up.clear()
         self._check_commands()
         self._generation_start = time.monotonic()

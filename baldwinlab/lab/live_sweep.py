@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from http import HTTPStatus
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +37,7 @@ class LiveSweep:
         preparing, running, done, stopped or failed.
     message
         The error if the sweep failed.
-    steps_done
+    agent_steps_done
         The number of simulated agent-steps.
 
     """
@@ -47,13 +48,13 @@ class LiveSweep:
         self.name = name
         self.state = "preparing"
         self.message = ""
-        self.steps_done = 0
+        self.agent_steps_done = 0
         self._is_stopping = False
         self._start_time = time.monotonic()
         threading.Thread(target=self._simulate, name=f"sweep {name}", daemon=True).start()
 
     @property
-    def ended(self) -> bool:
+    def has_ended(self) -> bool:
         """Return whether the sweep is done, stopped or failed."""
         return self.state in ("done", "stopped", "failed")
 
@@ -61,28 +62,36 @@ class LiveSweep:
         """Stop the sweep after the current generations. Finished runs stay stored."""
         self._is_stopping = True
 
-    def summary(self) -> dict[str, Any]:
+    def summarize(self) -> dict[str, Any]:
         """Return the data that a page shows."""
-        share = self.steps_done / self.plan.agent_steps
+        share_done = self.agent_steps_done / self.plan.agent_steps
         seconds_left = None
-        if share and not self.ended:
-            seconds_left = (time.monotonic() - self._start_time) * (1 / share - 1)
+        if share_done and not self.has_ended:
+            seconds_passed = time.monotonic() - self._start_time
+            ratio_of_remaining_work = 1 / share_done - 1
+            seconds_left = seconds_passed * ratio_of_remaining_work
         return {
             "name": self.name,
             "state": self.state,
             "message": self.message,
             "fields": list(self.plan.sweep.fields),
             "points": len(self.plan.points),
-            "runs": self.plan.runs,
+            "runs": self.plan.n_runs,
             "stored": sum(len(self.study.runs(condition)) for condition in self.study.experiments),
-            "share": share,
+            "share": share_done,
             "seconds_left": seconds_left,
         }
 
     def _simulate(self) -> None:
         try:
-            missing = find_missing_runs(self.study, self.plan.sweep.runs, lambda message: None)
-            run_study(self.study, missing, WORKERS, self._progress, lambda message: None)
+            missing_runs = find_missing_runs(self.study, self.plan.sweep.runs, _ignore_message)
+            run_study(
+                self.study,
+                missing_runs,
+                WORKERS,
+                progress=self._report_progress,
+                log=_ignore_message,
+            )
             self.state = "done"
         except StoppedError:
             self.state = "stopped"
@@ -92,15 +101,19 @@ class LiveSweep:
             self.state = "failed"
 
     @contextmanager
-    def _progress(self, description: str, total: int) -> Iterator[Callable[[int], None]]:
+    def _report_progress(self, description: str, total: int) -> Iterator[Callable[[int], None]]:
         self.state = "running"
         self._start_time = time.monotonic()
         yield self._add_steps
 
     def _add_steps(self, agent_steps: int) -> None:
-        self.steps_done += agent_steps
+        self.agent_steps_done += agent_steps
         if self._is_stopping:
             raise StoppedError
+
+
+def _ignore_message(message: str) -> None:
+    """Ignore a log message, because the page shows the state of a sweep."""
 
 
 class Sweeps:
@@ -116,7 +129,7 @@ class Sweeps:
         Raise ValueError if another sweep is active, and StudyError for a name that is not valid.
         """
         with self._lock:
-            if self.last and not self.last.ended:
+            if self.last and not self.last.has_ended:
                 raise ValueError(
                     f"the sweep {self.last.name} is active; stop it first, or wait until it is done"
                 )
@@ -147,9 +160,9 @@ def make_routes(lab: Lab, sweeps: Sweeps) -> list[BaseRoute]:
         return JSONResponse(
             {
                 "points": len(plan.points),
-                "runs": plan.runs,
-                "workers": min(WORKERS, plan.runs),
-                "disk": plan.disk,
+                "runs": plan.n_runs,
+                "workers": min(WORKERS, plan.n_runs),
+                "disk": plan.disk_bytes,
                 "seconds": await run_in_threadpool(plan.estimate_seconds),
                 "toml": plan.toml,
                 "note": await run_in_threadpool(
@@ -159,13 +172,14 @@ def make_routes(lab: Lab, sweeps: Sweeps) -> list[BaseRoute]:
         )
 
     async def start(request: Request) -> JSONResponse:
-        order = await read_body(request)
-        plan = await run_in_threadpool(make_sweep_plan, order)
-        sweep = await run_in_threadpool(sweeps.start, plan, lab.root, str(order.get("name", "")))
-        return JSONResponse({"name": sweep.name}, 201)
+        body = await read_body(request)
+        plan = await run_in_threadpool(make_sweep_plan, body)
+        sweep = await run_in_threadpool(sweeps.start, plan, lab.root, str(body.get("name", "")))
+        return JSONResponse({"name": sweep.name}, HTTPStatus.CREATED)
 
     def last(request: Request) -> JSONResponse:
-        return JSONResponse({"sweep": sweeps.last and sweeps.last.summary()})
+        summary = sweeps.last.summarize() if sweeps.last else None
+        return JSONResponse({"sweep": summary})
 
     def stop(request: Request) -> JSONResponse:
         sweeps.close()

@@ -1,7 +1,7 @@
 """The HTML of traces in notebooks: a player in a sandboxed frame, and the variables below it.
 
 A trace is an `xarray.Dataset`, a third-party class. `baldwinlab/__init__.py` therefore registers
-`html` as the HTML representation of datasets in notebooks.
+`format_html` as the HTML representation of datasets in notebooks.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ from baldwinlab.lab import binary_frames, single_page
 
 REPLAY_MODULE: Final = "replay_page.js"
 STYLES: Final = ("style.css", "world.css", "world_figure.css", "replay_page.css")
-# Agents x steps. The player shows the beginning of a longer lifetime.
+# The player shows the beginning of a longer lifetime.
 MAX_AGENT_STEPS: Final = 1_000_000
+DEGREES_OF_CIRCLE: Final = 360
 # The variables that the player draws, with their dimensions.
 DRAWN_VARIABLES: Final = {
     **dict.fromkeys(("x", "y", "heading", "action", "eaten"), ("step", "agent")),
@@ -78,8 +79,8 @@ def pack_trace(trace: xr.Dataset) -> bytes:
 
     The arrays of agents are stored as differences, which compress better.
     """
-    agents = trace.sizes["agent"]
-    max_steps = max(1, MAX_AGENT_STEPS // agents)
+    n_agents = trace.sizes["agent"]
+    max_steps = max(1, MAX_AGENT_STEPS // n_agents)
     first_steps = trace.isel(step=slice(0, max_steps))
     # A trace does not contain the teachers.
     appearance = {**read_appearance(trace), "has_teachers": False}
@@ -90,7 +91,7 @@ def pack_trace(trace: xr.Dataset) -> bytes:
         "first": 0,
         "last": first_steps.sizes["step"],
         "steps": trace.sizes["step"],
-        "agents": agents,
+        "agents": n_agents,
         "items": trace.sizes["item"],
         "world": read_experiment(trace).world.model_dump(mode="json"),
         "appearance": appearance,
@@ -106,12 +107,13 @@ def _collect_agent_arrays(
     sensor = trace.sensor.values
     if not any(appearance["is_continuous"]):
         sensor = np.packbits(sensor > 0, axis=2, bitorder="little")
-    headings = appearance["headings"]
-    heading = np.rint(trace.heading.values * (headings / 360)) % headings
+    n_headings = appearance["headings"]
+    heading = np.rint(trace.heading.values * (n_headings / DEGREES_OF_CIRCLE)) % n_headings
     return {
         "x": trace.x.values,
         "y": trace.y.values,
         "heading": heading.astype(np.uint16),
+        # Join the sensors of all agents in a step.
         "sensor": sensor.reshape(len(sensor), -1),
         "action": trace.action.values,
         "eaten_in_life": trace.eaten.values.cumsum(axis=0, dtype=np.uint32),
@@ -123,14 +125,14 @@ def _collect_item_arrays(trace: xr.Dataset) -> dict[str, npt.NDArray[Any]]:
     x = trace.item_x.values
     y = trace.item_y.values
     has_moved = (np.diff(x, axis=0) != 0) | (np.diff(y, axis=0) != 0)
-    step_before, item = np.nonzero(has_moved)
+    steps_before_moves, moved_items = np.nonzero(has_moved)
     # The first step with the new position.
-    step = step_before + 1
+    move_steps = steps_before_moves + 1
     return {
         "item_x": x[0],
         "item_y": y[0],
-        "move_step": step.astype(np.uint32),
-        "move_item": item.astype(np.uint32),
-        "move_x": x[step, item],
-        "move_y": y[step, item],
+        "move_step": move_steps.astype(np.uint32),
+        "move_item": moved_items.astype(np.uint32),
+        "move_x": x[move_steps, moved_items],
+        "move_y": y[move_steps, moved_items],
     }

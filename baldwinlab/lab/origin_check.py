@@ -11,13 +11,16 @@ installation, so they need no token.
 
 from __future__ import annotations
 
+from http import HTTPStatus
+
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import HTTPConnection
 from starlette.responses import JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from baldwinlab.lab.access import REFUSAL, Access, make_cookie_name
+from baldwinlab.lab.access import MISSING_TOKEN_ERROR, Access, make_cookie_name
 
+HTTP_PORT = 80
 HOST_NAMES = ("127.0.0.1", "localhost", "[::1]")
 RESPONSE_HEADERS = {
     "Content-Security-Policy": "default-src 'self'; "
@@ -54,29 +57,30 @@ class OriginCheck:
     def _make_response(self, scope: Scope) -> Response | None:
         """Return the response of the middleware, or None if the application responds."""
         if fault := _find_fault(scope):
-            return JSONResponse({"error": fault}, 403)
+            return JSONResponse({"error": fault}, HTTPStatus.FORBIDDEN)
         connection = HTTPConnection(scope)
-        name = make_cookie_name(_read_port(scope))
-        text = connection.query_params.get("token")
-        if scope["path"] == "/" and text is not None:
-            return self._log_in(text, name)
+        cookie_name = make_cookie_name(_read_port(scope))
+        token_or_ticket = connection.query_params.get("token")
+        if scope["path"] == "/" and token_or_ticket is not None:
+            return self._log_in(token_or_ticket, cookie_name)
         is_public = scope["type"] == "http" and not scope["path"].startswith("/api")
-        if is_public or self.access.is_token(connection.cookies.get(name, "")):
+        if is_public or self.access.is_token(connection.cookies.get(cookie_name, "")):
             return None
-        return JSONResponse({"error": REFUSAL}, 401)
+        return JSONResponse({"error": MISSING_TOKEN_ERROR}, HTTPStatus.UNAUTHORIZED)
 
-    def _log_in(self, text: str, name: str) -> Response:
+    def _log_in(self, token_or_ticket: str, cookie_name: str) -> Response:
         """Store the token in a cookie, and remove it from the address."""
-        if not self.access.accept(text):
-            return JSONResponse({"error": REFUSAL}, 401)
-        response = RedirectResponse("/", 303)
-        response.set_cookie(name, self.access.token, httponly=True, samesite="strict")
+        if not self.access.accept(token_or_ticket):
+            return JSONResponse({"error": MISSING_TOKEN_ERROR}, HTTPStatus.UNAUTHORIZED)
+        response = RedirectResponse("/", HTTPStatus.SEE_OTHER)
+        response.set_cookie(cookie_name, self.access.token, httponly=True, samesite="strict")
         return response
 
 
 def _read_port(scope: Scope) -> int | None:
     server: tuple[str, int | None] = scope.get("server") or ("", None)
-    return server[1]
+    _, port = server
+    return port
 
 
 def _find_fault(scope: Scope) -> str | None:
@@ -86,7 +90,7 @@ def _find_fault(scope: Scope) -> str | None:
     host = headers.get("host", "")
     origin = headers.get("origin")
     allowed_hosts = {f"{name}:{port}" for name in HOST_NAMES}
-    if port == 80:
+    if port == HTTP_PORT:
         # Browsers omit the default port of HTTP.
         allowed_hosts.update(HOST_NAMES)
     if host not in allowed_hosts:

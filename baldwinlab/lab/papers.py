@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from typing import Any
 
@@ -28,33 +28,31 @@ Studies = dict[str, StudyStore]
 def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
-    def cards(request: Request) -> JSONResponse:
+    def list_cards(request: Request) -> JSONResponse:
         paper_studies = _find_paper_studies(lab)
-        available = _load_papers(lab, paper_studies)
+        paper_by_name = _load_papers(lab, paper_studies)
         name = request.query_params.get("paper")
-        is_unknown = bool(name) and name not in available
-        return JSONResponse(
-            {
-                "papers": [_make_card(lab, paper, paper_studies) for paper in available.values()],
-                "problem": _format_unknown_paper(name, available) if name and is_unknown else None,
-            }
-        )
+        problem = None
+        if name and name not in paper_by_name:
+            problem = _format_unknown_paper(name, paper_by_name)
+        cards = [_make_card(lab, paper, paper_studies) for paper in paper_by_name.values()]
+        return JSONResponse({"papers": cards, "problem": problem})
 
     def picture(request: Request) -> FileResponse:
-        available = _load_papers(lab, _find_paper_studies(lab))
+        paper_by_name = _load_papers(lab, _find_paper_studies(lab))
         name = read_text(request.query_params, "paper")
-        if name not in available:
-            raise MissingError(_format_unknown_paper(name, available))
-        path = available[name].folder / CARD_FILE
+        if name not in paper_by_name:
+            raise MissingError(_format_unknown_paper(name, paper_by_name))
+        path = paper_by_name[name].folder / CARD_FILE
         if not path.is_file():
             raise MissingError(f"the paper {name} has no picture")
         return FileResponse(path)
 
-    return [Route("/api/papers", cards), Route("/api/papers/picture", picture)]
+    return [Route("/api/papers", list_cards), Route("/api/papers/picture", picture)]
 
 
-def _format_unknown_paper(name: str, available: Mapping[str, Paper]) -> str:
-    return f"there is no paper {name!r}{suggest(name, available)}"
+def _format_unknown_paper(name: str, paper_names: Collection[str]) -> str:
+    return f"there is no paper {name!r}{suggest(name, paper_names)}"
 
 
 def _find_paper_studies(lab: Lab) -> Studies:
@@ -73,13 +71,13 @@ def _find_readable_studies(lab: Lab) -> Iterator[tuple[str, StudyStore]]:
 
 def _load_papers(lab: Lab, paper_studies: Studies) -> dict[str, Paper]:
     """Return the built-in papers and the users' papers that studies contain, by name."""
-    available = dict(papers.built_in())
+    paper_by_name = dict(papers.built_in())
     for study in paper_studies.values():
-        if study.paper not in available:
+        if study.paper not in paper_by_name:
             # The results of a study remain available if its paper cannot be read.
             with suppress(StudyError, PaperError):
-                available[study.paper] = _load_stored_paper(lab, study)
-    return available
+                paper_by_name[study.paper] = _load_stored_paper(lab, study)
+    return paper_by_name
 
 
 def _load_stored_paper(lab: Lab, study: StudyStore) -> Paper:
@@ -90,16 +88,16 @@ def _load_stored_paper(lab: Lab, study: StudyStore) -> Paper:
     paper = papers.load_stored_paper(study.directory, study.paper)
     for path in (paper.folder, *paper.folder.rglob("*")):
         study_access.require_inside(lab.root, path)
-    # Reading the claims checks them.
+    # Reading the claims checks them. The paper caches them.
     paper.claims  # noqa: B018
     return paper
 
 
 def _make_card(lab: Lab, paper: Paper, paper_studies: Studies) -> dict[str, Any]:
-    facts = paper.metadata.model_dump(
+    metadata = paper.metadata.model_dump(
         include={"name", "title", "authors", "year", "published", "description", "link", "runs"}
     )
-    counts = {
+    contents = {
         "conditions": len(paper.study_names()),
         "claims": len(paper.claims),
         "picture": (paper.folder / CARD_FILE).is_file(),
@@ -109,7 +107,7 @@ def _make_card(lab: Lab, paper: Paper, paper_studies: Studies) -> dict[str, Any]
         for name, study in paper_studies.items()
         if study.paper == paper.name
     ]
-    return facts | counts | {"preset": _choose_live_preset(paper), "studies": summaries}
+    return metadata | contents | {"preset": _choose_live_preset(paper), "studies": summaries}
 
 
 def _summarize_study(lab: Lab, name: str, study: StudyStore) -> dict[str, Any]:
@@ -136,25 +134,30 @@ def _choose_live_preset(paper: Paper) -> str | None:
     that two papers use belongs to the earlier paper. The result is None for users' papers, because
     the Live run tab does not list their conditions.
     """
-    owners = {
-        name: other_paper.name
-        for other_paper in reversed(papers.built_in().values())
-        for name in other_paper.experiment_names()
+    # The papers are reversed, because an entry replaces those of later papers.
+    owner_by_condition = {
+        condition: built_in_paper.name
+        for built_in_paper in reversed(papers.built_in().values())
+        for condition in built_in_paper.experiment_names()
     }
     candidates = (paper.metadata.emergence, *paper.study_names())
-    names = [name for name in candidates if owners.get(name) == paper.name]
-    learners = (name for name in names if paper.experiment(name).learns)
-    return next(learners, names[0] if names else None)
+    presets_of_paper = [name for name in candidates if owner_by_condition.get(name) == paper.name]
+    if not presets_of_paper:
+        return None
+    learning_presets = (name for name in presets_of_paper if paper.experiment(name).learns)
+    return next(learning_presets, presets_of_paper[0])
 
 
 def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, int], str | None]:
     """Return the number of claims with each verdict, or an error if the claims are not valid."""
     try:
         study_access.require_inside(lab.root, study.directory / CLAIMS_FILE)
-        counts = Counter(claim["verdict"] for claim in read_claims(study))
+        count_by_verdict = Counter(claim["verdict"] for claim in read_claims(study))
     except StudyError as error:
         return {}, str(error)
     # This import of SciPy's statistics takes time.
     from baldwinlab.analysis.statistics.rules import VERDICTS
 
-    return {verdict: counts[verdict] for verdict in VERDICTS if counts[verdict]}, None
+    # The page shows the verdicts in this order.
+    ordered_counts = {verdict: count_by_verdict[verdict] for verdict in VERDICTS}
+    return {verdict: count for verdict, count in ordered_counts.items() if count}, None

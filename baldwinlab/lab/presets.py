@@ -40,12 +40,14 @@ def make_routes() -> list[BaseRoute]:
 def _choose_default_preset() -> str:
     """Return the preset of the first live run: the main condition of the first paper, first map."""
     paper = papers.load()
-    return f"{paper.factors()[paper.metadata.emergence].learner}/{paper.names('maps')[0]}"
+    learner = paper.factors()[paper.metadata.emergence].learner
+    first_map = paper.names("maps")[0]
+    return f"{learner}/{first_map}"
 
 
 def _list_presets() -> list[dict[str, Any]]:
     """Return the presets of all papers, and all third-party models with their defaults."""
-    built_in = [
+    presets_of_papers = [
         {
             "name": name,
             "learner": factors.learner,
@@ -56,19 +58,20 @@ def _list_presets() -> list[dict[str, Any]]:
         }
         for name, factors in presets.factors().items()
     ]
-    models = [
+    custom_models = [
         (name, part) for (kind, name), part in registry.custom_parts().items() if kind == "model"
     ]
-    return built_in + [
+    presets_of_models = [
         {
             "name": name,
             "learner": name,
             "map": "",
-            "description": (part.__doc__ or "").split("\n")[0],
+            "description": (part.__doc__ or "").partition("\n")[0],
             "world": None,
         }
-        for name, part in models
+        for name, part in custom_models
     ]
+    return presets_of_papers + presets_of_models
 
 
 def _find_learner_kind(learner: str) -> str:
@@ -97,7 +100,7 @@ def load_preset(name: str) -> Experiment:
 
     `presets.load` would also read a file of this name.
     """
-    available = [preset["name"] for preset in _list_presets()]
-    if name not in available:
-        raise MissingError(f"there is no preset {name!r}{suggest(name, available)}")
+    preset_names = [preset["name"] for preset in _list_presets()]
+    if name not in preset_names:
+        raise MissingError(f"there is no preset {name!r}{suggest(name, preset_names)}")
     return presets.load(name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from http import HTTPStatus
 from typing import Any, Final
 
 from starlette.exceptions import HTTPException
@@ -11,10 +12,10 @@ from starlette.requests import Request
 
 from baldwinlab.core.files import parse_json
 
+# The parameters of a request, by name.
 Query = Mapping[str, str]
 # An experiment has some thousand bytes.
 MAX_BODY_BYTES: Final = 2**20
-
 # Larger numbers are rejected before they are parsed.
 MAX_DIGITS: Final = 11
 
@@ -40,9 +41,9 @@ def read_number(query: Query, name: str, default: int | None = None) -> int:
     return int(value)
 
 
-def read_body_number(content: Mapping[str, Any], name: str, default: int) -> int:
+def read_body_number(body: Mapping[str, Any], name: str, default: int) -> int:
     """Return a whole number from a JSON body. Raise ValueError for another value."""
-    value = content.get(name, default)
+    value = body.get(name, default)
     if isinstance(value, bool) or not isinstance(value, int):
         raise ValueError(f"{name} = {value!r} must be a whole number")
     return value
@@ -54,15 +55,18 @@ async def read_body(request: Request) -> dict[str, Any]:
     Raise ValueError if it is not a JSON object or is nested too deeply, and HTTPException if it is
     too large.
     """
-    content = bytearray()
+    raw = bytearray()
     async for chunk in request.stream():
-        content += chunk
-        if len(content) > MAX_BODY_BYTES:
-            raise HTTPException(413, f"the body may have at most {MAX_BODY_BYTES:,} bytes")
+        raw += chunk
+        if len(raw) > MAX_BODY_BYTES:
+            raise HTTPException(
+                HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
+                f"the body may have at most {MAX_BODY_BYTES:,} bytes",
+            )
     try:
-        value = parse_json(bytes(content))
+        body = parse_json(bytes(raw))
     except (json.JSONDecodeError, UnicodeDecodeError):
-        value = None
-    if not isinstance(value, dict):
+        body = None
+    if not isinstance(body, dict):
         raise ValueError(f"{request.url.path} needs a JSON object")
-    return value
+    return body

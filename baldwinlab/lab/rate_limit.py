@@ -16,14 +16,18 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn import Config, Server
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-CLIENT_TIMEOUT: Final = 5.0  # seconds to send a request, or to receive a chunk of the response
-MAX_CLIENTS: Final = 128  # open connections
-CHUNK_SIZE: Final = 2**17  # bytes of a response that are written before the client reads them
-MAX_MESSAGE_SIZE: Final = 2**12  # bytes of a message from a page through a websocket
-SHUTDOWN_TIMEOUT: Final = 1  # seconds to finish responses when the server stops
-TOO_MANY_CLIENTS: Final = (
+# Seconds to send a request, or to receive a chunk of the response.
+CLIENT_TIMEOUT: Final = 5.0
+MAX_CONNECTIONS: Final = 128
+# Bytes of a response that the server writes before the client reads them.
+CHUNK_BYTES: Final = 2**17
+# Bytes of a message from a page through a websocket.
+MAX_MESSAGE_BYTES: Final = 2**12
+# Seconds to finish responses when the server stops.
+SHUTDOWN_TIMEOUT: Final = 1
+TOO_MANY_CONNECTIONS_ERROR: Final = (
     b'{"error": "the lab has reached its limit of %d open connections; close some of its pages"}'
-    % MAX_CLIENTS
+    % MAX_CONNECTIONS
 )
 
 
@@ -35,14 +39,14 @@ class Connection(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Refuse the connection if there are too many, and start the timeout."""
         super().connection_made(transport)
-        if len(self.connections) > MAX_CLIENTS:
+        if len(self.connections) > MAX_CONNECTIONS:
             head = (
                 "HTTP/1.1 503 Service Unavailable\r\n"
                 "Content-Type: application/json\r\n"
                 "Connection: close\r\n"
-                f"Content-Length: {len(TOO_MANY_CLIENTS)}\r\n\r\n"
+                f"Content-Length: {len(TOO_MANY_CONNECTIONS_ERROR)}\r\n\r\n"
             )
-            transport.write(head.encode() + TOO_MANY_CLIENTS)
+            transport.write(head.encode() + TOO_MANY_CONNECTIONS_ERROR)
             transport.close()
         self._start_timeout()
 
@@ -74,8 +78,7 @@ class Connection(H11Protocol):
 
     def _start_timeout(self) -> None:
         if self._deadline is None:
-            abort = self.transport.abort
-            self._deadline = self.loop.call_later(CLIENT_TIMEOUT, abort)
+            self._deadline = self.loop.call_later(CLIENT_TIMEOUT, self.transport.abort)
 
     def _stop_timeout(self) -> None:
         if self._deadline:
@@ -101,7 +104,7 @@ def make_server(app: ASGIApp) -> Server:
             lifespan="on",
             log_level="warning",
             timeout_graceful_shutdown=SHUTDOWN_TIMEOUT,
-            ws_max_size=MAX_MESSAGE_SIZE,
+            ws_max_size=MAX_MESSAGE_BYTES,
         )
     )
 
@@ -116,11 +119,15 @@ class ChunkedResponses:
         """Run the application with a `send` that splits bodies into chunks."""
 
         async def send_in_chunks(message: Message) -> None:
-            body = memoryview(message.get("body", b""))
-            while len(body) > CHUNK_SIZE:
-                chunk = bytes(body[:CHUNK_SIZE])
+            if "body" not in message:
+                await send(message)
+                return
+            # A slice of a memoryview is not a copy.
+            rest = memoryview(message["body"])
+            while len(rest) > CHUNK_BYTES:
+                chunk = bytes(rest[:CHUNK_BYTES])
                 await send({"type": message["type"], "body": chunk, "more_body": True})
-                body = body[CHUNK_SIZE:]
-            await send({**message, "body": bytes(body)} if "body" in message else message)
+                rest = rest[CHUNK_BYTES:]
+            await send({**message, "body": bytes(rest)})
 
         await self.app(scope, receive, send_in_chunks)

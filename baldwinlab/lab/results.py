@@ -19,7 +19,7 @@ from baldwinlab.studies.records import StudyError
 def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
-    async def runs(request: Request) -> Response:
+    async def run_curves(request: Request) -> Response:
         query = request.query_params
         study = read_text(query, "study")
         condition = read_text(query, "condition")
@@ -31,13 +31,16 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
             ),
         )
 
-    async def norms(request: Request) -> Response:
+    async def reaction_norms(request: Request) -> Response:
         study = read_text(request.query_params, "study")
         return QueuedResponse(
             lab, lambda: Response(load_reaction_norms(lab, study), media_type="application/json")
         )
 
-    return [Route("/api/results/runs", runs), Route("/api/results/reaction", norms)]
+    return [
+        Route("/api/results/runs", run_curves),
+        Route("/api/results/reaction", reaction_norms),
+    ]
 
 
 def load_run_curves(lab: Lab, name: str, condition: str, measure: str) -> bytes:
@@ -50,9 +53,8 @@ def load_run_curves(lab: Lab, name: str, condition: str, measure: str) -> bytes:
 
     study = find_study(lab, name)
     find_condition(study, condition)
-    versions = _read_file_versions(
-        lab, [study.path(condition, run) for run in study.runs(condition)]
-    )
+    record_paths = [study.path(condition, run) for run in study.runs(condition)]
+    versions = _read_file_versions(lab, record_paths)
     return lab.cache.get(
         ("runs", study.directory, condition, measure, versions),
         lambda: json.dumps(lab_results.read_run_curves(study, condition, measure)).encode(),
@@ -77,7 +79,7 @@ def load_reaction_norms(lab: Lab, name: str) -> bytes:
 
 
 def _read_file_versions(lab: Lab, paths: list[Path]) -> tuple[tuple[Path, int], ...]:
-    """Return the existing paths with their modification times.
+    """Return the existing paths with their modification times, in nanoseconds.
 
     Raise StudyError for a path outside the served folder, and for a special file such as a pipe.
     """

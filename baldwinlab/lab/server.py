@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from http import HTTPStatus
 from pathlib import Path
 
 from starlette.applications import Starlette
@@ -41,7 +42,7 @@ from baldwinlab.lab.origin_check import OriginCheck
 from baldwinlab.lab.rate_limit import ChunkedResponses
 from baldwinlab.studies.records import StudyError
 
-STATIC = Path(__file__).parent / "static"
+STATIC_FOLDER = Path(__file__).parent / "static"
 # The modules whose routes need the state of the lab only.
 ROUTE_MODULES = (
     studies,
@@ -58,7 +59,9 @@ ROUTE_MODULES = (
 )
 
 
-def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: True) -> Starlette:
+def make_app(
+    root: Path, access: Access, is_engine_ready: Callable[[], bool] = lambda: True
+) -> Starlette:
     """Return the application that serves the studies in `root`, at any depth.
 
     Parameters
@@ -67,11 +70,11 @@ def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: Tru
         The folder with studies.
     access
         The token that requests need.
-    ready
+    is_engine_ready
         Returns whether the engine is compiled. Until then, pages do not simulate.
 
     """
-    lab = Lab(root.resolve(), live.Live(), is_engine_ready=ready)
+    lab = Lab(root.resolve(), live.Live(), is_engine_ready=is_engine_ready)
     sweeps = live_sweep.Sweeps()
 
     @asynccontextmanager
@@ -80,12 +83,12 @@ def make_app(root: Path, access: Access, ready: Callable[[], bool] = lambda: Tru
         lab.live.close()
         sweeps.close()
 
-    files = Mount("/", StaticFiles(directory=STATIC, html=True))
+    static_files = Mount("/", StaticFiles(directory=STATIC_FOLDER, html=True))
     return Starlette(
         routes=[
             *_make_all_routes(lab, sweeps),
             WebSocketRoute("/{path:path}", _reject_websocket),
-            files,
+            static_files,
         ],
         lifespan=lifespan,
         middleware=[Middleware(ChunkedResponses), Middleware(OriginCheck, access=access)],
@@ -105,11 +108,12 @@ def _make_all_routes(lab: Lab, sweeps: live_sweep.Sweeps) -> list[BaseRoute]:
     """Return the routes of all modules, of the engine's state, and of the colors."""
 
     def engine(request: Request) -> JSONResponse:
-        seconds = time.monotonic() - lab.start_time
-        return JSONResponse({"ready": lab.is_engine_ready(), "seconds": seconds})
+        seconds_since_start = time.monotonic() - lab.start_time
+        return JSONResponse({"ready": lab.is_engine_ready(), "seconds": seconds_since_start})
 
+    module_routes = [route for module in ROUTE_MODULES for route in module.make_routes(lab)]
     return [
-        *[route for module in ROUTE_MODULES for route in module.make_routes(lab)],
+        *module_routes,
         *presets.make_routes(),
         *live_sweep.make_routes(lab, sweeps),
         Route("/api/engine", engine),
@@ -123,24 +127,23 @@ def _respond_palette(request: Request) -> Response:
 
 def _respond_disconnected(request: Request, error: Exception) -> Response:
     """Return an empty response, because the client has closed the connection."""
-    return Response(status_code=400)
+    return Response(status_code=HTTPStatus.BAD_REQUEST)
 
 
 def _respond_not_found(request: Request, error: Exception) -> JSONResponse:
-    return _make_error_response(str(error), 404)
+    return _make_error_response(str(error), HTTPStatus.NOT_FOUND)
 
 
 def _respond_bad_request(request: Request, error: Exception) -> JSONResponse:
-    return _make_error_response(str(error), 400)
+    return _make_error_response(str(error), HTTPStatus.BAD_REQUEST)
 
 
 def _respond_http_error(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
-    message = (
-        f"there is no {request.url.path} here"
-        if error.status_code == 404
-        else f"{request.url.path}: {error.detail}"
-    )
+    if error.status_code == HTTPStatus.NOT_FOUND:
+        message = f"there is no {request.url.path} here"
+    else:
+        message = f"{request.url.path}: {error.detail}"
     return _make_error_response(message, error.status_code)
 
 
@@ -150,7 +153,7 @@ def _respond_server_error(request: Request, error: Exception) -> JSONResponse:
     The server continues, and prints the traceback to its own output.
     """
     message = f"the lab failed at {request.url.path}: {error or type(error).__name__}"
-    return _make_error_response(message, 500)
+    return _make_error_response(message, HTTPStatus.INTERNAL_SERVER_ERROR)
 
 
 def _make_error_response(message: str, status: int) -> JSONResponse:

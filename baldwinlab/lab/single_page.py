@@ -14,7 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from baldwinlab.analysis import palette
 
-STATIC = Path(__file__).parent / "static"
+STATIC_FOLDER = Path(__file__).parent / "static"
 _IMPORTED_PATH = re.compile(r'(?<=from ")\./(?P<name>[\w./]+\.js)(?=")')
 
 
@@ -32,13 +32,13 @@ def render_page(template: str, first_module: str, styles: Sequence[str], **data:
     )
     # A form shows the fields in the order of the experiment.
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False}
-    sheets = "".join((STATIC / name).read_text("utf-8") for name in styles)
+    style_sheets = "".join((STATIC_FOLDER / name).read_text("utf-8") for name in styles)
     modules = {
         name: f"data:text/javascript;charset=utf-8,{quote(code)}"
         for name, code in collect_modules(first_module).items()
     }
     page = environment.get_template(template).render(
-        styles=palette.lab_css() + sheets, modules=modules, **data
+        styles=palette.lab_css() + style_sheets, modules=modules, **data
     )
     return page.encode()
 
@@ -53,7 +53,7 @@ def collect_modules(first_module: str) -> dict[str, str]:
     while pending:
         name = pending.pop()
         if f"lab/{name}" not in modules:
-            code = (STATIC / name).read_text("utf-8")
+            code = (STATIC_FOLDER / name).read_text("utf-8")
             modules[f"lab/{name}"] = _IMPORTED_PATH.sub(r"lab/\g<name>", code)
             pending += [match["name"] for match in _IMPORTED_PATH.finditer(code)]
     return modules
@@ -61,5 +61,9 @@ def collect_modules(first_module: str) -> dict[str, str]:
 
 def compress(content: bytes) -> str:
     """Return bytes as base64 of raw deflate, which browsers read as "deflate-raw"."""
-    deflate = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
-    return base64.b64encode(deflate.compress(content) + deflate.flush()).decode()
+    # Negative window bits select raw deflate, without a header.
+    compressor = zlib.compressobj(
+        level=zlib.Z_BEST_COMPRESSION, method=zlib.DEFLATED, wbits=-zlib.MAX_WBITS
+    )
+    deflated = compressor.compress(content) + compressor.flush()
+    return base64.b64encode(deflated).decode()

@@ -37,9 +37,8 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
 
     def experiment(request: Request) -> JSONResponse:
         study = find_study(lab, read_text(request.query_params, "study"))
-        return JSONResponse(
-            find_condition(study, read_text(request.query_params, "condition")).to_dict()
-        )
+        condition = find_condition(study, read_text(request.query_params, "condition"))
+        return JSONResponse(condition.to_dict())
 
     async def all_results(request: Request) -> Response:
         name = read_text(request.query_params, "study")
@@ -47,7 +46,7 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
             lab, lambda: Response(load_results(lab, name), media_type="application/json")
         )
 
-    async def typical(request: Request) -> Response:
+    async def typical_run(request: Request) -> Response:
         name = read_text(request.query_params, "study")
         condition = read_text(request.query_params, "condition")
         return QueuedResponse(
@@ -59,7 +58,7 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         "studies": studies,
         "experiment": experiment,
         "results": all_results,
-        "typical": typical,
+        "typical": typical_run,
     }
     return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
 
@@ -67,12 +66,12 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
 def summarize(lab: Lab, name: str) -> dict[str, Any]:
     """Return the conditions and runs of a study, or why it cannot be read."""
     try:
-        return _summarize(find_study(lab, name), name)
+        return _summarize_readable(find_study(lab, name), name)
     except StudyError as error:
         return {"id": name, "seed": None, "conditions": [], "problem": str(error)}
 
 
-def _summarize(study: StudyStore, name: str) -> dict[str, Any]:
+def _summarize_readable(study: StudyStore, name: str) -> dict[str, Any]:
     main_condition = _find_main_condition(study)
     conditions = [
         {
@@ -86,8 +85,8 @@ def _summarize(study: StudyStore, name: str) -> dict[str, Any]:
             "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,
             "alleles": list(read_alleles(experiment)),
             "views": [
-                {"name": name, "of_an_agent": view.of_an_agent}
-                for name, view in read_views(experiment).items()
+                {"name": view_name, "of_an_agent": view.of_an_agent}
+                for view_name, view in read_views(experiment).items()
             ],
         }
         for experiment in study.experiments.values()
@@ -120,12 +119,12 @@ def load_typical_run(lab: Lab, name: str, condition: str) -> bytes:
     """
     study = find_study(lab, name)
     find_condition(study, condition)
-    paths = [study.path(condition, run) for run in study.runs(condition)]
-    if not paths:
+    record_paths = [study.path(condition, run) for run in study.runs(condition)]
+    if not record_paths:
         raise MissingError(f"{study.directory} has no run of {condition}")
-    for path in paths:
+    for path in record_paths:
         require_inside(lab.root, path)
-    versions = tuple(path.stat().st_mtime_ns for path in paths)
+    modification_times = tuple(path.stat().st_mtime_ns for path in record_paths)
 
     def make() -> bytes:
         # This import takes time.
@@ -134,7 +133,7 @@ def load_typical_run(lab: Lab, name: str, condition: str) -> bytes:
         run = typical_run(open_conditions(study, [condition]), condition)
         return json.dumps({"run": run}).encode()
 
-    return lab.cache.get(("typical", study.directory, condition, versions), make)
+    return lab.cache.get(("typical", study.directory, condition, modification_times), make)
 
 
 def load_results(lab: Lab, name: str) -> bytes:
@@ -149,17 +148,19 @@ def load_results(lab: Lab, name: str) -> bytes:
     from baldwinlab.api.publish import lab_results, results_cache
 
     study = find_study(lab, name)
-    records = [
+    record_paths = [
         study.path(condition, run)
         for condition in study.experiments
         for run in study.runs(condition)
     ]
-    claims = study.directory / CLAIMS_FILE
-    derived = (study.directory / results_cache.CACHE_FILE, study.directory / sweeps.SWEEP_FILE_NAME)
-    for path in (*records, claims, *derived):
+    claims_path = study.directory / CLAIMS_FILE
+    cache_path = study.directory / results_cache.CACHE_FILE
+    sweep_path = study.directory / sweeps.SWEEP_FILE_NAME
+    for path in (*record_paths, claims_path, cache_path, sweep_path):
         require_inside(lab.root, path)
-    files = (*records, claims)
-    versions = tuple((path, path.stat().st_mtime_ns) for path in files if path.exists())
+    # The results depend on these files only.
+    source_paths = (*record_paths, claims_path)
+    versions = tuple((path, path.stat().st_mtime_ns) for path in source_paths if path.exists())
 
     def make() -> bytes:
         results = results_cache.load_cached_results(study) or lab_results.compute_results(study)

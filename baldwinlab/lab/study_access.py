@@ -6,11 +6,14 @@ import os
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
+from typing import Final
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
+
+MAX_CACHED_STUDIES: Final = 16
 
 
 def list_study_names(root: Path) -> Iterator[str]:
@@ -21,6 +24,7 @@ def list_study_names(root: Path) -> Iterator[str]:
     for folder, subfolders, files in os.walk(root):
         if "study.toml" in files:
             yield Path(folder).relative_to(root).as_posix()
+        # `os.walk` visits the folders that remain in this list, in this order.
         subfolders[:] = sorted(
             name for name in subfolders if name != "runs" and not name.startswith(".")
         )
@@ -34,18 +38,18 @@ def find_study(lab: Lab, name: str) -> StudyStore:
     """
     path = lab.root / name / "study.toml"
     try:
-        modified = path.stat().st_mtime_ns
+        modification_time = path.stat().st_mtime_ns
     except (OSError, ValueError):
         # ValueError: the name is not valid for a file.
         raise MissingError(f"there is no study {name!r} in {lab.root}") from None
-    for part in (path.parent, path, path.parent / "runs"):
-        require_inside(lab.root, part)
-    return _open_study(lab.root, path.parent.resolve(), modified)
+    for read_path in (path.parent, path, path.parent / "runs"):
+        require_inside(lab.root, read_path)
+    return _open_study(lab.root, path.parent.resolve(), modification_time)
 
 
-@lru_cache(maxsize=16)
-def _open_study(root: Path, directory: Path, modified: int) -> StudyStore:
-    """Open a study and cache it until `study.toml` is modified.
+@lru_cache(maxsize=MAX_CACHED_STUDIES)
+def _open_study(root: Path, directory: Path, modification_time: int) -> StudyStore:
+    """Open a study and cache it until the modification time of `study.toml` changes.
 
     A study of thousands of conditions takes seconds to open.
     """
@@ -77,10 +81,8 @@ def require_run(lab: Lab, study: StudyStore, name: str, run: int) -> None:
     """Raise MissingError if a run is not stored."""
     runs = study.runs(name)
     if run not in runs:
-        stored = (
-            f"{len(runs)} runs are stored, from {runs[0]} to {runs[-1]}"
-            if runs
-            else "no run is stored yet"
-        )
-        raise MissingError(f"{study.directory} has no run {run} of {name}; {stored}")
+        stored_runs = "no run is stored yet"
+        if runs:
+            stored_runs = f"{len(runs)} runs are stored, from {runs[0]} to {runs[-1]}"
+        raise MissingError(f"{study.directory} has no run {run} of {name}; {stored_runs}")
     require_inside(lab.root, study.path(name, run))

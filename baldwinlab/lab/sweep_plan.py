@@ -27,8 +27,9 @@ from baldwinlab.studies.sweeps.file import Sweep, validate_sweep
 
 # One core stays free for the page.
 WORKERS: Final = max(1, available_cores() - 1)
-# Approximate time to write a run.
-SECONDS_PER_WRITE: Final = 0.05
+# Approximate time to write the record of a run.
+SECONDS_PER_RECORD: Final = 0.05
+MAX_CACHED_MEASUREMENTS: Final = 16
 _measurement_lock = threading.Lock()
 
 
@@ -51,7 +52,7 @@ class SweepPlan(NamedTuple):
     toml: str
 
     @property
-    def runs(self) -> int:
+    def n_runs(self) -> int:
         """Return the number of runs of all points."""
         return len(self.points) * self.sweep.runs
 
@@ -61,39 +62,42 @@ class SweepPlan(NamedTuple):
         return sum(self.sweep.runs * count_agent_steps(point) for point in self.points)
 
     @property
-    def disk(self) -> int:
-        """Return the disk space of all runs, in bytes."""
-        runs = [(point, self.sweep.runs) for point in self.points]
-        return memory.estimate_runs(runs, WORKERS, CPU.worlds).disk
+    def disk_bytes(self) -> int:
+        """Return the disk space of all runs."""
+        runs_by_point = [(point, self.sweep.runs) for point in self.points]
+        return memory.estimate_runs(runs_by_point, WORKERS, CPU.worlds).disk
 
     def estimate_seconds(self) -> float:
         """Estimate the duration on this machine, from one simulated generation of a point."""
         point = self.points[0]
-        worlds = min(self.sweep.runs, CPU.worlds)
-        generations = self.agent_steps / (worlds * point.steps * point.population.size)
-        simulation = _measure_generation(point, worlds) * generations
-        writing = SECONDS_PER_WRITE * self.runs
-        return (simulation + writing) / min(WORKERS, self.runs)
+        n_worlds = min(self.sweep.runs, CPU.worlds)
+        agent_steps_per_generation = n_worlds * point.steps * point.population.size
+        n_generations = self.agent_steps / agent_steps_per_generation
+        simulation_seconds = _measure_generation(point, n_worlds) * n_generations
+        writing_seconds = SECONDS_PER_RECORD * self.n_runs
+        return (simulation_seconds + writing_seconds) / min(WORKERS, self.n_runs)
 
 
-@lru_cache(maxsize=16)
-def _measure_generation(experiment: Experiment, runs: int) -> float:
-    """Return the seconds that one generation takes."""
+@lru_cache(maxsize=MAX_CACHED_MEASUREMENTS)
+def _measure_generation(experiment: Experiment, n_runs: int) -> float:
+    """Return the seconds that one generation of several runs takes."""
+    single_generation = experiment.replace(evolution={"generations": 1})
+    # A measurement at the same time would slow this one down.
     with _measurement_lock:
         compile_experiments([experiment])
-        start = time.perf_counter()
-        simulate_histories(experiment.replace(evolution={"generations": 1}), 0, range(runs))
-        return time.perf_counter() - start
+        start_time = time.perf_counter()
+        simulate_histories(single_generation, seed=0, runs=range(n_runs))
+        return time.perf_counter() - start_time
 
 
-def make_sweep_plan(order: Mapping[str, Any]) -> SweepPlan:
+def make_sweep_plan(body: Mapping[str, Any]) -> SweepPlan:
     """Return the plan of a sweep.
 
     Parameters
     ----------
-    order
-        The request: `preset`, the `experiment` that was made from it, `runs`, `seed`, and `fields`
-        with the values of each swept field.
+    body
+        The body of the request: `preset`, the `experiment` that was made from it, `runs`, `seed`,
+        and `fields` with the values of each swept field.
 
     Raises
     ------
@@ -103,27 +107,32 @@ def make_sweep_plan(order: Mapping[str, Any]) -> SweepPlan:
         If the preset does not exist.
 
     """
-    fields = order.get("fields")
-    runs = read_body_number(order, "runs", 1)
+    fields = body.get("fields")
+    runs_per_point = read_body_number(body, "runs", 1)
     if not isinstance(fields, dict):
         raise ValueError("fields must contain each swept field with its values")
-    name = str(order.get("preset", ""))
-    preset = load_preset(name).to_dict()
-    experiment = read_experiment(order.get("experiment", {})).to_dict()
+    preset_name = str(body.get("preset", ""))
+    preset = load_preset(preset_name).to_dict()
+    experiment = read_experiment(body.get("experiment", {})).to_dict()
+    # A different name is not a change of a setting.
+    renamed_experiment = experiment | {"name": preset["name"]}
     changes = {
         path: value
-        for path, value in _list_changes(preset, experiment | {"name": preset["name"]})
+        for path, value in _list_changes(preset, renamed_experiment)
         if not _is_within(path, fields)
     }
-    tree = {"experiment": name, "runs": runs, "seed": read_body_number(order, "seed", 0)}
+    seed = read_body_number(body, "seed", 0)
+    tree = {"experiment": preset_name, "runs": runs_per_point, "seed": seed}
     if changes:
         tree["set"] = changes
     tree["fields"] = fields
     sweep = validate_sweep(tree, SWEEP_FILE_NAME)
     n_points = math.prod(len(values) for values in sweep.lists.values())
-    check_sweep_runs(runs * n_points)
-    plan = SweepPlan(sweep, expand_sweep(sweep, Path(SWEEP_FILE_NAME)), tomlkit.dumps(tree))
-    check_sweep(plan.points, runs, plan.disk)
+    # The number of runs is checked first, because the points of a large sweep take time to make.
+    check_sweep_runs(runs_per_point * n_points)
+    points = expand_sweep(sweep, Path(SWEEP_FILE_NAME))
+    plan = SweepPlan(sweep, points, toml=tomlkit.dumps(tree))
+    check_sweep(plan.points, runs_per_point, plan.disk_bytes)
     return plan
 
 
@@ -133,6 +142,7 @@ def _list_changes(base: Any, tree: Any, path: str = "") -> Iterator[tuple[str, A
     Raise ValueError for a change that a sweep's file cannot contain.
     """
     if _has_tables(tree) and _has_tables(base) and len(tree) == len(base):
+        # Two lists of tables are compared table by table, with the index as a key.
         base = dict(enumerate(base))
         tree = dict(enumerate(tree))
     if isinstance(tree, dict):

@@ -54,7 +54,8 @@ def pack_view(lab: Lab, query: Query) -> bytes:
     generation = read_number(query, "generation")
     requested_agent = read_number(query, "agent", 0) if "agent" in query else None
     life_query.require_generation(experiment, generation)
-    life_query.require_agent(experiment, requested_agent or 0)
+    if requested_agent is not None:
+        life_query.require_agent(experiment, requested_agent)
     study_access.require_run(lab, study, name, run)
 
     def make() -> bytes:
@@ -62,41 +63,38 @@ def pack_view(lab: Lab, query: Query) -> bytes:
         fittest_agent = int(record.energy.values[generation].argmax())
         agent = fittest_agent if requested_agent is None else requested_agent
         genomes = restore_genomes(experiment, record, generation)
-        data = view.of(
-            experiment.model_part, GenerationKey(study.seed, run, generation), genomes, agent
-        )
+        generation_key = GenerationKey(study.seed, run, generation)
+        data = view.of(experiment.model_part, generation_key, genomes, agent)
         header = {
             "meaning": view.meaning,
             "agent": agent if view.of_an_agent else None,
             "description": model_displays.describe_model(experiment),
         }
-        return _pack(data, header)
+        return _pack_data(data, header)
 
-    key = ("view", experiment, study.seed, run, generation, query["view"], requested_agent)
-    return lab.cache.get(key, make)
+    cache_key = ("view", experiment, study.seed, run, generation, query["view"], requested_agent)
+    return lab.cache.get(cache_key, make)
 
 
 def _find_view(experiment: BaseExperiment, name: str) -> View:
     """Return the view of this name. Raise MissingError if the model does not declare it."""
     views = model_displays.read_views(experiment)
     if name not in views:
-        available = (
-            f"{did_you_mean(name, views)}; its views are {', '.join(views)}"
-            if views
-            else "; it declares no views"
-        )
+        hint = "; it declares no views"
+        if views:
+            hint = f"{did_you_mean(name, views)}; its views are {', '.join(views)}"
         raise MissingError(
-            f"{experiment.name}: the model {experiment.model} has no view {name!r}{available}"
+            f"{experiment.name}: the model {experiment.model} has no view {name!r}{hint}"
         )
     return views[name]
 
 
-def _pack(data: ViewData, header: dict[str, Any]) -> bytes:
+def _pack_data(data: ViewData, header: dict[str, Any]) -> bytes:
     arrays = arrays_of(data)
-    size = sum(array.nbytes for array in arrays.values())
-    if size > life_query.MAX_RESPONSE_BYTES:
+    n_bytes = sum(array.nbytes for array in arrays.values())
+    if n_bytes > life_query.MAX_RESPONSE_BYTES:
         raise ValueError(
-            f"this view has {size:,} bytes; one response can contain"
+            f"this view has {n_bytes:,} bytes; one response can contain"
             f" {life_query.MAX_RESPONSE_BYTES:,} bytes"
         )
     return binary_frames.pack(header | _make_kind_header(data), arrays)

@@ -9,7 +9,7 @@ import pytest
 
 import baldwinlab
 from baldwinlab.analysis import palette
-from baldwinlab.lab.single_page import STATIC
+from baldwinlab.lab.single_page import STATIC_FOLDER
 
 PACKAGE = Path(baldwinlab.__file__).parent
 COLOR = re.compile(r"#(?:[0-9a-fA-F]{3}){1,2}\b(?![\w-])")
@@ -20,7 +20,7 @@ def source_files() -> list[Path]:
     files = [
         path for suffix in ("py", "html", "css", "js") for path in PACKAGE.rglob(f"*.{suffix}")
     ]
-    skipped = {Path(palette.__file__), *(STATIC / "vendor").iterdir()}
+    skipped = {Path(palette.__file__), *(STATIC_FOLDER / "vendor").iterdir()}
     return [path for path in files if path not in skipped]
 
 
@@ -31,9 +31,9 @@ def test_only_the_palette_defines_colors(path: Path) -> None:
 
 def test_every_color_used_by_the_page_is_defined() -> None:
     declared = re.compile(r"--([\w-]+):")
-    styles = "".join(path.read_text("utf-8") for path in STATIC.glob("*.css"))
+    styles = "".join(path.read_text("utf-8") for path in STATIC_FOLDER.glob("*.css"))
     defined = set(declared.findall(palette.lab_css())) | set(declared.findall(styles))
-    for path in [*STATIC.glob("*.css"), *STATIC.glob("*.js")]:
+    for path in [*STATIC_FOLDER.glob("*.css"), *STATIC_FOLDER.glob("*.js")]:
         text = path.read_text("utf-8")
         used = set(re.findall(r"var\(--([\w-]+)\)", text))
         used |= set(re.findall(r"\bpalette\.(\w+)", text)) - {"py"}

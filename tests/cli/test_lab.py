@@ -42,7 +42,7 @@ def refusal_message(
 def test_a_port_in_use_is_named(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with lab.listening(0) as listener:
+    with lab.open_listener(0) as listener:
         port = listener.getsockname()[1]
         message = refusal_message(["--port", str(port)], capsys, monkeypatch)
     assert message == (
@@ -74,7 +74,7 @@ def test_without_its_extra_the_lab_prints_the_installation_command(
 
 
 def test_the_lab_listens_only_on_the_loopback_address() -> None:
-    with lab.listening(0) as listener:
+    with lab.open_listener(0) as listener:
         assert listener.getsockname()[0] == "127.0.0.1"
 
 

@@ -31,7 +31,7 @@ from functools import partial
 from pathlib import Path
 from baldwinlab.cli.lab import lab
 from baldwinlab.lab import live, rate_limit
-rate_limit.CLIENT_TIMEOUT, live.Live = 1.0, partial(live.Live, grace=1.0)
+rate_limit.CLIENT_TIMEOUT, live.Live = 1.0, partial(live.Live, grace_seconds=1.0)
 lab(Path(sys.argv[1]), port=0, browser=False)
 """
 

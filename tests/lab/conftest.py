@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page
 
-from baldwinlab.cli.lab import listening
+from baldwinlab.cli.lab import open_listener
 from baldwinlab.experiment import registry, validate
 from baldwinlab.lab.access import Access
 from baldwinlab.lab.rate_limit import make_server
@@ -32,7 +32,7 @@ def run_server(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator
     """
     access = Access()
     server = make_server(make_app(root, access, ready))
-    with listening(0) as listener:
+    with open_listener(0) as listener:
         thread = threading.Thread(target=server.run, args=[[listener]])
         thread.start()
         try:

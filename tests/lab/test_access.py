@@ -14,7 +14,7 @@ from starlette.routing import BaseRoute, Route, WebSocketRoute
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from baldwinlab.lab.access import REFUSAL, Access, make_cookie_name
+from baldwinlab.lab.access import MISSING_TOKEN_ERROR, Access, make_cookie_name
 from baldwinlab.lab.server import make_app
 from tests.lab.client import LabServer, get_json
 from tests.lab.conftest import run_server
@@ -47,7 +47,7 @@ def test_every_route_except_the_files_of_the_page_needs_the_token(other_user: ht
         for method in route.methods:
             response = other_user.request(method, route.path)
             assert response.status_code == 401, (method, route.path)
-            assert method == "HEAD" or response.json() == {"error": REFUSAL}
+            assert method == "HEAD" or response.json() == {"error": MISSING_TOKEN_ERROR}
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,10 @@ def test_a_websocket_without_the_token_is_rejected(lab_server: LabServer, path: 
                 f"ws://127.0.0.1:{lab_server.port}{path}", additional_headers={"Cookie": cookie}
             )
         response = refused.value.response
-        assert (response.status_code, json.loads(response.body)) == (401, {"error": REFUSAL})
+        assert (response.status_code, json.loads(response.body)) == (
+            401,
+            {"error": MISSING_TOKEN_ERROR},
+        )
 
 
 def test_every_websocket_route_needs_the_token() -> None:
@@ -102,7 +105,7 @@ def test_a_wrong_token_is_rejected(
     other_user: httpx.Client, lab_server: LabServer, token: str
 ) -> None:
     response = other_user.get("/", params={"token": token})
-    assert (response.status_code, response.json()) == (401, {"error": REFUSAL})
+    assert (response.status_code, response.json()) == (401, {"error": MISSING_TOKEN_ERROR})
     assert "set-cookie" not in response.headers
     cookie = f"{make_cookie_name(lab_server.port)}={token}".replace("\x00", "")
     assert other_user.get("/api/studies", headers={b"Cookie": cookie.encode()}).status_code == 401
@@ -158,7 +161,7 @@ def test_a_page_explains_access_until_the_printed_address_is_opened(
         for tab in ("papers", "world", "live", "results"):
             page.goto("about:blank")
             page.goto(f"{lab_server.address}/#/{tab}")
-            expect(page.get_by_test_id("connection")).to_have_text(REFUSAL)
+            expect(page.get_by_test_id("connection")).to_have_text(MISSING_TOKEN_ERROR)
         page.goto(f"{lab_server.entry}#/results?study=small")
         expect(page.get_by_test_id("curves")).to_be_visible()
         assert page.url == f"{lab_server.address}/#/results?study=small"
@@ -186,5 +189,5 @@ def test_a_page_of_a_restarted_lab_explains_access(browser: Browser, lab_server:
         # A restarted lab has another token.
         context.clear_cookies()
         page.get_by_test_id("start").click()
-        expect(page.get_by_test_id("connection")).to_have_text(REFUSAL)
-        expect(page.get_by_test_id("setup-fault")).to_contain_text(REFUSAL)
+        expect(page.get_by_test_id("connection")).to_have_text(MISSING_TOKEN_ERROR)
+        expect(page.get_by_test_id("setup-fault")).to_contain_text(MISSING_TOKEN_ERROR)

@@ -25,7 +25,7 @@ def test_the_least_recently_used_value_is_removed() -> None:
         cache.get(key, lambda: bytes(50))
     cache.get("a", fail)
     cache.get("c", lambda: bytes(50))
-    assert cache.size == 100
+    assert cache.used_bytes == 100
     cache.get("a", fail)
     with pytest.raises(AssertionError):
         cache.get("b", fail)
@@ -35,12 +35,12 @@ def test_the_cache_never_exceeds_its_limit() -> None:
     cache = Cache(1000)
     for key in range(500):
         assert len(cache.get(key, partial(bytes, key))) == key
-        assert cache.size <= 1000
+        assert cache.used_bytes <= 1000
     assert len(cache.get("large", lambda: bytes(1001))) == 1001
-    assert 0 < cache.size <= 1000
+    assert 0 < cache.used_bytes <= 1000
 
 
 def test_a_value_that_two_threads_compute_counts_once() -> None:
     cache = Cache(100)
     cache.get("a", lambda: cache.get("a", lambda: bytes(10)))
-    assert cache.size == 10
+    assert cache.used_bytes == 10

@@ -85,7 +85,7 @@ def run_in_node(
     if node is None:
         pytest.skip("Node is not installed")
     for name in ("engine.js", "simulation.js"):
-        shutil.copy(single_page.STATIC / name, folder)
+        shutil.copy(single_page.STATIC_FOLDER / name, folder)
     (folder / "package.json").write_text('{"type": "module"}')
     (folder / "run.js").write_text(script)
     script_input = {

@@ -50,13 +50,13 @@ def live() -> Iterator[Live]:
 
 def wait_for_end(run: LiveRun) -> LiveRun:
     """Wait for the end of a run, and return the run."""
-    wait_until(lambda: run.ended)
+    wait_until(lambda: run.has_ended)
     return run
 
 
 def run_and_stop(live: Live, experiment: Experiment, runs: int = 2) -> LiveRun:
     """Start a live run, stop it after three generations, and return it."""
-    run = live.start(experiment, seed=3, runs=runs, seconds=PACE)
+    run = live.start(experiment, seed=3, n_runs=runs, seconds_per_generation=PACE)
     wait_until(lambda: run.generations_done >= 3)
     run.stop()
     return wait_for_end(run)
@@ -65,7 +65,7 @@ def run_and_stop(live: Live, experiment: Experiment, runs: int = 2) -> LiveRun:
 def test_a_saved_live_run_is_identical_to_a_study_of_the_command_line(
     live: Live, tmp_path: Path
 ) -> None:
-    run = wait_for_end(live.start(shorten_preset(), seed=5, runs=3))
+    run = wait_for_end(live.start(shorten_preset(), seed=5, n_runs=3))
     assert run.state == "done"
     live.save(run.id, tmp_path, "saved/study")
     expected = make_small_study(tmp_path / "expected", [shorten_preset()], runs=3, seed=5)
@@ -95,7 +95,7 @@ def test_a_stopped_live_run_is_saved_with_its_finished_generations(
 def test_the_measures_of_a_live_run_are_those_of_the_analysis(
     live: Live, tmp_path: Path, runs: int, parts: list[str]
 ) -> None:
-    run = wait_for_end(live.start(shorten_preset(), seed=5, runs=runs))
+    run = wait_for_end(live.start(shorten_preset(), seed=5, n_runs=runs))
     live.save(run.id, tmp_path, "saved")
     study = open_runs(tmp_path / "saved").isel(condition=0)
     measures = run.compute_measures(1, 3)
@@ -117,7 +117,7 @@ def endless(live: Live) -> LiveRun:
     many = {"population": {"size": 1}, "lifetime": {"steps": 100_000_000}}
     food = {"x": [400, 560], "y": [80, 240], "count": 500_000}
     run = live.start(
-        shorten_preset("evo/A").replace(**many, world={"food": [food]}), seed=0, runs=1
+        shorten_preset("evo/A").replace(**many, world={"food": [food]}), seed=0, n_runs=1
     )
     wait_until(lambda: run.state == "running")
     time.sleep(0.3)
@@ -157,9 +157,9 @@ def test_a_lifetime_in_blocks_of_steps_is_bit_identical(
     live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "baldwinlab.lab.live_run.count_uninterrupted_steps", lambda experiment, runs: 7
+        "baldwinlab.lab.live_run.count_uninterrupted_steps", lambda experiment, n_runs: 7
     )
-    live.save(wait_for_end(live.start(shorten_preset(), seed=5, runs=3)).id, tmp_path, "blocks")
+    live.save(wait_for_end(live.start(shorten_preset(), seed=5, n_runs=3)).id, tmp_path, "blocks")
     expected = make_small_study(tmp_path / "expected", [shorten_preset()], runs=3, seed=5)
     assert read_records(tmp_path / "blocks") == read_records(expected.directory)
 
@@ -180,22 +180,24 @@ def test_ended_live_runs_use_memory_until_a_new_run_replaces_them(
         "baldwinlab.lab.live.MAX_TOTAL_BYTES", 2 * estimate_memory(shorten_preset(), 1)
     )
     first, second = (
-        wait_for_end(live.start(shorten_preset(), seed=seed, runs=1)) for seed in range(2)
+        wait_for_end(live.start(shorten_preset(), seed=seed, n_runs=1)) for seed in range(2)
     )
     with (
         live.watch(first.id),
         live.watch(second.id),
         pytest.raises(ValueError, match=r"live runs may use .* bytes of memory in total"),
     ):
-        live.start(shorten_preset(), seed=2, runs=1)
+        live.start(shorten_preset(), seed=2, n_runs=1)
     assert live.list_runs() == [first, second]
     with live.watch(first.id):
-        third = live.start(shorten_preset(), seed=2, runs=1)
+        third = live.start(shorten_preset(), seed=2, n_runs=1)
     assert live.list_runs() == [first, third]
 
 
 def test_a_live_run_pauses_and_resumes(live: Live) -> None:
-    run = live.start(shorten_preset().replace(**LONG), seed=1, runs=1, seconds=PACE)
+    run = live.start(
+        shorten_preset().replace(**LONG), seed=1, n_runs=1, seconds_per_generation=PACE
+    )
     wait_until(lambda: run.generations_done > 0)
     run.pause()
     assert run.state == "paused"
@@ -213,7 +215,7 @@ def test_a_live_run_pauses_and_resumes(live: Live) -> None:
 
 
 def test_a_command_changes_the_pace_of_a_live_run(live: Live) -> None:
-    run = live.start(shorten_preset().replace(**LONG), seed=1, runs=1, seconds=60)
+    run = live.start(shorten_preset().replace(**LONG), seed=1, n_runs=1, seconds_per_generation=60)
     wait_until(lambda: run.generations_done == 1)
     run.handle_command({"command": "pace", "seconds": 0})
     assert wait_for_end(run).state == "done"
@@ -255,7 +257,7 @@ def test_a_live_run_is_saved_only_in_a_new_folder_of_the_root(
     (root / "taken").mkdir(parents=True)
     (root / "link").symlink_to(tmp_path)
     run = wait_for_end(
-        live.start(shorten_preset().replace(evolution={"generations": 1}), seed=0, runs=1)
+        live.start(shorten_preset().replace(evolution={"generations": 1}), seed=0, n_runs=1)
     )
     before = sorted(tmp_path.rglob("*"))
     with pytest.raises(StudyError, match=message):
@@ -264,22 +266,25 @@ def test_a_live_run_is_saved_only_in_a_new_folder_of_the_root(
 
 
 def test_an_active_live_run_is_not_saved(live: Live, tmp_path: Path) -> None:
-    run = live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=PACE)
+    run = live.start(
+        shorten_preset().replace(**LONG), seed=0, n_runs=1, seconds_per_generation=PACE
+    )
     with pytest.raises(StudyError, match="only a run that is done or stopped can be saved"):
         live.save(run.id, tmp_path, "saved")
 
 
 def test_at_most_four_live_runs_are_active(live: Live) -> None:
     runs = [
-        live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=PACE) for _ in range(4)
+        live.start(shorten_preset().replace(**LONG), seed=0, n_runs=1, seconds_per_generation=PACE)
+        for _ in range(4)
     ]
     with pytest.raises(
         ValueError, match="4 live runs are active, and no more are allowed; stop one of them first"
     ):
-        live.start(shorten_preset(), seed=0, runs=1)
+        live.start(shorten_preset(), seed=0, n_runs=1)
     runs[0].stop()
     wait_for_end(runs[0])
-    live.start(shorten_preset(), seed=0, runs=1)
+    live.start(shorten_preset(), seed=0, n_runs=1)
 
 
 @pytest.mark.parametrize(
@@ -322,8 +327,10 @@ def test_an_experiment_that_is_too_large_for_a_live_run_is_rejected(
 
 
 def test_a_live_run_without_a_page_is_stopped_and_removed() -> None:
-    live = Live(grace=0.05)
-    run = live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=PACE)
+    live = Live(grace_seconds=0.05)
+    run = live.start(
+        shorten_preset().replace(**LONG), seed=0, n_runs=1, seconds_per_generation=PACE
+    )
     with live.watch(run.id):
         with live.watch(run.id):
             time.sleep(0.1)
@@ -340,26 +347,28 @@ def test_a_live_run_without_a_page_is_stopped_and_removed() -> None:
 
 
 def test_a_live_run_continues_if_a_page_reconnects_in_time() -> None:
-    live = Live(grace=2)
-    run = live.start(shorten_preset().replace(**LONG), seed=0, runs=1, seconds=PACE)
+    live = Live(grace_seconds=2)
+    run = live.start(
+        shorten_preset().replace(**LONG), seed=0, n_runs=1, seconds_per_generation=PACE
+    )
     for _ in range(5):
         with live.watch(run.id):
             pass
         time.sleep(0.5)
     with live.watch(run.id):
         time.sleep(2.5)
-        assert not run.ended
+        assert not run.has_ended
     live.close()
 
 
 def test_a_failed_live_run_has_an_error_message(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(*arguments: object) -> None:
+    def fail(*arguments: object, **options: object) -> None:
         raise MemoryError("out of memory")
 
     monkeypatch.setattr("baldwinlab.lab.live_run.simulate_histories", fail)
-    run = wait_for_end(live.start(shorten_preset(), seed=0, runs=1))
+    run = wait_for_end(live.start(shorten_preset(), seed=0, n_runs=1))
     assert (run.state, run.message) == ("failed", "the live run failed: out of memory")
 
 

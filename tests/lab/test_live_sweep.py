@@ -65,8 +65,8 @@ def test_a_sweep_is_identical_to_that_of_the_command_line_with_its_file(
         "world.start.x": 400.0,
     }
     live = sweeps.start(plan, tmp_path, "live/rates")
-    wait_until(lambda: live.ended)
-    summary = live.summary()
+    wait_until(lambda: live.has_ended)
+    summary = live.summarize()
     assert (summary["state"], summary["stored"], summary["runs"], summary["share"]) == (
         "done",
         4,
@@ -85,15 +85,15 @@ def test_at_most_one_sweep_is_active_and_a_stopped_sweep_preserves_its_folder(
 ) -> None:
     long = shorten_preset().replace(evolution={"generations": 5000}).to_dict()
     live = sweeps.start(make_sweep_plan(make_request(experiment=long)), tmp_path, "long")
-    wait_until(lambda: live.steps_done > 0)
-    seconds_left = live.summary()["seconds_left"]
+    wait_until(lambda: live.agent_steps_done > 0)
+    seconds_left = live.summarize()["seconds_left"]
     assert seconds_left is not None
     assert seconds_left > 0
     with pytest.raises(ValueError, match="the sweep long is active; stop it first"):
         sweeps.start(make_sweep_plan(make_request()), tmp_path, "other")
     live.stop()
-    wait_until(lambda: live.ended)
-    assert (live.state, live.summary()["stored"]) == ("stopped", 0)
+    wait_until(lambda: live.has_ended)
+    assert (live.state, live.summarize()["stored"]) == ("stopped", 0)
     with pytest.raises(StudyError, match="long exists already"):
         sweeps.start(make_sweep_plan(make_request()), tmp_path, "long")
 
@@ -101,12 +101,12 @@ def test_at_most_one_sweep_is_active_and_a_stopped_sweep_preserves_its_folder(
 def test_a_failed_sweep_has_an_error_message(
     sweeps: Sweeps, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(*arguments: Any) -> None:
+    def fail(*arguments: Any, **options: Any) -> None:
         raise OSError("the disk is full")
 
     monkeypatch.setattr(live_sweep, "run_study", fail)
     live = sweeps.start(make_sweep_plan(make_request()), tmp_path, "it")
-    wait_until(lambda: live.ended)
+    wait_until(lambda: live.has_ended)
     assert (live.state, live.message) == ("failed", "the sweep failed: the disk is full")
 
 

@@ -6,7 +6,7 @@ import re
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-from baldwinlab.lab.single_page import STATIC
+from baldwinlab.lab.single_page import STATIC_FOLDER
 
 IMPORTED = re.compile(r"""(?:from\s+|import\s*\(\s*|import\s+)["']\./([\w./]+\.js)["']""")
 
@@ -20,13 +20,13 @@ def imports(path: Path) -> set[str]:
 
 
 def test_the_imports_of_the_page_have_no_cycle() -> None:
-    graph = {path.name: imports(path) for path in STATIC.glob("*.js")}
+    graph = {path.name: imports(path) for path in STATIC_FOLDER.glob("*.js")}
     assert graph["main.js"] >= {"address.js", "view_world.js"}
     # Raises CycleError, which names the modules of the cycle.
     TopologicalSorter(graph).prepare()
 
 
 def test_every_imported_module_exists() -> None:
-    for path in STATIC.glob("*.js"):
+    for path in STATIC_FOLDER.glob("*.js"):
         for name in imports(path):
-            assert (STATIC / name).is_file(), f"{path.name} imports {name}"
+            assert (STATIC_FOLDER / name).is_file(), f"{path.name} imports {name}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab.single_page import STATIC
+from baldwinlab.lab.single_page import STATIC_FOLDER
 from baldwinlab.papers import built_in
 from tests.lab.client import LabServer, get_error, get_json
 
@@ -33,5 +33,5 @@ def test_the_modules_of_the_page_contain_no_preset_name() -> None:
         for preset in paper.experiment_names()
         if len(preset) > 1
     }
-    for path in STATIC.glob("*.js"):
+    for path in STATIC_FOLDER.glob("*.js"):
         assert not {name for name in names if f'"{name}"' in path.read_text("utf-8")}, path.name

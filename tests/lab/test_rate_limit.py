@@ -25,7 +25,7 @@ TIMEOUT = 0.3
 def strict_server(lab_server: LabServer, monkeypatch: pytest.MonkeyPatch) -> Iterator[LabServer]:
     """Yield a server with a short timeout and at most 20 clients."""
     monkeypatch.setattr(rate_limit, "CLIENT_TIMEOUT", TIMEOUT)
-    monkeypatch.setattr(rate_limit, "MAX_CLIENTS", 20)
+    monkeypatch.setattr(rate_limit, "MAX_CONNECTIONS", 20)
     with run_server(lab_server.root) as server:
         yield server
 
