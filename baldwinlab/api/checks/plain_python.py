@@ -89,8 +89,7 @@ def simulate_groups(groups: Sequence[PartGroup], seed: int) -> list[list[Outcome
     """
     parts = list(dict.fromkeys(part for group in groups for part in group.parts))
     environments = [
-        PLAIN_ENVIRONMENT | {poison.ENVIRONMENT_VARIABLE: str(number)}
-        for number in poison.PATTERNS
+        PLAIN_ENVIRONMENT | {poison.ENVIRONMENT_VARIABLE: str(number)} for number in poison.PATTERNS
     ]
     processes = [Process("hooks", parts, environment, seed=seed) for environment in environments]
     return [_read_answers(process) for process in processes]

@@ -130,6 +130,7 @@ class _AllAgents:
                 agent = step % model.agents
                 for _ in range(model.agents):
                     eat_items(model, state, world, agent, step)
+                    # Agent 0 follows the last agent.
                     agent = agent + 1 if agent + 1 < model.agents else 0
             resort_stale_cells(model, state, world)
 
@@ -189,7 +190,28 @@ SingleAgent.part = _SingleAgent  # type: ignore[attr-defined]
 def all_agents(model: MiniWorldModel, state: State) -> AllAgents:
     """Return the ranges of all agents of a batch."""
     return AllAgents(
-        0, state.positions.shape[1], lanes_in_block(), 0, model.worlds, 0, model.agents
+        first_lane=0,
+        end_lane=state.positions.shape[1],
+        lanes_per_block=lanes_in_block(),
+        first_world=0,
+        end_world=model.worlds,
+        first_agent=0,
+        end_agent=model.agents,
+    )
+
+
+@compiled
+def single_agent(model: MiniWorldModel, world: int, agent: int) -> SingleAgent:
+    """Return the ranges of one agent."""
+    lane = world * model.agents + agent
+    return SingleAgent(
+        first_lane=lane,
+        end_lane=lane + 1,
+        lanes_per_block=1,
+        first_world=world,
+        end_world=world + 1,
+        first_agent=agent,
+        end_agent=agent + 1,
     )
 
 
@@ -226,12 +248,6 @@ def simulate_sequential(
         for world in range(model.worlds):
             agent = step % model.agents
             for _ in range(model.agents):
-                lane = world * model.agents + agent
-                take_step(
-                    SingleAgent(lane, lane + 1, 1, world, world + 1, agent, agent + 1),
-                    model,
-                    state,
-                    step,
-                )
+                take_step(single_agent(model, world, agent), model, state, step)
                 agent = agent + 1 if agent + 1 < model.agents else 0
             end_step_of_features(state.features, model, state, world, step)

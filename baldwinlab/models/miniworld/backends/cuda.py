@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 from collections.abc import Sequence
 from typing import Any, Final
 
@@ -25,7 +26,7 @@ from baldwinlab.models.miniworld.state import State
 # agents fill complete warps.
 THREADS_PER_BLOCK: Final = 128
 # Number of multiprocessors of an H200.
-MULTIPROCESSORS: Final = 132
+N_MULTIPROCESSORS: Final = 132
 # Maximum number of agents in a world, which is the maximum number of threads in a block.
 MAX_AGENTS: Final = 1024
 
@@ -49,7 +50,7 @@ def worlds_in_thread_block(agents: int, worlds: int) -> int:
 
     The worlds have about `THREADS_PER_BLOCK` agents, unless multiprocessors would then be idle.
     """
-    return max(1, min(THREADS_PER_BLOCK // agents, worlds // MULTIPROCESSORS))
+    return max(1, min(THREADS_PER_BLOCK // agents, worlds // N_MULTIPROCESSORS))
 
 
 def _on_device(value: Any, stream: Any) -> Any:
@@ -91,20 +92,23 @@ class CudaBatch:
                 f"backend cuda simulates at most {MAX_AGENTS} agents in a world: "
                 f"population.size = {agents}"
             )
-        if 2 * agents * experiment.lifetime.steps >= 2**31:
+        # A claim is twice the number of a turn (`cuda_kernels.py`).
+        max_claim = 2 * agents * experiment.lifetime.steps
+        if max_claim >= 2**31:
             raise ValueError(
                 "backend cuda counts turns in 32 bits: lifetime.steps * population.size must be "
                 "less than 2**30"
             )
         worlds_in_block = worlds_in_thread_block(agents, len(runs))
-        blocks = -(-len(runs) // worlds_in_block)
-        padded_worlds = blocks * worlds_in_block
+        n_blocks = math.ceil(len(runs) / worlds_in_block)
+        padded_worlds = n_blocks * worlds_in_block
         self.model = make_model(experiment, padded_worlds)
         self._host = make_state(experiment, padded_worlds)
         self._host.keys[: len(runs)] = [(seed, run) for run in runs]
         self._shape = (len(runs), agents)
         self._stream = cuda.stream()
-        self._launch = (blocks, worlds_in_block * agents, self._stream)
+        threads_in_block = worlds_in_block * agents
+        self._launch = (n_blocks, threads_in_block, self._stream)
         self._model = _on_device(self.model, self._stream)
         self._state = _on_device(self._host, self._stream)
         self._genomes = cuda.pinned_array(self._host.genome.shape, np.float32)
@@ -114,11 +118,13 @@ class CudaBatch:
             self.model, self._host, experiment.lifetime.update == "sequential"
         )
         # The kernels are compiled for one of two sizes of blocks.
-        half = MAX_AGENTS // 2
-        threads = MAX_AGENTS if worlds_in_block * agents > half else half
+        small_block = MAX_AGENTS // 2
+        max_threads = MAX_AGENTS if threads_in_block > small_block else small_block
         with COMPILATION_LOCK:
-            self._begin = make_birth_kernel(threads)
-            self._simulate = make_simulation_kernel(threads, source, type(self._host.network).part)
+            self._begin = make_birth_kernel(max_threads)
+            self._simulate = make_simulation_kernel(
+                max_threads, source, type(self._host.network).part
+            )
 
     @property
     def state(self) -> State:

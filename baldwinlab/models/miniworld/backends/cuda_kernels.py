@@ -33,12 +33,12 @@ from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import place_newborn
 from baldwinlab.models.miniworld.state import ARRAYS, MiniWorldModel, State
 from baldwinlab.models.miniworld.step import (
-    SingleAgent,
     end_step_of_features,
     lane_of,
     observe_others_per_world,
     prepare_all_senses,
     prepare_senses_per_world,
+    single_agent,
     take_step,
 )
 from baldwinlab.parts.learning_rules import init_agent, load_genes, observe_others
@@ -197,12 +197,17 @@ def _simulate_independent(
     """Simulate the steps of an agent, if no part has a per-world hook."""
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
-        take_step(
-            SingleAgentThread(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims),
-            model,
-            state,
-            step,
+        agents = SingleAgentThread(
+            first_lane=lane,
+            end_lane=lane + 1,
+            lanes_per_block=1,
+            first_world=world,
+            end_world=world + 1,
+            first_agent=agent,
+            end_agent=agent + 1,
+            claims=claims,
         )
+        take_step(agents, model, state, step)
 
 
 @device
@@ -218,12 +223,17 @@ def _simulate_in_block(
     """Simulate the steps of an agent, with barriers around per-world hooks."""
     lane = world * model.agents + agent
     for step in range(first_step, last_step):
-        take_step(
-            AgentInBlock(lane, lane + 1, 1, world, world + 1, agent, agent + 1, claims),
-            model,
-            state,
-            step,
+        agents = AgentInBlock(
+            first_lane=lane,
+            end_lane=lane + 1,
+            lanes_per_block=1,
+            first_world=world,
+            end_world=world + 1,
+            first_agent=agent,
+            end_agent=agent + 1,
+            claims=claims,
         )
+        take_step(agents, model, state, step)
 
 
 @device
@@ -237,16 +247,10 @@ def _simulate_sequential(
     last_step: int,
 ) -> None:
     """Simulate the steps of an agent, which waits for its turn in each step (R7)."""
-    lane = world * model.agents + agent
     for step in range(first_step, last_step):
         for turn in range(model.agents):
             if agent == (step + turn) % model.agents:
-                take_step(
-                    SingleAgent(lane, lane + 1, 1, world, world + 1, agent, agent + 1),
-                    model,
-                    state,
-                    step,
-                )
+                take_step(single_agent(model, world, agent), model, state, step)
             cuda.syncthreads()
         if agent == 0:
             end_step_of_features(state.features, model, state, world, step)

@@ -38,7 +38,7 @@ from pydantic import Field
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, hook, per_agent
 from baldwinlab.engine.simd import Lane, Value, clamp, get, put
-from baldwinlab.models.miniworld.learning.hebbian import LAYERS
+from baldwinlab.models.miniworld.learning.hebbian import LAYER_VALUES
 from baldwinlab.models.miniworld.learning.oracle_synapses import list_synapses
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
@@ -50,6 +50,7 @@ TWO = np.float32(2)
 MAX_WEIGHT = np.float32(10)
 # Modules of the genome that contain the coefficients.
 COEFFICIENT_MODULES: Final = ("A", "B", "C", "D")
+N_COEFFICIENTS: Final = len(COEFFICIENT_MODULES)
 
 
 @compiled
@@ -98,7 +99,7 @@ def _oracle_change(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> None
         list_synapses(naive, agent), coefficients, strict=is_inherited
     ):
         changed_weight = row[unit] + agent.rate * gate * (a * x * y + b * x + c * y + d)
-        row[unit] = min(max(changed_weight, -10.0), 10.0)
+        row[unit] = min(max(changed_weight, -float(MAX_WEIGHT)), float(MAX_WEIGHT))
 
 
 def _oracle_gate(agent: Any, naive: Any) -> float:
@@ -115,7 +116,7 @@ class _FixedCoefficients(LearningRule):
     b: float = Field(0.0, ge=-1, le=1, description="B, coefficient of the source activation.")
     c: float = Field(0.0, ge=-1, le=1, description="C, coefficient of the target activation.")
     d: float = Field(0.0, ge=-1, le=1, description="D, constant term.")
-    derived: ClassVar[Mapping[str, Any]] = LAYERS
+    derived: ClassVar[Mapping[str, Any]] = LAYER_VALUES
 
     @staticmethod
     def compute_change(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
@@ -174,14 +175,15 @@ class _EvolvedCoefficients(LearningRule):
     # Coefficients, in [-1, 1].
     arrays: ClassVar[Mapping[str, Array]] = {name: per_agent("weights") for name in "abcd"}
     derived: ClassVar[Mapping[str, Any]] = {
-        **LAYERS,
+        **LAYER_VALUES,
         "is_per_connection": lambda part, experiment: part.encoding == "connection",
     }
 
     @staticmethod
     def load_genes(part: Any, model: MiniWorldModel, state: State, genes: Any, lane: Lane) -> None:
         weights = state.weights.shape[0]
-        first_gene = genes.shape[0] - 4 * weights
+        # The coefficient modules are the last modules of the genome.
+        first_gene = genes.shape[0] - N_COEFFICIENTS * weights
         for weight in range(weights):
             gene = first_gene + (weight if part.is_per_connection else 0)
             put(part.a, weight, lane, clamp(get(genes, gene, lane), ONE))

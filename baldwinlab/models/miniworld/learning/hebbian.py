@@ -45,7 +45,7 @@ PRESYNAPTIC = 2
 COVARIANCE = 3
 
 # Derived values of a rule that visits all weights.
-LAYERS: Mapping[str, Any] = {
+LAYER_VALUES: Mapping[str, Any] = {
     "sizes": lambda part, experiment: np.array(experiment.layer_sizes, np.int64),
     "biases": lambda part, experiment: experiment.network.biases,
 }
@@ -95,15 +95,16 @@ class _StrengthRule(LearningRule):
 
     # 1 or -1: signs of the weights at birth.
     arrays: ClassVar[Mapping[str, Array]] = {"signs": per_agent("weights")}
-    derived: ClassVar[Mapping[str, Any]] = LAYERS
+    derived: ClassVar[Mapping[str, Any]] = LAYER_VALUES
 
     def check(self, experiment: Any) -> None:
         rate = experiment.learning.rate
         if rate > 1 or experiment.learning.evolved_rate:
+            is_too_large = rate > 1
             problem = (
-                "cannot be a gene (learning.evolved_rate)"
-                if rate <= 1
-                else f"is {rate:g} and must be at most 1"
+                f"is {rate:g} and must be at most 1"
+                if is_too_large
+                else "cannot be a gene (learning.evolved_rate)"
             )
             raise ValueError(
                 f"learning.rule = {self.name!r} keeps strengths in [0, 1]: learning.rate {problem}"

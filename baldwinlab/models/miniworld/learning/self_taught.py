@@ -74,10 +74,9 @@ class Drift(LearningRule, name="drift"):
     supports_drift_control: ClassVar[bool] = True
     arrays: ClassVar[Mapping[str, Array]] = {
         # Weights of the copy that learns by self-teaching.
-        "shadow": per_agent("weights"),
+        "shadow_weights": per_agent("weights"),
         "shadow_activations": per_agent("units"),
-        # Weights at birth.
-        "newborn": per_agent("weights"),
+        "birth_weights": per_agent("weights"),
         # 1 or -1: factor of the changes of the copy.
         "signs": per_agent("weights"),
     }
@@ -92,8 +91,8 @@ class Drift(LearningRule, name="drift"):
             words = philox(weight, agent, state.generation[0], DRIFT, seed, run)
             is_same_direction = words[0] & np.uint32(1)
             part.signs[weight, lane] = ONE if is_same_direction else -ONE
-            part.newborn[weight, lane] = state.weights[weight, lane]
-            part.shadow[weight, lane] = state.weights[weight, lane]
+            part.birth_weights[weight, lane] = state.weights[weight, lane]
+            part.shadow_weights[weight, lane] = state.weights[weight, lane]
         for unit in range(state.activations.shape[0]):
             # A network with a memory reads the activations of the previous step.
             part.shadow_activations[unit, lane] = ZERO
@@ -102,36 +101,38 @@ class Drift(LearningRule, name="drift"):
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         for k in range(model.inputs):
             put(part.shadow_activations, k, lane, get(state.activations, k, lane))
-        forward(state.network, part.shadow, part.shadow_activations, lane)
+        forward(state.network, part.shadow_weights, part.shadow_activations, lane)
         rate = get(state.rate, 0, lane)
         backward(
             state.network,
             rate,
-            part.shadow,
+            part.shadow_weights,
             part.shadow_activations,
             state.errors,
             state.targets,
             lane,
         )
         for weight in range(state.weights.shape[0]):
-            change = get(part.shadow, weight, lane) - get(part.newborn, weight, lane)
+            change = get(part.shadow_weights, weight, lane) - get(part.birth_weights, weight, lane)
             put(
                 state.weights,
                 weight,
                 lane,
-                get(part.newborn, weight, lane) + get(part.signs, weight, lane) * change,
+                get(part.birth_weights, weight, lane) + get(part.signs, weight, lane) * change,
             )
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        shadow = naive.module(agent.arrays["shadow"])
-        naive.backpropagate(
-            shadow, agent.inputs, naive.think(agent.reinforcement_module, agent.inputs), agent.rate
-        )
-        agent.arrays["shadow"] = naive.weights(shadow)
+        shadow = naive.module(agent.arrays["shadow_weights"])
+        target = naive.think(agent.reinforcement_module, agent.inputs)
+        naive.backpropagate(shadow, agent.inputs, target, agent.rate)
+        agent.arrays["shadow_weights"] = naive.weights(shadow)
         entries = zip(
-            agent.arrays["newborn"], agent.arrays["signs"], agent.arrays["shadow"], strict=True
+            agent.arrays["birth_weights"],
+            agent.arrays["signs"],
+            agent.arrays["shadow_weights"],
+            strict=True,
         )
         agent.action_module = naive.module(
-            [newborn + sign * (learned - newborn) for newborn, sign, learned in entries]
+            [weight + sign * (learned_weight - weight) for weight, sign, learned_weight in entries]
         )

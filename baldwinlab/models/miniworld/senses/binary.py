@@ -159,6 +159,7 @@ class Compass(Sense, name="compass"):
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
         """Return the direction of the heading, as one of four bits."""
+        # The sector of direction 0 starts an eighth of a turn before heading 0.
         shifted_heading = int(state.heading[0, world * model.agents + agent]) + QUARTER_TURN // 2
         return 1 << (shifted_heading // QUARTER_TURN % 4)
 

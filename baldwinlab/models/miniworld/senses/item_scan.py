@@ -62,10 +62,10 @@ def _record_region_items(
     columns = find_cells_within(model, region, 0, x, model.visual_radius)
     first_row, end_row = find_cells_within(model, region, 1, y, model.visual_radius)
     for row in range(first_row, end_row):
-        begin, end = find_slots_in_row(model, state, world, region, row, columns)
-        for first in range(begin, end, lanes_in_block()):
+        first_slot, end_slot = find_slots_in_row(model, state, world, region, row, columns)
+        for first in range(first_slot, end_slot, lanes_in_block()):
             if any_of(_squared_distance(state, world, simd_block(first), x, y) <= squared_range):
-                for slot in range(first, min(first + lanes_in_block(), end)):
+                for slot in range(first, min(first + lanes_in_block(), end_slot)):
                     if _squared_distance(state, world, slot, x, y) <= squared_range:
                         dx = state.slot_x[world, slot] - x
                         dy = state.slot_y[world, slot] - y
@@ -97,9 +97,9 @@ class ItemSense(Sense):
     }
 
     def check(self, experiment: Any) -> None:
-        if self.target_kind not in (kinds := item_kinds(experiment)):
+        kinds = item_kinds(experiment)
+        if self.target_kind not in kinds:
             raise ValueError(
                 f"senses.{table_name(self.name)}.target_kind = {self.target_kind!r} "
-                "must be one of the "
-                f"kinds of items: {', '.join(kinds)}"
+                f"must be one of the kinds of items: {', '.join(kinds)}"
             )

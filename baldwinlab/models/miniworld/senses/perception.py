@@ -49,10 +49,10 @@ def mark_agents_near_regions(model: MiniWorldModel, state: State, lane: Lane) ->
 def _sense_all(senses: Any, model: Any, state: Any, world: int, agent: int) -> int:
     """Return the bits of all senses. The first sense has the lowest bits."""
     code = 0
-    first = 0
+    first_bit = 0
     for sense_part in senses:
-        code |= sense(sense_part, model, state, world, agent) << first
-        first += len(type(sense_part).part.inputs)
+        code |= sense(sense_part, model, state, world, agent) << first_bit
+        first_bit += len(type(sense_part).part.inputs)
     return code
 
 
@@ -62,10 +62,10 @@ def _choose_sense_all(senses: Any, model: Any, state: Any, world: Any, agent: An
         return lambda senses, model, state, world, agent: sense(
             senses[0], model, state, world, agent
         )
-    inputs_of_first = len(part_class(senses[0]).inputs)
+    n_first_inputs = len(part_class(senses[0]).inputs)
     return lambda senses, model, state, world, agent: (
         sense(senses[0], model, state, world, agent)
-        | (sense_all(senses[1:], model, state, world, agent) << inputs_of_first)
+        | (sense_all(senses[1:], model, state, world, agent) << n_first_inputs)
     )
 
 
@@ -74,42 +74,44 @@ sense_all = register(_sense_all, _choose_sense_all)
 
 @compiled
 def _write_bits(
-    sense_part: Any, count: int, model: Any, state: Any, world: int, agent: int, first: int
+    sense_part: Any, n_inputs: int, model: Any, state: Any, world: int, agent: int, first_row: int
 ) -> None:
-    """Set the `count` inputs of a binary sense, from the row `first` on."""
+    """Set the `n_inputs` inputs of a binary sense, from `first_row` on."""
     code = sense(sense_part, model, state, world, agent)
-    for k in range(count):
-        state.activations[first + k, world * model.agents + agent] = np.float32((code >> k) & 1)
+    for k in range(n_inputs):
+        state.activations[first_row + k, world * model.agents + agent] = np.float32((code >> k) & 1)
 
 
-def _write_inputs(senses: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
-    """Set the inputs of an agent from the row `first` on."""
+def _write_inputs(
+    senses: Any, model: Any, state: Any, world: int, agent: int, first_row: int
+) -> None:
+    """Set the inputs of an agent from `first_row` on."""
     for sense_part in senses:
         if type(sense_part).part.is_continuous:
-            measure(sense_part, model, state, world, agent, first)
+            measure(sense_part, model, state, world, agent, first_row)
         else:
             _write_bits(
-                sense_part, len(type(sense_part).part.inputs), model, state, world, agent, first
+                sense_part, len(type(sense_part).part.inputs), model, state, world, agent, first_row
             )
-        first += len(type(sense_part).part.inputs)
+        first_row += len(type(sense_part).part.inputs)
 
 
 def _choose_write_inputs(
-    senses: Any, model: Any, state: Any, world: Any, agent: Any, first: Any
+    senses: Any, model: Any, state: Any, world: Any, agent: Any, first_row: Any
 ) -> Any:
     """Return `_write_inputs` for the types of `senses`, one call per sense."""
     if len(senses) == 0:
-        return lambda senses, model, state, world, agent, first: None
+        return lambda senses, model, state, world, agent, first_row: None
     part = part_class(senses[0])
-    count = len(part.inputs)
+    n_inputs = len(part.inputs)
     is_continuous = part.is_continuous
 
-    def write(senses: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
+    def write(senses: Any, model: Any, state: Any, world: int, agent: int, first_row: int) -> None:
         if is_continuous:
-            measure(senses[0], model, state, world, agent, first)
+            measure(senses[0], model, state, world, agent, first_row)
         else:
-            _write_bits(senses[0], count, model, state, world, agent, first)
-        write_inputs(senses[1:], model, state, world, agent, first + count)
+            _write_bits(senses[0], n_inputs, model, state, world, agent, first_row)
+        write_inputs(senses[1:], model, state, world, agent, first_row + n_inputs)
 
     return write
 
@@ -149,17 +151,20 @@ _set_inputs = select_by_type(
 
 
 @compiled
-def list_near_agents(model: MiniWorldModel, state: State, world: int, first: int, last: int) -> int:
+def list_near_agents(
+    model: MiniWorldModel, state: State, world: int, first_agent: int, end_agent: int
+) -> int:
     """List the agents with `near` above 0 in `near_agents`, and return their number.
 
-    The range is `first` to `last` - 1. Every agent is written, and the next agent overwrites an
-    agent that is not near, because a branch for each agent would often be mispredicted.
+    The range is `first_agent` to `end_agent` - 1. Every agent is written, and the next agent
+    overwrites an agent that is not near. A branch for each agent would often be mispredicted.
     """
-    count = 0
-    for agent in range(first, last):
-        put(state.near_agents, 0, world * model.agents + first + count, agent)
-        count += int(get(state.near, 0, world * model.agents + agent) != ZERO)
-    return count
+    n_near = 0
+    first_lane = world * model.agents
+    for agent in range(first_agent, end_agent):
+        put(state.near_agents, 0, first_lane + first_agent + n_near, agent)
+        n_near += int(get(state.near, 0, first_lane + agent) != ZERO)
+    return n_near
 
 
 @compiled

@@ -104,15 +104,15 @@ class Nearest(ItemSense, name="nearest"):
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        food = [
+        visible_items = [
             item
             for item in items
             if item.kind == naive.kinds[part.number]
             and naive.distance(agent, item) <= naive.visual_radius
         ]
-        if not food:
+        if not visible_items:
             return [0, 1]
-        nearest = min(food, key=lambda item: naive.distance(agent, item))
+        nearest = min(visible_items, key=lambda item: naive.distance(agent, item))
         return [
             naive.bearing(agent, nearest) / 360,
             naive.distance(agent, nearest) / naive.visual_radius,
@@ -318,7 +318,7 @@ class Rays(ItemSense, name="rays"):
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        def closeness(ray_degrees: float) -> float:
+        def ray_input(ray_degrees: float) -> float:
             distances = []
             for item in (item for item in items if item.kind == naive.kinds[part.number]):
                 distance = naive.distance(agent, item)
@@ -331,4 +331,4 @@ class Rays(ItemSense, name="rays"):
                 0.0, 1 - float(min(distances, default=math.inf)) / float(naive.visual_radius)
             )
 
-        return [closeness(degrees) for degrees in RAY_DEGREES]
+        return [ray_input(degrees) for degrees in RAY_DEGREES]

@@ -187,7 +187,7 @@ def compare_custom_parts(number: int) -> None:
 def use_small_device() -> None:
     """Set the size of a thread block so that it has two worlds."""
     cuda.THREADS_PER_BLOCK = 8  # type: ignore[misc]
-    cuda.MULTIPROCESSORS = 1  # type: ignore[misc]
+    cuda.N_MULTIPROCESSORS = 1  # type: ignore[misc]
 
 
 def run_in_simulator(command: str) -> None:
