@@ -71,13 +71,15 @@ class AgentNetwork:
         """
         array = self._check_inputs(inputs)
         inputs_by_step = np.atleast_2d(array)
+        # The arrays [weight, lane] and [unit, lane] of the engine, with one lane.
         weights = self.weights.values[:, None]
         activations = np.zeros((self._n_units, 1), np.float32)
         outputs = np.empty((len(inputs_by_step), len(self.outputs)), np.float32)
+        lane = 0
         for step, values in enumerate(inputs_by_step):
-            activations[: len(self.inputs), 0] = values
-            forward(self._part, weights, activations, 0)
-            outputs[step] = activations[-len(self.outputs) :, 0]
+            activations[: len(self.inputs), lane] = values
+            forward(self._part, weights, activations, lane)
+            outputs[step] = activations[-len(self.outputs) :, lane]
         variable = TRACE_VARIABLES["output"]
         attributes = {"units": variable.unit, "long_name": "outputs of the network"}
         result = xr.DataArray(
@@ -88,18 +90,18 @@ class AgentNetwork:
 
     def _check_inputs(self, inputs: npt.ArrayLike) -> npt.NDArray[np.float32]:
         """Return the inputs as an array. Raise RefusedError for a wrong shape or value."""
-        count = len(self.inputs)
+        n_inputs = len(self.inputs)
         try:
             array = np.asarray(inputs, np.float32)
         except (TypeError, ValueError):
             raise RefusedError(
-                f"inputs must be {count} numbers, or an array [step, input]"
+                f"inputs must be {n_inputs} numbers, or an array [step, input]"
             ) from None
-        if array.ndim not in (1, 2) or array.shape[-1] != count:
+        if array.ndim not in (1, 2) or array.shape[-1] != n_inputs:
             names = ", ".join(self.inputs)
             raise RefusedError(
-                f"inputs have the shape {array.shape}; it must be [{count}] or [step, {count}]: "
-                f"{names}"
+                f"inputs have the shape {array.shape}; it must be [{n_inputs}] or "
+                f"[step, {n_inputs}]: {names}"
             )
         # A NaN is in no range, so it is refused.
         if not ((array >= 0) & (array <= 1)).all():
@@ -143,8 +145,8 @@ def read_genomes(
     """
     experiment = study.experiment(condition)
     _require_index("generation", generation, experiment.evolution.generations)
-    for number in _list_agents(agent):
-        _require_index("agent", number, experiment.population.size)
+    for agent_index in _list_agents(agent):
+        _require_index("agent", agent_index, experiment.population.size)
     array = _read_genome_array(study, condition, run, generation)
     variable = RUN_VARIABLES["genome"]
     genomes = xr.DataArray(
@@ -202,7 +204,7 @@ def make_network(
         raise RefusedError(f"module = {module!r} is not a network of {condition}; {names}")
     study.require_parts(condition)
     genomes = _read_genome_array(study, condition, run, generation)
-    # The batch has one world.
+    # The batch has one world, so the lane of an agent is its number.
     newborns = make_batch(experiment, study.seed, [run], generation, genomes[None]).state
     # `genes` starts with the module after the action module: the reinforcement network.
     weights_by_agent = newborns.weights if module == "action" else newborns.genes

@@ -35,6 +35,14 @@ WORLD_SIZES = (20, 1000, 10_000)
 """Numbers of agents in one world, at the density of the paper."""
 
 
+class _Measurement(NamedTuple):
+    """The simulated steps of single agents, the duration in seconds, and the number of threads."""
+
+    agent_steps: int
+    seconds: float
+    threads: int
+
+
 class BenchmarkRecord(NamedTuple):
     """The measurements of one case.
 
@@ -152,20 +160,27 @@ def measure(case: str, quick: bool, backend: str = "auto") -> BenchmarkRecord:
     compile_seconds = compile_experiments(_make_experiments(case), selected_backend)
     if case == "study":
         runs = 8 if selected_backend is CPU else 30
-        agent_steps, seconds, threads = _measure_study(selected_backend, runs=2 if quick else runs)
+        measurement = _measure_study(selected_backend, runs=2 if quick else runs)
     elif case.startswith("world-"):
         steps = 20 if quick else 200
-        agent_steps, seconds, threads = _measure_world(selected_backend, agents, steps)
+        measurement = _measure_world(selected_backend, agents, steps)
     else:
         # A GPU simulates many more worlds at a time, so fewer generations suffice.
         generations = 100 if selected_backend is CPU else 10
         if quick:
             generations //= 5
-        agent_steps, seconds, threads = _measure_condition(
-            selected_backend, _make_experiment(case), generations
-        )
+        measurement = _measure_condition(selected_backend, _make_experiment(case), generations)
+    return _make_record(case, measurement, compile_seconds)
+
+
+def _make_record(case: str, measurement: _Measurement, compile_seconds: float) -> BenchmarkRecord:
     return BenchmarkRecord(
-        case, agent_steps / seconds, seconds, compile_seconds, _peak_mib(), threads
+        case=case,
+        agent_steps_per_second=measurement.agent_steps / measurement.seconds,
+        seconds=measurement.seconds,
+        compile_seconds=compile_seconds,
+        peak_mib=_peak_mib(),
+        threads=measurement.threads,
     )
 
 
@@ -203,10 +218,12 @@ def measure_parts(file: Path, quick: bool, backend: str = "auto") -> BenchmarkRe
     ]
     compile_seconds = compile_experiments(experiments, selected_backend)
     measurements = [_simulate_runs(selected_backend, experiment) for experiment in experiments]
-    agent_steps, seconds = (sum(column) for column in zip(*measurements, strict=True))
-    return BenchmarkRecord(
-        file.stem, agent_steps / seconds, seconds, compile_seconds, _peak_mib(), 1
+    total = _Measurement(
+        agent_steps=sum(measurement.agent_steps for measurement in measurements),
+        seconds=sum(measurement.seconds for measurement in measurements),
+        threads=1,
     )
+    return _make_record(file.stem, total, compile_seconds)
 
 
 def _peak_mib() -> float | None:
@@ -230,7 +247,7 @@ def _make_experiment(name: str) -> Experiment:
     return load(name)
 
 
-def _measure_study(backend: Backend, runs: int) -> tuple[int, float, int]:
+def _measure_study(backend: Backend, runs: int) -> _Measurement:
     """Measure the study of the paper with `runs` runs, on all cores, with stored records."""
     # A GPU simulates several batches at a time.
     threads = max(available_cores(), 1 if backend is CPU else len(paper()))
@@ -240,23 +257,24 @@ def _measure_study(backend: Backend, runs: int) -> tuple[int, float, int]:
         start = time.perf_counter()
         run_study(study, missing, threads, _no_progress, _discard_message, backend=backend)
         seconds = time.perf_counter() - start
-    return runs * sum(count_agent_steps(experiment) for experiment in paper()), seconds, threads
+    agent_steps_of_run = sum(count_agent_steps(experiment) for experiment in paper())
+    return _Measurement(runs * agent_steps_of_run, seconds, threads)
 
 
-def _measure_condition(
-    backend: Backend, experiment: Experiment, generations: int
-) -> tuple[int, float, int]:
+def _measure_condition(backend: Backend, experiment: Experiment, generations: int) -> _Measurement:
     """Measure one batch of runs of a condition, on one thread."""
-    return *_simulate_runs(backend, experiment.replace(evolution={"generations": generations})), 1
+    return _simulate_runs(backend, experiment.replace(evolution={"generations": generations}))
 
 
-def _simulate_runs(backend: Backend, experiment: Any) -> tuple[int, float]:
-    """Simulate one batch of runs on one thread. Return its agent-steps and seconds."""
+def _simulate_runs(backend: Backend, experiment: Any) -> _Measurement:
+    """Measure one batch of runs on one thread, with cached compiled code."""
     # The first run loads compiled code.
     simulate_batch(experiment.replace(evolution={"generations": 1}), 0, [0], backend)
     start = time.perf_counter()
     simulate_batch(experiment, 0, range(backend.worlds), backend)
-    return backend.worlds * count_agent_steps(experiment), time.perf_counter() - start
+    seconds = time.perf_counter() - start
+    agent_steps = backend.worlds * count_agent_steps(experiment)
+    return _Measurement(agent_steps, seconds, threads=1)
 
 
 def many_agent_experiment(agents: int, steps: int) -> Experiment:
@@ -274,7 +292,8 @@ def many_agent_experiment(agents: int, steps: int) -> Experiment:
     Experiment
         The settings.
     """
-    scale = math.sqrt(agents / 20)
+    # The numbers below are those of evo+self-taught/A, which has 20 agents and 50 items.
+    scale = math.sqrt(agents / WORLD_SIZES[0])
     start = {"x": 480 * scale, "y": 160 * scale, "radius": 80 * scale}
     food = [
         {
@@ -289,7 +308,7 @@ def many_agent_experiment(agents: int, steps: int) -> Experiment:
     )
 
 
-def _measure_world(backend: Backend, agents: int, steps: int) -> tuple[int, float, int]:
+def _measure_world(backend: Backend, agents: int, steps: int) -> _Measurement:
     """Measure lives of one large world, or of a batch of small worlds, on one thread.
 
     The fastest of `REPETITIONS` repetitions counts. Lives have the same length in worlds of any
@@ -314,7 +333,7 @@ def _measure_world(backend: Backend, agents: int, steps: int) -> tuple[int, floa
             batch.eaten_in_life()
             seconds += time.perf_counter() - start
         fastest = min(fastest, seconds)
-    return n_lives * worlds * agents * steps, fastest, 1
+    return _Measurement(n_lives * worlds * agents * steps, fastest, threads=1)
 
 
 def _discard_message(message: str) -> None:

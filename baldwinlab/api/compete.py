@@ -150,16 +150,16 @@ def run_competition(
     load_installed_parts()
     stored_a = read_genome_file(path_a)
     stored_b = read_genome_file(path_b)
-    chosen = choose_experiment(stored_a, path_a, experiment)
+    setting = choose_experiment(stored_a, path_a, experiment)
     if experiment is None:
-        _require_same_agents(chosen, stored_b, path_b)
+        _require_same_agents(setting, stored_b, path_b)
     if map_name is not None:
-        chosen = chosen.replace(world=load_world(chosen, map_name))
-    chosen = assign(chosen.replace(evolution={"founders": []}), assignments)
-    _require_halves(chosen)
-    genomes_a = _list_genomes(stored_a, path_a, chosen)
-    genomes_b = _list_genomes(stored_b, path_b, chosen)
-    return _summarize(_simulate_lives(chosen, genomes_a, genomes_b, lives, seed))
+        setting = setting.replace(world=load_world(setting, map_name))
+    setting = assign(setting.replace(evolution={"founders": []}), assignments)
+    _require_halves(setting)
+    genomes_a = _list_genomes(stored_a, path_a, setting)
+    genomes_b = _list_genomes(stored_b, path_b, setting)
+    return _summarize(_simulate_lives(setting, genomes_a, genomes_b, lives, seed))
 
 
 def _require_same_agents(experiment: BaseExperiment, stored: StoredGenomes, path: Path) -> None:
@@ -168,8 +168,7 @@ def _require_same_agents(experiment: BaseExperiment, stored: StoredGenomes, path
         return
     second = choose_experiment(stored, path, None)
     for table in AGENT_TABLES:
-        values = (getattr(experiment, table), getattr(second, table, None))
-        if values[0] != values[1]:
+        if getattr(experiment, table) != getattr(second, table, None):
             raise RefusedError(
                 f"the agents of {path} have other settings of {table!r} than those of the first "
                 "file; give the experiment of both with --experiment"
@@ -204,17 +203,21 @@ def _simulate_lives(
     rows = []
     for first in range(0, lives, CPU.worlds):
         runs = range(first, min(first + CPU.worlds, lives))
-        # The next agents of a file, [life, agent].
-        numbers = np.arange(runs.start * half, runs.stop * half).reshape(len(runs), half)
-        half_a = genomes_a[numbers % len(genomes_a)]
-        half_b = genomes_b[numbers % len(genomes_b)]
-        ab, ba = (
+        # The next agents of a file, [life, agent]. After the last agent, the first one follows.
+        agents = np.arange(runs.start * half, runs.stop * half).reshape(len(runs), half)
+        half_a = genomes_a[agents % len(genomes_a)]
+        half_b = genomes_b[agents % len(genomes_b)]
+        energy_a_first, energy_b_first = (
             reevaluate(experiment, seed, runs, 0, np.concatenate(halves, axis=1)).energy
             for halves in ((half_a, half_b), (half_b, half_a))
         )
         # Means of the first and of the second half of each population, [life, half].
-        ab, ba = (energy.reshape(len(runs), 2, half).mean(axis=2) for energy in (ab, ba))
-        rows.append((ab + ba[:, ::-1]) / 2)
+        means_a_first, means_b_first = (
+            energy.reshape(len(runs), 2, half).mean(axis=2)
+            for energy in (energy_a_first, energy_b_first)
+        )
+        # Reversed, the columns of a population with B first are A and B.
+        rows.append((means_a_first + means_b_first[:, ::-1]) / 2)
     return np.concatenate(rows)
 
 
@@ -225,7 +228,13 @@ def _summarize(lives: npt.NDArray[np.float64]) -> Competition:
     half_width = np.nan
     if len(lives) > 1:
         error = differences.std(ddof=1) / np.sqrt(len(lives))
-        half_width = float(stats.t.ppf(0.975, len(lives) - 1) * error)
+        # A two-sided 95 % interval ends at the 97.5 % quantile.
+        half_width = float(stats.t.ppf(0.975, df=len(lives) - 1) * error)
     return Competition(
-        energy_a, energy_b, difference, difference - half_width, difference + half_width, lives
+        energy_a=energy_a,
+        energy_b=energy_b,
+        difference=difference,
+        low=difference - half_width,
+        high=difference + half_width,
+        lives=lives,
     )

@@ -108,22 +108,24 @@ def _check_extra(extra: str, installed: str, missing: str) -> DoctorFinding:
 
 
 def _check_cores() -> DoctorFinding:
-    usable = available_cores()
-    total = os.cpu_count() or 1
-    count = f"{usable} of {total}" if usable != total else str(usable)
-    return DoctorFinding("cores", "well", f"{count}, the default number of threads (--workers)")
+    n_usable = available_cores()
+    n_cores = os.cpu_count() or 1
+    count_text = f"{n_usable} of {n_cores}" if n_usable != n_cores else str(n_usable)
+    return DoctorFinding(
+        "cores", "well", f"{count_text}, the default number of threads (--workers)"
+    )
 
 
-def _check_free_space(topic: str, free: int | None, fix: str) -> DoctorFinding:
-    if free is None:
+def _check_free_space(topic: str, free_bytes: int | None, fix: str) -> DoctorFinding:
+    if free_bytes is None:
         return DoctorFinding(
             topic,
             "missing",
             "the system does not report the free space",
             "commands start without a check of the free space",
         )
-    message = f"{resources.format_bytes(free)} free"
-    if free >= MIN_FREE_BYTES:
+    message = f"{resources.format_bytes(free_bytes)} free"
+    if free_bytes >= MIN_FREE_BYTES:
         return DoctorFinding(topic, "well", message)
     return DoctorFinding(topic, "problem", message, fix)
 
@@ -140,8 +142,10 @@ def _check_cache() -> DoctorFinding:
             "; ".join(str(warning.message) for warning in folder_warnings),
             "set BALDWINLAB_CACHE to a folder that only you can write to",
         )
-    size = sum(file.stat().st_size for file in folder.rglob(f"*{cache.CODE_SUFFIX}"))
-    return DoctorFinding("compiled code", "well", f"{resources.format_bytes(size)} in {folder}")
+    cache_bytes = sum(file.stat().st_size for file in folder.rglob(f"*{cache.CODE_SUFFIX}"))
+    return DoctorFinding(
+        "compiled code", "well", f"{resources.format_bytes(cache_bytes)} in {folder}"
+    )
 
 
 def _check_writing(folder: Path) -> DoctorFinding:

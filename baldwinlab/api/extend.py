@@ -49,15 +49,17 @@ def extend(
     """
     if runs is None:
         study.require_runs()
-        runs = max(max(study.runs(name), default=0) for name in study.experiments) + 1
+        # Runs are numbered from 0. A condition without runs does not count.
+        last_run = max(max(study.runs(name), default=0) for name in study.experiments)
+        runs = last_run + 1
     if generations is not None:
         study = extend_study(study, generations)
         console.info(f"{study.directory}: {generations} generations")
     request = StudyRequest(
         list(study.experiments.values()),
         study.directory,
-        runs,
-        study.seed,
+        runs=runs,
+        seed=study.seed,
         kind=study.kind,
         factors=study.factors,
     )

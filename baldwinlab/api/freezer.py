@@ -119,7 +119,8 @@ def freeze(
     content = encode_population(parse_population(reference), agent)
     write_atomically(path, content)
     n_runs, n_agents = decode_genomes(content, str(path)).genome.shape[:2]
-    return FrozenFile(path, hashlib.sha256(content).hexdigest(), n_runs, n_agents)
+    sha256 = hashlib.sha256(content).hexdigest()
+    return FrozenFile(path, sha256, n_runs=n_runs, n_agents=n_agents)
 
 
 def encode_population(population: StoredPopulation, agent: int | None = None) -> bytes:
@@ -191,7 +192,10 @@ def _make_population(match: re.Match[str]) -> StoredPopulation:
     study = StudyStore(parse_location(match["study"]))
     run = match["run"]
     return StoredPopulation(
-        study, match["condition"], int(match["generation"]), None if run is None else int(run)
+        study,
+        condition=match["condition"],
+        generation=int(match["generation"]),
+        run=None if run is None else int(run),
     )
 
 
@@ -247,7 +251,8 @@ def add_founders(
                 "must be STUDY:CONDITION@GENERATION, STUDY:CONDITION@GENERATION[RUN] or a genome "
                 "file (.nc, .npy), each with =SHARE if you like",
             )
-        share = 1 / len(references) if match["share"] is None else _parse_share(match["share"])
+        equal_share = 1 / len(references)
+        share = equal_share if match["share"] is None else _parse_share(match["share"])
         founders.append({"path": str(path), "sha256": sha256, "share": share})
     changed = [experiment.replace(evolution={"founders": founders}) for experiment in experiments]
     for path, content in contents.items():

@@ -81,11 +81,12 @@ class FrozenGenomes(NamedTuple):
         """
         runs = self.origin.runs
         if len(runs) == 1:
-            return self.genome[0], runs[0] if run is None else run
+            selected_run = runs[0] if run is None else run
+        return self.genome[0], selected_run
         if run not in runs:
             numbers = ", ".join(map(str, runs))
-            given = "choose one with --run" if run is None else f"not of run {run}"
-            raise RefusedError(f"{self.path} has the genomes of the runs {numbers}: {given}")
+            reason = "choose one with --run" if run is None else f"not of run {run}"
+            raise RefusedError(f"{self.path} has the genomes of the runs {numbers}: {reason}")
         return self.genome[runs.index(run)], run
 
 
@@ -123,27 +124,27 @@ def read_frozen(
     """
     load_installed_parts()
     stored = read_genome_file(path)
-    chosen = choose_experiment(stored, path, experiment)
+    base = choose_experiment(stored, path, experiment)
     if map_name is not None:
-        chosen = chosen.replace(world=load_world(chosen, map_name))
-    size = stored.genome.shape[1]
-    chosen = chosen.replace(population={"size": size}, evolution={"founders": []})
-    changed = assign(chosen, list(assignments))
-    if changed.population.size != size:
+        base = base.replace(world=load_world(base, map_name))
+    _, n_agents, *_ = stored.genome.shape
+    base = base.replace(population={"size": n_agents}, evolution={"founders": []})
+    changed = assign(base, list(assignments))
+    if changed.population.size != n_agents:
         raise RefusedError(
-            f"population.size = {changed.population.size} must be {size}, the number of genomes "
-            f"in {path}"
+            f"population.size = {changed.population.size} must be {n_agents}, the number of "
+            f"genomes in {path}"
         )
     genome = arrange_genomes(stored, str(path), changed)
     require_finite_genes(genome, path, changed)
-    origin = stored.origin
-    runs = np.atleast_1d(origin.get("runs", np.arange(len(genome))))
-    return FrozenGenomes(
-        path,
-        genome,
-        changed,
-        Origin(int(origin.get("seed", 0)), int(origin.get("generation", 0)), tuple(runs.tolist())),
+    attributes = stored.origin
+    runs = np.atleast_1d(attributes.get("runs", np.arange(len(genome))))
+    origin = Origin(
+        seed=int(attributes.get("seed", 0)),
+        generation=int(attributes.get("generation", 0)),
+        runs=tuple(runs.tolist()),
     )
+    return FrozenGenomes(path, genome, changed, origin)
 
 
 def require_finite_genes(genome: Genome, path: Path, experiment: BaseExperiment) -> None:

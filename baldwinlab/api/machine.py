@@ -37,5 +37,8 @@ def _read_processor_name() -> str:
         lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
     except OSError:
         return platform.processor()
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor()
+    for line in lines:
+        key, _, name = line.partition(":")
+        if key.startswith("model name"):
+            return name.strip()
+    return platform.processor()

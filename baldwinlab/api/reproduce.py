@@ -177,7 +177,9 @@ def reproduce(
         out=out,
         last=last,
     )
-    return run_reproduction(request, RunOptions(workers, backend, executor, force))
+    return run_reproduction(
+        request, RunOptions(workers=workers, backend=backend, executor=executor, force=force)
+    )
 
 
 def format_length_assignments(

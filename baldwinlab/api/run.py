@@ -105,8 +105,13 @@ def run(
         raise RefusedError("a study needs at least one experiment")
     load_installed_parts()
     loaded = [_load(source) for source in sources]
-    options = RunOptions(workers, backend, executor, force, callback=callback)
+    options = RunOptions(
+        workers=workers, backend=backend, executor=executor, force=force, callback=callback
+    )
     references = [founders] if isinstance(founders, str) else founders
+    changes = [
+        {"generation": generation, **settings} for generation, settings in sorted(schedule.items())
+    ]
     return run_loaded(
         loaded,
         format_assignments(set or {}),
@@ -115,14 +120,14 @@ def run(
         seed=seed,
         out=out,
         founders=references,
-        schedule=[{"generation": number, **values} for number, values in sorted(schedule.items())],
+        schedule=changes,
     )
 
 
 def _load(source: str | Path | BaseExperiment) -> LoadedExperiment:
-    return (
-        LoadedExperiment(source) if isinstance(source, BaseExperiment) else load_with_origin(source)
-    )
+    if isinstance(source, BaseExperiment):
+        return LoadedExperiment(source)
+    return load_with_origin(source)
 
 
 def run_loaded(
@@ -201,7 +206,8 @@ def run_loaded(
     directory = Path("results") / folder if out is None else parse_location(out)
     if founders:
         experiments = add_founders(experiments, founders, directory, runs)
-    return Study(run_missing(StudyRequest(experiments, directory, runs, seed), options))
+    request = StudyRequest(experiments, directory, runs=runs, seed=seed)
+    return Study(run_missing(request, options))
 
 
 def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:

@@ -55,25 +55,25 @@ def run_missing_assays(
     for sentence in not_applicable_reasons(study, names):
         console.info(sentence)
     missing = find_missing_assays(study, names, generations)
-    count = sum(map(len, missing.values()))
-    if not count:
+    n_assays = sum(map(len, missing.values()))
+    if not n_assays:
         console.info(f"{study.directory}: all assays are already stored")
         return
     for condition, assays in missing.items():
         for name in assays:
             require_writable_path(assay_path(study.directory, name, condition))
-    runs = {condition: len(study.runs(condition)) for condition in missing}
-    total_need = estimate_assays(study, missing, runs, executor.workers)
+    run_counts = {condition: len(study.runs(condition)) for condition in missing}
+    total_need = estimate_assays(study, missing, run_counts, executor.workers)
     need = exclude_remote_memory(total_need, executor)
-    require_resources(f"{count} assays", need, study.directory, force=options.force)
+    require_resources(f"{n_assays} assays", need, study.directory, force=options.force)
     branch_length = generations or fork.GENERATIONS
     agent_steps = count_assay_steps(study, missing, branch_length)
-    console.info(f"{study.directory}: {count} assays to do ({agent_steps:,} agent-steps)")
+    console.info(f"{study.directory}: {n_assays} assays to do ({agent_steps:,} agent-steps)")
 
     def describe_stored_assays() -> str:
         """Return the number of stored assays as text."""
         n_missing = sum(map(len, find_missing_assays(study, names, generations).values()))
-        return f"{count - n_missing} of {count} assays are stored in {study.directory}"
+        return f"{n_assays - n_missing} of {n_assays} assays are stored in {study.directory}"
 
     with report_progress_on_error(study.directory, describe_stored_assays):
         run_assays(

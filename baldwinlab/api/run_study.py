@@ -149,7 +149,8 @@ def _check_request(request: StudyRequest, options: RunOptions) -> _ExecutionPlan
     parallel_tasks = executor.workers
     if backend.name == "cuda":
         # While the GPU simulates one task, the CPU creates the next generation of another task.
-        parallel_tasks = max(parallel_tasks, len(request.experiments), 2)
+        min_tasks = 2
+        parallel_tasks = max(parallel_tasks, len(request.experiments), min_tasks)
     for experiment in request.experiments:
         require_founders(experiment, request.runs)
     return _ExecutionPlan(executor, backend, parallel_tasks, Interval.parse(options.checkpoint))
@@ -165,8 +166,8 @@ def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Bac
     can_use_gpu = is_miniworld and is_local
     if name == "auto" and not can_use_gpu:
         name = "cpu"
-    agents = max(experiment.population.size for experiment in request.experiments)
-    return choose_backend(name, request.total_runs, agents)
+    n_agents = max(experiment.population.size for experiment in request.experiments)
+    return choose_backend(name, request.total_runs, n_agents)
 
 
 def _require_resources(request: StudyRequest, execution: _ExecutionPlan, force: bool) -> None:
@@ -190,8 +191,8 @@ def _count_missing_files(request: StudyRequest, condition: str) -> int:
     """Return the number of runs of a condition that have no file."""
     if not is_study(request.directory):
         return request.runs
-    files = (request.directory / "runs" / condition).glob("*.nc")
-    return max(0, request.runs - sum(1 for _ in files))
+    n_files = len(list((request.directory / "runs" / condition).glob("*.nc")))
+    return max(0, request.runs - n_files)
 
 
 def _open_or_create(request: StudyRequest) -> StudyStore:
@@ -220,19 +221,21 @@ def _announce_runs(
 ) -> None:
     """Check that records can be written, and print the numbers of stored and missing runs."""
     study.require_writable(study.path(name, runs[0]) for name, runs in missing.items() if runs)
-    missing_runs = sum(map(len, missing.values()))
+    n_missing = sum(map(len, missing.values()))
+    n_stored = request.total_runs - n_missing
     agent_steps = sum(
         count_agent_steps(study.experiments[name]) * len(runs) for name, runs in missing.items()
     )
     console.info(
-        f"{request.directory}: {request.total_runs - missing_runs:,} of {request.total_runs:,} "
-        f"runs stored, {missing_runs:,} to do ({agent_steps:,} agent-steps)"
+        f"{request.directory}: {n_stored:,} of {request.total_runs:,} "
+        f"runs stored, {n_missing:,} to do ({agent_steps:,} agent-steps)"
     )
 
 
 def _describe_stored_runs(study: StudyStore, runs: int) -> str:
     """Return the number of stored runs as text."""
-    stored = sum(
-        len(set(study.runs(condition)) & set(range(runs))) for condition in study.experiments
+    requested_runs = set(range(runs))
+    n_stored = sum(
+        len(requested_runs.intersection(study.runs(condition))) for condition in study.experiments
     )
-    return f"{stored} of {runs * len(study.experiments)} runs are stored in {study.directory}"
+    return f"{n_stored} of {runs * len(study.experiments)} runs are stored in {study.directory}"

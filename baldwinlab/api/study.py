@@ -91,7 +91,7 @@ class Study(StudyExports):
         InterruptedStudyError
             A worker or a disk failed. A repeated call continues.
         """
-        options = RunOptions(workers, backend, executor, force)
+        options = RunOptions(workers=workers, backend=backend, executor=executor, force=force)
         self._store = extend(self._store, options, generations=generations, runs=runs)
 
     def assay(

@@ -99,4 +99,8 @@ def sweep(
         extra_files={SWEEP_FILE_NAME: content},
         later_need=estimate_tables([(point, design.runs) for point in points]),
     )
-    return Study(run_missing(request, RunOptions(workers, backend, executor, force)))
+    return Study(
+        run_missing(
+            request, RunOptions(workers=workers, backend=backend, executor=executor, force=force)
+        )
+    )
