@@ -34,11 +34,13 @@ from baldwinlab.parts.world_features import ItemRegion
 
 # A color of `baldwinlab.analysis.palette`.
 FOOD_COLOR: Final = "green"
+# Number of decimal digits of a sine or cosine before it is rounded to float32.
+N_DIGITS: Final = 15
 
 
-def _block_count(count: int) -> int:
-    """Return the number of SIMD blocks that contain `count` lanes."""
-    return -(-count // WIDTH)
+def _count_blocks(n_lanes: int) -> int:
+    """Return the number of SIMD blocks that contain `n_lanes` lanes."""
+    return math.ceil(n_lanes / WIDTH)
 
 
 def _allocate_array(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]:
@@ -120,8 +122,8 @@ def _heading_vectors() -> tuple[Floats, Floats]:
     """Return the cosine and sine of each heading."""
     angles = [math.radians(heading * 360 / HEADING_COUNT) for heading in range(HEADING_COUNT)]
     # `round` makes quarter turns exact, and `+ 0.0` turns -0.0 into 0.0.
-    cosine = np.array([round(math.cos(angle), 15) + 0.0 for angle in angles], np.float32)
-    sine = np.array([round(math.sin(angle), 15) + 0.0 for angle in angles], np.float32)
+    cosine = np.array([round(math.cos(angle), N_DIGITS) + 0.0 for angle in angles], np.float32)
+    sine = np.array([round(math.sin(angle), N_DIGITS) + 0.0 for angle in angles], np.float32)
     return cosine, sine
 
 
@@ -130,13 +132,15 @@ def _region_arrays(experiment: Experiment, margin: float) -> dict[str, Any]:
     world = experiment.world
     regions = item_regions(experiment)
     kinds = item_kinds(experiment)
-    rectangles = [
-        (region.x[0], region.x[1] - region.x[0], region.y[0], region.y[1] - region.y[0])
-        for region in regions
-    ]
+    rectangles = []
+    for region in regions:
+        width, height = _region_size(region)
+        rectangles.append((region.x[0], width, region.y[0], height))
+    # Without regions, the arrays also have columns.
     rectangle_array = np.array(rectangles, np.float32).reshape(-1, 4)
+    widths_and_heights = rectangle_array[:, 1::2]
     grid_shapes = [_grid_shape(region, experiment) for region in regions]
-    grid = np.array(grid_shapes, np.int64).reshape(-1, 2)
+    grid_shape_array = np.array(grid_shapes, np.int64).reshape(-1, 2)
     images = [
         count_images(*_region_size(region), margin, world.width, world.height) for region in regions
     ]
@@ -144,9 +148,9 @@ def _region_arrays(experiment: Experiment, margin: float) -> dict[str, Any]:
         "region_kind": np.array([kinds.index(region.kind) for region in regions], np.int64),
         "regions": rectangle_array,
         "region_items": np.cumsum([0, *(region.count for region in regions)], dtype=np.int64),
-        "region_cells": np.cumsum([0, *grid.prod(axis=1)], dtype=np.int64),
-        "grid": grid,
-        "cell_size": (rectangle_array[:, 1::2] / grid).astype(np.float32),
+        "region_cells": np.cumsum([0, *grid_shape_array.prod(axis=1)], dtype=np.int64),
+        "grid": grid_shape_array,
+        "cell_size": (widths_and_heights / grid_shape_array).astype(np.float32),
         "images": np.array(images, np.int64),
     }
 
@@ -201,6 +205,9 @@ def count_fixed_weights(experiment: Experiment) -> int:
 def array_dimensions(experiment: Experiment) -> dict[str, int]:
     """Return the lengths of the named dimensions of arrays."""
     regions = item_regions(experiment)
+    n_inputs = len(experiment.inputs)
+    # A batch without items has arrays of one region.
+    n_regions = max(1, len(regions))
     items = sum(region.count for region in regions)
     cells = sum(math.prod(_grid_shape(region, experiment)) for region in regions)
     return {
@@ -211,20 +218,20 @@ def array_dimensions(experiment: Experiment) -> dict[str, int]:
         "draws": len(experiment.modules) * experiment.genome_length,
         "weights": experiment.weight_count,
         "units": sum(experiment.layer_sizes),
-        "inputs": len(experiment.inputs),
+        "inputs": n_inputs,
         "actions": len(experiment.actions),
-        "table entries": len(experiment.actions) << min(len(experiment.inputs), MAX_TABLE_INPUTS),
-        "regions": max(1, len(regions)),
+        "table entries": len(experiment.actions) * 2 ** min(n_inputs, MAX_TABLE_INPUTS),
+        "regions": n_regions,
         "items": items,
-        "slots": items + WIDTH * max(1, len(regions)),
+        "slots": items + WIDTH * n_regions,
         "cells": cells,
-        "cell ends": cells + max(1, len(regions)),
+        "cell ends": cells + n_regions,
     }
 
 
 def _shape_function(experiment: Experiment, worlds: int) -> Callable[[Array], tuple[int, ...]]:
     """Return a function that computes the shape of a declared array in a batch of worlds."""
-    lanes = _block_count(worlds * experiment.population.size) * WIDTH
+    lanes = _count_blocks(worlds * experiment.population.size) * WIDTH
     sizes = array_dimensions(experiment)
 
     def shape(array: Array) -> tuple[int, ...]:

@@ -75,7 +75,7 @@ class Appearance(NamedTuple):
         """Return the data for JSON."""
         plain = self._asdict()
         for name in ("sectors", "item_kinds", "marks"):
-            plain[name] = [entry and entry._asdict() for entry in plain[name]]
+            plain[name] = [None if entry is None else entry._asdict() for entry in plain[name]]
         return plain
 
 
@@ -90,12 +90,14 @@ def describe_appearance(experiment: Experiment) -> Appearance:
         inputs=experiment.inputs,
         is_continuous=tuple(sense.is_continuous for sense in senses for _ in sense.inputs),
         sectors=tuple(
-            Sector(sector[0], sector[1], radius) if sector else None for sector in sectors
+            Sector(from_degrees=sector[0], to_degrees=sector[1], radius=radius) if sector else None
+            for sector in sectors
         ),
         actions=experiment.actions,
         headings=HEADING_COUNT,
         item_kinds=tuple(
-            Kind(region.kind, region.color, region.count) for region in item_regions(experiment)
+            Kind(name=region.kind, color=region.color, number=region.count)
+            for region in item_regions(experiment)
         ),
         marks=_list_marks(experiment),
         modules=_module_descriptions(experiment.modules, rule.answers),
@@ -145,7 +147,16 @@ def _make_mark(
     solid: bool = False,
 ) -> Mark:
     """Return a mark from its extents in x and y."""
-    return Mark(kind, x[0], y[0], x[1] - x[0], y[1] - y[0], color, label, solid)
+    return Mark(
+        kind=kind,
+        x=x[0],
+        y=y[0],
+        width=x[1] - x[0],
+        height=y[1] - y[0],
+        color=color,
+        label=label,
+        solid=solid,
+    )
 
 
 def appearance_json(experiment: Experiment) -> str:

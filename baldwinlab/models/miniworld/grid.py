@@ -23,6 +23,11 @@ CELL_HEIGHT_RATIO: Final = 3
 MAX_SCANNED_FRACTION: Final = 0.25
 # Minimum number of agents that doubles the maximum fraction, because agents share the sorting.
 MANY_AGENTS: Final = 12
+# Half the diagonal of a square, in half sides.
+SQUARE_DIAGONAL: Final = 1.4142135623730951
+# Factor and summand of a distance that cover rounding, in units of length.
+ROUNDING_FACTOR: Final = 1.001
+ROUNDING_MARGIN: Final = 0.25
 
 
 @compiled
@@ -76,9 +81,8 @@ def compute_grid_shape(
 @compiled
 def compute_alert_radius(reach: float, square: bool, stride: float) -> float:
     """Return the distance beyond which no item can be touched after a move of `stride`."""
-    farthest_touch = reach * (1.4142135623730951 if square else 1.0)
-    # 1.001 and 0.25 cover rounding.
-    return (farthest_touch + stride) * 1.001 + 0.25
+    farthest_touch = reach * (SQUARE_DIAGONAL if square else 1.0)
+    return (farthest_touch + stride) * ROUNDING_FACTOR + ROUNDING_MARGIN
 
 
 @compiled

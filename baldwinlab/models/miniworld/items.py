@@ -50,7 +50,9 @@ def find_slots(model: MiniWorldModel, region: int) -> tuple[int, int]:
     """Return the first slot of a region, and the slot after its last."""
     # An empty SIMD block precedes the slots of each region but the first.
     padding = region * WIDTH
-    return model.region_items[region] + padding, model.region_items[region + 1] + padding
+    first_slot = model.region_items[region] + padding
+    end_slot = model.region_items[region + 1] + padding
+    return first_slot, end_slot
 
 
 @compiled
@@ -103,24 +105,24 @@ def _assign_cells(model: MiniWorldModel, state: State, world: int, region: int) 
 @compiled
 def sort_into_cells(model: MiniWorldModel, state: State, world: int, region: int) -> None:
     """Sort the items of a region by cell, with a counting sort."""
-    first = model.region_items[region]
-    last = model.region_items[region + 1]
+    first_item = model.region_items[region]
+    end_item = model.region_items[region + 1]
     first_cell = model.region_cells[region]
-    last_cell = model.region_cells[region + 1]
-    for cell in range(first_cell, last_cell):
+    end_cell = model.region_cells[region + 1]
+    for cell in range(first_cell, end_cell):
         state.cell_next[world, cell] = 0
     _assign_cells(model, state, world, region)
-    for item in range(first, last):
+    for item in range(first_item, end_item):
         cell = get(state.item_cell, world, item)
         put(state.cell_next, world, cell, get(state.cell_next, world, cell) + 1)
-    slot = first + region * WIDTH
-    for cell in range(first_cell, last_cell):
+    slot = first_item + region * WIDTH
+    for cell in range(first_cell, end_cell):
         count = state.cell_next[world, cell]
         state.cell_slots[world, cell + region] = slot
         state.cell_next[world, cell] = slot
         slot += count
-    state.cell_slots[world, last_cell + region] = slot
-    for item in range(first, last):
+    state.cell_slots[world, end_cell + region] = slot
+    for item in range(first_item, end_item):
         cell = get(state.item_cell, world, item)
         slot = get(state.cell_next, world, cell)
         put(state.cell_next, world, cell, slot + 1)
@@ -182,10 +184,11 @@ def find_slots_in_row(
     model: MiniWorldModel, state: State, world: int, region: int, row: int, columns: tuple[int, int]
 ) -> tuple[int, int]:
     """Return the first slot of the cells in a row of the grid, and the slot after the last."""
+    # Each region before has one more entry, the end of its last cell.
     cell = model.region_cells[region] + region + row * model.grid[region, 0]
-    return get(state.cell_slots, world, cell + columns[0]), get(
-        state.cell_slots, world, cell + columns[1]
-    )
+    first_slot = get(state.cell_slots, world, cell + columns[0])
+    end_slot = get(state.cell_slots, world, cell + columns[1])
+    return first_slot, end_slot
 
 
 @compiled

@@ -51,7 +51,7 @@ class Backend(NamedTuple):
 
 
 # With 20 agents per world, the weights of the 80 lanes fit the first-level cache.
-CPU: Final = Backend("cpu", cpu.CpuBatch, 4)
+CPU: Final = Backend(name="cpu", batch=cpu.CpuBatch, worlds=4)
 
 
 def choose_backend(name: str = "auto", worlds: int = 1, agents: int = 1) -> Backend:
@@ -77,4 +77,4 @@ def choose_backend(name: str = "auto", worlds: int = 1, agents: int = 1) -> Back
     too_large = name == "auto" and agents > cuda.MAX_AGENTS
     if reason or too_large:
         return CPU
-    return Backend("cuda", cuda.CudaBatch, GPU_WORLDS)
+    return Backend(name="cuda", batch=cuda.CudaBatch, worlds=GPU_WORLDS)

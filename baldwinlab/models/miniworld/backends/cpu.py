@@ -56,7 +56,8 @@ class CpuBatch:
         poison_state(self.state, math.prod(self._shape))
         self.state.generation[0] = generation
         self.state.genome[:] = genomes
-        arguments = self.model, self.state, True, 0, 0
+        is_start = True
+        arguments = self.model, self.state, is_start, 0, 0
         self._function(*arguments)
         # The first call compiles the function. Later calls skip the dispatcher.
         if self._function is self._dispatcher:
@@ -64,7 +65,8 @@ class CpuBatch:
 
     def simulate(self, first_step: int, last_step: int) -> None:
         """Simulate the steps from `first_step` to `last_step` - 1."""
-        self._function(self.model, self.state, False, first_step, last_step)
+        is_start = False
+        self._function(self.model, self.state, is_start, first_step, last_step)
 
     def items(self) -> npt.NDArray[np.float32]:
         """Return the positions of the items, [world, item, (x, y)]."""
