@@ -228,7 +228,9 @@ class Neat(Variation, name="neat"):
         # Whether fitness has no effect: under neutral selection, no parent is the fitter one.
         "blind": lambda part, experiment: experiment.evolution.selection == "neutral",
         # Whether new links may close loops.
-        "loops": lambda part, experiment: bool(getattr(_genome_part(experiment), "loops", False)),
+        "loops": lambda part, experiment: bool(
+            getattr(_genome_part(experiment), "has_loops", False)
+        ),
         # Number of inputs of an agent of MiniWorld, bias included.
         "inputs": lambda part, experiment: len(getattr(experiment, "inputs", ())) + 1,
         "outputs": lambda part, experiment: len(getattr(experiment, "actions", ())),

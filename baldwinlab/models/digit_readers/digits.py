@@ -16,6 +16,8 @@ from baldwinlab.parts import (
 # Number of pixels of an image, 5 by 7.
 N_PIXELS = 35
 N_DIGITS = 10
+# The training set and the test set.
+N_SETS: Final = 2
 # Generation number of the random numbers for the digits.
 DIGITS_GENERATION: Final = 2**32 - 1
 # Images of the digits 0 to 9.
@@ -32,11 +34,10 @@ BITMAPS: Final = """
 
 def read_bitmaps() -> npt.NDArray[np.float32]:
     """Return the ten digits as an array [digit, pixel], where 1 is ink."""
+    # [row of the image][digit]: the text of five pixels.
     rows = [line.split() for line in BITMAPS.strip().splitlines()]
-    return np.array(
-        [[pixel == "#" for row in rows for pixel in row[digit]] for digit in range(N_DIGITS)],
-        np.float32,
-    )
+    images = [[pixel == "#" for row in rows for pixel in row[digit]] for digit in range(N_DIGITS)]
+    return np.array(images, np.float32)
 
 
 @lru_cache(maxsize=64)
@@ -59,11 +60,13 @@ def draw_digit_sets(seed: int, run: int, copies: int, noise: float) -> npt.NDArr
     array of shape (2, 10 * copies, 35)
         Training set and test set, ordered by digit. The array is read-only.
     """
-    n_images = 2 * N_DIGITS * copies
+    n_images = N_SETS * N_DIGITS * copies
+    # [image, pixel]: the first of four numbers.
     draws = uniforms(seed, run, DIGITS_GENERATION, LIFE, (n_images, N_PIXELS))[:, :, 0]
     is_inverted = draws < noise
-    clean_images = np.tile(np.repeat(read_bitmaps(), copies, axis=0), (2, 1))
+    clean_set = np.repeat(read_bitmaps(), copies, axis=0)
+    clean_images = np.tile(clean_set, (N_SETS, 1))
     images = np.abs(clean_images - is_inverted).astype(np.float32)
     # The array is cached.
     images.flags.writeable = False
-    return images.reshape(2, N_DIGITS * copies, N_PIXELS)
+    return images.reshape(N_SETS, N_DIGITS * copies, N_PIXELS)

@@ -11,7 +11,11 @@ import xarray as xr
 
 from baldwinlab.engine import poison
 from baldwinlab.models.digit_readers.digits import N_DIGITS, N_PIXELS, draw_digit_sets
-from baldwinlab.models.digit_readers.training import train_and_test
+from baldwinlab.models.digit_readers.training import (
+    TrainingResults,
+    TrainingSettings,
+    train_and_test,
+)
 from baldwinlab.models.digit_readers.variation import LEVEL_STEP, MAX_WEIGHT, N_LEVELS
 from baldwinlab.parts import (
     FOUNDER,
@@ -78,7 +82,10 @@ class DigitReaders(Model, name="digit-readers"):
             PER_AGENT_DIMS, np.float32, "1", "share of digits misclassified at the end of life"
         ),
         "used": Variable(
-            PER_AGENT_DIMS, np.int32, "trials", "trials in the lifetime, and the test at its end"
+            PER_AGENT_DIMS,
+            np.int32,
+            "trials",
+            "number of trials in the lifetime, plus 1 for the test at its end",
         ),
     }
     clock: ClassVar[str] = "used"
@@ -108,50 +115,53 @@ class DigitReaders(Model, name="digit-readers"):
         return (N_PIXELS + 1) * self.hidden_units + (self.hidden_units + 1) * N_DIGITS
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, None, :, 0]
+        # [agent, weight]: the first of four numbers.
+        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[..., 0]
         levels = (N_LEVELS * draws).astype(np.int64)
         weights: npt.NDArray[np.float32] = levels.astype(np.float32) * LEVEL_STEP - MAX_WEIGHT
-        return weights
+        # A genome has one module.
+        return weights[:, None]
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
-        learned = genomes[:, :, 0].copy()
-        used_trials = poison.empty(learned.shape[:2], np.int32)
-        n_wrong = poison.empty((*learned.shape[:2], 2), np.int32)
+        n_runs, n_agents = genomes.shape[:2]
+        # [run, agent, weight]: trained in place.
+        weights = genomes[:, :, 0].copy()
+        n_trials = poison.empty((n_runs, n_agents), np.int32)
+        # [run, agent, 2]: before and after the training.
+        n_wrong = poison.empty((n_runs, n_agents, 2), np.int32)
+        # Activations of hidden units, outputs, and errors.
         scratch = poison.empty((3, max(self.hidden_units, N_DIGITS)), np.float32)
         for row, run in enumerate(runs):
-            settings = np.array(
-                [
-                    seed,
-                    run,
-                    generation,
-                    self.hidden_units,
-                    self.trials,
-                    self.trial_distribution == "spread",
-                ],
-                np.int64,
+            settings = TrainingSettings(
+                seed=seed,
+                run=run,
+                generation=generation,
+                n_hidden=self.hidden_units,
+                mean_trials=self.trials,
+                has_equal_trials=self.trial_distribution == "equal",
+                requires_all_outputs=self.criterion == "all",
+                learning_rate=np.float32(self.learning_rate),
             )
             training_set, test_set = draw_digit_sets(seed, run, self.tests_per_digit, self.noise)
-            train_and_test(
-                settings,
-                self.criterion == "all",
-                np.float32(self.learning_rate),
-                training_set,
-                test_set,
-                learned[row],
-                scratch,
-                used_trials[row],
-                n_wrong[row],
+            results = TrainingResults(
+                weights=weights[row], n_trials=n_trials[row], n_wrong=n_wrong[row]
             )
+            train_and_test(settings, training_set, test_set, scratch, results)
         errors = n_wrong / (N_DIGITS * self.tests_per_digit)
-        innate = errors[:, :, 0].astype(np.float32)
-        error = errors[:, :, 1].astype(np.float32)
-        energy = 1 - errors[:, :, 1]
+        innate_error = errors[:, :, 0]
+        final_error = errors[:, :, 1]
+        fitness = 1 - final_error
         # The test at the end of a lifetime counts as an evaluation.
+        n_evaluations = n_trials + 1
         return LifeResults(
-            energy,
-            np.zeros_like(energy),
-            learned,
-            {"innate_error": innate, "error": error, "used": used_trials + 1},
+            energy=fitness,
+            cost=np.zeros_like(fitness),
+            learned=weights,
+            records={
+                "innate_error": innate_error.astype(np.float32),
+                "error": final_error.astype(np.float32),
+                "used": n_evaluations,
+            },
         )

@@ -15,8 +15,9 @@ from baldwinlab.parts import (
     Variation,
 )
 
-# Number of levels of a weight, which has four bits.
-N_LEVELS: Final = 16
+BITS_PER_WEIGHT: Final = 4
+# Number of levels of a weight.
+N_LEVELS: Final = 2**BITS_PER_WEIGHT
 MAX_WEIGHT: Final = np.float32(2)
 # Difference between two successive levels.
 LEVEL_STEP: Final = np.float32(4 / 15)
@@ -47,6 +48,8 @@ class FourBitWeights(Variation, name="four-bit-weights"):
     def vary(
         part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
+        n_modules = child.shape[0]
+        module_size = child.shape[1]
         n_weights = child.size
         is_crossed = gate < part.crossover_share
         # A uniform number in (0, 1), with or without crossover.
@@ -55,33 +58,36 @@ class FourBitWeights(Variation, name="four-bit-weights"):
             if is_crossed
             else (gate - part.crossover_share) / (1.0 - part.crossover_share)
         )
-        # `index` numbers the combinations of a cut and of the parent of the first weights.
-        index = int(position * 2 * (n_weights - 1))
-        cut = 1 + index // 2 if is_crossed else n_weights
-        starts_with_fitter = index % 2 == 0
-        for module in range(child.shape[0]):
-            for weight in range(child.shape[1]):
-                draw = module * child.shape[1] + weight
-                uses_fitter = (draw < cut) == starts_with_fitter
-                inherited = fitter[module, weight] if uses_fitter else second[module, weight]
-                child[module, weight] = _flip_bits(inherited, draws[draw], part.rate)
+        # Number of a combination of a cut and of the parent of the first weights.
+        combination = int(position * 2 * (n_weights - 1))
+        cut = 1 + combination // 2 if is_crossed else n_weights
+        starts_with_fitter = combination % 2 == 0
+        for module in range(n_modules):
+            for weight in range(module_size):
+                gene = module * module_size + weight
+                is_from_fitter = (gene < cut) == starts_with_fitter
+                inherited = fitter[module, weight] if is_from_fitter else second[module, weight]
+                child[module, weight] = _flip_bits(inherited, draws[gene], part.rate)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
         parents = flatten(fitter), flatten(second)
         n_weights = len(parents[0])
         if gate < part.crossover_share:
-            index = int(gate / part.crossover_share * 2 * (n_weights - 1))
-            cut = 1 + index // 2
+            combination = int(gate / part.crossover_share * 2 * (n_weights - 1))
+            cut = 1 + combination // 2
         else:
-            share = (gate - part.crossover_share) / (1 - part.crossover_share)
-            index = int(share * 2 * (n_weights - 1))
+            position = (gate - part.crossover_share) / (1 - part.crossover_share)
+            combination = int(position * 2 * (n_weights - 1))
             cut = n_weights
-        child = [*parents[index % 2][:cut], *parents[1 - index % 2][cut:]]
+        first_parent = parents[combination % 2]
+        last_parent = parents[1 - combination % 2]
+        child = [*first_parent[:cut], *last_parent[cut:]]
         for weight, draw in enumerate(draws):
-            flipped = sum(2**bit for bit in range(4) if draw[bit] < part.rate)
-            if flipped:
-                level = int(min(max((child[weight] + 2) * 15 / 4 + 0.5, 0), 15)) ^ flipped
+            flipped_bits = sum(2**bit for bit in range(BITS_PER_WEIGHT) if draw[bit] < part.rate)
+            if flipped_bits:
+                rounded = (child[weight] + 2) * 15 / 4 + 0.5
+                level = int(min(max(rounded, 0), 15)) ^ flipped_bits
                 child[weight] = level * 4 / 15 - 2
         return split_modules(child, len(fitter[0]))
 
@@ -89,10 +95,12 @@ class FourBitWeights(Variation, name="four-bit-weights"):
 @compiled
 def _flip_bits(weight: Any, draws: Any, rate: float) -> Any:
     """Return a weight after the mutation of its four bits, each with one of four `draws`."""
-    flipped = 0
-    for bit in range(4):
-        flipped += (1 << bit) if draws[bit] < rate else 0
-    if flipped == 0:
+    flipped_bits = 0
+    for bit in range(BITS_PER_WEIGHT):
+        flipped_bits += (1 << bit) if draws[bit] < rate else 0
+    if flipped_bits == 0:
         return weight
-    level = int(min(max((weight + MAX_WEIGHT) / LEVEL_STEP + HALF, ZERO), MAX_LEVEL)) ^ flipped
+    # The addition of 1/2 rounds to the nearest level.
+    rounded = (weight + MAX_WEIGHT) / LEVEL_STEP + HALF
+    level = int(min(max(rounded, ZERO), MAX_LEVEL)) ^ flipped_bits
     return np.float32(level) * LEVEL_STEP - MAX_WEIGHT

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, jit_entry_point
@@ -25,15 +26,37 @@ WALL_SENSE_DISTANCE = np.float32(0.1)
 ZERO, ONE, TWO, THREE = (np.float32(number) for number in range(4))
 
 
+class World(NamedTuple):
+    """Layout of the arena, in sides of the arena."""
+
+    stripe_x: Any
+    stripe_y: Any
+    lamp_x: Any
+    lamp_y: Any
+    # Factor of all inputs but the bias.
+    sense_strength: Any
+    # Speed of the left wheel, as a share of full speed.
+    left_wheel_speed: Any
+
+
+class Synapses(NamedTuple):
+    """Synapses of all agents, as arrays [run, agent, neuron, source], or of one agent."""
+
+    # 1 or -1.
+    signs: npt.NDArray[np.float32]
+    # Number of the learning rule.
+    rules: npt.NDArray[np.int64]
+    # Learning rate. 0: the weight does not change.
+    rates: npt.NDArray[np.float32]
+    weights: npt.NDArray[np.float32]
+
+
 @jit_entry_point
 def simulate_lifetimes(
     n_steps: int,
-    world: Any,
+    world: World,
     initial_draws: Any,
-    signs: Any,
-    rules: Any,
-    rates: Any,
-    weights: Any,
+    synapses: Synapses,
     values: Any,
     lit_steps: Any,
 ) -> None:
@@ -43,14 +66,12 @@ def simulate_lifetimes(
     ----------
     n_steps : int
         Number of steps of a lifetime.
-    world : array of shape (6,)
-        Layout of the arena, as in `STANDARD_WORLD`.
+    world : World
+        Layout of the arena.
     initial_draws : array of shape (runs, 4)
         Uniform numbers for the initial position and heading.
-    signs, rules, rates : arrays of shape (runs, agents, neurons, sources)
-        Signs, learning rules and learning rates of the synapses.
-    weights : array of shape (runs, agents, neurons, sources)
-        Weights. They change in place as agents learn.
+    synapses : Synapses
+        Synapses of all agents. The weights change in place as agents learn.
     values : array of shape (2, inputs + neurons)
         Scratch.
     lit_steps : array of shape (runs, agents)
@@ -58,33 +79,26 @@ def simulate_lifetimes(
     """
     for run in range(lit_steps.shape[0]):
         for agent in range(lit_steps.shape[1]):
+            agent_synapses = Synapses(
+                synapses.signs[run, agent],
+                synapses.rules[run, agent],
+                synapses.rates[run, agent],
+                synapses.weights[run, agent],
+            )
             lit_steps[run, agent] = _simulate_lifetime(
-                n_steps,
-                world,
-                initial_draws[run],
-                signs[run, agent],
-                rules[run, agent],
-                rates[run, agent],
-                weights[run, agent],
-                values,
+                n_steps, world, initial_draws[run], agent_synapses, values
             )
 
 
 @compiled
 def _simulate_lifetime(
-    n_steps: Any,
-    world: Any,
-    initial_draws: Any,
-    signs: Any,
-    rules: Any,
-    rates: Any,
-    weights: Any,
-    values: Any,
+    n_steps: Any, world: World, initial_draws: Any, synapses: Synapses, values: Any
 ) -> int:
     """Simulate one lifetime and return the number of steps under the lit lamp."""
     current = values[0]
     previous = values[1]
     current[:] = ZERO
+    # The robot begins in the central part of the arena: x from 0.3 to 0.7, y from 0.2 to 0.8.
     x = np.float32(0.3) + np.float32(0.4) * initial_draws[0]
     y = np.float32(0.2) + np.float32(0.6) * initial_draws[1]
     # The heading is the unit vector (heading_x, heading_y).
@@ -95,18 +109,20 @@ def _simulate_lifetime(
         (heading_x / length, heading_y / length) if length > ZERO else (ONE, ZERO)
     )
     is_lit = False
-    steps_under = 0
+    n_lit_steps = 0
     for _ in range(n_steps):
-        is_lit = is_lit or _is_within_reach(x - world[0], y - world[1])
-        steps_under += 1 if is_lit and _is_within_reach(x - world[2], y - world[3]) else 0
+        # The lamp stays lit after the robot has reached the stripe.
+        is_lit = is_lit or _is_within_reach(x - world.stripe_x, y - world.stripe_y)
+        is_at_lamp = _is_within_reach(x - world.lamp_x, y - world.lamp_y)
+        n_lit_steps += int(is_lit and is_at_lamp)
         for source in range(current.size):
             previous[source] = current[source]
-        _sense(world, is_lit, x, y, heading_x, heading_y, previous)
-        _update_neurons(signs, rules, rates, weights, previous, current)
-        # Speeds of the two wheels, in [-1, 1].
+        _fill_inputs(world, is_lit, x, y, heading_x, heading_y, previous)
+        _update_neurons(synapses, previous, current)
+        # Speeds of the two wheels, in [-1, 1], from the last two neurons.
         left = TWO * current[current.size - 2] - ONE
         right = TWO * current[current.size - 1] - ONE
-        left = left * world[5]
+        left = left * world.left_wheel_speed
         # Tangent t of half the turning angle. The cosine is (1 - t^2) / (1 + t^2), the sine is
         # 2 t / (1 + t^2).
         tangent = MAX_TURN_TANGENT * (right - left) / TWO
@@ -119,7 +135,7 @@ def _simulate_lifetime(
         distance = FULL_SPEED * (left + right) / TWO
         x = min(max(x + distance * heading_x, ZERO), ONE)
         y = min(max(y + distance * heading_y, ZERO), ONE)
-    return steps_under
+    return n_lit_steps
 
 
 @compiled
@@ -128,15 +144,15 @@ def _is_within_reach(dx: Any, dy: Any) -> bool:
 
 
 @compiled
-def _sense(
-    world: Any, is_lit: Any, x: Any, y: Any, heading_x: Any, heading_y: Any, values: Any
+def _fill_inputs(
+    world: World, is_lit: Any, x: Any, y: Any, heading_x: Any, heading_y: Any, values: Any
 ) -> None:
     """Fill the inputs, in [0, 1], in the order of `N_INPUTS`.
 
     The sensed light decreases with the distance of the lamp and with its angle from the sensor.
     """
-    dx = world[2] - x
-    dy = world[3] - y
+    dx = world.lamp_x - x
+    dy = world.lamp_y - y
     distance = square_root(dx * dx + dy * dy)
     light = max(ZERO, ONE - distance) / distance if is_lit and distance > ZERO else ZERO
     ahead = light * (dx * heading_x + dy * heading_y)
@@ -145,11 +161,12 @@ def _sense(
     values[1] = max(ZERO, left)
     values[2] = max(ZERO, -ahead)
     values[3] = max(ZERO, -left)
-    dx = world[0] - x
-    dy = world[1] - y
+    dx = world.stripe_x - x
+    dy = world.stripe_y - y
     ahead = dx * heading_x + dy * heading_y
     left = dy * heading_x - dx * heading_y
-    # The stripe is visible within an eighth of a turn.
+    # The stripe is visible within an eighth of a turn. The three sensors share this range: left,
+    # ahead, right. A stripe is ahead if the tangent of its angle is at most 1/3.
     is_visible = ahead > abs(left)
     values[4] = ONE if is_visible and THREE * left > ahead else ZERO
     values[5] = ONE if is_visible and THREE * abs(left) <= ahead else ZERO
@@ -157,8 +174,9 @@ def _sense(
     values[7] = _sense_wall(x, y, heading_x, heading_y)
     values[8] = _sense_wall(x, y, -heading_y, heading_x)
     values[9] = _sense_wall(x, y, heading_y, -heading_x)
-    for number in range(N_INPUTS - 1):
-        values[number] *= world[4]
+    # The bias does not change.
+    for input_index in range(N_INPUTS - 1):
+        values[input_index] *= world.sense_strength
     values[N_INPUTS - 1] = ONE
 
 
@@ -168,19 +186,23 @@ def _sense_wall(x: Any, y: Any, dx: Any, dy: Any) -> Any:
 
     The value is larger if the direction is closer to the perpendicular of the wall.
     """
-    nearness_x = abs(dx) * max(ZERO, ONE - (ONE - x if dx > ZERO else x) / WALL_SENSE_DISTANCE)
-    nearness_y = abs(dy) * max(ZERO, ONE - (ONE - y if dy > ZERO else y) / WALL_SENSE_DISTANCE)
+    distance_x = ONE - x if dx > ZERO else x
+    distance_y = ONE - y if dy > ZERO else y
+    nearness_x = abs(dx) * max(ZERO, ONE - distance_x / WALL_SENSE_DISTANCE)
+    nearness_y = abs(dy) * max(ZERO, ONE - distance_y / WALL_SENSE_DISTANCE)
     return max(nearness_x, nearness_y)
 
 
 @compiled
-def _update_neurons(
-    signs: Any, rules: Any, rates: Any, weights: Any, previous: Any, current: Any
-) -> None:
+def _update_neurons(synapses: Synapses, previous: Any, current: Any) -> None:
     """Fill the neurons in `current` from `previous`, and update the weights.
 
     `previous` [source] has the inputs and the neurons of the previous step.
     """
+    signs = synapses.signs
+    rules = synapses.rules
+    rates = synapses.rates
+    weights = synapses.weights
     for neuron in range(rules.shape[0]):
         total = ZERO
         for source in range(previous.size):

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.engine import poison
-from baldwinlab.models.light_switch.lifetimes import N_INPUTS, simulate_lifetimes
+from baldwinlab.models.light_switch.lifetimes import N_INPUTS, Synapses, World, simulate_lifetimes
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
@@ -27,19 +27,28 @@ from baldwinlab.parts import (
 BITS_PER_GENE: Final = 5
 # Upper limit of a weight at birth.
 MAX_INITIAL_WEIGHT: Final = 0.1
-# Layout of a world: x and y of the stripe, x and y of the lamp, strength of the senses, and speed
-# of the left wheel as a share of full speed.
-STANDARD_WORLD: Final = (1.0, 0.5, 0.15, 0.5, 1.0, 1.0)
+# Difference between two successive learning rates. A rate has two bits.
+RATE_STEP: Final = 0.3
+# Values of the four bits of a strength, and their sum.
+STRENGTH_BIT_VALUES: Final = (8, 4, 2, 1)
+MAX_STRENGTH_LEVEL: Final = 15
+# Number of last generations over which measures are averaged.
+N_LAST_GENERATIONS: Final = 10
+STANDARD_WORLD: Final = World(
+    stripe_x=1.0, stripe_y=0.5, lamp_x=0.15, lamp_y=0.5, sense_strength=1.0, left_wheel_speed=1.0
+)
 CHANGED_WORLDS: Final = {
-    "places": (0.5, 1.0, 0.85, 0.15, 1.0, 1.0),
-    "senses": (1.0, 0.5, 0.15, 0.5, 0.5, 1.0),
-    "wheels": (1.0, 0.5, 0.15, 0.5, 1.0, 0.6),
+    "places": STANDARD_WORLD._replace(stripe_x=0.5, stripe_y=1.0, lamp_x=0.85, lamp_y=0.15),
+    "senses": STANDARD_WORLD._replace(sense_strength=0.5),
+    "wheels": STANDARD_WORLD._replace(left_wheel_speed=0.6),
 }
 
 
 def _mean_of_last_generations(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
     """Return a function of runs: the mean of a record over the last ten generations."""
-    return lambda runs: runs[record].isel(generation=slice(-10, None)).mean(("generation", "agent"))
+    return lambda runs: (
+        runs[record].isel(generation=slice(-N_LAST_GENERATIONS, None)).mean(("generation", "agent"))
+    )
 
 
 class LightSwitch(Model, name="light-switch"):
@@ -135,17 +144,19 @@ class LightSwitch(Model, name="light-switch"):
         return BITS_PER_GENE * self.n_genes + n_input_signs
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, None, :, 0]
-        drawn: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)
-        return drawn
+        # [agent, bit]: the first of four numbers.
+        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[..., 0]
+        bits: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)
+        # A genome has one module.
+        return bits[:, None]
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         shape = genomes.shape[:2]
-        signs, rules, rates, weights = self._decode(
-            seed, runs, generation, (genomes[:, :, 0] > 0.5).astype(np.int64)
-        )
+        bits = (genomes[:, :, 0] > 0.5).astype(np.int64)
+        synapses = self._decode_synapses(seed, runs, generation, bits)
+        # [run, 4].
         initial_draws = np.stack(
             [uniforms(seed, run, generation, LIFE, (1, 1))[0, 0] for run in runs]
         ).astype(np.float32)
@@ -155,52 +166,62 @@ class LightSwitch(Model, name="light-switch"):
             values = poison.empty((2, N_INPUTS + self.neurons), np.float32)
             simulate_lifetimes(
                 self.steps_per_life,
-                np.array(world, np.float32),
+                World(*np.array(world, np.float32)),
                 initial_draws,
-                signs,
-                rules,
-                rates,
-                weights.copy(),
+                # The weights change during a lifetime.
+                synapses._replace(weights=synapses.weights.copy()),
                 values,
                 lit_steps,
             )
             shares.append(lit_steps / self.steps_per_life)
-        score, changed = shares
-        records = {"score": score.astype(np.float32), "changed": changed.astype(np.float32)}
-        return LifeResults(score, np.zeros(shape), None, records)
+        score, changed_score = shares
+        records = {
+            "score": score.astype(np.float32),
+            "changed": changed_score.astype(np.float32),
+        }
+        return LifeResults(energy=score, cost=np.zeros(shape), learned=None, records=records)
 
-    def _decode(
+    def _decode_synapses(
         self, seed: int, runs: Sequence[int], generation: int, bits: npt.NDArray[np.int64]
-    ) -> tuple[Any, ...]:
-        """Return signs, rules, rates and weights at birth from the genes `bits` [run, agent, bit].
-
-        Each returned array has the shape [run, agent, neuron, source].
-        """
-        shape = (*bits.shape[:2], self.neurons, N_INPUTS + self.neurons)
-        genes = bits[..., : BITS_PER_GENE * self.n_genes].reshape(*shape[:3], -1, BITS_PER_GENE)
-        is_negative = genes[..., 0]
+    ) -> Synapses:
+        """Return the synapses at birth from the genes `bits` [run, agent, bit]."""
+        n_runs, n_agents = bits.shape[:2]
+        shape = (n_runs, n_agents, self.neurons, N_INPUTS + self.neurons)
+        n_gene_bits = BITS_PER_GENE * self.n_genes
+        # [run, agent, neuron, source, bit]. A gene of a neuron applies to all sources.
+        genes = bits[..., :n_gene_bits].reshape(n_runs, n_agents, self.neurons, -1, BITS_PER_GENE)
+        sign_bits = genes[..., 0]
         if self._has_input_signs:
-            input_signs = bits[..., BITS_PER_GENE * self.n_genes :]
-            source_signs = np.concatenate([input_signs, is_negative[..., 0]], axis=-1)
+            input_signs = bits[..., n_gene_bits:]
+            source_signs = np.concatenate([input_signs, sign_bits[..., 0]], axis=-1)
             # The same signs for all target neurons.
-            is_negative = source_signs[:, :, None]
-        rates = (0.3 * self.learns * (2 * genes[..., 3] + genes[..., 4])).astype(np.float32)
-        properties = (
-            (1 - 2 * is_negative).astype(np.float32),
-            2 * genes[..., 1] + genes[..., 2],
-            rates,
-        )
-        signs, rules, rates = (np.broadcast_to(values, shape).copy() for values in properties)
+            sign_bits = source_signs[:, :, None]
+        signs = (1 - 2 * sign_bits).astype(np.float32)
+        # Bits 1 and 2 are the rule, bits 3 and 4 the rate.
+        rules = 2 * genes[..., 1] + genes[..., 2]
+        rate_levels = 2 * genes[..., 3] + genes[..., 4]
+        rate_step = RATE_STEP if self.learns else 0.0
+        rates = (rate_step * rate_levels).astype(np.float32)
         if self.encoding == "strengths":
-            strengths = ((genes[..., 1:] * (8, 4, 2, 1)).sum(axis=-1) / 15).astype(np.float32)
-            return signs, rules, rates, strengths
+            strength_levels = (genes[..., 1:] * STRENGTH_BIT_VALUES).sum(axis=-1)
+            weights = (strength_levels / MAX_STRENGTH_LEVEL).astype(np.float32)
+        else:
+            weights = self._draw_weights(seed, runs, generation, n_agents).reshape(shape)
+        return Synapses(
+            signs=np.broadcast_to(signs, shape).copy(),
+            rules=np.broadcast_to(rules, shape).copy(),
+            rates=np.broadcast_to(rates, shape).copy(),
+            weights=weights,
+        )
+
+    def _draw_weights(
+        self, seed: int, runs: Sequence[int], generation: int, n_agents: int
+    ) -> npt.NDArray[np.float32]:
+        """Draw the weights at birth [run, agent, synapse]."""
+        # Row 0 has the initial position and heading. The first of four numbers is used.
         draws = [
-            uniforms(seed, run, generation, LIFE, (1 + bits.shape[1], self.synapses))[1:, :, 0]
+            uniforms(seed, run, generation, LIFE, (1 + n_agents, self.synapses))[1:, :, 0]
             for run in runs
         ]
-        return (
-            signs,
-            rules,
-            rates,
-            (MAX_INITIAL_WEIGHT * np.stack(draws)).astype(np.float32).reshape(shape),
-        )
+        weights: npt.NDArray[np.float32] = (MAX_INITIAL_WEIGHT * np.stack(draws)).astype(np.float32)
+        return weights

@@ -36,14 +36,17 @@ class OnePointOfBits(Variation, name="one-point-bits"):
     def vary(
         part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
     ) -> None:
-        # The cut is in the row of the genes of all modules.
+        n_modules = child.shape[0]
+        module_size = child.shape[1]
+        # The cut is a position in the list of the genes of all modules.
         cut = draw_cut(gate, child.size)
-        for module in range(child.shape[0]):
-            for bit in range(child.shape[1]):
-                draw = module * child.shape[1] + bit
-                of_fitter = is_from_fitter(draw, cut, draws[0, 0])
-                inherited = fitter[module, bit] if of_fitter else second[module, bit]
-                child[module, bit] = ONE - inherited if draws[draw, 1] < part.rate else inherited
+        for module in range(n_modules):
+            for bit in range(module_size):
+                gene = module * module_size + bit
+                parent = fitter if is_from_fitter(gene, cut, draws[0, 0]) else second
+                inherited = parent[module, bit]
+                flips = draws[gene, 1] < part.rate
+                child[module, bit] = ONE - inherited if flips else inherited
 
     @staticmethod
     def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:

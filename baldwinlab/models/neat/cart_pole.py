@@ -21,6 +21,13 @@ from baldwinlab.engine.jit import compiled
 
 # Number of entries of a state.
 STATE_SIZE: Final = 6
+# Indices of the entries of a state.
+CART_POSITION, CART_VELOCITY, LONG_ANGLE, LONG_VELOCITY, SHORT_ANGLE, SHORT_VELOCITY = range(6)
+# Index of the angle and of the angular velocity of each pole.
+ANGLES: Final = (LONG_ANGLE, SHORT_ANGLE)
+ANGULAR_VELOCITIES: Final = (LONG_VELOCITY, SHORT_VELOCITY)
+# Number of rows of the workspace of `move`: the state, a point, and the slopes at four stages.
+WORKSPACE_ROWS: Final = 6
 # Limit of the position in both directions, in m.
 MAX_POSITION = 2.4
 # Limit of the angle in both directions, in rad.
@@ -51,16 +58,16 @@ COSINE_COEFFICIENTS = tuple(
 @compiled
 def is_balanced(state: Any) -> bool:
     """Return whether the cart is on its track and both poles are upright."""
-    return bool(
-        abs(state[0]) <= MAX_POSITION and abs(state[2]) <= MAX_ANGLE and abs(state[4]) <= MAX_ANGLE
-    )
+    is_on_track = abs(state[CART_POSITION]) <= MAX_POSITION
+    are_poles_upright = abs(state[LONG_ANGLE]) <= MAX_ANGLE and abs(state[SHORT_ANGLE]) <= MAX_ANGLE
+    return bool(is_on_track and are_poles_upright)
 
 
 @compiled
 def move(state: Any, applied_force: float, step: float, friction: float, workspace: Any) -> None:
     """Do one step of the fourth-order Runge-Kutta method.
 
-    `state` is row 0 of `workspace` [7, 6], or another array. The other rows are overwritten.
+    `state` is row 0 of `workspace` [6, 6], or another array. The other rows are overwritten.
     """
     point = workspace[1]
     # The derivatives at the four stages of the method.
@@ -83,8 +90,8 @@ def _compute_slope(state: Any, applied_force: float, friction: float, slope: Any
     force = applied_force
     mass = CART_MASS
     for pole in range(2):
-        angle = state[2 + 2 * pole]
-        angular_velocity = state[3 + 2 * pole]
+        angle = state[ANGLES[pole]]
+        angular_velocity = state[ANGULAR_VELOCITIES[pole]]
         sine = compute_sine(angle)
         cosine = compute_cosine(angle)
         drag = friction * angular_velocity / (POLE_MASSES[pole] * POLE_HALF_LENGTHS[pole])
@@ -93,17 +100,17 @@ def _compute_slope(state: Any, applied_force: float, friction: float, slope: Any
             + 0.75 * cosine * (drag + GRAVITY * sine)
         )
         mass += POLE_MASSES[pole] * (1.0 - 0.75 * cosine * cosine)
-    slope[0] = state[1]
-    slope[1] = force / mass
+    slope[CART_POSITION] = state[CART_VELOCITY]
+    slope[CART_VELOCITY] = force / mass
     for pole in range(2):
-        angle = state[2 + 2 * pole]
-        angular_velocity = state[3 + 2 * pole]
+        angle = state[ANGLES[pole]]
+        angular_velocity = state[ANGULAR_VELOCITIES[pole]]
         drag = friction * angular_velocity / (POLE_MASSES[pole] * POLE_HALF_LENGTHS[pole])
-        slope[2 + 2 * pole] = angular_velocity
-        slope[3 + 2 * pole] = (
+        slope[ANGLES[pole]] = angular_velocity
+        slope[ANGULAR_VELOCITIES[pole]] = (
             -0.75
             / POLE_HALF_LENGTHS[pole]
-            * (slope[1] * compute_cosine(angle) + GRAVITY * compute_sine(angle) + drag)
+            * (slope[CART_VELOCITY] * compute_cosine(angle) + GRAVITY * compute_sine(angle) + drag)
         )
 
 

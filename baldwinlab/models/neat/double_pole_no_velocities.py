@@ -40,12 +40,18 @@ from typing import Any, ClassVar, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.models.neat.double_pole import INITIAL_STATE, N_UNREST_STEPS, Poles
+from baldwinlab.models.neat.balancing import N_UNREST_STEPS
+from baldwinlab.models.neat.cart_pole import CART_POSITION, LONG_ANGLE, SHORT_ANGLE
+from baldwinlab.models.neat.double_pole import INITIAL_STATE, Poles
 from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, record_networks
 from baldwinlab.parts import PER_AGENT_DIMS, Field, LifeResults, Measure, Variable
 
 # Number of start states from which a solution must balance.
 MIN_BALANCED_STARTS: Final = 200
+# Constants of Gruau's fitness: 0.1 t / 1000 + 0.9 f, with f = 0.75 / u.
+STEPS_SHARE: Final = 0.1
+REST_SHARE: Final = 0.9
+REST_SCALE: Final = 0.75
 # Values of a start state in each of the four ranges, as shares of the range.
 START_SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
 # Limits of position (m), velocity (m/s), angle (rad) and angular velocity (rad/s) in both
@@ -54,6 +60,7 @@ START_LIMITS: Final = (2.16, 1.35, np.radians(3.6), np.radians(8.6))
 START_STATES: Final = [
     [
         *((2 * share - 1) * limit for share, limit in zip(shares, START_LIMITS, strict=True)),
+        # The short pole is upright and at rest.
         0.0,
         0.0,
     ]
@@ -80,8 +87,9 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
         ),
     )
 
-    loops: ClassVar[bool] = True
-    sensed: ClassVar[tuple[int, ...]] = (0, 2, 4)
+    has_loops: ClassVar[bool] = True
+    # The position of the cart and both angles.
+    sensed_entries: ClassVar[tuple[int, ...]] = (CART_POSITION, LONG_ANGLE, SHORT_ANGLE)
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 1000},
         "evolution": {"generations": 100, "selection": "species", "variation": "neat"},
@@ -119,24 +127,29 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
     ) -> LifeResults:
         graphs = genomes[:, :, 0]
         trial_results = self.balance_networks(graphs, [INITIAL_STATE], self.max_steps)
-        steps, unrest = (values[..., 0] for values in trial_results)
-        has_rest = (steps >= N_UNREST_STEPS) & (unrest > 0)
-        rest = np.divide(0.75, unrest, out=np.zeros_like(unrest), where=has_rest)
-        energy = 0.1 * steps / self.max_steps + 0.9 * rest
-        proven, generalises = np.zeros((2, *steps.shape), np.int32)
-        for run, best in enumerate(energy.argmax(axis=1)):
-            champion = graphs[run : run + 1, best : best + 1]
-            long_trial_steps, _ = self.balance_networks(
-                champion, [INITIAL_STATE], self.endurance_steps
-            )
-            proven[run, best] = long_trial_steps.item()
-            if proven[run, best] == self.endurance_steps:
-                start_steps, _ = self.balance_networks(champion, START_STATES, self.max_steps)
-                generalises[run, best] = (start_steps == self.max_steps).sum()
+        # [run, agent]: from the single initial state.
+        n_steps = trial_results.n_steps[..., 0]
+        unrest = trial_results.unrest[..., 0]
+        has_rest = (n_steps >= N_UNREST_STEPS) & (unrest > 0)
+        # The term f of the fitness.
+        rest = np.divide(REST_SCALE, unrest, out=np.zeros_like(unrest), where=has_rest)
+        fitness = STEPS_SHARE * n_steps / self.max_steps + REST_SHARE * rest
+        endured_steps = np.zeros(n_steps.shape, np.int32)
+        n_balanced_starts = np.zeros(n_steps.shape, np.int32)
+        for row, best in enumerate(fitness.argmax(axis=1)):
+            # [1, 1, entry]: one run with one agent.
+            champion = graphs[row : row + 1, best : best + 1]
+            long_trial = self.balance_networks(champion, [INITIAL_STATE], self.endurance_steps)
+            endured_steps[row, best] = long_trial.n_steps.item()
+            if endured_steps[row, best] == self.endurance_steps:
+                start_trials = self.balance_networks(champion, START_STATES, self.max_steps)
+                n_balanced_starts[row, best] = (start_trials.n_steps == self.max_steps).sum()
         records = {
-            "balanced": steps.astype(np.int32),
-            "proven": proven,
-            "generalises": generalises,
+            "balanced": n_steps.astype(np.int32),
+            "proven": endured_steps,
+            "generalises": n_balanced_starts,
             **record_networks(graphs),
         }
-        return LifeResults(energy, np.zeros_like(energy), None, records)
+        return LifeResults(
+            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
+        )

@@ -41,6 +41,24 @@ from baldwinlab.parts import (
 RESET_PERIODS: Final = {"step": STEP, "trip": TRIP, "life": LIFETIME}
 # Maximum number of trips in a view.
 MAX_SHOWN_TRIPS: Final = 1000
+# Limits of the time at which the high reward moves, in percent of the lifetime.
+EARLIEST_CHANGE_PERCENT: Final = 35
+LATEST_CHANGE_PERCENT: Final = 65
+# Rewards and costs of the events of trips.
+LOW_REWARD: Final = 0.2
+CRASH_COST: Final = 0.4
+LOST_COST: Final = 0.3
+
+
+class Maze(NamedTuple):
+    """Ends of the maze with the high reward, numbered from 0."""
+
+    # End that has the high reward first.
+    first_end: int
+    # Trip before which the high reward moves.
+    change: int
+    # End to which the high reward moves.
+    second_end: int
 
 
 class MazeResults(NamedTuple):
@@ -56,8 +74,10 @@ class MazeResults(NamedTuple):
 
 def total_reward(counts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
     """Return the total reward of trips from the counts of their events [..., 4]."""
-    high, low, crashes, lost = np.moveaxis(counts, -1, 0)
-    reward: npt.NDArray[np.float64] = high + 0.2 * low - 0.4 * crashes - 0.3 * lost
+    n_high, n_low, n_crashes, n_lost = np.moveaxis(counts, -1, 0)
+    reward: npt.NDArray[np.float64] = (
+        n_high + LOW_REWARD * n_low - CRASH_COST * n_crashes - LOST_COST * n_lost
+    )
     return reward
 
 
@@ -96,7 +116,7 @@ def _view_returns(
         "average of all": returns.mean(axis=0),
         "best of all": returns.max(axis=0),
     }
-    return PathView(lines, "trip", "reward gained until then")
+    return PathView(lines, "trip", "total reward after the trip")
 
 
 class TMazes(Model, name="t-mazes"):
@@ -167,7 +187,11 @@ class TMazes(Model, name="t-mazes"):
     @property
     def steps(self) -> int:
         """Return the number of positions of all trips without a crash, home included."""
-        return self.trips * (2 * self.turning_points * (2 if self.homing else 1) + 2)
+        # A way has a corridor and a turning point for each turn.
+        n_positions_per_way = 2 * self.turning_points
+        n_ways = 2 if self.homing else 1
+        # The end and home are two more positions.
+        return self.trips * (n_positions_per_way * n_ways + 2)
 
     def without_learning(self) -> TMazes:
         return self.model_copy(update={"plasticity": False})
@@ -180,44 +204,38 @@ class TMazes(Model, name="t-mazes"):
         return self.neurons * (N_INPUTS + self.neurons) + N_RULE_GENES
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, None, :, 0]
-        genomes: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
-        return genomes
+        # [agent, gene]: the first of four numbers.
+        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[..., 0]
+        genes: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
+        # A genome has one module.
+        return genes[:, None]
 
-    def maze(self, seed: int, run: int, generation: int) -> tuple[int, int, int]:
-        """Draw the maze of a generation.
-
-        Returns
-        -------
-        first_end : int
-            End that has the high reward first. Ends are numbered from 0.
-        change : int
-            Trip before which the high reward moves.
-        second_end : int
-            End to which the high reward moves.
-        """
+    def maze(self, seed: int, run: int, generation: int) -> Maze:
+        """Draw the maze of a generation."""
         first_draw, change_draw, second_draw, _ = uniforms(seed, run, generation, LIFE, (1, 1))[
             0, 0
         ]
-        ends = 2**self.turning_points
-        first_end = int(first_draw * ends)
-        # The high reward moves between 35 % and 65 % of the lifetime.
-        earliest = self.trips * 35 // 100
-        latest = self.trips * 65 // 100
+        n_ends = 2**self.turning_points
+        first_end = int(first_draw * n_ends)
+        earliest = self.trips * EARLIEST_CHANGE_PERCENT // 100
+        latest = self.trips * LATEST_CHANGE_PERCENT // 100
         change = earliest + int(change_draw * (latest - earliest + 1))
         # Any end except the first.
-        second_end = (first_end + 1 + int(second_draw * (ends - 1))) % ends
-        return first_end, change, second_end
+        second_end = (first_end + 1 + int(second_draw * (n_ends - 1))) % n_ends
+        return Maze(first_end=first_end, change=change, second_end=second_end)
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         results = self.explore(seed, runs, generation, genomes, trips=self.trips, slots=1)
         counts = results.counts
-        energy = total_reward(counts[:, :, 0])
+        # One slot has the sum of all trips.
+        rewards = total_reward(counts[:, :, 0])
         shares = {"high": counts[..., 0, HIGH], "crashed": counts[..., 0, CRASHES]}
         records = {name: (count / self.trips).astype(np.float32) for name, count in shares.items()}
-        return LifeResults(energy, np.zeros_like(energy), results.learned, records)
+        return LifeResults(
+            energy=rewards, cost=np.zeros_like(rewards), learned=results.learned, records=records
+        )
 
     def explore(
         self,

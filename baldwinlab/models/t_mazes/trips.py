@@ -31,8 +31,8 @@ STEP, TRIP, LIFETIME = range(3)
 ZERO, ONE, TWO = (np.float32(number) for number in range(3))
 # An output above the threshold is a turn to the right, below minus the threshold to the left.
 TURN_THRESHOLD = np.float32(1 / 3)
-# Low reward, as the value of the input.
-LOW_REWARD = np.float32(0.2)
+# Input in which an agent senses the low reward.
+LOW_REWARD_INPUT = np.float32(0.2)
 
 
 @jit_entry_point
@@ -122,7 +122,7 @@ def _make_trip(
             end = 2 * end + (actions[position] + 1) // 2
     counts[HIGH if end == high else LOW] += 1
     actions[n_outbound] = _choose_action(
-        settings, weights, values, END, ONE if end == high else LOW_REWARD
+        settings, weights, values, END, ONE if end == high else LOW_REWARD_INPUT
     )
     if settings[HOMING] == 1:
         for position in range(n_outbound + 1, 2 * n_outbound + 1):
@@ -130,11 +130,16 @@ def _make_trip(
             actions[position] = _choose_action(
                 settings, weights, values, TURNING if is_turning_point else CORRIDOR, ZERO
             )
-            # An agent that turned left on the way out (digit 0) must turn right on the way back.
-            if actions[position] != is_turning_point * (1 - 2 * (end & 1)):
+            # The last digit of the end is the turn at this turning point on the way out. An agent
+            # that turned left (digit 0) must turn right (1) on the way back.
+            return_turn = 1 - 2 * (end & 1)
+            required_action = return_turn if is_turning_point else 0
+            if actions[position] != required_action:
                 counts[LOST] += 1
                 return
-            end >>= is_turning_point
+            if is_turning_point:
+                # The next turning point has the preceding digit.
+                end //= 2
         actions[2 * n_outbound + 1] = 0
 
 
@@ -146,19 +151,20 @@ def _choose_action(settings: Any, weights: Any, values: Any, position: Any, rewa
     """
     neurons = settings[NEURONS]
     modulatory = settings[MODULATORY]
-    for number in range(N_INPUTS):
-        values[number] = ONE if number in (position, BIAS) else ZERO
+    for input_index in range(N_INPUTS):
+        values[input_index] = ONE if input_index in (position, BIAS) else ZERO
     values[REWARD] = reward
     if settings[RESET_PERIOD] == STEP:
         _reset_activations(values)
     for neuron in range(neurons):
         first = neuron * values.size
-        from_inputs = _weighted_sum(weights, first, values, 0, N_INPUTS)
+        from_inputs = _sum_weighted_sources(weights, first, values, 0, N_INPUTS)
         first_standard = N_INPUTS + modulatory
-        from_neurons = _weighted_sum(weights, first, values, first_standard, values.size)
+        from_neurons = _sum_weighted_sources(weights, first, values, first_standard, values.size)
         values[N_INPUTS + neuron] = _activate(from_inputs + from_neurons)
     if settings[PLASTICITY] == 1:
         _update_synapses(neurons, modulatory, weights, values)
+    # The last neuron is the output.
     output = values[values.size - 1]
     if output > TURN_THRESHOLD:
         return 1
@@ -166,7 +172,7 @@ def _choose_action(settings: Any, weights: Any, values: Any, position: Any, rewa
 
 
 @compiled
-def _weighted_sum(weights: Any, first: Any, values: Any, begin: Any, end: Any) -> Any:
+def _sum_weighted_sources(weights: Any, first: Any, values: Any, begin: Any, end: Any) -> Any:
     """Return the weighted sum of some sources of a neuron whose weights begin at `first`."""
     total = ZERO
     for source in range(begin, end):
@@ -193,7 +199,7 @@ def _update_synapses(neurons: Any, modulatory: Any, weights: Any, values: Any) -
     for neuron in range(neurons):
         first = neuron * values.size
         y = values[N_INPUTS + neuron]
-        modulation = _weighted_sum(weights, first, values, N_INPUTS, N_INPUTS + modulatory)
+        modulation = _sum_weighted_sources(weights, first, values, N_INPUTS, N_INPUTS + modulatory)
         gate = rate * _activate(modulation) if modulatory > 0 else rate
         for begin, end in ((0, N_INPUTS), (N_INPUTS + modulatory, values.size)):
             for source in range(begin, end):

@@ -182,14 +182,15 @@ def test_weights_do_not_learn_without_plasticity_or_with_strengths() -> None:
     )
     bits = draw_random_genomes(model)[:, :, 0].astype(int)
     assert (
-        model._decode(0, [0], 0, bits)[2].any()
-        and not model.without_learning()._decode(0, [0], 0, bits)[2].any()
+        model._decode_synapses(0, [0], 0, bits).rates.any()
+        and not model.without_learning()._decode_synapses(0, [0], 0, bits).rates.any()
     )
 
 
 def test_weights_at_birth_are_small_and_differ_between_agents() -> None:
     model = LightSwitch()
-    weights = model._decode(0, [0], 0, draw_random_genomes(model)[:, :, 0].astype(int))[3]
+    bits = draw_random_genomes(model)[:, :, 0].astype(int)
+    weights = model._decode_synapses(0, [0], 0, bits).weights
     assert (
         weights.min() >= 0
         and weights.max() <= 0.1

@@ -14,6 +14,7 @@ from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import GENE_SIZE, HEAD_SIZE, activate, make_minimal_graphs
 from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.models.neat.balancing import INPUT_SCALES, activate_once, order_links
 from baldwinlab.models.neat.cart_pole import (
     CART_MASS,
     GRAVITY,
@@ -29,10 +30,7 @@ from baldwinlab.models.neat.cart_pole import (
 )
 from baldwinlab.models.neat.double_pole import (
     INITIAL_STATE,
-    INPUT_SCALES,
     NeatPoles,
-    activate_once,
-    order_links,
 )
 from baldwinlab.simulation.simulate import simulate_histories
 

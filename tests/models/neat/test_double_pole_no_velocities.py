@@ -17,6 +17,7 @@ from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import GENE_SIZE, HEAD_SIZE, make_minimal_graphs
 from baldwinlab.evolution.neat.operators import Neat
 from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.models.neat.balancing import INPUT_SCALES, activate_once, order_links
 from baldwinlab.models.neat.cart_pole import (
     MAX_ANGLE,
     MAX_FORCE,
@@ -27,9 +28,6 @@ from baldwinlab.models.neat.cart_pole import (
 )
 from baldwinlab.models.neat.double_pole import (
     INITIAL_STATE,
-    INPUT_SCALES,
-    activate_once,
-    order_links,
 )
 from baldwinlab.models.neat.double_pole_no_velocities import (
     MIN_BALANCED_STARTS,
