@@ -66,7 +66,7 @@ def run_missing_assays(
     total_need = estimate_assays(study, missing, run_counts, executor.workers)
     need = exclude_remote_memory(total_need, executor)
     require_resources(f"{n_assays} assays", need, study.directory, force=options.force)
-    branch_length = generations or fork.GENERATIONS
+    branch_length = generations or fork.BRANCH_GENERATIONS
     agent_steps = count_assay_steps(study, missing, branch_length)
     console.info(f"{study.directory}: {n_assays} assays to do ({agent_steps:,} agent-steps)")
 

@@ -110,7 +110,7 @@ def test_a_task_whose_workers_die_repeatedly_raises_an_error_of_one_sentence(
     tmp_path: Path, cluster: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cluster.scheduler, "allowed_failures", 0)
-    monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
+    monkeypatch.setattr(dask, "MIN_EVENT_INTERVAL", 0)
     study = create_study(
         tmp_path, [shorten_preset("evo/A").replace(lifetime={"steps": 2_000_000})], seed=5
     )
@@ -128,7 +128,7 @@ def test_a_task_whose_workers_die_repeatedly_raises_an_error_of_one_sentence(
 def test_workers_report_progress_within_a_task(
     tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
+    monkeypatch.setattr(dask, "MIN_EVENT_INTERVAL", 0)
     study = create_study(
         tmp_path, [longer_experiment("evo/A").replace(evolution={"generations": 12})], seed=5
     )
@@ -160,7 +160,7 @@ def test_an_interrupted_study_resumes_with_a_different_executor(
 def test_workers_end_tasks_of_a_closed_client(
     tmp_path: Path, cluster: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dask, "EVENT_INTERVAL", 0)
+    monkeypatch.setattr(dask, "MIN_EVENT_INTERVAL", 0)
     study = create_study(
         tmp_path, [shorten_preset("evo/A").replace(evolution={"generations": 10_000})], seed=5
     )

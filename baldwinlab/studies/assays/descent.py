@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
-# Limits the memory for large populations.
+# Maximum number of founders in a matrix of shares, which limits the memory for large populations.
 FOUNDERS_PER_BATCH = 1024
 
 # Parents [generation, agent, 2], as agents of the previous generation.
@@ -33,13 +33,13 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     The values are NaN if agents inherit no genome.
     """
     shape = (len(sample.runs), sample.experiment.evolution.generations)
-    age = np.full(shape, np.nan)
-    effective = np.full(shape, np.nan)
+    ages = np.full(shape, np.nan)
+    effective_numbers = np.full(shape, np.nan)
     if sample.experiment.evolution.inheritance != "none":
-        for number, record in enumerate(sample.records):
-            age[number] = common_ancestor_ages(record.parents.values)
-            effective[number] = effective_ancestors(record.parents.values)
-    return {"common_ancestor_age": age, "effective_ancestors": effective}
+        for run_index, record in enumerate(sample.records):
+            ages[run_index] = common_ancestor_ages(record.parents.values)
+            effective_numbers[run_index] = effective_ancestors(record.parents.values)
+    return {"common_ancestor_age": ages, "effective_ancestors": effective_numbers}
 
 
 def common_ancestor_ages(parents: Parents) -> npt.NDArray[np.float64]:
@@ -63,18 +63,20 @@ def common_ancestor_ages(parents: Parents) -> npt.NDArray[np.float64]:
 
 
 def _common_ancestor_age(couples: list[list[list[int]]], generation: int) -> float:
-    agents = len(couples[generation])
-    all_agents = (1 << agents) - 1
-    # The descendants of each agent are the bits of a number.
-    descendants = [1 << agent for agent in range(agents)]
-    for earlier in range(generation, 0, -1):
-        previous = [0] * agents
-        for child, (first_parent, second_parent) in enumerate(couples[earlier]):
-            previous[first_parent] |= descendants[child]
-            previous[second_parent] |= descendants[child]
-        descendants = previous
+    n_agents = len(couples[generation])
+    # A set of agents is a number with a bit for each agent.
+    all_agents = (1 << n_agents) - 1
+    # The descendants in `generation` of each agent of the current generation.
+    descendants = [1 << agent for agent in range(n_agents)]
+    for child_generation in range(generation, 0, -1):
+        descendants_of_parents = [0] * n_agents
+        for child, (first_parent, second_parent) in enumerate(couples[child_generation]):
+            descendants_of_parents[first_parent] |= descendants[child]
+            descendants_of_parents[second_parent] |= descendants[child]
+        descendants = descendants_of_parents
         if all_agents in descendants:
-            return generation - earlier + 1
+            parent_generation = child_generation - 1
+            return generation - parent_generation
     return float("nan")
 
 
@@ -99,13 +101,14 @@ def effective_ancestors(parents: Parents) -> npt.NDArray[np.float64]:
     R. C. Lacy, Analysis of founder representation in pedigrees: founder equivalents and founder
     genome equivalents, Zoo Biology 8 (1989).
     """
-    generations, agents, _ = parents.shape
-    sum_of_squares = np.zeros(generations)
-    for first in range(0, agents, FOUNDERS_PER_BATCH):
-        # Shares [agent, founder].
-        shares = np.eye(agents, min(FOUNDERS_PER_BATCH, agents - first), -first)
+    n_generations, n_agents, _ = parents.shape
+    sum_of_squares = np.zeros(n_generations)
+    for first_founder in range(0, n_agents, FOUNDERS_PER_BATCH):
+        n_founders = min(FOUNDERS_PER_BATCH, n_agents - first_founder)
+        # Shares [agent, founder]: in generation 0, a founder has all of its genes.
+        shares = np.eye(n_agents, n_founders, k=-first_founder)
         sum_of_squares[0] += (shares.mean(axis=0) ** 2).sum()
-        for generation in range(1, generations):
+        for generation in range(1, n_generations):
             first_parents, second_parents = parents[generation].T
             shares = (shares[first_parents] + shares[second_parents]) / 2
             sum_of_squares[generation] += (shares.mean(axis=0) ** 2).sum()
@@ -118,8 +121,9 @@ def list_ancestors(parents: Parents, generation: int, agent: int) -> list[npt.ND
     The list ends with the ancestors that have no parents.
     """
     ancestors = [np.array([agent], np.int32)]
-    while (previous := np.unique(parents[generation, ancestors[-1]])).min() >= 0:
-        ancestors.append(previous)
+    # Agents without parents have the parents -1.
+    while (earlier_agents := np.unique(parents[generation, ancestors[-1]])).min() >= 0:
+        ancestors.append(earlier_agents)
         generation -= 1
     return ancestors
 
@@ -130,20 +134,22 @@ def trace_fitter_parents(parents: Parents, generation: int, agent: int) -> list[
     The fitter parent is the first of each pair.
     """
     couples = []
+    # Agents without parents have the parents -1.
     while (couple := parents[generation, agent]).min() >= 0:
-        couples.append((int(couple[0]), int(couple[1])))
+        fitter_parent, second_parent = couple.tolist()
+        couples.append((fitter_parent, second_parent))
         generation -= 1
-        agent = couples[-1][0]
+        agent = fitter_parent
     return couples
 
 
 PHYLOGENY_HEADER = "id,ancestor_list,origin_time,destruction_time"
 
 
-def format_phylogeny(parents: Parents, first: int = 0) -> Iterator[str]:
+def format_phylogeny(parents: Parents, first_id: int = 0) -> Iterator[str]:
     """Yield the lines of the phylogeny of a run in the ALife data standard, without its header.
 
-    The id of an agent is first + generation * agents + its number in the generation. Its origin
+    The id of an agent is first_id + generation * agents + its number in the generation. Its origin
     time is its generation, and its destruction time is the next one. `ancestor_list` contains the
     distinct parents, or `none` for an agent without parents.
 
@@ -151,11 +157,13 @@ def format_phylogeny(parents: Parents, first: int = 0) -> Iterator[str]:
     ----------
     A. Lalejini et al., Data standards for artificial life software, ALIFE 2019.
     """
-    agents = parents.shape[1]
+    n_agents = parents.shape[1]
     for generation, couples in enumerate(parents.tolist()):
+        # The id of agent 0 of a generation.
+        generation_id = first_id + generation * n_agents
+        parent_generation_id = generation_id - n_agents
         for agent, couple in enumerate(couples):
-            offset = first + (generation - 1) * agents
-            ids = [str(offset + parent) for parent in dict.fromkeys(couple) if parent >= 0]
-            ancestors = ",".join(ids) or "none"
-            number = first + generation * agents + agent
-            yield f'{number},"[{ancestors}]",{generation},{generation + 1}'
+            distinct_parents = [parent for parent in dict.fromkeys(couple) if parent >= 0]
+            parent_ids = [str(parent_generation_id + parent) for parent in distinct_parents]
+            ancestors = ",".join(parent_ids) or "none"
+            yield f'{generation_id + agent},"[{ancestors}]",{generation},{generation + 1}'

@@ -24,8 +24,8 @@ from baldwinlab.experiment.toml import to_toml
 from baldwinlab.simulation.branch import evolve_genomes
 from baldwinlab.studies.assays.sample import Conditions, Sample, first_middle_last
 
-# Length of a branch in generations.
-GENERATIONS: Final = 20
+# Default length of a branch, in generations.
+BRANCH_GENERATIONS: Final = 20
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Fork:
     """
 
     start: str
-    generations: int = GENERATIONS
+    generations: int = BRANCH_GENERATIONS
 
     def coordinates(self, study: Conditions, condition: str) -> Mapping[str, Any]:
         """Return the start generations, the histories and the regimes."""
@@ -55,24 +55,28 @@ class Fork:
     def count_lives(self, study: Conditions, condition: str) -> int:
         """Return the number of simulated generations per run."""
         starts = first_middle_last(study.experiments[condition].evolution.generations)
-        simulated = self.generations + 1
+        branch_lives = self.generations + 1
         # With learning on, the newborns at the end are simulated again without learning.
-        return len(starts) * len(HISTORIES) * (2 * simulated + 1)
+        lives_of_history = len(REGIMES) * branch_lives + 1
+        return len(starts) * len(HISTORIES) * lives_of_history
 
     def measure(self, sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
         """Measure `innate_fitness` and `fitness` [run, generation, history, regime, agent]."""
         starts = first_middle_last(sample.experiment.evolution.generations)
-        agents = sample.experiment.population.size
-        shape = (len(sample.runs), len(starts), len(HISTORIES), len(REGIMES), agents)
-        innate = np.empty(shape)
+        n_agents = sample.experiment.population.size
+        shape = (len(sample.runs), len(starts), len(HISTORIES), len(REGIMES), n_agents)
+        innate_fitness = np.empty(shape)
         fitness = np.empty(shape)
         # The settings of the learner are the regime "on", and those of its control are "off".
+        # The order of the conditions is that of `HISTORIES` and of `REGIMES`.
         conditions = list(enumerate(_list_conditions(sample)))
-        for index, generation in enumerate(starts):
-            for (history, source), (regime, target) in product(conditions, repeat=2):
-                branch = (slice(None), index, history, regime)
-                innate[branch], fitness[branch] = self._evolve(sample, source, target, generation)
-        return {"innate_fitness": innate, "fitness": fitness}
+        all_runs = slice(None)
+        for start_index, generation in enumerate(starts):
+            for (history_index, source), (regime_index, target) in product(conditions, repeat=2):
+                branch = (all_runs, start_index, history_index, regime_index)
+                results = self._evolve(sample, source, target, generation)
+                innate_fitness[branch], fitness[branch] = results
+        return {"innate_fitness": innate_fitness, "fitness": fitness}
 
     def _evolve(
         self, sample: Sample, source: Sample, target: Sample, generation: int
@@ -84,22 +88,23 @@ class Fork:
         genomes = source.genomes(generation)
         if self.start == MODE:
             genomes = np.stack([copy_mode(population) for population in genomes])
+        end = generation + self.generations
         branch = evolve_genomes(
             target.experiment,
             sample.seed,
             sample.runs,
-            range(generation, generation + self.generations + 1),
+            range(generation, end + 1),
             fit_genomes(genomes, target),
-            after_generation=sample.count_generation,
+            after_generation=sample.report_generation,
         )
         if self.start != MODE and source is target:
             source.require_stored_energy(generation, branch.fitness[:, 0])
         fitness = branch.fitness[:, -1]
         if target is not sample:
+            # The agents of the control do not learn, so their fitness is innate.
             return fitness, fitness
         _, control = _list_conditions(sample)
         newborns = fit_genomes(branch.genomes, control)
-        end = generation + self.generations
         return sample.simulate(control.experiment, end, newborns).energy, fitness
 
 
@@ -113,32 +118,32 @@ def _list_conditions(sample: Sample) -> tuple[Sample, Sample]:
 def fit_genomes(genomes: Genome, sample: Sample) -> Genome:
     """Return genomes [run, agent, module, weight] in the layout of a condition.
 
-    Modules and genes that the condition does not use are removed. Those that the genomes lack are
-    those of the founders of the same run.
+    Modules and genes that the condition does not use are removed. Missing modules and genes are
+    taken from the founders of the same run.
     """
     experiment = sample.experiment
     layout = (len(experiment.modules), experiment.genome_length)
-    modules, genes = np.minimum(genomes.shape[2:], layout)
-    shared = genomes[:, :, :modules, :genes]
-    if (modules, genes) == layout:
+    n_modules, n_genes = np.minimum(genomes.shape[2:], layout)
+    shared = genomes[:, :, :n_modules, :n_genes]
+    if (n_modules, n_genes) == layout:
         return np.ascontiguousarray(shared)
     keys = [GenerationKey(sample.seed, run, 0) for run in sample.runs]
     fitted = np.stack([make_founders(experiment, key) for key in keys])
-    fitted[:, :, :modules, :genes] = shared
+    fitted[:, :, :n_modules, :n_genes] = shared
     return fitted
 
 
 def copy_mode(population: Genome) -> Genome:
     """Return copies of the most frequent genotype of a population [agent, module, weight].
 
-    Of several equally frequent genotypes, it is the one nearest to the mean of the population. So
-    if all genotypes differ, as real-valued genomes do, it is the most central one.
+    Of several equally frequent genotypes, the function selects the genotype nearest to the mean of
+    the population. If all genotypes differ, as real-valued genomes do, it is the most central one.
     """
     genes = np.nan_to_num(population.reshape(len(population), -1).astype(np.float64))
-    _, agents, counts = np.unique(genes, axis=0, return_index=True, return_counts=True)
-    candidates = agents[counts == counts.max()]
-    distances = ((genes[candidates] - genes.mean(axis=0)) ** 2).sum(axis=1)
-    mode = population[candidates[np.argmin(distances)]]
+    _, first_carriers, counts = np.unique(genes, axis=0, return_index=True, return_counts=True)
+    candidates = first_carriers[counts == counts.max()]
+    squared_distances = ((genes[candidates] - genes.mean(axis=0)) ** 2).sum(axis=1)
+    mode = population[candidates[np.argmin(squared_distances)]]
     return np.ascontiguousarray(np.broadcast_to(mode, population.shape))
 
 

@@ -10,6 +10,7 @@ The ideas are from G. E. Hinton and S. J. Nowlan, How learning can guide evoluti
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any, TypeVar
@@ -21,11 +22,11 @@ from baldwinlab.core.variables import LIFE_KINDS
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
-OfAnyModel = TypeVar("OfAnyModel", bound=BaseExperiment)
-# Maximum number of generations in addition to the last one.
+AnyExperiment = TypeVar("AnyExperiment", bound=BaseExperiment)
+# Maximum number of assayed generations in addition to the last one.
 MAX_GENERATIONS = 100
-# Maximum for drift, which is slow, and for generations that differ only by chance.
-MAX_COSTLY_GENERATIONS = 10
+# The same maximum for drift, which is slow, and for generations that differ only by chance.
+MAX_FEW_GENERATIONS = 10
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
@@ -38,7 +39,10 @@ def count_lives(study: Conditions, condition: str) -> int:
     experiment = study.experiments[condition]
     if not experiment.learns:
         return 0
-    return 3 * len(assayed_generations(experiment)) + len(drift_generations(experiment))
+    # Learning off, learning on, and the weights at death without learning.
+    lives_per_generation = 3
+    n_lives = lives_per_generation * len(assayed_generations(experiment))
+    return n_lives + len(drift_generations(experiment))
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
@@ -49,14 +53,15 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """
     experiment = sample.experiment
     generations = assayed_generations(experiment)
-    runs = len(sample.runs)
-    agents = experiment.population.size
-    layers = len(layer_names(experiment))
-    energy = np.full((len(generations), len(LIFE_KINDS), runs, agents), np.nan)
-    distance = np.full((len(generations), layers, runs, agents), np.nan, np.float32)
+    n_runs = len(sample.runs)
+    n_agents = experiment.population.size
+    n_layers = len(layer_names(experiment))
+    energy = np.full((len(generations), len(LIFE_KINDS), n_runs, n_agents), np.nan)
+    distance = np.full((len(generations), n_layers, n_runs, n_agents), np.nan, np.float32)
     measure_generation = _measure_learners if experiment.learns else _copy_stored_energy
-    for number, generation in enumerate(generations):
-        measure_generation(sample, generation, energy[number], distance[number])
+    for index, generation in enumerate(generations):
+        measure_generation(sample, generation, energy[index], distance[index])
+    # The run becomes the first dimension.
     return {"energy": np.moveaxis(energy, 2, 0), "distance": np.moveaxis(distance, 2, 0)}
 
 
@@ -72,21 +77,25 @@ def _measure_learners(
 ) -> None:
     """Fill `energy` [life, run, agent] and `distance` [layer, run, agent] of a generation."""
     genomes = sample.genomes(generation)
-    without = sample.experiment.without_learning()
-    learned = sample.simulate_as_evolved(generation, genomes)
-    energy[LIFE_KINDS.index("on")] = learned.energy
-    energy[LIFE_KINDS.index("off")] = sample.simulate(without, generation, genomes).energy
+    without_learning = sample.experiment.without_learning()
+    learners = sample.simulate_as_evolved(generation, genomes)
+    energy[LIFE_KINDS.index("on")] = learners.energy
+    innate = sample.simulate(without_learning, generation, genomes)
+    energy[LIFE_KINDS.index("off")] = innate.energy
     if generation in drift_generations(sample.experiment):
-        energy[LIFE_KINDS.index("drift")] = sample.simulate(
-            set_drift_rule(sample.experiment), generation, genomes
-        ).energy
-    if not learned.has_learned_weights:
+        with_drift = set_drift_rule(sample.experiment)
+        drifters = sample.simulate(with_drift, generation, genomes)
+        energy[LIFE_KINDS.index("drift")] = drifters.energy
+    if not learners.has_learned_weights:
         return
-    count = learned.weights.shape[-1]
-    frozen = genomes.copy()
-    frozen[:, :, 0, :count] = learned.weights
-    energy[LIFE_KINDS.index("frozen")] = sample.simulate(without, generation, frozen).energy
-    distance[:] = weight_distances(sample.experiment, genomes[:, :, 0, :count], learned.weights)
+    n_weights = learners.weights.shape[-1]
+    # The weights at birth of the first module, which learning changes.
+    birth_weights = genomes[:, :, 0, :n_weights]
+    distance[:] = weight_distances(sample.experiment, birth_weights, learners.weights)
+    frozen_genomes = genomes.copy()
+    frozen_genomes[:, :, 0, :n_weights] = learners.weights
+    frozen = sample.simulate(without_learning, generation, frozen_genomes)
+    energy[LIFE_KINDS.index("frozen")] = frozen.energy
 
 
 def assayed_generations(experiment: BaseExperiment) -> list[int]:
@@ -96,7 +105,7 @@ def assayed_generations(experiment: BaseExperiment) -> list[int]:
     """
     limit = MAX_GENERATIONS
     if experiment.part("evolution.inheritance").resamples_genomes:
-        limit = MAX_COSTLY_GENERATIONS
+        limit = MAX_FEW_GENERATIONS
     return _thin(range(experiment.evolution.generations), limit)
 
 
@@ -105,22 +114,21 @@ def drift_generations(experiment: BaseExperiment) -> list[int]:
 
     The list is empty if the learning rule does not support a drift control.
     """
-    if not isinstance(experiment, Experiment) or (
-        experiment.learns and not experiment.part("learning.rule").supports_drift_control
-    ):
+    if not isinstance(experiment, Experiment):
         return []
-    return _thin(assayed_generations(experiment), MAX_COSTLY_GENERATIONS)
+    if experiment.learns and not experiment.part("learning.rule").supports_drift_control:
+        return []
+    return _thin(assayed_generations(experiment), MAX_FEW_GENERATIONS)
 
 
-def set_drift_rule(experiment: OfAnyModel) -> OfAnyModel:
+def set_drift_rule(experiment: AnyExperiment) -> AnyExperiment:
     """Return the experiment with random weight changes as large as those of learning."""
     return experiment.replace(learning={"rule": "drift"})
 
 
 def _thin(numbers: Sequence[int], limit: int) -> list[int]:
     """Return at most `limit` equally spaced numbers, and the last number."""
-    # Division that rounds up.
-    step = -(-len(numbers) // limit)
+    step = math.ceil(len(numbers) / limit)
     return sorted({*numbers[::step], numbers[-1]})
 
 
@@ -128,10 +136,12 @@ def layer_names(experiment: BaseExperiment) -> list[str]:
     """Return the names of the layers of weights. Other models have one layer, the first module."""
     if not isinstance(experiment, Experiment):
         return list(experiment.modules[:1])
-    count = len(experiment.network.hidden)
-    hidden = ["hidden"] if count == 1 else [f"hidden {number + 1}" for number in range(count)]
-    units = ["sensors", *hidden, "actions"]
-    return [f"{source} to {target}" for source, target in pairwise(units)]
+    n_hidden_layers = len(experiment.network.hidden)
+    hidden = [f"hidden {number}" for number in range(1, n_hidden_layers + 1)]
+    if n_hidden_layers == 1:
+        hidden = ["hidden"]
+    unit_layers = ["sensors", *hidden, "actions"]
+    return [f"{source} to {target}" for source, target in pairwise(unit_layers)]
 
 
 def weight_distances(
@@ -151,12 +161,16 @@ def weight_distances(
     ndarray of float, shape (layer, ...)
         Euclidean distances; biases belong to their layer.
     """
-    counts = [birth.shape[-1]]
+    layer_weights = [birth.shape[-1]]
     if isinstance(experiment, Experiment):
-        sizes = experiment.layer_sizes
-        bias = int(experiment.network.biases)
-        counts = [(inputs + bias) * outputs for inputs, outputs in pairwise(sizes)]
+        n_biases = int(experiment.network.biases)
+        layer_weights = [
+            (n_inputs + n_biases) * n_outputs
+            for n_inputs, n_outputs in pairwise(experiment.layer_sizes)
+        ]
     squares = (death.astype(np.float64) - birth) ** 2
-    moved = [layer.sum(axis=-1) for layer in np.split(squares, np.cumsum(counts)[:-1], axis=-1)]
-    euclidean: npt.NDArray[np.float64] = np.sqrt(np.stack(moved))
-    return euclidean
+    layer_bounds = np.cumsum(layer_weights)[:-1]
+    squares_by_layer = np.split(squares, layer_bounds, axis=-1)
+    sums = [layer_squares.sum(axis=-1) for layer_squares in squares_by_layer]
+    distances: npt.NDArray[np.float64] = np.sqrt(np.stack(sums))
+    return distances

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.evolution import Genome
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
 BOTH_EVOLVED = "both evolved"
@@ -35,15 +36,19 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     last = sample.experiment.evolution.generations - 1
     evolved = sample.genomes(last)
     random = sample.random_genomes()
-    action = slice(0, 1)
-    reinforcement = slice(1, 2)
-    crossed = [
-        np.concatenate([random[:, :, action], evolved[:, :, reinforcement]], axis=2),
-        np.concatenate([evolved[:, :, action], random[:, :, reinforcement]], axis=2),
+    combinations = [
+        _combine_modules(action=random, reinforcement=evolved),
+        _combine_modules(action=evolved, reinforcement=random),
         random,
     ]
-    outcomes = [
-        sample.simulate_as_evolved(last, evolved),
-        *(sample.simulate(sample.experiment, last, genomes) for genomes in crossed),
-    ]
+    outcomes = [sample.simulate_as_evolved(last, evolved)]
+    for genomes in combinations:
+        outcomes.append(sample.simulate(sample.experiment, last, genomes))
     return {"energy": np.stack([lives.energy for lives in outcomes], axis=1)}
+
+
+def _combine_modules(action: Genome, reinforcement: Genome) -> Genome:
+    """Return the action modules of some genomes with the reinforcement modules of others."""
+    # The dimensions are [run, agent, module, weight]. Module 0 selects the action, and module 1 is
+    # the reinforcement module.
+    return np.concatenate([action[:, :, :1], reinforcement[:, :, 1:2]], axis=2)

@@ -28,7 +28,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.simulation.reevaluation import Outcomes
 from baldwinlab.studies.assays.sample import Conditions, Sample
 
-# Number of compared generations. The performance of a single one depends on initial positions.
+# Maximum number of compared generations. A single generation depends on initial positions.
 MAX_GENERATIONS = 10
 OFF, ON = (LIFE_KINDS.index(life) for life in ("off", "on"))
 
@@ -44,12 +44,15 @@ def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
 
 def count_lives(study: Conditions, condition: str) -> int:
     experiment = study.experiments[condition]
-    compared = len(assayed_generations(experiment))
-    if not experiment.learns:
-        return compared
-    if _inherits_learned(experiment):
-        return 2 * compared + experiment.evolution.generations
-    return 3 * compared
+    n_compared = len(assayed_generations(experiment))
+    # The newborns of the control without learning.
+    n_lives = n_compared
+    if experiment.learns:
+        # The evolved newborns without learning, and the control with learning.
+        n_lives += n_compared
+        inherits = _inherits_learned(experiment)
+        n_lives += experiment.evolution.generations if inherits else n_compared
+    return n_lives
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
@@ -59,60 +62,63 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """
     experiment = sample.experiment
     compared = assayed_generations(experiment)
-    shape = (len(compared), len(NEUTRAL_NEWBORNS), 2, len(sample.runs), experiment.population.size)
+    n_life_kinds = len((OFF, ON))
+    n_agents = experiment.population.size
+    shape = (len(compared), len(NEUTRAL_NEWBORNS), n_life_kinds, len(sample.runs), n_agents)
     energy = np.full(shape, np.nan)
     control = experiment.neutral_control()
     genomes = np.stack(
         [make_founders(experiment, GenerationKey(sample.seed, run, 0)) for run in sample.runs]
     )
     for generation in range(experiment.evolution.generations):
-        learned = None
-        if experiment.learns and (generation in compared or _inherits_learned(experiment)):
-            learned = sample.simulate(experiment, generation, genomes)
-        if generation in compared:
-            _compare(sample, generation, genomes, learned, energy[generation - compared[0]])
-        genomes = _next_controls(sample, control, generation, genomes, learned)
-    return {"energy": np.moveaxis(energy, 3, 0)}
+        is_compared = generation in compared
+        learners = None
+        if experiment.learns and (is_compared or _inherits_learned(experiment)):
+            learners = sample.simulate(experiment, generation, genomes)
+        if is_compared:
+            index = compared.index(generation)
+            _compare(sample, generation, genomes, learners, energy[index])
+        genomes = _next_controls(sample, control, generation, genomes, learners)
+    run_dimension = 3
+    return {"energy": np.moveaxis(energy, run_dimension, 0)}
 
 
 def _compare(
     sample: Sample,
     generation: int,
     controls: Genome,
-    learned: Outcomes | None,
+    learners: Outcomes | None,
     energy: npt.NDArray[Any],
 ) -> None:
-    """Fill `energy` [newborns, life, run, agent]; `learned` has the outcomes of the controls."""
+    """Fill `energy` [newborns, life, run, agent]; `learners` are the controls with learning on."""
+    # The order of `NEUTRAL_NEWBORNS`.
     evolved_energy, control_energy = energy
-    without = sample.experiment.without_learning()
-    control_energy[OFF] = sample.simulate(without, generation, controls).energy
-    if learned is None:
+    without_learning = sample.experiment.without_learning()
+    control_energy[OFF] = sample.simulate(without_learning, generation, controls).energy
+    if learners is None:
         # Agents that do not learn have one kind of lifetime, which is stored.
         evolved_energy[OFF] = sample.energy(generation)
         return
     evolved_energy[ON] = sample.energy(generation)
-    control_energy[ON] = learned.energy
-    evolved_energy[OFF] = sample.simulate(without, generation, sample.genomes(generation)).energy
+    control_energy[ON] = learners.energy
+    evolved = sample.genomes(generation)
+    evolved_energy[OFF] = sample.simulate(without_learning, generation, evolved).energy
 
 
 def _next_controls(
-    sample: Sample, control: Experiment, generation: int, genomes: Genome, learned: Outcomes | None
+    sample: Sample, control: Experiment, generation: int, genomes: Genome, learners: Outcomes | None
 ) -> Genome:
     """Return the next generation of the control, [run, agent, module, weight]."""
     # Equal fitness: no parent counts as the fitter one.
     fitness = np.zeros(control.population.size)
-    learned_weights = [None] * len(sample.runs) if learned is None else learned.weights
-    return np.stack(
-        [
-            make_generation(
-                control,
-                GenerationKey(sample.seed, run, generation + 1),
-                apply_inheritance(control, genome, weights),
-                fitness,
-            )[0]
-            for run, genome, weights in zip(sample.runs, genomes, learned_weights, strict=True)
-        ]
-    )
+    learned_weights = [None] * len(sample.runs) if learners is None else learners.weights
+    children = []
+    for run, genome, weights in zip(sample.runs, genomes, learned_weights, strict=True):
+        child_key = GenerationKey(sample.seed, run, generation + 1)
+        inherited = apply_inheritance(control, genome, weights)
+        child_genomes, _ = make_generation(control, child_key, inherited, fitness)
+        children.append(child_genomes)
+    return np.stack(children)
 
 
 def assayed_generations(experiment: BaseExperiment) -> list[int]:

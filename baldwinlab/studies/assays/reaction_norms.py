@@ -12,14 +12,14 @@ from baldwinlab.core.variables import UNCHANGED_SETTING
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.studies.assays.sample import Conditions, OnMap, Sample
 
-# Factors of the number of items, the visual radius and the learning rate.
-FOOD_FACTORS = (0.25, 0.5, 2, 4)
-RADIUS_FACTORS = (0.25, 0.5, 2)
-RATE_FACTORS = (0, 0.1, 10)
+# Factors of the number of items, of the visual radius and of the learning rate.
+ITEM_COUNT_FACTORS = (0.25, 0.5, 2, 4)
+VISUAL_RADIUS_FACTORS = (0.25, 0.5, 2)
+LEARNING_RATE_FACTORS = (0, 0.1, 10)
 
 
 class ChangedSetting(NamedTuple):
-    """Changed setting.
+    """An experiment with one changed setting.
 
     Attributes
     ----------
@@ -63,8 +63,8 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
 def list_settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[ChangedSetting]:
     """Return the settings of a condition: the original first, then each distinct change."""
     distinct = [ChangedSetting(UNCHANGED_SETTING, "", experiment)]
-    on_maps = (ChangedSetting("map", name, on_map) for name, on_map in maps)
-    for setting in (*on_maps, *_other_values(experiment)):
+    on_maps = (ChangedSetting("map", name, moved) for name, moved in maps)
+    for setting in (*on_maps, *_scale_settings(experiment)):
         if all(setting.experiment != earlier.experiment for earlier in distinct):
             distinct.append(setting)
     return distinct
@@ -78,27 +78,31 @@ def other_maps(study: Conditions, condition: str) -> tuple[OnMap, ...]:
     for candidate_name, candidate in study.factors.items():
         if factors.map and candidate.map and candidate.learner == factors.learner:
             world = study.experiments[candidate_name].world
-            on_map = (candidate.map, experiment.replace(world=world))
-            if on_map[1] != experiment and on_map not in maps:
+            moved_experiment = experiment.replace(world=world)
+            on_map = (candidate.map, moved_experiment)
+            if moved_experiment != experiment and on_map not in maps:
                 maps.append(on_map)
     return tuple(maps)
 
 
-def _other_values(experiment: Experiment) -> Iterator[ChangedSetting]:
+def _scale_settings(experiment: Experiment) -> Iterator[ChangedSetting]:
     """Yield the settings with scaled values; values that the experiment rejects are omitted."""
     fields: dict[str, list[float]] = {}
-    for number, region in enumerate(experiment.world.food):
-        fields[f"world.food.{number}.count"] = [
-            round(factor * region.count) for factor in FOOD_FACTORS
+    for region_index, region in enumerate(experiment.world.food):
+        fields[f"world.food.{region_index}.count"] = [
+            round(factor * region.count) for factor in ITEM_COUNT_FACTORS
         ]
     fields["senses.visual_radius"] = [
-        factor * experiment.senses.visual_radius for factor in RADIUS_FACTORS
+        factor * experiment.senses.visual_radius for factor in VISUAL_RADIUS_FACTORS
     ]
     if experiment.learns:
-        fields["learning.rate"] = [factor * experiment.learning.rate for factor in RATE_FACTORS]
+        fields["learning.rate"] = [
+            factor * experiment.learning.rate for factor in LEARNING_RATE_FACTORS
+        ]
     for field, values in fields.items():
         for value in values:
             try:
-                yield ChangedSetting(field, f"{value:g}", assign(experiment, [f"{field}={value}"]))
+                changed = assign(experiment, [f"{field}={value}"])
             except ExperimentError:
                 continue
+            yield ChangedSetting(field, f"{value:g}", changed)

@@ -87,15 +87,13 @@ def find_missing_assays(
     """
     require_assay_names(names)
     study.require_runs()
+
+    def is_missing(name: str, condition: str) -> bool:
+        is_done = _is_done(study, name, condition, generations)
+        return not is_done and not why_not_in_study(name, study, condition)
+
     return {
-        condition: [
-            name
-            for name in names
-            if not (
-                _is_done(study, name, condition, generations)
-                or why_not_in_study(name, study, condition)
-            )
-        ]
+        condition: [name for name in names if is_missing(name, condition)]
         for condition in study.experiments
         if study.runs(condition)
     }
@@ -107,9 +105,12 @@ def _is_done(study: StudyStore, name: str, condition: str, generations: int | No
         data = read_assay(study, name, condition)
     except (OSError, ValueError):
         return False
+    has_generations = (
+        name not in FORKS or generations is None or generations == data.attrs["generations"]
+    )
     return (
         data.attrs.get("condition") == condition
         and data.attrs.get("baldwinlab") == __version__
         and data.run.values.tolist() == study.runs(condition)
-        and (name not in FORKS or generations in (None, data.attrs["generations"]))
+        and has_generations
     )

@@ -43,12 +43,13 @@ class AssayTask(NamedTuple):
     agent_steps: int
     # No-learning control and number of generations of a fork.
     control: Experiment | None = None
-    generations: int = fork.GENERATIONS
+    generations: int = fork.BRANCH_GENERATIONS
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
         on_maps = (experiment for _, experiment in self.other_maps)
-        return (self.experiment, *on_maps, *([self.control] if self.control else []))
+        controls = [self.control] if self.control else []
+        return (self.experiment, *on_maps, *controls)
 
     def run(
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
@@ -58,7 +59,13 @@ class AssayTask(NamedTuple):
         def read_sample(experiment: Experiment) -> Sample:
             records = [read_record(directory, experiment, seed, run) for run in self.runs]
             return Sample(
-                directory, seed, experiment, self.runs, records, self.other_maps, report_progress
+                directory=directory,
+                seed=seed,
+                experiment=experiment,
+                runs=self.runs,
+                records=records,
+                other_maps=self.other_maps,
+                report_progress=report_progress,
             )
 
         sample = read_sample(self.experiment)
@@ -67,10 +74,17 @@ class AssayTask(NamedTuple):
         return {name: get_assay(name, self.generations).measure(sample) for name in self.names}
 
 
+class TaskResults(NamedTuple):
+    """A finished task, and the arrays of each of its assays."""
+
+    task: AssayTask
+    results: dict[str, Arrays]
+
+
 def count_assay_steps(
     study: StudyStore,
     missing: Mapping[str, Sequence[str]],
-    generations: int = fork.GENERATIONS,
+    generations: int = fork.BRANCH_GENERATIONS,
 ) -> int:
     """Return the number of agent-steps of these assays; `generations` is the length of a fork."""
     return sum(
@@ -91,18 +105,19 @@ def _experiments_to_compile(
     study: StudyStore, missing: Mapping[str, Sequence[str]]
 ) -> Iterator[BaseExperiment]:
     """Yield the experiments that the engine must compile for missing assays."""
-    for experiment in (
-        study.experiments[condition] for condition, names in missing.items() if names
-    ):
+    for condition, names in missing.items():
+        if not names:
+            continue
+        experiment = study.experiments[condition]
         yield experiment
         if experiment.learns:
             yield experiment.without_learning()
-            if "innate" in missing[experiment.name] and innate.drift_generations(experiment):
+            if "innate" in names and innate.drift_generations(experiment):
                 yield innate.set_drift_rule(experiment)
-        if "neutral" in missing[experiment.name]:
+        if "neutral" in names:
             yield experiment.neutral_control()
-        if FORKS.keys() & missing[experiment.name]:
-            yield study.experiments[find_control(experiment.name, study.experiments)]
+        if FORKS.keys() & names:
+            yield study.experiments[find_control(condition, study.experiments)]
 
 
 def run_assays(
@@ -113,7 +128,7 @@ def run_assays(
     log: Callable[[str], None],
     *,
     executor: Executor = THREADS,
-    generations: int = fork.GENERATIONS,
+    generations: int = fork.BRANCH_GENERATIONS,
 ) -> None:
     """Measure the missing assays in parallel, and store a condition when all its runs are done.
 
@@ -149,67 +164,70 @@ def run_assays(
     study.sweep()
     compile_seconds = compile_experiments(_experiments_to_compile(study, missing), log=log)
     log(f"Engine ready after {compile_seconds:.1f} s.")
-    tasks = _plan(study, missing, workers, generations)
-    left = Counter(task.experiment.name for task in tasks)
-    measured: dict[str, list[tuple[AssayTask, dict[str, Arrays]]]] = {
-        condition: [] for condition in left
-    }
+    tasks = _plan_tasks(study, missing, workers, generations)
+    n_unfinished = Counter(task.experiment.name for task in tasks)
+    measured: dict[str, list[TaskResults]] = {condition: [] for condition in n_unfinished}
 
-    def done(task: AssayTask, results: dict[str, Arrays]) -> None:
+    def store_complete_condition(task: AssayTask, results: dict[str, Arrays]) -> None:
         condition = task.experiment.name
-        measured[condition].append((task, results))
-        left[condition] -= 1
-        if not left[condition]:
-            _store(study, condition, measured.pop(condition), generations)
+        measured[condition].append(TaskResults(task, results))
+        n_unfinished[condition] -= 1
+        if n_unfinished[condition] == 0:
+            _store_results(study, condition, measured.pop(condition), generations)
 
     with (
-        progress("simulating", sum(task.agent_steps for task in tasks)) as show,
-        closing(executor.run(study, tasks, workers, CPU, done)) as amounts,
+        progress("simulating", sum(task.agent_steps for task in tasks)) as show_progress,
+        closing(executor.run(study, tasks, workers, CPU, store_complete_condition)) as increments,
     ):
-        for amount in amounts:
-            show(amount)
+        for agent_steps in increments:
+            show_progress(agent_steps)
 
 
-def _plan(
+def _plan_tasks(
     study: StudyStore, missing: Mapping[str, Sequence[str]], workers: int, generations: int
 ) -> list[AssayTask]:
     """Divide the runs into tasks, with the slow tasks (agents that learn) first."""
-    total = sum(len(study.runs(condition)) for condition in missing)
-    size = max(1, min(CPU.worlds, total // workers))
-    return [
-        task
-        for condition in sorted(missing, key=lambda name: not study.experiments[name].learns)
-        if missing[condition]
-        for task in _batches(study, condition, tuple(missing[condition]), size, generations)
-    ]
+    total_runs = sum(len(study.runs(condition)) for condition in missing)
+    runs_per_task = max(1, min(CPU.worlds, total_runs // workers))
+    learners_first = sorted(missing, key=lambda name: not study.experiments[name].learns)
+    tasks: list[AssayTask] = []
+    for condition in learners_first:
+        names = tuple(missing[condition])
+        if names:
+            tasks += _make_tasks(study, condition, names, runs_per_task, generations)
+    return tasks
 
 
-def _batches(
-    study: StudyStore, condition: str, names: tuple[str, ...], size: int, generations: int
+def _make_tasks(
+    study: StudyStore, condition: str, names: tuple[str, ...], runs_per_task: int, generations: int
 ) -> Iterator[AssayTask]:
-    """Yield the tasks of a condition with at most `size` runs each."""
+    """Yield the tasks of a condition with at most `runs_per_task` runs each."""
     runs = study.runs(condition)
     steps_per_run = _agent_steps_of_run(study, condition, names, generations)
     maps = reaction_norms.other_maps(study, condition) if "reaction" in names else ()
     control = None
     if FORKS.keys() & names:
         control = study.experiments[find_control(condition, study.experiments)]
-    for first in range(0, len(runs), size):
-        batch = tuple(runs[first : first + size])
-        agent_steps = steps_per_run * len(batch)
-        experiment = study.experiments[condition]
-        yield AssayTask(experiment, batch, names, maps, agent_steps, control, generations)
+    for first in range(0, len(runs), runs_per_task):
+        task_runs = tuple(runs[first : first + runs_per_task])
+        yield AssayTask(
+            experiment=study.experiments[condition],
+            runs=task_runs,
+            names=names,
+            other_maps=maps,
+            agent_steps=steps_per_run * len(task_runs),
+            control=control,
+            generations=generations,
+        )
 
 
-def _store(
-    study: StudyStore,
-    condition: str,
-    measured: list[tuple[AssayTask, dict[str, Arrays]]],
-    generations: int,
+def _store_results(
+    study: StudyStore, condition: str, measured: list[TaskResults], generations: int
 ) -> None:
     """Concatenate the results of a condition in the order of its runs, and store each assay."""
-    measured.sort(key=lambda task_and_results: task_and_results[0].runs)
-    names = measured[0][0].names
+    measured.sort(key=lambda task_results: task_results.task.runs)
+    # All tasks of a condition have the same assays.
+    names = measured[0].task.names
     runs = np.array([run for task, _ in measured for run in task.runs], np.int32)
     agents = np.arange(study.experiments[condition].population.size, dtype=np.int32)
     for name in names:

@@ -17,7 +17,7 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.simulation.reevaluation import Outcomes, reevaluate, restore_genomes
 from baldwinlab.studies.records import StudyError, record_path
 
-# Energy [run, agent].
+# Fitness [run, agent], which files and variables call energy.
 Energy = npt.NDArray[np.float64]
 # Name of a map, and the experiment on it.
 OnMap = tuple[str, Experiment]
@@ -89,32 +89,32 @@ class Sample:
 
     def simulate(self, experiment: Experiment, generation: int, genomes: Genome) -> Outcomes:
         """Simulate genomes in the worlds of a generation with the settings of `experiment`."""
-        lives = reevaluate(experiment, self.seed, self.runs, generation, genomes)
-        self.count_generation()
-        return lives
+        outcomes = reevaluate(experiment, self.seed, self.runs, generation, genomes)
+        self.report_generation()
+        return outcomes
 
     def simulate_as_evolved(self, generation: int, genomes: Genome) -> Outcomes:
         """Simulate a generation as in the study.
 
         Raises StudyError if the energy differs from the stored one.
         """
-        lives = self.simulate(self.experiment, generation, genomes)
-        self.require_stored_energy(generation, lives.energy)
-        return lives
+        outcomes = self.simulate(self.experiment, generation, genomes)
+        self.require_stored_energy(generation, outcomes.energy)
+        return outcomes
 
     def require_stored_energy(self, generation: int, energy: Energy) -> None:
         """Raise StudyError if the energy of a generation differs from the stored one."""
-        energies = zip(self.runs, energy, self.energy(generation), strict=True)
-        for run, simulated, stored in energies:
+        stored_energy = self.energy(generation)
+        for run, simulated, stored in zip(self.runs, energy, stored_energy, strict=True):
             if not np.array_equal(simulated, stored):
                 path = record_path(self.directory, self.experiment.name, run)
-                gain = "eat" if isinstance(self.experiment, Experiment) else "gain"
+                verb = "eat" if isinstance(self.experiment, Experiment) else "gain"
                 raise StudyError(
-                    f"{path}: generation {generation}, simulated again, does not {gain} "
+                    f"{path}: generation {generation}, simulated again, does not {verb} "
                     "the stored amount; another version of baldwinlab made this study"
                 )
 
-    def count_generation(self) -> None:
+    def report_generation(self) -> None:
         """Report the agent-steps of one simulated generation."""
         self.report_progress(
             len(self.runs) * self.experiment.steps * self.experiment.population.size

@@ -76,9 +76,9 @@ def read_assays(
             path.relative_to(folder).with_suffix("").as_posix()
             for path in sorted(folder.rglob("*.nc"))
         ]
-        for condition in dict.fromkeys(
-            name for name in (*study.experiments, *stored) if name in stored
-        ):
+        # The conditions of the study are first, in their order.
+        names_in_order = dict.fromkeys((*study.experiments, *stored))
+        for condition in [name for name in names_in_order if name in stored]:
             factors = study.factors.get(condition, Factors())
             # The points of a sweep have no factors.
             factors = factors._replace(learner=factors.learner or condition)
@@ -102,7 +102,8 @@ def read_assay(study: AssayedStudy, assay: str, condition: str) -> xr.Dataset:
     try:
         data = from_bytes(raw)
         # Format 1 may lack a checksum.
-        if data.attrs.pop("format", 1) != 1 or b"checksum" in raw:
+        is_format_1 = data.attrs.pop("format", 1) == 1
+        if not is_format_1 or b"checksum" in raw:
             verify_checksum(raw)
     except DamagedError as error:
         raise ValueError(f"{path} is damaged: {error}; {remedy}") from None
@@ -129,15 +130,15 @@ def _find_mismatch(data: xr.Dataset, study: AssayedStudy, condition: str) -> str
         return f"is of the condition {name!r}, not of {condition!r}"
     if str(seed) != str(study.seed):
         return f"is of a study with seed {seed}, and this study has seed {study.seed}"
-    if _fields(data.attrs["experiment"]) != study.experiments[condition].to_dict():
+    if _parse_fields(data.attrs["experiment"]) != study.experiments[condition].to_dict():
         return f"was measured on another experiment than that of {condition} in this study"
     if mismatch := _find_control_mismatch(data, study):
         return mismatch
-    stored = set(study.runs(condition))
-    missing = [run for run in data["run"].values.tolist() if run not in stored]
-    if not missing:
+    stored_runs = set(study.runs(condition))
+    missing_run = next((run for run in data["run"].values.tolist() if run not in stored_runs), None)
+    if missing_run is None:
         return ""
-    return f"is of run {missing[0]}, and runs/{condition}/{missing[0]:04d}.nc is not stored"
+    return f"is of run {missing_run}, and runs/{condition}/{missing_run:04d}.nc is not stored"
 
 
 def _find_control_mismatch(data: xr.Dataset, study: AssayedStudy) -> str:
@@ -147,37 +148,37 @@ def _find_control_mismatch(data: xr.Dataset, study: AssayedStudy) -> str:
         return ""
     if control not in study.experiments:
         return f"compares with the condition {control!r}, which the study has not"
-    if _fields(data.attrs["control_experiment"]) != study.experiments[control].to_dict():
+    if _parse_fields(data.attrs["control_experiment"]) != study.experiments[control].to_dict():
         return f"was measured on another experiment than that of {control} in this study"
     return ""
 
 
-def _fields(text: str) -> dict[str, Any]:
+def _parse_fields(text: str) -> dict[str, Any]:
     return from_toml(text, source="the assay", lenient=True).to_dict()
 
 
 def _is_declared(data: xr.Dataset, assay: str) -> bool:
     """Return whether a dataset has the attributes and variables of an assay with coordinates."""
     declared = ASSAY_VARIABLES[assay]
-    present = [name for name in declared if name in data]
-    with_coordinates = {
-        "agent",
-        *(dim for coordinate in data.coords.values() for dim in coordinate.dims),
-    }
+    present_names = [name for name in declared if name in data]
+    coordinate_dims = {dim for coordinate in data.coords.values() for dim in coordinate.dims}
+    # The coordinate of agents is optional.
+    coordinate_dims.add("agent")
     try:
-        _fields(data.attrs["experiment"])
+        _parse_fields(data.attrs["experiment"])
         if assay in FORKS:
-            _fields(data.attrs["control_experiment"])
+            _parse_fields(data.attrs["control_experiment"])
             int(data.attrs["generations"])
     except (KeyError, TypeError, AttributeError, ExperimentError):
         return False
-    if not present or "run" not in data.coords or data["run"].dtype.kind != "i":
+    has_runs = "run" in data.coords and data["run"].dtype.kind == "i"
+    if not present_names or not has_runs:
         return False
     return all(
         set(data[name].dims) == set(declared[name].dims)
         and data[name].dtype.kind in "if"
-        and with_coordinates.issuperset(declared[name].dims)
-        for name in present
+        and coordinate_dims.issuperset(declared[name].dims)
+        for name in present_names
     )
 
 

@@ -1,4 +1,4 @@
-"""Assay within the lifetime: food eaten in each part of the lifetime, and the first meal."""
+"""Assay within the lifetime: food eaten in each window of the lifetime, and the first meal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from baldwinlab.simulation.recorder import FirstTime, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.studies.assays.sample import Conditions, Sample, first_middle_last
 
-# Length of a part of the lifetime in steps; the last part can be shorter.
+# Length of a window of the lifetime, in steps; the last window can be shorter.
 WINDOW_STEPS = 250
 
 
@@ -23,13 +23,15 @@ def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
     compared = first_middle_last(experiment.evolution.generations)
     windows = np.arange(0, experiment.lifetime.steps, WINDOW_STEPS, dtype=np.int32)
     return {
-        "newborns": [RANDOM_NEWBORNS, *(f"generation {number}" for number in compared)],
+        "newborns": [RANDOM_NEWBORNS, *(f"generation {generation}" for generation in compared)],
         "window": windows,
     }
 
 
 def count_lives(study: Conditions, condition: str) -> int:
-    return 1 + len(first_middle_last(study.experiments[condition].evolution.generations))
+    generations = first_middle_last(study.experiments[condition].evolution.generations)
+    n_random = 1
+    return n_random + len(generations)
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
@@ -38,11 +40,14 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     `first_meal` [run, newborns, agent] is the step of the first meal, NaN without one.
     """
     compared = first_middle_last(sample.experiment.evolution.generations)
-    measured = [_measure_newborns(sample, compared[-1], sample.random_genomes())]
+    last = compared[-1]
+    # Random newborns get the world of the last generation.
+    measured = [_measure_newborns(sample, last, sample.random_genomes())]
     for generation in compared:
         measured.append(_measure_newborns(sample, generation, sample.genomes(generation)))
-    eaten, first_meal = zip(*measured, strict=True)
-    return {"eaten_in_window": np.stack(eaten, axis=1), "first_meal": np.stack(first_meal, axis=1)}
+    eaten = [eaten_in_window for eaten_in_window, _ in measured]
+    first_meals = [first_meal for _, first_meal in measured]
+    return {"eaten_in_window": np.stack(eaten, axis=1), "first_meal": np.stack(first_meals, axis=1)}
 
 
 def _measure_newborns(
@@ -50,13 +55,14 @@ def _measure_newborns(
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Measure the items eaten [run, window, agent] and the step of the first meal [run, agent]."""
     steps = sample.experiment.lifetime.steps
-    runs, agents = genomes.shape[:2]
+    n_runs, n_agents = genomes.shape[:2]
     batch = make_batch(sample.experiment, sample.seed, sample.runs, generation, genomes)
     recorded_steps = [*range(0, steps, WINDOW_STEPS), steps]
-    eaten = Series("eaten_in_life", recorded_steps, slice(runs * agents))
-    fed = FirstTime(lambda batch: np.any(batch.eaten_in_life(), axis=-1), recorded_steps)
-    record_batch(batch, [eaten, fed])
-    sample.count_generation()
-    in_window = np.diff(eaten.values, axis=0).reshape(-1, runs, agents)
+    eaten = Series("eaten_in_life", recorded_steps, slice(n_runs * n_agents))
+    first_meal = FirstTime(lambda batch: np.any(batch.eaten_in_life(), axis=-1), recorded_steps)
+    record_batch(batch, [eaten, first_meal])
+    sample.report_generation()
+    eaten_in_window = np.diff(eaten.values, axis=0).reshape(-1, n_runs, n_agents)
     # The recorded time is the number of steps done. The meal was in the step before.
-    return in_window.swapaxes(0, 1), fed.values - 1
+    first_meal_step = first_meal.values - 1
+    return eaten_in_window.swapaxes(0, 1), first_meal_step

@@ -14,6 +14,7 @@ from baldwinlab.studies.executors.threads import THREADS
 
 __all__ = ["THREADS", "Executor", "ExecutorError", "Task", "available_cores", "choose_executor"]
 
+# Address of a Dask scheduler.
 ADDRESS_PATTERN = re.compile(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:\d+")
 
 
@@ -40,7 +41,8 @@ def choose_executor(name: str, workers: int | None = None) -> Executor:
     if name == "threads":
         return THREADS if workers is None else THREADS._replace(workers=workers)
     kind, _, address = name.partition(":")
-    if name != "slurm" and (kind != "dask" or not ADDRESS_PATTERN.fullmatch(address)):
+    is_dask = kind == "dask" and ADDRESS_PATTERN.fullmatch(address) is not None
+    if name != "slurm" and not is_dask:
         raise ArgumentError("executor", name, "must be threads, dask:tcp://HOST:PORT or slurm")
     require_cluster_extra(f"--executor {name}")
     # Loading Dask takes long, so it is imported only when it is used.
@@ -54,13 +56,13 @@ def choose_executor(name: str, workers: int | None = None) -> Executor:
                 "--executor slurm needs sbatch, which is not installed on this machine: "
                 "run the command on a machine that submits jobs to Slurm"
             )
-        return Executor(
-            "slurm", workers * dask.count_job_cores(), partial(dask.run_on_slurm, workers)
-        )
+        n_cores = workers * dask.count_job_cores()
+        return Executor(name="slurm", workers=n_cores, work=partial(dask.run_on_slurm, workers))
     if workers is not None:
         raise ArgumentError(
             "workers",
             workers,
             "is for threads and slurm: a Dask cluster has a fixed number of workers",
         )
-    return Executor("dask", max(1, dask.count_cores(address)), partial(dask.run_on_dask, address))
+    n_cores = max(1, dask.count_cores(address))
+    return Executor(name="dask", workers=n_cores, work=partial(dask.run_on_dask, address))

@@ -36,10 +36,10 @@ from baldwinlab.studies.store import StudyStore
 CONNECTION_TIMEOUT: Final = 10
 # Maximum rate of progress events of all tasks.
 EVENTS_PER_SECOND: Final = 100
-# Tasks in one message to the scheduler.
+# Number of tasks in one message to the scheduler.
 TASKS_PER_MESSAGE: Final = 1000
 # Minimum time between two events of a task, in seconds.
-EVENT_INTERVAL: Final = 2.0
+MIN_EVENT_INTERVAL: Final = 2.0
 # Hash of the sources of the engine and the version of Numba.
 ENGINE_HASH: Final = sources_hash()
 
@@ -66,7 +66,7 @@ class RemoteTask(NamedTuple):
         Hash of the engine, which must match that of the worker.
     topic : str
         Topic of the progress events.
-    silence : float
+    event_interval : float
         Minimum time between two events of this task, in seconds.
     """
 
@@ -77,7 +77,7 @@ class RemoteTask(NamedTuple):
     backend: str
     engine: str
     topic: str
-    silence: float
+    event_interval: float
 
 
 def run_on_dask(
@@ -108,7 +108,8 @@ def _require_job(script: str) -> None:
     """Raise ExecutorError if Slurm rejects the job; Dask would wait for it without a message."""
     test = subprocess.run(["sbatch", "--test-only"], input=script, capture_output=True, text=True)
     if test.returncode != 0:
-        raise ExecutorError(f"Slurm refuses the job: {test.stderr.strip().splitlines()[-1]}")
+        reason = test.stderr.strip().splitlines()[-1]
+        raise ExecutorError(f"Slurm refuses the job: {reason}")
 
 
 def count_cores(address: str) -> int:
@@ -156,14 +157,19 @@ def _run_tasks(
     """
     events: queue.SimpleQueue[Future | tuple[str, int]] = queue.SimpleQueue()
     topic = f"baldwinlab-{uuid4().hex}"
-    client.subscribe_topic(topic, lambda event: events.put(event[1]))
-    tasks_by_key = {f"{topic}-{number}": task for number, task in enumerate(tasks)}
+
+    def queue_progress(event: tuple[Any, tuple[str, int]]) -> None:
+        _, progress = event
+        events.put(progress)
+
+    client.subscribe_topic(topic, queue_progress)
+    tasks_by_key = {f"{topic}-{index}": task for index, task in enumerate(tasks)}
     remaining = {key: task.agent_steps for key, task in tasks_by_key.items()}
-    orders = _pack_tasks(study, tasks, backend, topic)
+    messages = _pack_tasks(study, tasks, backend, topic)
     futures = {
         future.key: future
         for future in client.map(
-            _run_task, orders, key=list(remaining), pure=False, batch_size=TASKS_PER_MESSAGE
+            _run_task, messages, key=list(remaining), pure=False, batch_size=TASKS_PER_MESSAGE
         )
     }
     try:
@@ -193,9 +199,20 @@ def _pack_tasks(
     directory = str(study.directory.absolute() if is_local(study.directory) else study.directory)
     sources = sources_of(experiment for task in tasks for experiment in task.experiments)
     parts = tuple((source, source.sha256) for source in sources)
-    silence = max(EVENT_INTERVAL, len(tasks) / EVENTS_PER_SECOND)
-    common = (parts, study.seed, directory, backend.name, ENGINE_HASH, topic, silence)
-    return [pickle.dumps(RemoteTask(pickle.dumps(task), *common)) for task in tasks]
+    messages = []
+    for task in tasks:
+        message = RemoteTask(
+            task=pickle.dumps(task),
+            parts=parts,
+            seed=study.seed,
+            directory=directory,
+            backend=backend.name,
+            engine=ENGINE_HASH,
+            topic=topic,
+            event_interval=max(MIN_EVENT_INTERVAL, len(tasks) / EVENTS_PER_SECOND),
+        )
+        messages.append(pickle.dumps(message))
+    return messages
 
 
 def _get_result(future: Future) -> Any:
@@ -212,31 +229,35 @@ def _get_result(future: Future) -> Any:
         raise ExecutorError(f"a task failed: it has ended {attempts} workers in turn") from None
 
 
-def _run_task(sent: bytes) -> Any:
+def _run_task(message: bytes) -> Any:
     """Execute a task on a worker.
 
     Raises StudyError if the worker cannot access the study, or has a different engine.
     """
-    order: RemoteTask = pickle.loads(sent)
+    remote_task: RemoteTask = pickle.loads(message)
     worker = get_worker()
-    if order.engine != ENGINE_HASH:
+    if remote_task.engine != ENGINE_HASH:
         raise StudyError(
             f"the worker {worker.address} has another version of baldwinlab or Numba "
             "than this process; install the same versions on all machines"
         )
-    directory = parse_location(order.directory)
+    directory = parse_location(remote_task.directory)
     if not is_study(directory):
         raise StudyError(
             f"the worker {worker.address} cannot access {directory}: "
             "put the study where all workers can access it"
         )
     with LOADING_LOCK:
-        _register_parts(order.parts)
-        task: Task = pickle.loads(order.task)
-    report_progress = _progress_reporter(worker, task.agent_steps, order.topic, order.silence)
+        _register_parts(remote_task.parts)
+        task: Task = pickle.loads(remote_task.task)
+    report_progress = _progress_reporter(
+        worker, task.agent_steps, remote_task.topic, remote_task.event_interval
+    )
     # With another scheduler, xarray opens a Dask client in every worker when it writes.
     with dask.config.set(scheduler="synchronous"):
-        return task.run(order.seed, directory, choose_backend(order.backend), report_progress)
+        return task.run(
+            remote_task.seed, directory, choose_backend(remote_task.backend), report_progress
+        )
 
 
 def _register_parts(parts: Sequence[tuple[Source, str]]) -> None:
@@ -250,25 +271,27 @@ def _register_parts(parts: Sequence[tuple[Source, str]]) -> None:
                 f"the {source.kind} {source.name!r} was changed during transfer: "
                 "its SHA-256 does not match"
             )
-    for text, file in {source.text: source.file for source, _ in parts}.items():
+    # A file can contain several parts, and it is loaded once.
+    file_by_text = {source.text: source.file for source, _ in parts}
+    for text, file in file_by_text.items():
         load_text(text, Path(file))
 
 
 def _progress_reporter(
-    worker: Worker, agent_steps: int, topic: str, silence: float
+    worker: Worker, agent_steps: int, topic: str, event_interval: float
 ) -> Callable[[int], None]:
     """Return a callback that sends the remaining agent-steps, and ends a canceled task."""
     key = worker.get_current_task()
     remaining = agent_steps
     last_report = time.monotonic()
 
-    def report_progress(amount: int) -> None:
+    def report_progress(agent_steps_done: int) -> None:
         nonlocal remaining, last_report
-        remaining -= amount
+        remaining -= agent_steps_done
         state = worker.state.tasks.get(key)
         if state is None or state.state == "cancelled":
             raise StoppedError
-        if time.monotonic() - last_report > silence:
+        if time.monotonic() - last_report > event_interval:
             last_report = time.monotonic()
             worker.log_event(topic, (key, remaining))
 

@@ -35,14 +35,15 @@ def run_on_threads(
             future.add_done_callback(events.put)
         try:
             while unfinished:
-                item = events.get()
-                if isinstance(item, Future):
-                    done(unfinished.pop(item), item.result())
+                # A finished task, or the agent-steps that a task has done.
+                event = events.get()
+                if isinstance(event, Future):
+                    done(unfinished.pop(event), event.result())
                 else:
-                    yield item
+                    yield event
         finally:
             stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
 
 
-THREADS: Final = Executor("threads", available_cores(), run_on_threads)
+THREADS: Final = Executor(name="threads", workers=available_cores(), work=run_on_threads)

@@ -62,18 +62,18 @@ def expand_sweep(sweep: Sweep, path: Path) -> list[Experiment]:
     """
     base = _load_base(sweep, path)
     points: list[Experiment] = []
-    faults: dict[str, str] = {}
+    point_by_fault: dict[str, str] = {}
     for number, point in enumerate(_list_points(sweep, base)):
         name = f"point-{number:04d}"
         try:
             points.append(assign(base, [f"name={name}", *_format_assignments(point)]))
         except ExperimentError as error:
-            for line in str(error).splitlines():
+            for fault in str(error).splitlines():
                 # Report each fault only for its first point.
-                faults.setdefault(line, name)
-    if faults:
+                point_by_fault.setdefault(fault, name)
+    if point_by_fault:
         raise ExperimentError(
-            format_faults([f"{path}: {name}: {line}" for line, name in faults.items()])
+            format_faults([f"{path}: {name}: {fault}" for fault, name in point_by_fault.items()])
         )
     _require_different(sweep, points, path)
     _require_effect(sweep, points, path)
@@ -111,13 +111,15 @@ def _require_number_in_range(field: str, value: Any, values: Range) -> None:
 def _list_points(sweep: Sweep, base: Experiment) -> Iterable[dict[str, Any]]:
     rows: Iterable[Sequence[Any]]
     if sweep.samples is None:
-        columns = sweep.lists.values()
-        rows = itertools.product(*columns) if sweep.design == "grid" else zip(*columns, strict=True)
+        value_lists = sweep.lists.values()
+        is_grid = sweep.design == "grid"
+        rows = itertools.product(*value_lists) if is_grid else zip(*value_lists, strict=True)
     else:
-        are_integers = [isinstance(_look_up(base, field)[0], int) for field in sweep.fields]
+        base_values = [_look_up(base, field)[0] for field in sweep.fields]
+        are_integers = [isinstance(value, int) for value in base_values]
         ranges = list(sweep.fields.values())
         rows = [
-            list(map(_pick, ranges, shares, are_integers))
+            list(map(_pick_value, ranges, shares, are_integers))
             for shares in _draw_shares(sweep, sweep.samples).tolist()
         ]
     return (dict(zip(sweep.fields, row, strict=True)) for row in rows)
@@ -133,10 +135,12 @@ def _draw_shares(sweep: Sweep, samples: int) -> npt.NDArray[np.float64]:
 
     sobol = qmc.Sobol(len(sweep.fields), scramble=True, rng=generator)
     # A Sobol sequence is balanced only if its length is a power of 2.
-    return sobol.random_base2((samples - 1).bit_length())[:samples]
+    exponent = (samples - 1).bit_length()
+    return sobol.random_base2(exponent)[:samples]
 
 
-def _pick(values: list[Any] | Range, share: float, is_integer: bool) -> Any:
+def _pick_value(values: list[Any] | Range, share: float, is_integer: bool) -> Any:
+    """Return the value at a fraction `share` of a range or of a list."""
     if isinstance(values, Range):
         return values.integer(share) if is_integer else values.number(share)
     return values[int(share * len(values))]
@@ -161,13 +165,14 @@ def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
 def _format_value(value: Any) -> str:
     if isinstance(value, str):
         return value
-    text: str = tomlkit.item(list(value) if isinstance(value, tuple) else value).as_string()
+    toml_value = list(value) if isinstance(value, tuple) else value
+    text: str = tomlkit.item(toml_value).as_string()
     return text
 
 
 def _setting_values(points: Iterable[Experiment], field: str) -> list[int | float] | list[str]:
     """Return the value of a field at each point: all as numbers, or all as TOML text."""
-    values = [_look_up(point, field)[0] for point in points]
+    values = [value for value, _ in (_look_up(point, field) for point in points)]
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         return values
     return [_format_value(value) for value in values]
@@ -175,8 +180,11 @@ def _setting_values(points: Iterable[Experiment], field: str) -> list[int | floa
 
 def _require_different(sweep: Sweep, points: Sequence[Experiment], path: Path) -> None:
     """Raise ExperimentError if two points of a grid are equal."""
+    if sweep.design != "grid":
+        return
     for field, values in sweep.lists.items():
-        if sweep.design == "grid" and len(set(_setting_values(points, field))) < len(values):
+        n_distinct = len(set(_setting_values(points, field)))
+        if n_distinct < len(values):
             raise ExperimentError(
                 f"{path}: fields.{field} has a value twice; the values of a grid must differ"
             )
@@ -188,18 +196,19 @@ def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> N
     A field may have no effect at some points. For example, a sweep of parts can also sweep a field
     that only one of the parts uses.
     """
-    reasons = [list_unused_settings(point) for point in points]
-    given = {f"set.{field}": field for field in sweep.fixed}
-    given |= {f"fields.{field}": field for field in sweep.fields}
-    idle = {
+    unused_by_point = [list_unused_settings(point) for point in points]
+    field_by_key = {f"set.{field}": field for field in sweep.fixed}
+    field_by_key |= {f"fields.{field}": field for field in sweep.fields}
+    unused_everywhere = {
         key: field
-        for key, field in given.items()
-        if all(field in point_reasons for point_reasons in reasons)
+        for key, field in field_by_key.items()
+        if all(field in unused_settings for unused_settings in unused_by_point)
     }
-    if idle:
+    if unused_everywhere:
+        reasons = unused_by_point[0]
         faults = [
-            f"{path}: {describe_unused_setting(key, reasons[0][field])}"
-            for key, field in idle.items()
+            f"{path}: {describe_unused_setting(key, reasons[field])}"
+            for key, field in unused_everywhere.items()
         ]
         raise ExperimentError(format_faults(faults))
 
@@ -208,10 +217,10 @@ def require_same_size(directory: Path, points: Sequence[Experiment]) -> None:
     """Raise StudyError if the directory holds a sweep with a different number of points."""
     if not (directory / SWEEP_FILE_NAME).exists():
         return
-    stored_points = len(StudyStore(directory).experiments)
-    if stored_points != len(points):
+    n_stored_points = len(StudyStore(directory).experiments)
+    if n_stored_points != len(points):
         raise StudyError(
-            f"{directory} holds another sweep: of {stored_points} points, not {len(points)}; "
+            f"{directory} holds another sweep: of {n_stored_points} points, not {len(points)}; "
             "choose another --out"
         )
 
@@ -263,17 +272,18 @@ def label_points(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
     """
     sweep = read_stored_sweep(study.directory / SWEEP_FILE_NAME)
     points = list(study.experiments.values())
-    labels = {field: _setting_values(points, field) for field in sweep.fields}
+    fields = list(sweep.fields)
     coordinates: dict[str, Any] = {"point": np.arange(len(points), dtype=np.int32)}
-    coordinates |= {field: ("point", labels[field]) for field in labels}
+    for field in fields:
+        coordinates[field] = ("point", _setting_values(points, field))
     data = data.rename(condition="point").assign_coords(coordinates)
     if sweep.design == "grid":
-        data = _unstack_grid(data, list(labels))
-    for field in labels:
+        data = _unstack_grid(data, fields)
+    for field in fields:
         data[field].attrs["long_name"] = short_name(field, points[0])
     return data.assign_attrs(
         design=sweep.design,
-        fields=list(labels),
+        fields=fields,
         base=sweep.experiment,
         set=_format_assignments(sweep.fixed),
     )
@@ -303,7 +313,9 @@ def settings_by_path(study: StudyStore) -> dict[str, list[int | float] | list[st
 
 def _unstack_grid(data: xr.Dataset, fields: Sequence[str]) -> xr.Dataset:
     """Replace the dimension `point` by one dimension per field, in the order of the file."""
-    order = {field: list(dict.fromkeys(data[field].values)) for field in fields}
+    values_in_order = {field: list(dict.fromkeys(data[field].values)) for field in fields}
     if len(fields) == 1:
         return data.swap_dims(point=fields[0]).drop_vars("point")
-    return data.set_index(point=fields).unstack("point").sel(order).transpose(*fields, ...)
+    return (
+        data.set_index(point=fields).unstack("point").sel(values_in_order).transpose(*fields, ...)
+    )

@@ -16,6 +16,7 @@ from baldwinlab.experiment.fields import format_faults, shorten
 from baldwinlab.experiment.renamed import upgrade_swept
 from baldwinlab.simulation.simulate import SEED_LIMIT
 
+# Maximum number of points of a sweep.
 MAX_POINTS = 10_000
 
 
@@ -27,7 +28,7 @@ class Range(Fields):
     scale: Literal["linear", "log"] = "linear"
 
     @model_validator(mode="after")
-    def _in_order(self) -> Self:
+    def _check_bounds(self) -> Self:
         if not self.low < self.high:
             raise ValueError(f"low {self.low:g} must be less than high {self.high:g}")
         if self.scale == "log" and self.low <= 0:
@@ -36,15 +37,17 @@ class Range(Fields):
 
     def number(self, share: float) -> float:
         """Return the number at a fraction `share` (0 to 1) of the range, on this scale."""
-        return self._between(self.low, self.high, share)
+        return self._interpolate(self.low, self.high, share)
 
     def integer(self, share: float) -> int:
         """Return the integer at a fraction of the range; equally likely on the linear scale."""
         low = math.ceil(self.low)
         high = math.floor(self.high)
-        return min(math.floor(self._between(low, high + 1, share)), high)
+        # Each integer covers an interval of length 1, the last one from `high` to `high + 1`.
+        value = self._interpolate(low, high + 1, share)
+        return min(math.floor(value), high)
 
-    def _between(self, low: float, high: float, share: float) -> float:
+    def _interpolate(self, low: float, high: float, share: float) -> float:
         if self.scale == "log":
             value = low * math.exp(share * math.log(high / low))
         else:
@@ -79,12 +82,12 @@ class Sweep(Fields):
 
     @field_validator("fixed", "fields", mode="before")
     @classmethod
-    def _by_path(cls, tables: Any) -> Any:
+    def _flatten_tables(cls, tables: Any) -> Any:
         """Flatten tables: `[learning] rate = 1` becomes `"learning.rate" = 1`."""
         return dict(_flatten(tables)) if isinstance(tables, dict) else tables
 
     @model_validator(mode="after")
-    def _fields_apart(self) -> Self:
+    def _check_fields(self) -> Self:
         if not self.fields:
             raise ValueError("fields: name at least one field to sweep")
         for path in (*self.fixed, *self.fields):
@@ -98,10 +101,10 @@ class Sweep(Fields):
         return self
 
     @model_validator(mode="after")
-    def _values_are_plain(self) -> Self:
-        by_path = {f"set.{path}": [value] for path, value in self.fixed.items()}
-        by_path |= {f"fields.{path}": values for path, values in self.lists.items()}
-        for path, values in by_path.items():
+    def _check_values(self) -> Self:
+        values_by_path = {f"set.{path}": [value] for path, value in self.fixed.items()}
+        values_by_path |= {f"fields.{path}": values for path, values in self.lists.items()}
+        for path, values in values_by_path.items():
             if not all(map(_is_plain, values)):
                 raise ValueError(
                     f"{path}: a value must be a number, true or false, a text, or a list of these"
@@ -109,7 +112,7 @@ class Sweep(Fields):
         return self
 
     @model_validator(mode="after")
-    def _design_has_what_it_needs(self) -> Self:
+    def _check_design(self) -> Self:
         if self.design in ("random", "sobol"):
             if self.samples is None:
                 raise ValueError(
@@ -129,10 +132,11 @@ class Sweep(Fields):
         if self.design == "list" and len(set(lengths.values())) > 1:
             counts = ", ".join(f"{path} has {length}" for path, length in lengths.items())
             raise ValueError(f"fields: a list needs as many values of every field, and {counts}")
-        points = math.prod(lengths.values()) if self.design == "grid" else max(lengths.values())
-        if points > MAX_POINTS:
+        is_grid = self.design == "grid"
+        n_points = math.prod(lengths.values()) if is_grid else max(lengths.values())
+        if n_points > MAX_POINTS:
             raise ValueError(
-                f"fields: this {self.design} has {points:,} points; "
+                f"fields: this {self.design} has {n_points:,} points; "
                 f"at most {MAX_POINTS:,} are allowed"
             )
         return self
@@ -145,12 +149,14 @@ class Sweep(Fields):
         }
 
 
-def _flatten(tables: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+def _flatten(tables: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the path and the value of each field of nested tables."""
     for key, value in tables.items():
-        if isinstance(value, dict) and not {"low", "high"} & value.keys():
-            yield from _flatten(value, f"{path}{key}.")
+        is_range = isinstance(value, dict) and bool({"low", "high"} & value.keys())
+        if isinstance(value, dict) and not is_range:
+            yield from _flatten(value, f"{prefix}{key}.")
         else:
-            yield f"{path}{key}", value
+            yield f"{prefix}{key}", value
 
 
 def _is_plain(value: Any) -> bool:
@@ -172,10 +178,11 @@ def read_sweep(path: Path) -> Sweep:
 
 
 def read_stored_sweep(path: Path) -> Sweep:
-    """Return the sweep of a study, with today's names of the swept fields."""
+    """Return the sweep of a study, with the current names of the swept fields."""
     sweep = read_sweep(path)
-    swept = upgrade_swept(sweep.fields)
-    return sweep.model_copy(update={"fields": swept, "fixed": upgrade_swept(sweep.fixed)})
+    current_fields = upgrade_swept(sweep.fields)
+    current_fixed = upgrade_swept(sweep.fixed)
+    return sweep.model_copy(update={"fields": current_fields, "fixed": current_fixed})
 
 
 def validate_sweep(tree: Mapping[str, Any], where: str) -> Sweep:
@@ -202,15 +209,16 @@ def validate_sweep(tree: Mapping[str, Any], where: str) -> Sweep:
 
 
 def _format_fault(fault: Any) -> str:
-    location = [str(step) for step in fault["loc"]]
+    location = [str(key) for key in fault["loc"]]
     if location[:1] == ["fields"]:
         # pydantic adds the tag of the union: "values" or "range".
         del location[2:3]
     where = shorten(".".join(location))
     message = str(fault["msg"]).removeprefix("Value error, ")
     if fault["type"] == "extra_forbidden":
-        part = Range if len(location) > 1 else Sweep
-        names = [field.alias or name for name, field in part.model_fields.items()]
+        is_in_range = len(location) > 1
+        model = Range if is_in_range else Sweep
+        names = [field.alias or name for name, field in model.model_fields.items()]
         return f"{where}: there is no such key; there are: {', '.join(names)}"
     if fault["type"] == "missing":
         return f"{where}: is missing"
