@@ -81,7 +81,7 @@ __all__ = [
 
 # The module of each public name. The package imports a module at its first use, because Numba,
 # xarray and SciPy take a second to load.
-_MODULES = {
+_MODULE_BY_NAME = {
     "ArgumentError": "core.errors",
     "BaldwinLabError": "core.errors",
     "DamagedRecordError": "studies.records",
@@ -131,9 +131,10 @@ if not TYPE_CHECKING:
                 stacklevel=2,
             )
             name = new_name
-        if name not in _MODULES:
+        if name not in _MODULE_BY_NAME:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+        module = import_module(f"{__name__}.{_MODULE_BY_NAME[name]}")
+        return getattr(module, name)
 
 
 def __dir__() -> list[str]:
@@ -143,15 +144,17 @@ def __dir__() -> list[str]:
 
 def _register_notebook_display() -> None:
     """Show a trace, which is a dataset of xarray, as a player in a notebook of IPython."""
-    # Outside IPython, the module is not loaded, and there is no shell.
-    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    # Outside IPython, its module is not loaded. In a script that imports it, there is no shell.
+    get_shell = getattr(sys.modules.get("IPython"), "get_ipython", None)
+    shell = get_shell() if get_shell else None
     if shell is not None:
         formatter = shell.display_formatter.formatters["text/html"]
-        formatter.for_type_by_name(
-            "xarray.core.dataset",
-            "Dataset",
-            lambda dataset: import_module("baldwinlab.lab.notebook_player").format_html(dataset),
-        )
+        formatter.for_type_by_name("xarray.core.dataset", "Dataset", _format_dataset)
+
+
+def _format_dataset(dataset: Any) -> Any:
+    """Return the HTML of a dataset. The import takes time, so it is done at the first use."""
+    return import_module("baldwinlab.lab.notebook_player").format_html(dataset)
 
 
 _register_notebook_display()

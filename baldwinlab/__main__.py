@@ -10,6 +10,8 @@ import signal
 import sys
 from types import FrameType
 
+INTERRUPTED_STATUS = 130
+"""The exit status of a process that SIGINT ended."""
 RETRY_SECONDS = 0.02
 """Time until an interruption is raised again, if it came during an import."""
 _is_waiting = False
@@ -31,10 +33,10 @@ def main() -> None:
         run_command()
     except KeyboardInterrupt:
         sys.stderr.write("baldwinlab: Interrupted.\n")
-        sys.exit(130)
+        sys.exit(INTERRUPTED_STATUS)
 
 
-def _interrupt(number: int, frame: FrameType | None) -> None:
+def _interrupt(signal_number: int, frame: FrameType | None) -> None:
     """Raise KeyboardInterrupt; during an import, raise it a moment later.
 
     An import may swallow the exception or turn it into another one. A second interruption is raised
@@ -43,12 +45,12 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     global _is_waiting
     # Windows has no timers.
     if hasattr(signal, "setitimer"):
-        is_alarm = number == signal.SIGALRM
+        is_alarm = signal_number == signal.SIGALRM
         if is_alarm and not _is_waiting:
             # A second interruption was raised already, so this alarm has nothing to do.
             return
-        is_second = _is_waiting and not is_alarm
-        _is_waiting = _is_importing(frame) and not is_second
+        is_second_interruption = _is_waiting and not is_alarm
+        _is_waiting = _is_importing(frame) and not is_second_interruption
         if _is_waiting:
             # The timer repeats, because an alarm may be lost if another signal arrives with it.
             signal.setitimer(signal.ITIMER_REAL, RETRY_SECONDS, RETRY_SECONDS)

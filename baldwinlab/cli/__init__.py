@@ -59,16 +59,22 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
     },
 }
 COMMANDS: Final[dict[str, Command]] = {
-    name: command for commands in GROUPS.values() for name, command in commands.items()
+    name: command
+    for commands_of_group in GROUPS.values()
+    for name, command in commands_of_group.items()
 }
+# The exit statuses of the command line.
+FAILURE_STATUS: Final = 1
+USAGE_ERROR_STATUS: Final = 2
+INTERRUPTED_STATUS: Final = 130
 
 
 def _read_docstring(module: str, function: str) -> str:
     """Return the docstring of a command. Read it from the file: an import takes seconds."""
     path = Path(__file__).parents[1] / f"{module.replace('.', '/')}.py"
     tree = ast.parse(path.read_text("utf-8"))
-    functions = (node for node in tree.body if isinstance(node, ast.FunctionDef))
-    definition = next(node for node in functions if node.name == function)
+    definitions = (node for node in tree.body if isinstance(node, ast.FunctionDef))
+    definition = next(node for node in definitions if node.name == function)
     paragraphs = (ast.get_docstring(definition) or "").split("\n\n")
     return "\n\n".join(map(_join_lines, paragraphs))
 
@@ -80,16 +86,18 @@ def _join_lines(paragraph: str) -> str:
 
 
 def _register_commands() -> None:
+    # The sort keys keep the order of `GROUPS` in the help.
     for group_number, (title, commands) in enumerate(GROUPS.items()):
         group = Group(title, sort_key=group_number)
-        for number, (name, command) in enumerate(commands.items()):
+        for command_number, (name, command) in enumerate(commands.items()):
+            usage = f"Usage: baldwinlab {name} [OPTIONS] {command.arguments}".rstrip()
             app.command(
                 f"baldwinlab.{command.module}:{command.function}",
                 name=name,
                 help=_read_docstring(command.module, command.function),
                 group=group,
-                sort_key=number,
-                usage=f"Usage: baldwinlab {name} [OPTIONS] {command.arguments}".rstrip(),
+                sort_key=command_number,
+                usage=usage,
             )
 
 
@@ -103,15 +111,16 @@ def main() -> None:
     try:
         app(replace_old_names(sys.argv[1:], console.warn))
     except ArgumentError as error:
-        _fail(error.option, 2)
+        # The attribute is a sentence about an option, the text one about a Python argument.
+        _fail(error.option, USAGE_ERROR_STATUS)
     except InterruptedStudyError as error:
-        _fail(str(error), 1)
+        _fail(str(error), FAILURE_STATUS)
     except (BaldwinLabError, ValueError) as error:
-        _fail(str(error), 2)
+        _fail(str(error), USAGE_ERROR_STATUS)
     except KeyboardInterrupt as error:
-        _fail(str(error) or "Interrupted.", 130)
+        _fail(str(error) or "Interrupted.", INTERRUPTED_STATUS)
     except OSError as error:
-        _fail(_describe_os_error(error), 1)
+        _fail(_describe_os_error(error), FAILURE_STATUS)
 
 
 def _describe_os_error(error: OSError) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from json import dumps
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 from cyclopts import Parameter
 
@@ -14,6 +14,8 @@ from baldwinlab.cli.options import FLAG, OVERWRITE_FORCE, Backend, Parts
 from baldwinlab.core import console
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import require_writable
+
+MILLION: Final = 1e6
 
 
 def bench(
@@ -49,7 +51,7 @@ def bench(
     )
     for record in measure_cases(quick, backend, part or (), all_rules):
         records.append(record._asdict())
-        million_steps_per_second = record.agent_steps_per_second / 1e6
+        million_steps_per_second = record.agent_steps_per_second / MILLION
         peak_mib = "?" if record.peak_mib is None else f"{record.peak_mib:.0f}"
         console.info(
             f"{record.case:<22} {million_steps_per_second:>22.1f} {record.seconds:>9.2f} "

@@ -147,9 +147,9 @@ def export(
         baldwinlab export results/evo-A --run 0 --generation 99 --agent 3 --out network.onnx
         baldwinlab export evo+self-taught/B --out lab.html
     """
-    chosen_format = format or _find_format(out)
-    _require_used(
-        chosen_format,
+    export_format = format or _find_format(out)
+    _require_applicable(
+        export_format,
         {
             "--part": part,
             "--set": assignments,
@@ -165,25 +165,25 @@ def export(
         },
     )
     options = ExportOptions(
-        source,
-        chosen_format,
-        out,
-        assignments or [],
-        seed,
-        condition,
-        run,
-        generation,
-        agent,
-        at or "birth",
-        author or [],
-        license,
-        force,
+        source=source,
+        format=export_format,
+        out=out,
+        assignments=assignments or [],
+        seed=seed,
+        condition=condition,
+        run=run,
+        generation=generation,
+        agent=agent,
+        moment=at or "birth",
+        authors=author or [],
+        license=license,
+        force=force,
     )
-    if chosen_format == "page":
+    if export_format == "page":
         # Check the output before the engine is loaded, which takes a while.
         require_page_output(options)
     load_parts(part)
-    WRITERS[chosen_format](options)
+    WRITERS[export_format](options)
 
 
 def _find_format(out: Path | None) -> Format:
@@ -201,20 +201,23 @@ def _find_format(out: Path | None) -> Format:
     return FORMAT_OF_ENDING[out.suffix]
 
 
-def _require_used(chosen_format: Format, values: Mapping[str, Any]) -> None:
-    """Raise RefusedError for an option that the format does not use, and for a wrong --out."""
+def _require_applicable(export_format: Format, values: Mapping[str, Any]) -> None:
+    """Raise RefusedError for an option that the format does not use, and for a wrong --out.
+
+    `values` are the values of the options, by option.
+    """
     for option, value in values.items():
         is_given = value is not None and value != ""
         formats = FORMATS_OF_OPTION[option]
-        if is_given and chosen_format not in formats:
+        if is_given and export_format not in formats:
             raise RefusedError(
-                f"{option} applies to --format {' or '.join(formats)}, not {chosen_format}"
+                f"{option} applies to --format {' or '.join(formats)}, not {export_format}"
             )
-        if option == "--out" and not is_given and chosen_format in formats:
+        if option == "--out" and not is_given and export_format in formats:
             raise RefusedError(
-                f"--out is missing: --format {chosen_format} needs the name of a file"
+                f"--out is missing: --format {export_format} needs the name of a file"
             )
     out = values["--out"]
-    ending = ENDING_OF_FORMAT.get(chosen_format)
+    ending = ENDING_OF_FORMAT.get(export_format)
     if ending and out.suffix != ending:
-        raise RefusedError(f"--out {out} must end in {ending}, as --format {chosen_format} needs")
+        raise RefusedError(f"--out {out} must end in {ending}, as --format {export_format} needs")

@@ -53,28 +53,28 @@ def _write_table(options: ExportOptions) -> None:
     study = Study(options.store)
     write = {"zarr": study.to_zarr, "parquet": study.to_parquet, "csv": study.to_csv}
     write[options.format](out, force=options.force)
-    runs = sum(len(study.runs(condition)) for condition in study.conditions)
-    console.info(f"{out}: {runs:,} runs")
+    n_runs = sum(len(study.runs(condition)) for condition in study.conditions)
+    console.info(f"{out}: {n_runs:,} runs")
 
 
 def _write_phylogeny(options: ExportOptions) -> None:
     from baldwinlab.api.export.files import write_phylogeny
 
     assert options.out is not None
-    count = write_phylogeny(
+    n_agents = write_phylogeny(
         options.store, options.out, options.condition, options.run, force=options.force
     )
-    console.info(f"{options.out}: {count:,} agents")
+    console.info(f"{options.out}: {n_agents:,} agents")
 
 
 def _write_tree_sequence(options: ExportOptions) -> None:
     from baldwinlab.api.export.tree_sequence import write_tree_sequence
 
     assert options.out is not None
-    trees, individuals = write_tree_sequence(
+    n_trees, n_individuals = write_tree_sequence(
         options.store, options.out, options.condition, options.run, force=options.force
     )
-    console.info(f"{options.out}: {trees:,} trees, {individuals:,} individuals")
+    console.info(f"{options.out}: {n_trees:,} trees, {n_individuals:,} individuals")
 
 
 def _write_onnx(options: ExportOptions) -> None:
@@ -89,10 +89,10 @@ def _write_onnx(options: ExportOptions) -> None:
     condition = select_condition(store, options.condition)
     run = choose_run(store, condition, options.run)
     key = AgentKey(run, options.generation, options.agent)
-    count = write_onnx(
+    n_weights = write_onnx(
         store, options.out, condition, key, moment=options.moment, force=options.force
     )
-    console.info(f"{options.out}: {count:,} weights at {options.moment}")
+    console.info(f"{options.out}: {n_weights:,} weights at {options.moment}")
 
 
 def _write_crate(options: ExportOptions) -> None:
@@ -120,7 +120,8 @@ def _write_page(options: ExportOptions) -> None:
     if not all(map(is_module_available, foragers)):
         find_linker()
         console.info("Compiling for browsers, which takes about a minute.")
-    page = render_live_page(experiments, study_seed if options.seed is None else options.seed)
+    seed = study_seed if options.seed is None else options.seed
+    page = render_live_page(experiments, seed)
     write_atomically(options.out, page)
     names = ", ".join(experiment.name for experiment in experiments)
     console.info(f"{options.out}: {names}; {len(page):,} bytes")
@@ -132,7 +133,7 @@ def _load_experiments(source: str, assignments: list[str]) -> tuple[list[Experim
         store = StudyStore(Path(source))
         seed = store.seed
         stored = [store.experiment(name) for name in store.experiments]
-        loaded = [LoadedExperiment(experiment, experiment) for experiment in stored]
+        loaded = [LoadedExperiment(experiment, origin=experiment) for experiment in stored]
     else:
         seed = 0
         loaded = [load_with_origin(source)]

@@ -103,7 +103,9 @@ def multiverse(
         kind=MULTIVERSE,
         factors=factors(variants),
     )
-    store = run_missing(request, RunOptions(workers, backend, executor, force))
+    store = run_missing(
+        request, RunOptions(workers, backend=backend, executor=executor, force=force)
+    )
     report(store, last=last_generations, force=force)
     if out.name in MULTIVERSE_FOLDERS and is_study(out.parent):
         console.info(f"{out.parent}: writing the report of this study again, with the variants")

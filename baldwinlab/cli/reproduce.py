@@ -80,7 +80,7 @@ def reproduce(
         baldwinlab reproduce hinton-nowlan-1987
     """
     load_parts(part)
-    options = RunOptions(workers, backend, executor, force)
+    options = RunOptions(workers, backend=backend, executor=executor, force=force)
     if paper == ALL_PAPERS:
         _require_one_paper(assignments, variant)
         reproduce_all(
@@ -94,11 +94,11 @@ def reproduce(
         )
         return
     paper_data = load(paper)
-    lengths = format_length_assignments(paper_data, generations, steps)
+    length_assignments = format_length_assignments(paper_data, generations, steps)
     run_reproduction(
         Reproduction(
             paper_data,
-            assignments=(*lengths, *(assignments or [])),
+            assignments=(*length_assignments, *(assignments or [])),
             variant=variant,
             runs=runs,
             seed=seed,

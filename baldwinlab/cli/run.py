@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Final
 
 from cyclopts import Parameter
 
@@ -33,8 +33,12 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import parse_location
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment.schedule import parse_changes
+from baldwinlab.papers.paper import STANDARD_VARIANT
 from baldwinlab.papers.presets import load_with_origin
 from baldwinlab.studies.store import StudyStore
+
+# Number of runs of each condition.
+DEFAULT_RUNS: Final = 30
 
 
 def run(
@@ -44,7 +48,7 @@ def run(
         str, Parameter(help="More experiments. All are conditions of the same study.")
     ],
     part: Parts = None,
-    variant: Variant = "standard",
+    variant: Variant = STANDARD_VARIANT,
     assignments: Assignments = None,
     baseline: Baseline = "",
     generations: Annotated[
@@ -59,8 +63,8 @@ def run(
         OptionalInteger,
         HIDE_DEFAULT,
         Parameter(
-            help="Number of independent runs of each condition, by default 30; of a stored study, "
-            "its number of runs."
+            help="Number of independent runs of each condition, by default "
+            f"{DEFAULT_RUNS}; of a stored study, its number of runs."
         ),
     ] = None,
     seed: Seed = 0,
@@ -114,10 +118,13 @@ def run(
         baldwinlab run mine --generations 80
     """
     load_parts(part)
-    options = RunOptions(workers, backend, executor, force, checkpoint)
+    options = RunOptions(
+        workers, backend=backend, executor=executor, force=force, checkpoint=checkpoint
+    )
     directory = parse_location(experiment)
     if is_study(directory):
-        if experiments or assignments or out or seed or founders or at or variant != "standard":
+        has_other_options = experiments or assignments or out or seed or founders or at
+        if has_other_options or variant != STANDARD_VARIANT:
             raise RefusedError(
                 f"{experiment} is a stored study, which determines its experiments, settings, seed "
                 "and directory: with it, only --generations and --runs change the study"
@@ -125,21 +132,20 @@ def run(
         study = extend(StudyStore(directory), options, generations=generations, runs=runs)
     else:
         loaded = [load_with_origin(name, variant) for name in (experiment, *experiments)]
+        all_assignments = list(assignments or [])
         if generations is not None:
-            assignments = [*(assignments or []), f"evolution.generations={generations}"]
-        number = 30 if runs is None else runs
-        study = StudyStore(
-            run_loaded(
-                loaded,
-                assignments or [],
-                options,
-                runs=number,
-                seed=seed,
-                out=out,
-                baseline=baseline,
-                founders=founders,
-                schedule=parse_changes(at),
-            ).directory
+            all_assignments.append(f"evolution.generations={generations}")
+        result = run_loaded(
+            loaded,
+            all_assignments,
+            options,
+            runs=DEFAULT_RUNS if runs is None else runs,
+            seed=seed,
+            out=out,
+            baseline=baseline,
+            founders=founders,
+            schedule=parse_changes(at),
         )
+        study = StudyStore(result.directory)
     show_contrasts(lab_results.compare_study(study, baseline=baseline))
     console.info(f"For statistics, figures and a page: baldwinlab report {study.directory}")

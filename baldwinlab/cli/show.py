@@ -8,6 +8,7 @@ from baldwinlab.cli.options import Assignments, Experiment, Parts, Variant, load
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers import presets
+from baldwinlab.papers.paper import STANDARD_VARIANT
 
 
 def show(
@@ -15,7 +16,7 @@ def show(
     /,
     *,
     part: Parts = None,
-    variant: Variant = "standard",
+    variant: Variant = STANDARD_VARIANT,
     assignments: Assignments = None,
 ) -> None:
     """Print an experiment as TOML, with the meaning and unit of each setting.
@@ -30,9 +31,9 @@ def show(
     load_parts(part)
     original = presets.load(experiment, variant)
     changed = assign(original, assignments or [])
-    text = to_toml(changed)
+    toml = to_toml(changed)
     has_name_of_preset = changed.name == original.name and not presets.is_file(experiment)
     if has_name_of_preset:
         # The first line is the name. As a comment, it does not name an edited file like the preset.
-        text = f"# {text}"
-    sys.stdout.write(text)
+        toml = f"# {toml}"
+    sys.stdout.write(toml)

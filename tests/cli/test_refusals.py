@@ -190,9 +190,9 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             'learning.teacher: does nothing with learning.rule = "none"',
         ),
         (
-            ["assay", "innate", "mine"],
-            "unexpected argument 'mine'; usage: baldwinlab assay DIRECTORY; "
-            "baldwinlab assay --help lists",
+            ["report", "innate", "mine"],
+            "unexpected argument 'mine'; usage: baldwinlab report DIRECTORY; "
+            "baldwinlab report --help lists",
         ),
         (
             ["assay", "study", "--executor", "cloud"],
