@@ -106,7 +106,7 @@ class Samples:
         measures = self.source.measures(condition) or {}
         times = self.get(condition, measure)
         runs = self._data.sel(condition=condition, run=times["run"].values)
-        return Survival(times.values, measures[measure].censored(_without_gaps(runs)).values)
+        return Survival(times.values, measures[measure].censored(_drop_gaps(runs)).values)
 
     def model_measures(self) -> list[ModelMeasure]:
         """Return the measures of models that claims use to compare two conditions."""
@@ -130,12 +130,12 @@ class Samples:
         measures = self.source.measures(condition) or {}
         if measure not in measures:
             return xr.DataArray(np.empty(0), {"run": np.empty(0, np.int64)})
-        runs = _without_gaps(self._data.sel(condition=condition))
+        runs = _drop_gaps(self._data.sel(condition=condition))
         values: xr.DataArray = measures[measure].of(runs)
         return values.dropna("run").astype(np.float64)
 
 
-def _without_gaps(runs: xr.Dataset) -> xr.Dataset:
+def _drop_gaps(runs: xr.Dataset) -> xr.Dataset:
     """Drop runs, generations and agents without data, but copy nothing if all have data."""
     for dim in ("run", "generation", "agent"):
         other_dims = [name for name in runs["energy"].dims if name != dim]

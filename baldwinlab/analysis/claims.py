@@ -90,7 +90,7 @@ def evaluate_samples(samples: Samples) -> list[ClaimResult]:
 def _find_results(claims: Sequence[Claim], samples: Samples) -> dict[ClaimComparison, Finding]:
     """Return the findings of all comparisons, whose tests are one family."""
     comparisons = dict.fromkeys(comparison for claim in claims for comparison in claim.comparisons)
-    numbers = {comparison: _measure(comparison, samples) for comparison in comparisons}
+    numbers = {comparison: _measure_comparison(comparison, samples) for comparison in comparisons}
     tested = [comparison for comparison in comparisons if not math.isnan(numbers[comparison].p)]
     p_values = statistics.holm([numbers[comparison].p for comparison in tested]).tolist()
     tests = [
@@ -98,7 +98,8 @@ def _find_results(claims: Sequence[Claim], samples: Samples) -> dict[ClaimCompar
         for comparison in tested
     ]
     p_holm = dict(zip(tested, p_values, strict=True))
-    smallest = dict(zip(tested, smallest_corrected_p(tests).tolist(), strict=True))
+    smallest_p_values = smallest_corrected_p(tests).tolist()
+    smallest_p_holm = dict(zip(tested, smallest_p_values, strict=True))
     findings = {}
     for comparison in comparisons:
         p = p_holm.get(comparison, nan)
@@ -109,7 +110,7 @@ def _find_results(claims: Sequence[Claim], samples: Samples) -> dict[ClaimCompar
             p_holm=p,
             verdict=verdict,
             meaning=samples.meaning(comparison),
-            smallest_p_holm=smallest.get(comparison, nan),
+            smallest_p_holm=smallest_p_holm.get(comparison, nan),
         )
     return findings
 
@@ -155,32 +156,40 @@ def planned_claim_tests(
     # A claim about a condition outside the study is not evaluated.
     evaluated = [claim for claim in claims if claim.conditions <= {*conditions}]
     tested = {comparison for claim in evaluated for comparison in claim.comparisons if comparison.b}
-    return [_planned_test(comparison, runs, runs) for comparison in tested]
+    return [_planned_test(comparison, n_a=runs, n_b=runs) for comparison in tested]
 
 
-def _measure(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:
+def _measure_comparison(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:
     """Compare two conditions, or measure one if the claim names no second condition."""
     if comparison.b:
-        return _compare(comparison, samples)
+        return _compare_conditions(comparison, samples)
     values = samples.get(comparison.a, comparison.measure)
     # A measure that a model defines may have no value.
     if not values.size:
-        return statistics.Comparison(0, 0, *[nan] * 8)
+        return _undefined_comparison(n_a=0, n_b=0)
     median = float(np.median(values))
     if comparison.measure == "most" or comparison.rule in RUN_STATISTICS:
         # A mean or an extreme of all runs has no interval.
         summarize = RUN_STATISTICS.get(comparison.rule, np.max)
-        return _single_sample(values.size, median, float(summarize(values)), nan, nan)
+        return _describe_single_sample(
+            n_runs=values.size,
+            median=median,
+            effect=float(summarize(values)),
+            low=nan,
+            high=nan,
+        )
     low, high = statistics.median_interval(values.values)
-    return _single_sample(values.size, median, median, low, high)
+    return _describe_single_sample(
+        n_runs=values.size, median=median, effect=median, low=low, high=high
+    )
 
 
-def _single_sample(
-    size: int, median: float, effect: float, low: float, high: float
+def _describe_single_sample(
+    n_runs: int, median: float, effect: float, low: float, high: float
 ) -> statistics.Comparison:
     """Return the fields of a comparison without a second sample. The others are NaN."""
     return statistics.Comparison(
-        n_a=size,
+        n_a=n_runs,
         n_b=0,
         median_a=median,
         median_b=nan,
@@ -193,7 +202,13 @@ def _single_sample(
     )
 
 
-def _compare(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:
+def _undefined_comparison(n_a: int, n_b: int) -> statistics.Comparison:
+    """Return a comparison whose fields are NaN, except for the sizes of the samples."""
+    sample_a = _describe_single_sample(n_runs=n_a, median=nan, effect=nan, low=nan, high=nan)
+    return sample_a._replace(n_b=n_b)
+
+
+def _compare_conditions(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:
     """Compare two conditions, or the last generations of a condition with its first ones."""
     compares_with_first = comparison.b == FIRST_GENERATIONS
     condition_b = comparison.a if compares_with_first else comparison.b
@@ -203,7 +218,7 @@ def _compare(comparison: ClaimComparison, samples: Samples) -> statistics.Compar
         a, b = xr.align(a, b)
     # A measure that a model defines may have no value.
     if not (a.size and b.size):
-        return statistics.Comparison(a.size, b.size, *[nan] * 8)
+        return _undefined_comparison(a.size, b.size)
     if comparison.rule == "survives_longer":
         return compare_survival(
             samples.survival(comparison.a, comparison.measure),
@@ -267,14 +282,16 @@ def write_statistics(
         A file cannot be written.
     """
     rows = [{"claim": ""} | contrast.row() for contrast in contrasts]
-    rows += [_row(result.claim.id, finding) for result in results for finding in result.findings]
+    rows += [
+        _make_row(result.claim.id, finding) for result in results for finding in result.findings
+    ]
     write_atomically(directory / "statistics.csv", to_csv(STATISTICS_COLUMNS, rows))
     write_atomically(
         directory / "summary.csv", to_csv(SUMMARY_COLUMNS, summarize_conditions(data, last))
     )
 
 
-def _row(claim: str, finding: Finding) -> dict[str, Any]:
+def _make_row(claim: str, finding: Finding) -> dict[str, Any]:
     return {
         "claim": claim,
         "condition_a": finding.comparison.a,

@@ -35,7 +35,7 @@ PALE = "#e4e4e4"
 # Colors of conditions, in print.
 SERIES_COLORS: Final = (BLUE, VERMILION, GREEN, PURPLE, BROWN, SKY, BLACK)
 # Colors of conditions on a screen. Gray replaces black, which is invisible on a dark page.
-SERIES_COLORS_ON_SCREEN: Final = (*SERIES_COLORS[:6], "#8a8a8a")
+SERIES_COLORS_ON_SCREEN: Final = (*SERIES_COLORS[:-1], "#8a8a8a")
 # Colors of lifetimes with learning on, off, frozen, or replaced by drift.
 LIFE_COLORS: Final = {"on": BLACK, "off": PURPLE, "frozen": SKY, "drift": MID_GRAY}
 # Colors of newborns: random genomes, then generations. Later generations are darker.
@@ -157,18 +157,18 @@ def lab_css() -> str:
     light = {name: on_light for name, (on_light, _) in shades.items()}
     dark = {name: on_dark for name, (_, on_dark) in shades.items()}
     series = {f"series-{number}": color for number, color in enumerate(SERIES_COLORS_ON_SCREEN)}
-    on_dark = f"@media (prefers-color-scheme: dark) {{ {_root_rule(dark)} }}"
-    return f"{_root_rule(light | series)}\n{on_dark}\n"
+    dark_rule = f"@media (prefers-color-scheme: dark) {{ {_root_rule(dark)} }}"
+    return f"{_root_rule(light | series)}\n{dark_rule}\n"
 
 
 def report_css() -> str:
     """Return the colors of a report as CSS variables, for light and dark screens and for paper."""
-    light, dark, paper = (
-        {name: shades[medium] for name, shades in REPORT_COLORS.items()} for medium in range(3)
-    )
-    on_dark = f"@media (prefers-color-scheme: dark) {{ {_root_rule(dark)} }}"
-    on_paper = f"@media print {{ {_root_rule(paper)} }}"
-    return "\n".join((_root_rule(light), on_dark, on_paper))
+    light = {name: on_light for name, (on_light, _, _) in REPORT_COLORS.items()}
+    dark = {name: on_dark for name, (_, on_dark, _) in REPORT_COLORS.items()}
+    paper = {name: in_print for name, (_, _, in_print) in REPORT_COLORS.items()}
+    dark_rule = f"@media (prefers-color-scheme: dark) {{ {_root_rule(dark)} }}"
+    paper_rule = f"@media print {{ {_root_rule(paper)} }}"
+    return "\n".join((_root_rule(light), dark_rule, paper_rule))
 
 
 def _root_rule(colors: Mapping[str, str]) -> str:

@@ -261,12 +261,14 @@ def _eats_only_with_learning(assays: Assays, condition: str) -> bool:
 
 
 def _select_defined(table: Table, *names: Quantity) -> tuple[list[np.ndarray], int]:
-    """Return the values of runs with all quantities, and the number of runs without."""
+    """Return the values of each quantity in runs that define all, and the number of other runs."""
     columns = [drop_labels(table[name]) for name in names]
     aligned = xr.align(*columns, join="inner")
+    # [quantity, run]
     values = np.stack([np.asarray(column.values, np.float64) for column in aligned])
     is_defined = np.isfinite(values).all(axis=0)
-    return list(values[:, is_defined]), int((~is_defined).sum())
+    n_undefined = int((~is_defined).sum())
+    return list(values[:, is_defined]), n_undefined
 
 
 def _compare_quantities(table: Table, criterion: Criterion) -> tuple[statistics.Pairs | None, int]:
@@ -278,8 +280,8 @@ def _compare_quantities(table: Table, criterion: Criterion) -> tuple[statistics.
     return pairs, left_out
 
 
-def _planned_test(runs: int) -> PlannedTest:
-    return PlannedTest(runs, runs, "Wilcoxon")
+def _planned_test(n_runs: int) -> PlannedTest:
+    return PlannedTest(n_a=n_runs, n_b=n_runs, method="Wilcoxon")
 
 
 def planned_tests(
@@ -322,7 +324,7 @@ def _decide(sign: int, pairs: statistics.Pairs | None, p_holm: float) -> Verdict
     if not p_holm < SIGNIFICANCE_LEVEL:
         return UNDECIDED
     effect = sign * pairs.effect
-    # Above 0 if most runs differ in the required direction.
+    # Above 0 if more runs differ in the required direction than in the opposite one.
     majority = sign * (pairs.above - pairs.below)
     if effect > 0 and majority > 0:
         return YES

@@ -14,7 +14,7 @@ from baldwinlab.analysis.statistics import median_interval
 from baldwinlab.core.variables import HISTORIES, REGIMES
 
 MEASURES: Final = {"innate_fitness": "innate fitness", "fitness": "fitness in the regime"}
-PREFIX: Final = "fork: "
+QUANTITY_PREFIX: Final = "fork: "
 EFFECTS: Final = ("history", "regime", "interaction")
 
 
@@ -66,24 +66,29 @@ def compute_effects(fork: xr.Dataset) -> dict[str, xr.DataArray]:
     return {
         name_quantity(effect, measure): values
         for measure in MEASURES
-        for effect, values in _effects_on(fork[measure].mean("agent")).items()
+        for effect, values in _compute_fork_effects(fork[measure].mean("agent")).items()
     }
 
 
 def name_quantity(effect: str, measure: str) -> str:
     """Return the name of an effect on a measure in the tables of a report."""
-    return f"{PREFIX}{effect}, {MEASURES[measure]}"
+    return f"{QUANTITY_PREFIX}{effect}, {MEASURES[measure]}"
 
 
-def _effects_on(fitness: xr.DataArray) -> dict[str, xr.DataArray]:
+def _compute_fork_effects(fitness: xr.DataArray) -> dict[str, xr.DataArray]:
     """Return the effects on a measure (run, generation, history, regime)."""
     learner, control = (fitness.sel(history=name, drop=True) for name in HISTORIES)
-    history = learner - control
-    regimes = [fitness.sel(regime=name, drop=True) for name in REGIMES]
-    differences = regimes[0] - regimes[1]
-    of_learner, of_control = (differences.sel(history=name, drop=True) for name in HISTORIES)
-    values = (history.mean("regime"), differences.mean("history"), of_learner - of_control)
-    return dict(zip(EFFECTS, values, strict=True))
+    learning_on, learning_off = (fitness.sel(regime=name, drop=True) for name in REGIMES)
+    history_effect = learner - control
+    regime_effect = learning_on - learning_off
+    effect_on_learner, effect_on_control = (
+        regime_effect.sel(history=name, drop=True) for name in HISTORIES
+    )
+    return {
+        "history": history_effect.mean("regime"),
+        "regime": regime_effect.mean("history"),
+        "interaction": effect_on_learner - effect_on_control,
+    }
 
 
 def estimate_effects(fork: xr.Dataset) -> list[ForkEffect]:
@@ -103,7 +108,7 @@ def estimate_effects(fork: xr.Dataset) -> list[ForkEffect]:
     for generation in fork["generation"].values.tolist():
         for measure in MEASURES:
             fitness = fork[measure].sel(generation=generation).mean("agent")
-            for effect, values in _effects_on(fitness).items():
+            for effect, values in _compute_fork_effects(fitness).items():
                 median = float(np.median(values))
                 low, high = median_interval(values.values)
                 row = ForkEffect(

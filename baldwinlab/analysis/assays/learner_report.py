@@ -137,7 +137,7 @@ def _list_maps(maps: Sequence[str]) -> str:
 
 
 class LearnerRow(NamedTuple):
-    """MapsByLearner with a significant difference, for one learner."""
+    """Maps on which a learner differs significantly from its reference, with the effects."""
 
     learner: str
     more: str
@@ -157,14 +157,24 @@ def _make_table_rows(comparison: LearnerComparison) -> list[LearnerRow]:
             for entry in entries
             if entry.finding.verdict == FAILS
         }
-        effects = [
-            _list_effects(_significant_effects(entries, name)) for name in CRITERIA_BY_COLUMN
-        ]
-        rows.append(LearnerRow(learner, ", ".join(more), _list_effects(less), *effects))
+        effects = {
+            name: _list_effects(_select_significant_effects(entries, name))
+            for name in CRITERIA_BY_COLUMN
+        }
+        rows.append(
+            LearnerRow(
+                learner=learner,
+                more=", ".join(more),
+                less=_list_effects(less),
+                innate=effects["innate"],
+                learned=effects["learned"],
+                cost=effects["cost"],
+            )
+        )
     return rows
 
 
-def _significant_effects(entries: Sequence[LearnerOnMap], name: str) -> dict[str, float]:
+def _select_significant_effects(entries: Sequence[LearnerOnMap], name: str) -> dict[str, float]:
     """Return the effects of a criterion by map, without effects that are undecided or 0."""
     effects = {}
     for entry in entries:

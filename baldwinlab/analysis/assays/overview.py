@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+import numpy as np
+
 from baldwinlab.analysis.assays.analysis import Analysis, ConditionResult
 from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, YES
 from baldwinlab.analysis.assays.headlines import describe_phases
@@ -61,7 +63,12 @@ def group_by_verdict(analysis: Analysis) -> dict[str, list[str]]:
     for result in analysis.results:
         if {result.phase_verdict(1), result.phase_verdict(2)} != {NOT_MEASURED}:
             groups.setdefault(describe_phases(result), []).append(result.condition)
-    return dict(sorted(groups.items(), key=lambda group: -len(group[1])))
+    return dict(sorted(groups.items(), key=_count_conditions, reverse=True))
+
+
+def _count_conditions(group: tuple[str, list[str]]) -> int:
+    _, conditions = group
+    return len(conditions)
 
 
 def draw_overview(analysis: Analysis, order: Sequence[str]) -> ReportFigure | None:
@@ -119,9 +126,8 @@ def _make_cells(results: Sequence[ConditionResult], criterion: str) -> list[Over
 
 
 def _make_cell(result: ConditionResult, effect: float, verdict: str) -> OverviewCell:
-    is_significant = verdict in (YES, NO) and effect != 0
-    sign = 1 if effect > 0 else -1
-    direction = sign if is_significant else 0
+    is_significant = verdict in (YES, NO)
+    direction = int(np.sign(effect)) if is_significant else 0
     return OverviewCell(
         condition=result.condition,
         learner=result.factors.learner,

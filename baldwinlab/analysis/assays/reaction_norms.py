@@ -56,8 +56,8 @@ def make_reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
         names = [name for name in stored if maps[name] == map_name]
         evolved = {name: _find_evolved_value(map_name, trees[name], field) for name in names}
         norms = {name: _read_norm(stored[name], field, evolved[name]) for name in names}
-        distinct = {value for norm in norms.values() for value in norm}
-        values = tuple(sorted(distinct, key=_sort_key))
+        distinct_values = {value for norm in norms.values() for value in norm}
+        values = tuple(sorted(distinct_values, key=_rank_value))
         return Panel(
             field=field,
             name=short_name(field, *experiments.values()),
@@ -99,14 +99,15 @@ def _read_norm(data: xr.Dataset, field: str, evolved: str) -> dict[str, xr.DataA
     fitness = data["energy"].mean("agent")
     norm = {}
     settings = zip(data["field"].values, data["value"].values, strict=True)
-    for number, (name, value) in enumerate(settings):
+    for setting_index, (name, value) in enumerate(settings):
         if name in (field, UNCHANGED_SETTING):
             label = evolved if name == UNCHANGED_SETTING else str(value)
-            norm[label] = fitness.isel(setting=number)
+            norm[label] = fitness.isel(setting=setting_index)
     return norm if len(norm) > 1 else {}
 
 
-def _sort_key(value: str) -> tuple[float, str]:
+def _rank_value(value: str) -> tuple[float, str]:
+    """Return the order of a value: numbers by size, and texts by the alphabet at 0."""
     try:
         return float(value), value
     except ValueError:
@@ -115,9 +116,10 @@ def _sort_key(value: str) -> tuple[float, str]:
 
 def _align(norm: Mapping[str, xr.DataArray], values: tuple[str, ...]) -> xr.DataArray:
     """Return a norm along the dimension `position`, the index of a value in `values`."""
-    measured = [value for value in values if value in norm]
+    measured_values = [value for value in values if value in norm]
     columns = [
-        norm[value].drop_vars(["field", "value", "setting"], errors="ignore") for value in measured
+        norm[value].drop_vars(["field", "value", "setting"], errors="ignore")
+        for value in measured_values
     ]
-    indices = np.array([values.index(value) for value in measured])
-    return xr.concat(columns, "position").assign_coords(position=indices)
+    positions = np.array([values.index(value) for value in measured_values])
+    return xr.concat(columns, "position").assign_coords(position=positions)

@@ -183,7 +183,7 @@ def tabulate_fork(analysis: Analysis) -> list[dict[str, Any]]:
     starts = dict.fromkeys(
         (condition, start)
         for condition, start, measure in numbers
-        if measure.startswith(fork.PREFIX)
+        if measure.startswith(fork.QUANTITY_PREFIX)
     )
     return [
         {

@@ -91,16 +91,17 @@ def weight_distances(innate: xr.Dataset) -> dict[str, xr.DataArray]:
     if "distance" not in innate:
         return {}
     distance = innate["distance"]
-    total = (distance**2).sum("layer", min_count=1) ** 0.5
-    layers = {
+    # The layers are parts of one vector of weights.
+    total_distance = (distance**2).sum("layer", min_count=1) ** 0.5
+    layer_distances = {
         f"distance, {layer}": distance.sel(layer=layer).mean("agent")
         for layer in distance["layer"].values
     }
-    return {"distance": total.mean("agent"), **layers}
+    return {"distance": total_distance.mean("agent"), **layer_distances}
 
 
 def drop_labels(values: xr.DataArray) -> xr.DataArray:
-    """Return values (run) without coordinates other than `run`, so that they can be aligned."""
+    """Return values (run) without coordinates other than `run`, which `xr.align` requires."""
     return values.drop_vars(set(values.coords) - {"run"})
 
 
@@ -115,10 +116,15 @@ def count_steps(within_life: xr.Dataset) -> int:
     return from_toml(text, source="the assay", lenient=True).lifetime.steps
 
 
-def latest_newborns(within_life: xr.Dataset) -> str:
-    """Return the newborns of the latest measured generation, or "" if there are none."""
-    generations = [str(name) for name in within_life["newborns"].values if name != RANDOM_NEWBORNS]
-    return max(generations, key=lambda name: int(name.split()[-1]), default="")
+def name_latest_newborns(within_life: xr.Dataset) -> str:
+    """Return the name of the newborns of the latest measured generation, or ""."""
+    names = [str(name) for name in within_life["newborns"].values if name != RANDOM_NEWBORNS]
+    return max(names, key=parse_generation, default="")
+
+
+def parse_generation(newborns: str) -> int:
+    """Return the generation at the end of a name of newborns."""
+    return int(newborns.split()[-1])
 
 
 def compute_quantities(assays: Assays, condition: str, last: int) -> dict[Quantity, xr.DataArray]:
@@ -168,39 +174,40 @@ def _split_windows(values: xr.DataArray, last: int) -> dict[str, xr.DataArray]:
 def _innate_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     for window, fitness in _split_windows(mean_fitness(data), last).items():
         fitness_by_life = {name: fitness.sel(life=name) for name in LIFE_KINDS}
-        average = {name: values.mean("generation") for name, values in fitness_by_life.items()}
-        for name, values in average.items():
-            yield (name, window), values
+        averages = {name: values.mean("generation") for name, values in fitness_by_life.items()}
+        for name, average in averages.items():
+            yield (name, window), average
         # Only some generations have the drift control.
         has_drift = fitness_by_life["drift"].notnull()
         yield (
             ("on, with drift control", window),
             fitness_by_life["on"].where(has_drift).mean("generation"),
         )
-        yield ("gain", window), average["on"] - average["off"]
-        yield ("innate share", window), compute_share(average["off"], average["on"])
-        yield ("frozen share", window), compute_share(average["frozen"], average["on"])
+        yield ("gain", window), averages["on"] - averages["off"]
+        yield ("innate share", window), compute_share(averages["off"], averages["on"])
+        yield ("frozen share", window), compute_share(averages["frozen"], averages["on"])
     for name, distance in weight_distances(data).items():
         for window, values in _split_windows(distance, last).items():
             yield (name, window), values.mean("generation")
 
 
 def _neutral_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
-    energy = _split_windows(data["energy"], last)["last"].mean(("agent", "generation"))
+    fitness = _split_windows(data["energy"], last)["last"].mean(("agent", "generation"))
     for newborns in NEUTRAL_NEWBORNS:
-        off = energy.sel(newborns=newborns, life="off")
-        on = energy.sel(newborns=newborns, life="on")
+        off = fitness.sel(newborns=newborns, life="off")
+        on = fitness.sel(newborns=newborns, life="on")
         yield ("off, neutral assay", newborns), off
         yield ("on, neutral assay", newborns), on
         yield ("gain, neutral assay", newborns), on - off
 
 
 def _within_life_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
-    steps = count_steps(data)
-    for agents, name in (
-        (RANDOM_NEWBORNS, RANDOM_NEWBORNS),
-        (EVOLVED_NEWBORNS, latest_newborns(data)),
-    ):
+    n_steps = count_steps(data)
+    names_by_agents = {
+        RANDOM_NEWBORNS: RANDOM_NEWBORNS,
+        EVOLVED_NEWBORNS: name_latest_newborns(data),
+    }
+    for agents, name in names_by_agents.items():
         # No generation was measured if `name` is "".
         if name not in data["newborns"].values:
             continue
@@ -212,7 +219,7 @@ def _within_life_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityVal
         yield ("eaten in the first part of life", agents), eaten.isel(window=0)
         yield ("eaten in the last part of life", agents), eaten.isel(window=-1)
         # The first meal of an agent that never eats is the end of its lifetime.
-        yield ("first meal", agents), first_meal.fillna(steps).mean("agent").where(is_complete)
+        yield ("first meal", agents), first_meal.fillna(n_steps).mean("agent").where(is_complete)
         yield ("ever ate", agents), first_meal.notnull().mean("agent").where(is_complete)
 
 
@@ -225,13 +232,14 @@ def _reaction_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues
     fitness = data["energy"].mean("agent")
     settings = zip(data["field"].values, data["value"].values, strict=True)
     names = [name_setting(field, value) for field, value in settings]
-    base = (
-        fitness.isel(setting=names.index(UNCHANGED_SETTING)) if UNCHANGED_SETTING in names else None
-    )
-    for number, name in enumerate(names):
-        yield ("setting", name), fitness.isel(setting=number)
-        if base is not None and name != UNCHANGED_SETTING:
-            yield ("setting, relative", name), compute_share(fitness.isel(setting=number), base)
+    unchanged_fitness = None
+    if UNCHANGED_SETTING in names:
+        unchanged_fitness = fitness.isel(setting=names.index(UNCHANGED_SETTING))
+    for setting_index, name in enumerate(names):
+        setting_fitness = fitness.isel(setting=setting_index)
+        yield ("setting", name), setting_fitness
+        if unchanged_fitness is not None and name != UNCHANGED_SETTING:
+            yield ("setting, relative", name), compute_share(setting_fitness, unchanged_fitness)
 
 
 def name_setting(field: str, value: str) -> str:
@@ -241,7 +249,8 @@ def name_setting(field: str, value: str) -> str:
 
 def _descent_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     for name in ("common_ancestor_age", "effective_ancestors"):
-        yield (name.replace("_", " "), "last"), data[name].isel(generation=-1)
+        measure = name.replace("_", " ")
+        yield (measure, "last"), data[name].isel(generation=-1)
 
 
 def _fork_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
@@ -251,8 +260,8 @@ def _fork_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
 
 
 def _fork_mode_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
-    for (measure, when), values in _fork_quantities(data, last):
-        yield (measure, f"mode of {when}"), values
+    for (measure, start), values in _fork_quantities(data, last):
+        yield (measure, f"mode of {start}"), values
 
 
 QUANTITIES_BY_ASSAY: Final[Mapping[str, Callable[[xr.Dataset, int], Iterator[QuantityValues]]]] = {

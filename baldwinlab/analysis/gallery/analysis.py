@@ -188,11 +188,11 @@ def evaluate_systems(
     study = _Study(data=data, mean_fitness=fitness.mean(data), assays=assays, last=last)
     order = list(experiments)
     results = sorted(analysis.results, key=lambda result: order.index(result.condition))
+    conditions = selected or order
     return [
         _make_system(study, analysis.tables[result.condition], result, experiments)
         for result in results
-        if result.phase_verdict(1) != NOT_MEASURED
-        and (not selected or result.condition in selected)
+        if result.phase_verdict(1) != NOT_MEASURED and result.condition in conditions
     ]
 
 
@@ -205,7 +205,9 @@ def _make_system(
         )
         for effect in EFFECTS
     }
-    correlation = _measure_size(_correlate(study.assays["innate"][result.condition], study.last))
+    correlation = _measure_size(
+        _correlate_lives(study.assays["innate"][result.condition], study.last)
+    )
     time_to_level = None
     if result.control:
         time_to_level = _measure_time_to_level(study, result, experiments[result.condition])
@@ -226,31 +228,33 @@ def _measure_effect(table: Table, effect: Effect) -> Size | None:
     if not set(names) <= set(table):
         return None
     columns = [drop_labels(table[name]) for name in names]
-    quantity, reference, scale = xr.align(*columns)
-    return _measure_size((quantity - reference) / abs(scale).where(scale != 0))
+    quantity, reference, fitness_with_learning = xr.align(*columns)
+    scale = abs(fitness_with_learning).where(fitness_with_learning != 0)
+    return _measure_size((quantity - reference) / scale)
 
 
 def _measure_size(values: xr.DataArray) -> Size | None:
     """Return the median over the runs with a finite value, or None if no run has one."""
     numbers = np.asarray(values.values, np.float64)
-    defined = numbers[np.isfinite(numbers)]
-    if not defined.size:
+    finite = numbers[np.isfinite(numbers)]
+    if not finite.size:
         return None
-    low, high = median_interval(defined)
-    return Size(runs=defined.size, median=float(np.median(defined)), low=low, high=high)
+    low, high = median_interval(finite)
+    return Size(runs=finite.size, median=float(np.median(finite)), low=low, high=high)
 
 
-def _correlate(innate: xr.Dataset, last: int) -> xr.DataArray:
+def _correlate_lives(innate: xr.Dataset, last: int) -> xr.DataArray:
     """Return Spearman's correlation over agents of fitness with learning off and on, by run.
 
     It is the mean over the last generations.
     """
-    energy = innate["energy"].isel(generation=slice(-last, None))
-    values = energy.transpose("life", "run", "generation", "agent").values
+    fitness_by_life = innate["energy"].isel(generation=slice(-last, None))
+    values = fitness_by_life.transpose("life", "run", "generation", "agent").values
     ranks = stats.rankdata(values, axis=-1, nan_policy="propagate")
     centered = ranks - ranks.mean(axis=-1, keepdims=True)
     # Labels such as "off" and "on", which state whether learning is switched on.
-    life_settings = [str(setting) for setting in energy["life"].values]
+    life_settings = [str(setting) for setting in fitness_by_life["life"].values]
+    # Ranks minus their mean, [run, generation, agent].
     off = centered[life_settings.index("off")]
     on = centered[life_settings.index("on")]
     scale = np.sqrt((off**2).sum(axis=-1) * (on**2).sum(axis=-1))
@@ -272,8 +276,9 @@ def _measure_time_to_level(
         return None
     if not (learner.size and control.size):
         return None
-    final = max(_final_median(learner, study.last), _final_median(control, study.last))
-    level = (float(control.isel(generation=0).median("run")) + final) / 2
+    final_fitness = max(_final_median(learner, study.last), _final_median(control, study.last))
+    founder_fitness = float(control.isel(generation=0).median("run"))
+    level = (founder_fitness + final_fitness) / 2
     # `clock` is the name of the variable in which a model counts evaluations.
     counter_variable = model.clock if model else ""
     unit = model.records[counter_variable].unit if model and counter_variable else "lives"
@@ -311,10 +316,12 @@ def _find_time_to_level(
     evaluations = totals.sel(generation=mean_fitness["generation"])
     is_reached = mean_fitness >= level
     # Infinity marks a run that does not reach the level.
-    generation = is_reached.argmax("generation").where(is_reached.any("generation"), np.inf)
+    generation_at_level = is_reached.argmax("generation").where(
+        is_reached.any("generation"), np.inf
+    )
     is_first = is_reached & (is_reached.cumsum("generation") == 1)
     evaluations_at_level = evaluations.where(is_first).max("generation").fillna(np.inf)
-    return _finite_median(generation.values), _finite_median(evaluations_at_level.values)
+    return _finite_median(generation_at_level.values), _finite_median(evaluations_at_level.values)
 
 
 def _finite_median(values: np.ndarray) -> float:

@@ -1,4 +1,4 @@
-"""Effect sizes of all papers: a row for each system, a panel for each effect."""
+"""Figure of the effect sizes of all papers: a row per system, a panel per effect."""
 
 from __future__ import annotations
 
@@ -19,6 +19,11 @@ from baldwinlab.analysis.palette import VERMILION
 FIGURE_WIDTH: Final = 10.0
 # Largest effect size inside the axes, as a share. Larger sizes are drawn at the edge.
 MAX_SIZE: Final = 1.0
+# Largest absolute value on the axes, in percent.
+AXIS_LIMIT: Final = 108 * MAX_SIZE
+# Heights of a row, and of the titles, the ticks and the legend together, in inches.
+ROW_HEIGHT: Final = 0.2
+AXES_HEIGHT: Final = 1.3
 # Edge color, marker and face color of each verdict.
 VERDICT_STYLES: Final = {
     YES: (BLUE, "o", BLUE),
@@ -48,14 +53,15 @@ def draw_effect_sizes(papers: Mapping[str, Sequence[System]]) -> Figure:
     """
     systems = [system for paper in papers.values() for system in paper]
     rows = _system_rows(papers)
-    figure = Figure((FIGURE_WIDTH, 1.3 + 0.2 * (len(systems) + len(papers))))
+    n_rows = len(systems) + len(papers)
+    figure = Figure((FIGURE_WIDTH, AXES_HEIGHT + ROW_HEIGHT * n_rows))
     panels = figure.subplots(1, len(EFFECTS), sharey=True)
     for axes, effect in zip(panels, EFFECTS, strict=True):
         axes.set_title(effect.title, loc="left", fontweight="bold")
         axes.axvline(0, color=DARK_GRAY, lw=0.8)
         for row, system in zip(rows, systems, strict=True):
             _draw_effect(axes, row, system.effects[effect.criterion])
-        axes.set_xlim(-108 * MAX_SIZE, 108 * MAX_SIZE)
+        axes.set_xlim(-AXIS_LIMIT, AXIS_LIMIT)
         axes.set_xticks([-100, -50, 0, 50, 100], ["−100", "−50", "0", "50", "100 %"])
     panels[0].set_yticks(rows, [system.condition for system in systems])
     for paper, row in zip(papers, _heading_rows(papers), strict=True):
@@ -70,16 +76,18 @@ def draw_effect_sizes(papers: Mapping[str, Sequence[System]]) -> Figure:
 def _system_rows(papers: Mapping[str, Sequence[System]]) -> list[int]:
     """Return the row of each system. The name of a paper is in a row above its systems."""
     rows: list[int] = []
-    for systems, heading in zip(papers.values(), _heading_rows(papers), strict=True):
-        rows += range(heading + 1, heading + 1 + len(systems))
+    for systems, heading_row in zip(papers.values(), _heading_rows(papers), strict=True):
+        first_row = heading_row + 1
+        rows += range(first_row, first_row + len(systems))
     return rows
 
 
 def _heading_rows(papers: Mapping[str, Sequence[System]]) -> list[int]:
     """Return the row of each paper's name."""
-    heights = [1 + len(systems) for systems in papers.values()]
-    starts = np.cumsum([0, *heights])[:-1]
-    return [int(row) for row in starts]
+    # A paper has a row for its name, and a row for each system.
+    n_rows = [1 + len(systems) for systems in papers.values()]
+    first_rows = np.cumsum([0, *n_rows])[:-1]
+    return [int(row) for row in first_rows]
 
 
 def _draw_heading(axes: Axes, paper: str, row: int) -> None:
@@ -100,11 +108,12 @@ def _draw_effect(axes: Axes, row: int, result: EffectResult) -> None:
     if result.size is None or result.verdict == NOT_MEASURED:
         return
     edge, marker, face = VERDICT_STYLES[result.verdict]
-    value, low, high = (_to_percent(number) for number in result.size[1:])
+    size = result.size
+    median, low, high = (_to_percent(share) for share in (size.median, size.low, size.high))
     axes.plot([low, high], [row, row], color=edge, lw=1.4, solid_capstyle="butt")
-    if abs(result.size.median) > MAX_SIZE:
-        marker = ">" if value > 0 else "<"
-    axes.plot([value], [row], marker=marker, ms=5, mec=edge, mfc=face, clip_on=False)
+    if abs(size.median) > MAX_SIZE:
+        marker = ">" if median > 0 else "<"
+    axes.plot([median], [row], marker=marker, ms=5, mec=edge, mfc=face, clip_on=False)
 
 
 def _to_percent(share: float) -> float:

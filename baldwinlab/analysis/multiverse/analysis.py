@@ -84,13 +84,13 @@ def evaluate_variant(
     """
     results = evaluate_claims(data, last, paper)
     outcomes = {result.claim.id: _make_outcome(result.record()) for result in results}
-    counts = data["energy"].notnull().any(("generation", "agent")).sum("run").values
+    n_runs = data["energy"].notnull().any(("generation", "agent")).sum("run").values
     return VariantResult(
         name=variant.name,
         description=variant.description,
         choices=dict(variant.choices),
         fields=dict(variant.fields),
-        runs=(int(counts.min()), int(counts.max())),
+        runs=(int(n_runs.min()), int(n_runs.max())),
         held=sum(outcome.verdict == HOLDS for outcome in outcomes.values()),
         distance=compute_distance(outcomes, paper),
         outcomes=outcomes,
@@ -116,15 +116,14 @@ def compute_distance(outcomes: Mapping[str, Outcome], paper: Paper | None = None
     float or None
         The distance, or None if the paper has no effect size or an effect is missing.
     """
-    figures = {
-        claim.id: claim.paper_value for claim in (paper or load()).claims if claim.paper_value
-    }
+    claims = (paper or load()).claims
+    paper_effects = {claim.id: claim.paper_value for claim in claims if claim.paper_value}
     distances = []
-    for claim, figure in figures.items():
-        effect = outcomes[claim].effect if claim in outcomes else None
+    for claim_id, paper_effect in paper_effects.items():
+        effect = outcomes[claim_id].effect if claim_id in outcomes else None
         if effect is None:
             return None
-        distances.append(abs(effect - figure) / figure)
+        distances.append(abs(effect - paper_effect) / paper_effect)
     return float(np.mean(distances)) if distances else None
 
 
@@ -144,9 +143,9 @@ def select_claims(multiverse: Multiverse, *verdicts: Verdict) -> list[str]:
     """Return the claims with one of the given verdicts under every variant that evaluates them."""
     selected = []
     for claim in multiverse.claims:
-        decided = {variant.outcomes[claim.id].verdict for variant in multiverse.variants}
-        decided -= {NOT_EVALUATED}
-        if decided and decided <= set(verdicts):
+        claim_verdicts = {variant.outcomes[claim.id].verdict for variant in multiverse.variants}
+        claim_verdicts -= {NOT_EVALUATED}
+        if claim_verdicts and claim_verdicts <= set(verdicts):
             selected.append(claim.id)
     return selected
 
@@ -199,25 +198,28 @@ def find_nearest(multiverse: Multiverse) -> VariantResult | None:
     measured = [variant for variant in multiverse.variants if variant.distance is not None]
     claims_with_effect = [claim.id for claim in multiverse.claims if claim.figure is not None]
 
-    def rank(variant: VariantResult) -> tuple[int, float]:
-        held = sum(variant.outcomes[claim].verdict == HOLDS for claim in claims_with_effect)
-        return -held, variant.distance or 0.0
+    def rank_variant(variant: VariantResult) -> tuple[int, float]:
+        n_held = sum(variant.outcomes[claim].verdict == HOLDS for claim in claims_with_effect)
+        return -n_held, variant.distance or 0.0
 
-    return min(measured, key=rank, default=None)
+    return min(measured, key=rank_variant, default=None)
 
 
 def variants_with_paper_effects(multiverse: Multiverse) -> list[VariantResult]:
     """Return the variants whose intervals contain all effect sizes of the paper."""
-    figures = {claim.id: claim.figure for claim in multiverse.claims if claim.figure}
+    paper_effects = list_paper_effects(multiverse)
 
-    def contains(variant: VariantResult) -> bool:
-        for claim, figure in figures.items():
+    def has_paper_effects(variant: VariantResult) -> bool:
+        for claim, paper_effect in paper_effects.items():
             interval = variant.outcomes[claim].interval
-            if interval is None or not interval[0] <= figure <= interval[1]:
+            if interval is None:
+                return False
+            low, high = interval
+            if not low <= paper_effect <= high:
                 return False
         return True
 
-    return [variant for variant in multiverse.variants if contains(variant)]
+    return [variant for variant in multiverse.variants if has_paper_effects(variant)]
 
 
 def variants_with_most_claims(multiverse: Multiverse) -> list[VariantResult]:
@@ -317,7 +319,9 @@ def find_largest_effect(shares: Sequence[Share], claim: str) -> tuple[Share, Sha
             if share.choice == choice and share.claim == claim and share.share is not None
         ]
         if group:
-            pairs.append((max(group, key=_share_or_zero), min(group, key=_share_or_zero)))
+            largest = max(group, key=_share_or_zero)
+            smallest = min(group, key=_share_or_zero)
+            pairs.append((largest, smallest))
     return max(pairs, key=_compute_range, default=None)
 
 

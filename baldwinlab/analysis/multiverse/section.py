@@ -64,7 +64,7 @@ def make_section(
         n_variants=len(singles.variants),
         choices=singles.choices,
         n_combinations=len(multiverse.variants),
-        runs=format_range(count for variant in multiverse.variants for count in variant.runs),
+        runs=format_range(n_runs for variant in multiverse.variants for n_runs in variant.runs),
         sentences=[*filter(None, [explanation]), *sentences],
         combinations=describe_combinations(multiverse),
         figures=[save_and_inline(figure, folder) for figure in _draw_figures(multiverse)],
@@ -157,7 +157,7 @@ def _format_effect(variant: VariantResult, claim: str) -> str:
 
 def _draw_figures(multiverse: Multiverse) -> Iterator[ReportFigure]:
     singles = multiverse.singles
-    held = "; ".join(
+    held_claims = "; ".join(
         f"{variant.name}: {_list_held(variant) or 'none'}" for variant in singles.variants
     )
     yield ReportFigure(
@@ -168,7 +168,7 @@ def _draw_figures(multiverse: Multiverse) -> Iterator[ReportFigure]:
             "is the effect in the deciding comparison: with a sign, a difference of medians (items "
             "per agent, or a share of agents); without a sign, a level."
         ),
-        alternative=f"A table of verdicts. Claims that hold, by variant: {held}.",
+        alternative=f"A table of verdicts. Claims that hold, by variant: {held_claims}.",
         figure=figures.draw_variants(multiverse),
         table=list(_tabulate_outcomes(singles)),
     )

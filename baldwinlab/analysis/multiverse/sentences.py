@@ -79,7 +79,8 @@ def _describe_verdicts(multiverse: Multiverse, claim: str) -> str:
         return "is not evaluated under any variant, because runs are missing"
     if len(groups) == 1:
         (verdict,) = groups
-        return f"{VERDICT_PHRASES[verdict]} under {'any' if verdict == FAILS else 'every'} variant"
+        determiner = "any" if verdict == FAILS else "every"
+        return f"{VERDICT_PHRASES[verdict]} under {determiner} variant"
     parts = [
         f"{VERDICT_PHRASES[verdict]} under {_name_variants(group)}"
         for verdict, group in groups.items()
@@ -91,7 +92,8 @@ def _name_variants(variants: Sequence[VariantResult]) -> str:
     """Return the names of a few variants, or the number of many."""
     nonstandard = [variant for variant in variants if variant.choices]
     has_standard = len(nonstandard) < len(variants)
-    if len(nonstandard) <= (MAX_NAMED_WITH_STANDARD if has_standard else MAX_NAMED):
+    max_named = MAX_NAMED_WITH_STANDARD if has_standard else MAX_NAMED
+    if len(nonstandard) <= max_named:
         return join_names([_name_variant(variant) for variant in variants])
     if has_standard:
         return f"the standard variant and {len(nonstandard)} others"
@@ -116,8 +118,8 @@ def _describe_nearest(multiverse: Multiverse) -> Iterator[str]:
         f"{format_number(nearest.distance)}. Under it, {nearest.held} of {len(nearest.outcomes)} "
         "claims hold."
     )
-    inside = analysis.variants_with_paper_effects(multiverse)
-    names = _name_variants(inside) if inside else "no variant"
+    agreeing_variants = analysis.variants_with_paper_effects(multiverse)
+    names = _name_variants(agreeing_variants) if agreeing_variants else "no variant"
     yield f"All these values are inside the measured 95 % intervals under {names}."
     standard = analysis.find_standard_variant(multiverse)
     if standard and standard != nearest and standard.distance is not None:
@@ -137,11 +139,11 @@ def _describe_most_claims(multiverse: Multiverse) -> str:
     best = analysis.variants_with_most_claims(multiverse)
     if not best or not best[0].held:
         return "No claim holds under any variant."
-    held = best[0].held
-    count = len(multiverse.claims)
-    if held == count:
-        return f"Under {_name_variants(best)}, all {count} claims hold."
-    return f"Under {_name_variants(best)}, {held} of {count} claims hold, the highest number."
+    n_held = best[0].held
+    n_claims = len(multiverse.claims)
+    if n_held == n_claims:
+        return f"Under {_name_variants(best)}, all {n_claims} claims hold."
+    return f"Under {_name_variants(best)}, {n_held} of {n_claims} claims hold, the highest number."
 
 
 def _describe_equal_variants(multiverse: Multiverse) -> Iterator[str]:
@@ -149,14 +151,16 @@ def _describe_equal_variants(multiverse: Multiverse) -> Iterator[str]:
     standard = analysis.find_standard_variant(multiverse)
     if standard is None:
         return
-    equal = [
+    names = [
         _name_variant(variant)
         for variant in multiverse.variants
         if variant.choices and _list_results(variant) == _list_results(standard)
     ]
-    if equal:
-        names = join_names(equal)
-        yield f"All verdicts and effects equal those of the standard variant under {names}."
+    if names:
+        yield (
+            "All verdicts and effects equal those of the standard variant under "
+            f"{join_names(names)}."
+        )
 
 
 def _list_results(variant: VariantResult) -> list[tuple[Verdict, float | None]]:
@@ -184,18 +188,21 @@ def describe_combinations(multiverse: Multiverse) -> list[str]:
 
 def _describe_claim(multiverse: Multiverse, claim: str, shares: Sequence[analysis.Share]) -> str:
     groups = analysis.group_by_verdict(multiverse, claim)
-    decided = sum(len(variants) for variants in groups.values())
-    if not decided:
+    n_decided = sum(len(variants) for variants in groups.values())
+    if not n_decided:
         return f"{claim} is not evaluated under any combination, because runs are missing."
-    held = len(groups[HOLDS]) / decided
-    failed = len(groups[FAILS]) / decided
+    held_share = len(groups[HOLDS]) / n_decided
+    failed_share = len(groups[FAILS]) / n_decided
     text = (
-        f"{claim} holds under {held:.0%} of {decided:,} combinations and fails under {failed:.0%}."
+        f"{claim} holds under {held_share:.0%} of {n_decided:,} combinations and fails under "
+        f"{failed_share:.0%}."
     )
     pair = analysis.find_largest_effect(shares, claim)
-    if pair is None or pair[0].share == pair[1].share:
+    if pair is None:
         return text
     largest, smallest = pair
+    if largest.share == smallest.share:
+        return text
     return (
         f"{text} The choice with the largest effect is {largest.choice}: the claim holds under "
         f"{largest.share:.0%} with {largest.alternative} and {smallest.share:.0%} with "
@@ -205,4 +212,5 @@ def _describe_claim(multiverse: Multiverse, claim: str, shares: Sequence[analysi
 
 def join_names(names: Sequence[str]) -> str:
     """Return a list in words, such as "C1, C2 and C3"."""
-    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+    *preceding, last = names or [""]
+    return f"{', '.join(preceding)} and {last}" if preceding else last

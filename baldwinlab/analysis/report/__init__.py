@@ -57,8 +57,10 @@ def emergence_generations(generations: int) -> list[int]:
     if generations <= MAX_EMERGENCE_PANELS:
         return list(range(generations))
     last = generations - 1
+    # Generation 0 is in addition to the powers of `last` with exponents from 0 to 1.
     n_intervals = MAX_EMERGENCE_PANELS - 2
-    return sorted({0, *(round(last ** (step / n_intervals)) for step in range(n_intervals + 1))})
+    exponents = [interval_index / n_intervals for interval_index in range(n_intervals + 1)]
+    return sorted({0, *(round(last**exponent) for exponent in exponents)})
 
 
 def draw_report(report: ReportData) -> dict[str, Any]:
@@ -80,10 +82,12 @@ def draw_report(report: ReportData) -> dict[str, Any]:
         A figure cannot be written.
     """
     folder = report.directory / "figures"
+    contrasts = report.contrasts
+    has_contrasts = contrasts is not None and len(contrasts.rows) > 0
     return {
         "paper": report.paper,
         "is_reproduction": report.is_reproduction,
-        "contrasts": report.contrasts if report.contrasts and report.contrasts.rows else None,
+        "contrasts": contrasts if has_contrasts else None,
         "overview": setup.summarize_setup(
             report.data, report.experiments, report.provenance, report.paper
         ),

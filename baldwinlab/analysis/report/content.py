@@ -98,8 +98,10 @@ def compute_shares(data: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -
 def find_evaluation_variable(conditions: Mapping[str, BaseExperiment]) -> str:
     """Return the variable that counts evaluations, or "" if the conditions do not share one."""
     evaluation_variables = [model.clock for model in _iterate_loaded_models(conditions)]
-    is_shared = len(evaluation_variables) == len(conditions) and len({*evaluation_variables}) == 1
-    return evaluation_variables[0] if is_shared else ""
+    # A condition whose model is not loaded has no variable.
+    are_all_loaded = len(evaluation_variables) == len(conditions)
+    is_shared = len(set(evaluation_variables)) == 1
+    return evaluation_variables[0] if are_all_loaded and is_shared else ""
 
 
 def _iterate_loaded_models(conditions: Mapping[str, BaseExperiment]) -> Iterator[Any]:
@@ -167,12 +169,12 @@ def _serialize_world(experiment: Experiment) -> str:
 
 def describe_verdicts(results: Sequence[ClaimResult]) -> str:
     """Return the number of claims by verdict, such as "7 hold, 1 is undecided"."""
-    phrases = []
+    texts = []
     for verdict, (singular, plural) in zip(VERDICTS, VERDICT_VERBS, strict=True):
         count = _count_claims(results, verdict)
         if count:
-            phrases.append(f"{count} {plural if count > 1 else singular}")
-    return ", ".join(phrases)
+            texts.append(f"{count} {plural if count > 1 else singular}")
+    return ", ".join(texts)
 
 
 def _count_claims(results: Sequence[ClaimResult], verdict: Verdict) -> int:
@@ -207,8 +209,10 @@ def format_timing(provenance: Mapping[str, Any]) -> str:
     if seconds := provenance.get("seconds"):
         time = f"{phrases.format_number(seconds)} s"
         if steps := provenance.get("agent_steps"):
-            rate = steps / seconds / 1e6
-            time = f"{steps:,} agent-steps in {time} ({rate:,.1f} million per second)"
+            millions_per_second = steps / seconds / 1e6
+            time = (
+                f"{steps:,} agent-steps in {time} ({millions_per_second:,.1f} million per second)"
+            )
         parts.append(time)
     if workers := provenance.get("workers"):
         counts = workers if isinstance(workers, list) else [workers]

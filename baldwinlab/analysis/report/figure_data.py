@@ -30,9 +30,9 @@ def list_typical_replays(data: xr.Dataset) -> list[str]:
     for name in map(str, data["condition"].values):
         is_stored = has_data.sel(condition=name)
         if bool(is_stored.any()):
-            generation = int(is_stored["generation"][is_stored][-1])
+            last_generation = int(is_stored["generation"][is_stored][-1])
             run = fitness.typical_run(data, name)
-            commands.append(format_replay_command(name, run, generation))
+            commands.append(format_replay_command(name, run, last_generation))
     return commands
 
 

@@ -132,10 +132,12 @@ def complete_page(page: str, out: Path, figures: Path) -> str:
     str
         HTML.
     """
-    numbers = {name: number for number, name in enumerate(FIGURE_PATTERN.findall(page), 1)}
+    figure_names = FIGURE_PATTERN.findall(page)
+    figure_numbers = {name: number for number, name in enumerate(figure_names, 1)}
 
     def number_reference(match: re.Match[str]) -> str:
-        return f"{match[1]}Figure\N{NO-BREAK SPACE}{numbers[match[2]]}</a>"
+        opening_tag, figure_name = match.groups()
+        return f"{opening_tag}Figure\N{NO-BREAK SPACE}{figure_numbers[figure_name]}</a>"
 
     page = REFERENCE_PATTERN.sub(number_reference, page)
     if is_local(out) and is_local(figures):

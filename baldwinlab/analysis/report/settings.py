@@ -80,13 +80,13 @@ def select_open_choices(
     list of (OpenChoice, str, list of str)
         Each choice with its value in the study and the identifiers of the claims.
     """
-    claims_of: dict[OpenChoice, list[str]] = {}
+    claims_by_choice: dict[OpenChoice, list[str]] = {}
     for result in results:
         for choice in result.claim.choices:
-            claims_of.setdefault(choice, []).append(result.claim.id)
+            claims_by_choice.setdefault(choice, []).append(result.claim.id)
     return [
         (choice, format_setting(choice.field, conditions), names)
-        for choice, names in claims_of.items()
+        for choice, names in claims_by_choice.items()
     ]
 
 
@@ -129,15 +129,17 @@ def describe_changed_settings(data: xr.Dataset, conditions: Experiments, paper: 
         for name, experiment in select_foragers(conditions).items()
         if name in declared
     ]
-    sentences = [f"{variant}." for variant in dict.fromkeys(variants) if " " in variant]
-    for variant in dict.fromkeys(variants):
+    # `describe_variant` returns the name of a variant, which has no space, or a phrase.
+    distinct_variants = list(dict.fromkeys(variants))
+    sentences = [f"{phrase}." for phrase in distinct_variants if " " in phrase]
+    for variant in distinct_variants:
         if " " not in variant and variant != STANDARD_VARIANT:
             description = paper.describe("variants", variant)
             sentences.append(f"The variant is {variant}: {description}.")
-    counts = count_runs(data)
-    if max(counts.values()) < paper.metadata.runs:
+    n_runs = count_runs(data).values()
+    if max(n_runs) < paper.metadata.runs:
         sentences.append(
-            f"This study has {format_range(counts.values())} runs per condition, and the paper "
+            f"This study has {format_range(n_runs)} runs per condition, and the paper "
             f"has {paper.metadata.runs}. Its intervals are therefore wider."
         )
     return sentences

@@ -85,8 +85,8 @@ def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]
     combinations = {(condition.learner, condition.map) for condition in factors.values()}
     has_all = combinations == {*product(learners, maps)}
     has_no_duplicate = len(factors) == len(learners) * len(maps)
-    is_complete = has_all and has_no_duplicate
-    if len(factors) <= MAX_LISTED_CONDITIONS or not is_complete or len(maps) < 2:
+    is_complete_design = has_all and has_no_duplicate and len(maps) > 1
+    if len(factors) <= MAX_LISTED_CONDITIONS or not is_complete_design:
         return [("conditions", ", ".join(factors))]
     return [
         (

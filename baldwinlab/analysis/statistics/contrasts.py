@@ -202,6 +202,7 @@ def compare_final_values(
     smallest = smallest_corrected_p(
         [PlannedTest(comparison.n_a, comparison.n_b) for comparison in numbers]
     )
+    # Each row has the fields of a `Contrast`, of which the first three are a test.
     rows = zip(tests, numbers, corrected.tolist(), smallest.tolist(), strict=True)
     return Contrasts(
         pairing=describe_pairing(pairs, factors),
@@ -297,5 +298,6 @@ def planned_tests(
 
 
 def _compare_runs(values: xr.DataArray, condition: str, reference: str) -> statistics.Comparison:
-    samples = (values.sel(condition=name).dropna("run").values for name in (condition, reference))
-    return statistics.compare(*(np.asarray(sample, np.float64) for sample in samples))
+    a = values.sel(condition=condition).dropna("run").values
+    b = values.sel(condition=reference).dropna("run").values
+    return statistics.compare(np.asarray(a, np.float64), np.asarray(b, np.float64))

@@ -72,7 +72,7 @@ def mean(dataset: xr.Dataset) -> xr.DataArray:
     """
     return _reduce_agents(
         dataset["energy"],
-        lambda energy: np.where(np.isnan(energy), 0, energy).sum(axis=-1) / _count(energy),
+        lambda energy: np.where(np.isnan(energy), 0, energy).sum(axis=-1) / _count_agents(energy),
     )
 
 
@@ -92,7 +92,9 @@ def share(dataset: xr.Dataset) -> xr.DataArray:
     xarray.DataArray
         Share, 0 to 1, (condition, run, generation); NaN for missing generations.
     """
-    shares = _reduce_agents(gain(dataset), lambda food: (food > 0).sum(axis=-1) / _count(food))
+    shares = _reduce_agents(
+        gain(dataset), lambda food: (food > 0).sum(axis=-1) / _count_agents(food)
+    )
     return shares.drop_attrs(deep=False).assign_attrs(valid_max=1.0)
 
 
@@ -109,7 +111,7 @@ def _reduce_agents(
     return result
 
 
-def _count(values: AgentValues) -> AgentValues:
+def _count_agents(values: AgentValues) -> AgentValues:
     """Count the agents with a value, by generation."""
     counts: AgentValues = (~np.isnan(values)).sum(axis=-1)
     return counts
@@ -216,8 +218,8 @@ def _average_window(values: xr.DataArray, length: int, from_end: bool) -> xr.Dat
     is_present = values.notnull().any("run")
     # Conditions end at different generations, so count only generations with a value.
     position = is_present.cumsum("generation")
-    skipped = is_present.sum("generation") - length
-    is_inside = position > skipped if from_end else position <= length
+    n_skipped = is_present.sum("generation") - length
+    is_inside = position > n_skipped if from_end else position <= length
     return values.where(is_present & is_inside).mean("generation", keep_attrs=True)
 
 
@@ -244,7 +246,8 @@ def typical_run(dataset: xr.Dataset, condition: str) -> int:
     means = final(dataset, "mean").sel(condition=condition).dropna("run")
     if not means.size:
         raise ValueError(f"there is no run of {condition}")
-    return int(means["run"][abs(means - means.median()).argmin("run")])
+    distances = abs(means - means.median())
+    return int(means["run"][distances.argmin("run")])
 
 
 def largest_gain(dataset: xr.Dataset) -> xr.DataArray:

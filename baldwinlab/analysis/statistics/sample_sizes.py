@@ -52,10 +52,11 @@ class PlannedTest(NamedTuple):
             return 0.0
         if self.method == "Wilcoxon":
             return min(1.0, 2.0 ** (1 - self.n_a))
-        runs = self.n_a + self.n_b
-        if runs <= MAX_EXACT_RUNS:
-            return min(1.0, 2 / comb(runs, self.n_a))
-        return 2 * exp(lgamma(self.n_a + 1) + lgamma(self.n_b + 1) - lgamma(runs + 1))
+        n_runs = self.n_a + self.n_b
+        if n_runs <= MAX_EXACT_RUNS:
+            return min(1.0, 2 / comb(n_runs, self.n_a))
+        # The logarithm of 1 / comb(n_runs, n_a), because lgamma(n + 1) is the logarithm of n!.
+        return 2 * exp(lgamma(self.n_a + 1) + lgamma(self.n_b + 1) - lgamma(n_runs + 1))
 
 
 def smallest_corrected_p(tests: Sequence[PlannedTest]) -> Sample:
@@ -114,8 +115,8 @@ def describe_too_few(tests: Sequence[PlannedTest]) -> str:
     is_impossible = _is_impossible(tests)
     if not is_impossible.any():
         return ""
-    affected = [test for test, flag in zip(tests, is_impossible, strict=True) if flag]
-    sizes = [size for test in affected for size in (test.n_a, test.n_b)]
+    affected_tests = [tests[index] for index in np.flatnonzero(is_impossible)]
+    sizes = [size for test in affected_tests for size in (test.n_a, test.n_b)]
     runs = f"{min(sizes)}" if min(sizes) == max(sizes) else f"{min(sizes)} to {max(sizes)}"
     smallest_p_holm = float(smallest_corrected_p(tests)[is_impossible].min())
     affected_note = ""

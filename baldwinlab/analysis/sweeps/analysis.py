@@ -26,8 +26,11 @@ from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 from baldwinlab.core.file_writing import write_atomically
 
-# Largest number of groups of a field's values.
+# Smallest and largest number of groups of a field's values.
+MIN_GROUPS: Final = 2
 MAX_GROUPS: Final = 8
+# Smallest number of points for a rank correlation.
+MIN_CORRELATED_POINTS: Final = 3
 # Smallest number of points in a group of several values.
 MIN_GROUP_POINTS: Final = 5
 # Columns of responses.csv after the fields.
@@ -163,12 +166,13 @@ def group_points(finals: xr.Dataset, field: str) -> list[Group]:
             )
             for value, position in zip(distinct, positions, strict=True)
         ]
-    n_groups = min(MAX_GROUPS, max(2, values.size // MIN_GROUP_POINTS))
-    edges = np.quantile(values, np.linspace(0, 1, n_groups + 1)[1:-1])
-    group_numbers = np.searchsorted(edges, values, side="right")
+    n_groups = min(MAX_GROUPS, max(MIN_GROUPS, values.size // MIN_GROUP_POINTS))
+    inner_quantiles = np.linspace(0, 1, n_groups + 1)[1:-1]
+    edges = np.quantile(values, inner_quantiles)
+    group_indices = np.searchsorted(edges, values, side="right")
     return [
-        _make_group(values, np.flatnonzero(group_numbers == group))
-        for group in np.unique(group_numbers)
+        _make_group(values, np.flatnonzero(group_indices == group_index))
+        for group_index in np.unique(group_indices)
     ]
 
 
@@ -220,7 +224,7 @@ def list_pairs(sweep: xr.Dataset) -> list[tuple[str, str]]:
     if sweep.attrs["design"] != "grid":
         return []
     fields = [field for field in sweep.attrs["fields"] if np.unique(sweep[field].values).size > 1]
-    return list(combinations(fields, 2))
+    return list(combinations(fields, r=2))
 
 
 def compute_table(
@@ -243,11 +247,13 @@ def compute_table(
         Shape (values of `row`, values of `column`), in the order of `group_points`.
     """
     means = finals[measure].mean("run").values
-    columns = group_points(finals, column)
+    column_groups = group_points(finals, column)
     table = []
     for row_group in group_points(finals, row):
-        cells = [np.intersect1d(row_group.points, group.points) for group in columns]
-        table.append([_finite_mean(means[points]) for points in cells])
+        points_by_column = [
+            np.intersect1d(row_group.points, group.points) for group in column_groups
+        ]
+        table.append([_finite_mean(means[points]) for points in points_by_column])
     return np.array(table)
 
 
@@ -280,16 +286,20 @@ def compute_correlations(finals: xr.Dataset) -> list[Correlation]:
                         field=field, measure=measure, points=means.size, rho=rho, p=p, p_holm=nan
                     )
                 )
-    p_values = [correlation.p for correlation in correlations if not np.isnan(correlation.p)]
-    corrected = iter(statistics.holm(p_values).tolist())
+    p_values = np.array([correlation.p for correlation in correlations])
+    is_defined = ~np.isnan(p_values)
+    corrected = np.full(p_values.size, nan)
+    corrected[is_defined] = statistics.holm(p_values[is_defined])
     return [
-        correlation if np.isnan(correlation.p) else correlation._replace(p_holm=next(corrected))
-        for correlation in correlations
+        correlation._replace(p_holm=p_holm)
+        for correlation, p_holm in zip(correlations, corrected.tolist(), strict=True)
     ]
 
 
 def _spearman(values: npt.NDArray[Any], means: npt.NDArray[np.float64]) -> tuple[float, float]:
-    if values.size < 3 or np.unique(values).size == 1 or np.unique(means).size == 1:
+    """Return the correlation of values with means, [point], and its p-value."""
+    is_constant = np.unique(values).size == 1 or np.unique(means).size == 1
+    if values.size < MIN_CORRELATED_POINTS or is_constant:
         return nan, nan
     result = stats.spearmanr(values, means)
     return float(result.statistic), float(result.pvalue)
@@ -310,13 +320,13 @@ def tabulate_points(finals: xr.Dataset) -> list[dict[str, Any]]:
     """
     fields = finals.attrs["fields"]
     intervals = {measure: interval_of_mean(finals[measure]) for measure in fitness.MEASURES}
-    counts = finals["mean"].count("run").values
+    n_runs = finals["mean"].count("run").values
     rows = []
-    for position, point in enumerate(finals["point"].values.tolist()):
-        settings = {field: finals[field].values[position].item() for field in fields}
-        for measure, numbers in intervals.items():
-            mean, low, high = (float(values[position]) for values in numbers)
-            row = {"measure": measure, "runs": int(counts[position])}
+    for point_index, point in enumerate(finals["point"].values.tolist()):
+        settings = {field: finals[field].values[point_index].item() for field in fields}
+        for measure, interval in intervals.items():
+            mean, low, high = (float(values[point_index]) for values in interval)
+            row = {"measure": measure, "runs": int(n_runs[point_index])}
             row |= {"mean": mean, "low": low, "high": high}
             rows.append({"point": point, **settings, **row})
     return rows

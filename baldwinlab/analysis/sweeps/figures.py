@@ -6,6 +6,7 @@ C. R. Anderton and R. S. Renslow, PLOS ONE 13 (2018).
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from typing import Final
@@ -23,11 +24,25 @@ from baldwinlab.analysis.sweeps.analysis import Group, Response
 
 MEASURE_TITLES: Final = {"best": "Best agent", "mean": "Average agent", "share": "Share that ate"}
 MAX_TICKS: Final = 8
-# Largest number of characters in a line of an axis label.
+# Smallest ratio of the largest to the smallest value on a log scale.
+MIN_LOG_RANGE: Final = 10
+# Largest numbers of characters in a line of the label of a panel, and of a wider axis.
 LINE_LENGTH: Final = 26
+LONG_LINE_LENGTH: Final = 60
+# Largest number of horizontal labels of a field of texts.
+MAX_HORIZONTAL_LABELS: Final = 3
+# Share of the largest value on a heat map, above which text is black.
+MIN_SHARE_FOR_BLACK_TEXT: Final = 0.55
 # Largest numbers of columns and rows of a heat map with numbers in its cells.
 MAX_NUMBERED_COLUMNS: Final = 5
 MAX_NUMBERED_ROWS: Final = 8
+# Heights of a row and of a heat map, and of its title, color bar and labels, in inches.
+ROW_HEIGHT: Final = 0.32
+MIN_MAP_HEIGHT: Final = 0.9
+MAX_MAP_HEIGHT: Final = 3.2
+LABELS_HEIGHT: Final = 1.5
+# Top of the color bar if all values are 0, so that its range is not empty.
+MIN_TOP: Final = 1e-9
 
 
 def choose_axis_scale(values: Sequence[float] | npt.NDArray[np.float64]) -> str:
@@ -47,7 +62,8 @@ def choose_axis_scale(values: Sequence[float] | npt.NDArray[np.float64]) -> str:
     numbers = np.unique(np.asarray(values, np.float64))
     positive = numbers[numbers > 0]
     has_negative = numbers.size > 0 and numbers[0] < 0
-    if has_negative or positive.size < 2 or positive[-1] < 10 * positive[0]:
+    # Distances between values exist for two values, and their spread for three.
+    if has_negative or positive.size < 2 or positive[-1] < MIN_LOG_RANGE * positive[0]:
         return "linear"
     if positive.size > 2 and _measure_unevenness(np.log(positive)) >= _measure_unevenness(positive):
         return "linear"
@@ -80,7 +96,9 @@ def draw_response_curves(finals: xr.Dataset) -> Figure:
     for row, field in zip(grid, fields, strict=True):
         for axes, measure in zip(row, MEASURE_TITLES, strict=True):
             _draw_responses(axes, finals, field, measure)
-        row[0].set_xlabel(textwrap.fill(describe_field(finals, field), 60), loc="left")
+        row[0].set_xlabel(
+            textwrap.fill(describe_field(finals, field), LONG_LINE_LENGTH), loc="left"
+        )
         row[0].set_ylabel(_fitness_label(finals))
     for axes, (measure, title) in zip(grid[0], MEASURE_TITLES.items(), strict=True):
         axes.set_title(title, loc="left", fontweight="bold")
@@ -90,6 +108,7 @@ def draw_response_curves(finals: xr.Dataset) -> Figure:
 
 
 def _axis_top(axes: Axes, measure: str) -> float:
+    """Return the upper limit of an axis: 1 for shares, or if no value is above 0."""
     has_values = axes.dataLim.y1 > 0
     return axes.get_ylim()[1] if has_values and measure != "share" else 1.0
 
@@ -112,12 +131,13 @@ def _draw_responses(axes: Axes, finals: xr.Dataset, field: str, measure: str) ->
             positions = _locate_points(analysis.group_points(finals, field))
         means = finals[measure].mean("run")
         axes.plot(positions, means, "o", color=GRAY, ms=3, alpha=0.45, mew=0, clip_on=False)
-    _draw_line(axes, responses, is_joined=has_numbers)
+    _draw_means(axes, responses, is_joined=has_numbers)
     if has_numbers:
         _scale_axis(axes, finals[field].values)
     else:
         labels = [response.group for response in responses]
-        axes.set_xticks(range(len(labels)), labels, rotation=0 if len(labels) < 4 else 30)
+        rotation = 0 if len(labels) <= MAX_HORIZONTAL_LABELS else 30
+        axes.set_xticks(range(len(labels)), labels, rotation=rotation)
         axes.set_xlim(-0.5, len(labels) - 0.5)
 
 
@@ -141,7 +161,7 @@ def _locate_points(groups: Sequence[Group]) -> npt.NDArray[np.float64]:
     return positions
 
 
-def _draw_line(axes: Axes, responses: Sequence[Response], is_joined: bool) -> None:
+def _draw_means(axes: Axes, responses: Sequence[Response], is_joined: bool) -> None:
     positions = [response.position for response in responses]
     axes.plot(
         positions,
@@ -176,12 +196,13 @@ def draw_heat_maps(finals: xr.Dataset, row: str, column: str) -> Figure:
     """
     rows = analysis.group_points(finals, row)
     columns = analysis.group_points(finals, column)
-    figure = Figure((FIGURE_WIDTH, 1.5 + min(max(0.32 * len(rows), 0.9), 3.2)))
+    map_height = min(max(ROW_HEIGHT * len(rows), MIN_MAP_HEIGHT), MAX_MAP_HEIGHT)
+    figure = Figure((FIGURE_WIDTH, LABELS_HEIGHT + map_height))
     grid = figure.subplots(1, len(MEASURE_TITLES), squeeze=False, sharey=True)[0]
     for axes, (measure, title) in zip(grid, MEASURE_TITLES.items(), strict=True):
         values = analysis.compute_table(finals, row, column, measure)
         is_share = measure == "share"
-        top = 1.0 if is_share else max(float(np.nanmax(values, initial=0.0)), 1e-9)
+        top = 1.0 if is_share else max(float(np.nanmax(values, initial=0.0)), MIN_TOP)
         image = axes.imshow(values, cmap="cividis", vmin=0, vmax=top, origin="lower", aspect="auto")
         label = "share of agents" if is_share else _fitness_label(finals)
         figure.colorbar(image, ax=axes, location="top", label=label, aspect=30)
@@ -190,16 +211,17 @@ def draw_heat_maps(finals: xr.Dataset, row: str, column: str) -> Figure:
         _label_values(axes, rows, columns)
         _write_values(axes, values, top)
     grid[0].set_ylabel(textwrap.fill(describe_field(finals, row), LINE_LENGTH))
-    grid[1].set_xlabel(textwrap.fill(describe_field(finals, column), 60))
+    grid[1].set_xlabel(textwrap.fill(describe_field(finals, column), LONG_LINE_LENGTH))
     return figure
 
 
 def _label_values(axes: Axes, rows: Sequence[Group], columns: Sequence[Group]) -> None:
     for axis, groups in ((axes.xaxis, columns), (axes.yaxis, rows)):
-        step = -(-len(groups) // MAX_TICKS)
-        axis.set_ticks(range(0, len(groups), step), [group.label for group in groups[::step]])
-    longest = max(len(group.label) for group in columns)
-    if longest * len(columns) > LINE_LENGTH:
+        stride = math.ceil(len(groups) / MAX_TICKS)
+        tick_labels = [group.label for group in groups[::stride]]
+        axis.set_ticks(range(0, len(groups), stride), tick_labels)
+    n_letters = max(len(group.label) for group in columns)
+    if n_letters * len(columns) > LINE_LENGTH:
         axes.tick_params(axis="x", rotation=90)
 
 
@@ -210,6 +232,6 @@ def _write_values(axes: Axes, values: npt.NDArray[np.float64], top: float) -> No
         return
     for (row, column), value in np.ndenumerate(values):
         if np.isfinite(value):
-            color = BLACK if value > 0.55 * top else "white"
+            color = BLACK if value > MIN_SHARE_FOR_BLACK_TEXT * top else "white"
             text = f"{value:.3g}" if value < 1000 else f"{value:,.0f}"
             axes.text(column, row, text, ha="center", va="center", color=color)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, Final
 
@@ -143,14 +144,14 @@ def summarize_design(finals: xr.Dataset) -> list[tuple[str, str]]:
         (field, f"{_list_values(finals, field)} ({finals[field].attrs['long_name']})")
         for field in finals.attrs["fields"]
     ]
-    settings = [text.replace("=", " = ", 1) for text in finals.attrs["set"]]
-    counts = finals[SUMMARY_MEASURE].count("run").values.tolist()
+    settings = [assignment.replace("=", " = ", 1) for assignment in finals.attrs["set"]]
+    n_runs = finals[SUMMARY_MEASURE].count("run").values.tolist()
     return [
         ("experiment", ", ".join([finals.attrs["base"], *settings])),
         ("design", DESIGN_DESCRIPTIONS[finals.attrs["design"]]),
         *fields,
         ("points", f"{finals.sizes['point']:,}"),
-        ("runs per point", content.format_range(counts)),
+        ("runs per point", content.format_range(n_runs)),
         ("seed", str(finals.attrs["seed"])),
     ]
 
@@ -177,9 +178,9 @@ def describe_responses(finals: xr.Dataset) -> Iterator[str]:
     """
     fields = finals.attrs["fields"]
     means = finals[SUMMARY_MEASURE].mean("run")
-    best = finals.isel(point=int(means.argmax("point")))
+    best_point = finals.isel(point=int(means.argmax("point")))
     settings = ", ".join(
-        f"{field} = {analysis.format_value(best[field].item())}" for field in fields
+        f"{field} = {analysis.format_value(best_point[field].item())}" for field in fields
     )
     yield (
         "The mean fitness of the average agent is highest at "
@@ -192,11 +193,11 @@ def describe_responses(finals: xr.Dataset) -> Iterator[str]:
             if np.isfinite(response.mean)
         ]
         if len(responses) > 1:
-            low = min(responses, key=lambda response: response.mean)
-            high = max(responses, key=lambda response: response.mean)
+            lowest = min(responses, key=attrgetter("mean"))
+            highest = max(responses, key=attrgetter("mean"))
             yield (
-                f"By {field}, it ranges from {format_number(low.mean)} ({low.group}) to "
-                f"{format_number(high.mean)} ({high.group})."
+                f"By {field}, it ranges from {format_number(lowest.mean)} ({lowest.group}) to "
+                f"{format_number(highest.mean)} ({highest.group})."
             )
 
 
@@ -275,8 +276,9 @@ def _tabulate_cells(finals: xr.Dataset, row: str, column: str) -> list[dict[str,
         for measure in fitness.MEASURES
     }
     cells = []
-    for i, row_group in enumerate(analysis.group_points(finals, row)):
-        for j, column_group in enumerate(analysis.group_points(finals, column)):
-            values = {measure: float(table[i, j]) for measure, table in tables.items()}
+    for row_index, row_group in enumerate(analysis.group_points(finals, row)):
+        for column_index, column_group in enumerate(analysis.group_points(finals, column)):
+            cell = (row_index, column_index)
+            values = {measure: float(table[cell]) for measure, table in tables.items()}
             cells.append({row: row_group.label, column: column_group.label, **values})
     return cells
