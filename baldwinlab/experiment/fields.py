@@ -68,8 +68,10 @@ def merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     merged = dict(base)
     for key, value in changes.items():
         base_value = merged.get(key)
-        are_tables = isinstance(base_value, dict) and isinstance(value, dict)
-        merged[key] = merge(base_value, value) if are_tables else value
+        if isinstance(base_value, dict) and isinstance(value, dict):
+            merged[key] = merge(base_value, value)
+        else:
+            merged[key] = value
     return merged
 
 

@@ -5,7 +5,7 @@ The worlds differ in the number of agents, the update, the modules of genomes an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any, Final, NamedTuple
 
@@ -17,20 +17,29 @@ ITEM_FEATURE: Final = "patches"
 """A world feature that adds items."""
 RULE_OF_MODULES: Final = {1: "none", 2: "self-taught"}
 """Learning rules, by the number of modules of their genomes."""
-CASE_SETTINGS: Final = (
-    (1, "sequential", False, False, 30),
-    (2, "simultaneous", True, True, 12),
-    (17, "sequential", True, True, 8),
-    (20, "simultaneous", False, True, 6),
-    (2, "sequential", False, False, 20),
-    (1, "simultaneous", True, True, 12),
-    (17, "simultaneous", False, False, 6),
-    (20, "sequential", True, False, 8),
-)
-"""Agents, update, whether the number of modules changes, whether a feature adds items, and steps.
 
-Every pair of values occurs. Plain Python simulates all cases in seconds.
-"""
+
+class CaseSettings(NamedTuple):
+    """Settings of a case for MiniWorld: numbers of agents and of steps, and changes."""
+
+    agents: int
+    update: str
+    changes_modules: bool
+    adds_items: bool
+    steps: int
+
+
+CASE_SETTINGS: Final = (
+    CaseSettings(1, "sequential", changes_modules=False, adds_items=False, steps=30),
+    CaseSettings(2, "simultaneous", changes_modules=True, adds_items=True, steps=12),
+    CaseSettings(17, "sequential", changes_modules=True, adds_items=True, steps=8),
+    CaseSettings(20, "simultaneous", changes_modules=False, adds_items=True, steps=6),
+    CaseSettings(2, "sequential", changes_modules=False, adds_items=False, steps=20),
+    CaseSettings(1, "simultaneous", changes_modules=True, adds_items=True, steps=12),
+    CaseSettings(17, "simultaneous", changes_modules=False, adds_items=False, steps=6),
+    CaseSettings(20, "sequential", changes_modules=True, adds_items=False, steps=8),
+)
+"""Settings in which every pair of values occurs. Plain Python simulates all cases in seconds."""
 POPULATION_SIZES: Final = (1, 2, 17, 20)
 """Numbers of agents for models other than MiniWorld."""
 
@@ -74,29 +83,32 @@ def make_cases(group: PartGroup) -> Iterator[Case]:
     Case
         One case.
     """
-    make: Callable[..., Case] = _make_miniworld_case
-    settings: Iterable[tuple[Any, ...]] = CASE_SETTINGS
     if not is_of_miniworld(group.experiment):
-        make = _make_model_case
-        settings = [(agents,) for agents in POPULATION_SIZES]
-    for values in settings:
+        for agents in POPULATION_SIZES:
+            with suppress(ExperimentError):
+                yield _make_model_case(group, agents)
+        return
+    for settings in CASE_SETTINGS:
         with suppress(ExperimentError):
-            yield make(group, *values)
+            yield _make_miniworld_case(group, settings)
 
 
 def _make_model_case(group: PartGroup, agents: int) -> Case:
     return Case(_format_agents(agents), group.experiment.replace(population={"size": agents}))
 
 
-def _make_miniworld_case(group: PartGroup, *values: Any) -> Case:
-    """Return the case with the values of an entry of `CASE_SETTINGS`."""
-    agents, update, changes_modules, has_items, steps = values
-    lifetime = {"update": update, "steps": steps}
-    base = group.experiment.replace(population={"size": agents}, lifetime=lifetime)
-    experiment = _change_modules(group, base) if changes_modules else base
-    experiment = _add_items(experiment) if has_items else experiment
-    is_same_code = code_key(experiment) == code_key(base)
-    return Case(_describe(experiment, has_items), experiment, has_items, is_same_code)
+def _make_miniworld_case(group: PartGroup, settings: CaseSettings) -> Case:
+    lifetime = {"update": settings.update, "steps": settings.steps}
+    base = group.experiment.replace(population={"size": settings.agents}, lifetime=lifetime)
+    experiment = _change_modules(group, base) if settings.changes_modules else base
+    if settings.adds_items:
+        experiment = _add_items(experiment)
+    return Case(
+        description=_describe(experiment, settings.adds_items),
+        experiment=experiment,
+        has_items=settings.adds_items,
+        is_same_code=code_key(experiment) == code_key(base),
+    )
 
 
 def _change_modules(group: PartGroup, experiment: Any) -> Any:
@@ -107,7 +119,8 @@ def _change_modules(group: PartGroup, experiment: Any) -> Any:
     """
     if all(part.kind == "learning rule" for part in group.parts):
         return experiment
-    rule = RULE_OF_MODULES[2 if len(experiment.modules) == 1 else 1]
+    n_modules = 2 if len(experiment.modules) == 1 else 1
+    rule = RULE_OF_MODULES[n_modules]
     return assign(experiment, [f"learning.rule={rule}"])
 
 
@@ -117,8 +130,8 @@ def _add_items(experiment: Any) -> Any:
 
 
 def _describe(experiment: Any, has_items: bool) -> str:
-    modules = len(experiment.modules)
-    genomes = "genomes of 1 module" if modules == 1 else f"genomes of {modules} modules"
+    n_modules = len(experiment.modules)
+    genomes = "genomes of 1 module" if n_modules == 1 else f"genomes of {n_modules} modules"
     items = ", items of a world feature" if has_items else ""
     agents = _format_agents(experiment.population.size)
     return f"{agents}, {experiment.lifetime.update} update, {genomes}{items}"

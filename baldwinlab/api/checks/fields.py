@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Final
 
 from annotated_types import Ge, Gt, Le, Lt
 
@@ -12,6 +12,9 @@ from baldwinlab.api.checks.fixture import CHOICE_PATHS, PartGroup
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.parts.part import Part
+
+RELATIVE_STEP: Final = 1e-6
+"""Distance of a tested real number from its limit, relative to the limit and at least to 1."""
 
 
 def check_declarations(group: PartGroup) -> str:
@@ -36,7 +39,8 @@ def check_declarations(group: PartGroup) -> str:
         for name, info in part.model_fields.items():
             if not info.description:
                 raise FailsError(f"{part.__name__}.{name} has no description: its meaning and unit")
-            if info.annotation in (int, float) and len(_list_limits(info)) < 2:
+            n_required_limits = 2
+            if info.annotation in (int, float) and len(_list_limits(info)) < n_required_limits:
                 raise FailsError(f"{part.__name__}.{name} has no limits: ge or gt, and le or lt")
     return ""
 
@@ -59,7 +63,7 @@ def check_limits(group: PartGroup) -> str:
     FailsError
         If a value is accepted, or the error does not name the field.
     """
-    count = 0
+    n_refused = 0
     for part in group.parts:
         for name, value in _list_values_beyond_limits(part):
             path = f"{_table_path(part)}.{name}"
@@ -67,13 +71,13 @@ def check_limits(group: PartGroup) -> str:
                 assign(group.experiment, [f"{path}={value}"])
             except ExperimentError as error:
                 if path in str(error):
-                    count += 1
+                    n_refused += 1
                     continue
                 raise FailsError(
                     f"{path} = {value} is refused with {str(error)!r}, which does not name it"
                 ) from None
             raise FailsError(f"{path} = {value} is beyond its limits and is not refused")
-    return f"{count} values" if count else "it has no numbers"
+    return f"{n_refused} values" if n_refused else "it has no numbers"
 
 
 def _list_limits(info: Any) -> list[Any]:
@@ -88,7 +92,7 @@ def _list_values_beyond_limits(part: type[Part]) -> Iterator[tuple[str, float]]:
         for mark in _list_limits(info):
             bounds = ("ge", "gt", "le", "lt")
             limit: Any = next(getattr(mark, bound) for bound in bounds if hasattr(mark, bound))
-            step = 1 if info.annotation is int else max(1e-6, abs(limit) * 1e-6)
+            step = 1 if info.annotation is int else RELATIVE_STEP * max(1.0, abs(limit))
             if isinstance(mark, Ge):
                 yield name, limit - step
             elif isinstance(mark, Le):

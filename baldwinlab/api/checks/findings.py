@@ -43,5 +43,6 @@ class CheckFinding(NamedTuple):
             verb = "verified" if self.is_unverified else "checked"
             return f"not {verb}: {self.requirement}: {self.message}"
         if self.holds:
-            return f"ok: {self.requirement}" + (f" ({self.message})" if self.message else "")
+            remark = f" ({self.message})" if self.message else ""
+            return f"ok: {self.requirement}{remark}"
         return f"does not hold: {self.requirement}: {self.message}; to repeat: {self.command}"

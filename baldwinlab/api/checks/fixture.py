@@ -213,7 +213,9 @@ def breeding_arguments(random: np.random.Generator, modules: int) -> dict[str, A
     """
     agents = 5
     weights = 8
+    # Both parents, the child, and the agent whose genome is inherited.
     genome = random.normal(size=(4, modules, weights)).astype(np.float32)
+    fitter, second, child, innate = genome
     return {
         "fitness": np.round(random.uniform(0, 4, agents)),
         "uniforms": random.random((agents, 2, 4)),
@@ -222,17 +224,17 @@ def breeding_arguments(random: np.random.Generator, modules: int) -> dict[str, A
         "parents": np.full((agents, 2), -1, np.int32),
         "energy": random.uniform(-2, 8, agents),
         "cost": random.random(agents),
-        "fitter": genome[0],
-        "second": genome[1],
-        "child": genome[2],
+        "fitter": fitter,
+        "second": second,
+        "child": child,
         "draws": random.random((modules * weights, 4)),
         "genome": genome,
         "children": genome.copy(),
         "key": GenerationKey(0, 0, 1),
         "count": 1,
         "gate": float(random.random()),
-        "innate": genome[3, 0],
+        "innate": innate[0],
         "learned": random.normal(size=weights).astype(np.float32),
         "inherited": np.zeros(weights, np.float32),
-        "taught": genome[3, -1].copy(),
+        "taught": innate[-1].copy(),
     }

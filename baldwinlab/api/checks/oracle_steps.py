@@ -96,7 +96,8 @@ def record_steps(group: PartGroup, part: Any) -> Iterator[Step]:
     batch.begin(0, genome[None])
     teachers: list[Any] = [None] * experiment.population.size
     if "reinforcement" in experiment.modules:
-        teachers = [naive.module(modules[1]) for modules in genome]
+        reinforcement = experiment.modules.index("reinforcement")
+        teachers = [naive.module(modules[reinforcement]) for modules in genome]
     agent_arrays = _initial_arrays(experiment, part, batch.state)
     for number in range(experiment.lifetime.steps):
         before = _take_snapshot(experiment, batch)
@@ -136,11 +137,12 @@ def _make_agent(
     snapshot: Mapping[str, Any], number: int, fixed: Mapping[str, Any], modules: Sequence[Any]
 ) -> Agent:
     positions = enumerate(zip(snapshot["x"], snapshot["y"], strict=True))
+    action_module, reinforcement_module = modules
     return Agent(
         **{name: snapshot[name][number] for name in MOVED_VARIABLES},
         **fixed,
-        action_module=modules[0],
-        reinforcement_module=modules[1],
+        action_module=action_module,
+        reinforcement_module=reinforcement_module,
         other_agents=[Item(x, y, "agent") for agent, (x, y) in positions if agent != number],
     )
 
@@ -150,6 +152,7 @@ def _take_snapshot(experiment: Any, batch: CpuBatch) -> dict[str, Any]:
     state = batch.state
     agents = experiment.population.size
     sizes = experiment.layer_sizes
+    # A network without hidden layers has two sizes: inputs and outputs.
     hidden_units = sizes[1] if len(sizes) > 2 else 0
     energies = np.array([region.energy for region in item_regions(experiment)])
     arrays: dict[str, Any] = {
@@ -179,5 +182,6 @@ def _list_items(experiment: Any, batch: CpuBatch) -> list[Item]:
         for kind, count in zip(model.region_kind, counts, strict=True)
         for _ in range(count)
     ]
-    rows = zip(state.item_x[0].tolist(), state.item_y[0].tolist(), kinds, strict=True)
-    return [Item(x, y, kind) for x, y, kind in rows]
+    world = 0
+    items = zip(state.item_x[world].tolist(), state.item_y[world].tolist(), kinds, strict=True)
+    return [Item(x, y, kind) for x, y, kind in items]

@@ -162,11 +162,11 @@ class Naive:
             (output - desired) * output * (1 - output)
             for output, desired in zip(layers[-1], target, strict=True)
         ]
-        for depth in range(len(module) - 1, -1, -1):
+        for depth in reversed(range(len(module))):
             sources = layers[depth] + [1.0] * self.biases
             layer = module[depth]
-            # The errors of the layer below follow from the weights before the change.
-            below = [
+            # The errors of the previous layer follow from the weights before the change.
+            source_errors = [
                 sum(weight * error for weight, error in zip(row, errors, strict=True))
                 for row in layer
             ]
@@ -175,7 +175,8 @@ class Naive:
                     row[unit] -= rate * error * source
             errors = [
                 error * activation * (1 - activation)
-                for error, activation in zip(below, layers[depth], strict=False)
+                # The error of the bias, which is last, is left out.
+                for error, activation in zip(source_errors, layers[depth], strict=False)
             ]
 
     def displacement(self, agent: Any, item: Any) -> tuple[float, float]:
@@ -261,6 +262,7 @@ class Naive:
         list of bool
             The left, front and right sector.
         """
+        # The sectors have 30 degrees; the front sector includes its edges.
         angles = [
             self.bearing(agent, item)
             for item in items

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from baldwinlab.api.checks.findings import FailsError, NotCheckedError
@@ -11,6 +13,15 @@ from baldwinlab.engine import poison
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate_batch
+
+BLOCK_RUNS: Final = range(17)
+"""Seventeen runs. Sixteen of them fill a SIMD block."""
+BATCH_RUNS: Final = range(5)
+"""Runs of a batch."""
+RUNS_ALONE: Final = (0, 3)
+"""Runs of the batch that are also simulated alone."""
+INTERRUPTED_STEPS: Final = (7, 8)
+"""Steps at which a lifetime is interrupted."""
 
 
 def check_compilation(group: PartGroup) -> str:
@@ -57,11 +68,12 @@ def check_blocks(group: PartGroup) -> str:
     """
     if not is_of_miniworld(group.experiment):
         raise NotCheckedError("only MiniWorld has SIMD blocks of agents")
+    # The simultaneous update uses SIMD blocks, and the sequential update single lanes.
     single, in_blocks = (
-        hash_runs(experiment.replace(population={"size": 1}), group.seed, range(17))
+        hash_runs(experiment.replace(population={"size": 1}), group.seed, BLOCK_RUNS)
         for experiment in reversed(make_update_variants(group))
     )
-    if differing := [run for run in range(17) if single[run] != in_blocks[run]]:
+    if differing := [run for run in BLOCK_RUNS if single[run] != in_blocks[run]]:
         raise FailsError(
             "an agent alone has other bits than in a SIMD block of sixteen "
             f"(seed {group.seed}, run {differing[0]})"
@@ -88,9 +100,10 @@ def check_batches(group: PartGroup) -> str:
         If the bits differ.
     """
     for experiment in make_update_variants(group):
-        hashes = hash_runs(experiment, group.seed, range(5))
-        for run in (0, 3):
-            if hash_runs(experiment, group.seed, [run])[0] != hashes[run]:
+        hashes = hash_runs(experiment, group.seed, BATCH_RUNS)
+        for run in RUNS_ALONE:
+            (hash_alone,) = hash_runs(experiment, group.seed, [run])
+            if hash_alone != hashes[run]:
                 raise FailsError(
                     f"{describe_update(experiment)}run {run} of seed {group.seed} "
                     "has other bits alone than in a batch of five"
@@ -161,7 +174,7 @@ def check_resumption(group: PartGroup) -> str:
         if not is_of_miniworld(experiment):
             continue
         complete = hash_runs(experiment, group.seed, [1])
-        if hash_runs(experiment, group.seed, [1], cuts=(7, 8)) != complete:
+        if hash_runs(experiment, group.seed, [1], cuts=INTERRUPTED_STEPS) != complete:
             raise FailsError(
                 f"{describe_update(experiment)}an interrupted lifetime ends with other bits than a "
                 "complete lifetime"

@@ -1,4 +1,4 @@
-"""Return the collect_outcomes of runs as observations for ArviZ, for a Bayesian comparison."""
+"""Convert the outcomes of runs to observations for ArviZ, for a Bayesian comparison."""
 
 from __future__ import annotations
 

@@ -23,6 +23,8 @@ MIN_ROW_GROUP_ROWS: Final = 2**17
 """Minimum number of rows in a row group of Parquet, except the last row group."""
 # Ending of the metadata file of a table (CSV on the Web).
 METADATA_SUFFIX: Final = "-metadata.json"
+CSVW_DATATYPES: Final = {"i": "integer", "f": "double"}
+"""Data types of CSV on the Web, by kind of NumPy type. All other kinds are text."""
 
 
 def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
@@ -163,7 +165,7 @@ def _describe_table(table: Table, path: Path) -> dict[str, Any]:
 def _describe_column(column: Column) -> Iterator[tuple[str, str]]:
     yield "name", column.name
     yield "titles", column.name
-    yield "datatype", {"i": "integer", "f": "double"}.get(column.dtype.kind, "string")
+    yield "datatype", CSVW_DATATYPES.get(column.dtype.kind, "string")
     yield "dc:description", column.meaning
     if column.unit:
         yield "schema:unitText", column.unit
@@ -212,16 +214,16 @@ def write_phylogeny(
     names = list(study.experiments) if condition is None else [study.experiment(condition).name]
     has_run_columns = run is None
     header = f"{PHYLOGENY_HEADER},condition,run" if has_run_columns else PHYLOGENY_HEADER
-    count = 0
+    n_agents = 0
     with atomic_path(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
         file.write(f"{header}\n")
         for name in names:
-            numbers = study.runs(name) if run is None else [run]
-            for number in numbers:
-                parents = study.read(name, number, genomes=False).parents.values
-                run_columns = f",{name},{number}" if has_run_columns else ""
-                lines = format_phylogeny(parents, count)
+            runs = study.runs(name) if run is None else [run]
+            for run_of_row in runs:
+                parents = study.read(name, run_of_row, genomes=False).parents.values
+                run_columns = f",{name},{run_of_row}" if has_run_columns else ""
+                lines = format_phylogeny(parents, n_agents)
                 file.writelines(f"{line}{run_columns}\n" for line in lines)
-                generations, agents = parents.shape[:2]
-                count += generations * agents
-    return count
+                generations, agents_per_generation = parents.shape[:2]
+                n_agents += generations * agents_per_generation
+    return n_agents

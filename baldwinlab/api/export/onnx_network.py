@@ -21,9 +21,10 @@ from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.studies.store import StudyStore
 
 Moment = Literal["birth", "death"]
-# Old versions, which all runtimes of the last years read.
-OPERATORS: Final = 13
-FORMAT: Final = 8
+# Old versions of the operators and of the format, which all runtimes of the last
+# years read.
+OPERATOR_SET_VERSION: Final = 13
+FORMAT_VERSION: Final = 8
 
 
 class AgentKey(NamedTuple):
@@ -132,6 +133,8 @@ def _encode(
     """Return the bytes of a network with the input `inputs` and the output `outputs`."""
     helper = onnx.helper
     sizes = experiment.layer_sizes
+    # The weights of layer 0 lead from the inputs to the second size.
+    last_layer = len(sizes) - 2
     nodes = []
     arrays = []
     source = "inputs"
@@ -148,24 +151,24 @@ def _encode(
             nodes.append(helper.make_node("Add", [source, f"biases_{layer}"], [f"biased_{layer}"]))
             source = f"biased_{layer}"
             end += n_targets
-        target = "outputs" if layer == len(sizes) - 2 else f"activations_{layer}"
+        target = "outputs" if layer == last_layer else f"activations_{layer}"
         nodes.append(helper.make_node("Sigmoid", [source], [target]))
         source = target
         start = end
-    kind = onnx.TensorProto.FLOAT
+    value_type = onnx.TensorProto.FLOAT
     graph = helper.make_graph(
         nodes,
         "action",
-        [helper.make_tensor_value_info("inputs", kind, ["step", sizes[0]])],
-        [helper.make_tensor_value_info("outputs", kind, ["step", sizes[-1]])],
+        [helper.make_tensor_value_info("inputs", value_type, ["step", sizes[0]])],
+        [helper.make_tensor_value_info("outputs", value_type, ["step", sizes[-1]])],
         arrays,
     )
     model = helper.make_model(
         graph,
         producer_name=EXPORT_MARK,
         producer_version=__version__,
-        opset_imports=[helper.make_opsetid("", OPERATORS)],
-        ir_version=FORMAT,
+        opset_imports=[helper.make_opsetid("", OPERATOR_SET_VERSION)],
+        ir_version=FORMAT_VERSION,
     )
     helper.set_model_props(model, origin)
     onnx.checker.check_model(model)

@@ -184,8 +184,8 @@ def _list_run_values(study: StudyStore) -> dict[str, dict[str, RunValue]]:
     if study.kind == SWEEP:
         columns |= settings_by_path(study)
     return {
-        name: {column: values[number] for column, values in columns.items()}
-        for number, name in enumerate(names)
+        name: {column: values[index] for column, values in columns.items()}
+        for index, name in enumerate(names)
     }
 
 
@@ -203,9 +203,9 @@ def _split_variable(variable: xr.DataArray) -> Iterator[tuple[str, npt.NDArray[A
     if variable.dims == PER_AGENT_DIMS:
         yield str(variable.name), variable.values
     elif variable.dims[:-1] == PER_AGENT_DIMS:
-        for label, array in zip(
-            variable[variable.dims[-1]].values, np.moveaxis(variable.values, -1, 0), strict=True
-        ):
+        labels = variable[variable.dims[-1]].values
+        arrays = np.moveaxis(variable.values, -1, 0)
+        for label, array in zip(labels, arrays, strict=True):
             yield f"{variable.name}_{label}", array
 
 

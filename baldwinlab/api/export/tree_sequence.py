@@ -216,7 +216,7 @@ def _add_agents(
 
     `nodes` are those of the generation before. Each individual has one node.
     """
-    last = len(parents) - 1
+    last_generation = len(parents) - 1
     individuals = tables.nodes.individual
     rows = []
     for agent, couple in enumerate(parents[generation]):
@@ -226,12 +226,12 @@ def _add_agents(
         individual = tables.individuals.add_row(
             parents=ancestors, metadata={"generation": generation, "agent": agent}
         )
-        rows.append(tables.nodes.add_row(time=last - generation, individual=individual))
+        rows.append(tables.nodes.add_row(time=last_generation - generation, individual=individual))
     return np.array(rows, np.int32)
 
 
 def _simplify(tables: Any, nodes: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-    """Remove what is no ancestor of `nodes`; return their new numbers. Founders stay as roots."""
+    """Remove all nodes but the ancestors of `nodes`, and the founders. Return the new numbers."""
     tables.sort()
     renumbered = tables.simplify(nodes, keep_input_roots=True, record_provenance=False)
     return np.asarray(renumbered[nodes], np.int32)
@@ -256,14 +256,15 @@ def find_edges(genome: Genome, previous: Genome, parents: Parents) -> Edges:
     """
     agents = len(genome)
     values = genome.reshape(agents, -1).astype(float)
-    first, second = (
+    difference_to_first, difference_to_second = (
         np.abs(values - previous[parents[:, parent]].reshape(agents, -1)) for parent in (0, 1)
     )
     # 1 for the second parent, -1 for the first, 0 if both are equally close.
-    closer = np.sign(first - second).astype(int)
+    closer = np.sign(difference_to_first - difference_to_second).astype(int)
     genes = np.arange(values.shape[1])
-    decided = np.maximum.accumulate(np.where(closer != 0, genes, 0), axis=1)
-    is_second = np.take_along_axis(closer, decided, axis=1) > 0
+    # The last gene, up to this gene, whose parent is decided by its value.
+    decided_gene = np.maximum.accumulate(np.where(closer != 0, genes, 0), axis=1)
+    is_second = np.take_along_axis(closer, decided_gene, axis=1) > 0
     is_second[parents[:, 0] == parents[:, 1]] = False
     is_start = np.ones(values.shape, bool)
     is_start[:, 1:] = is_second[:, 1:] != is_second[:, :-1]

@@ -120,9 +120,10 @@ class Problem:
         numpy.ndarray
             Array [genome, weight].
         """
-        worlds = math.ceil(count / self.experiment.population.size)
+        n_worlds = math.ceil(count / self.experiment.population.size)
         genomes_by_world = [
-            draw_genomes(self.experiment, GenerationKey(self.seed, run, 0)) for run in range(worlds)
+            draw_genomes(self.experiment, GenerationKey(self.seed, run, 0))
+            for run in range(n_worlds)
         ]
         return np.concatenate(genomes_by_world)[:count].reshape(count, self.length)
 
@@ -161,6 +162,7 @@ class Problem:
         chunks = [worlds[first : first + CPU.worlds] for first in worlds[:: CPU.worlds]]
 
         def _simulate_chunk(runs: Sequence[int]) -> tuple[Numbers, Numbers]:
+            # The runs of a chunk are consecutive, and run r has the genomes of world r.
             return self._evaluate_worlds(runs, generation, genomes_by_world[runs[0] : runs[-1] + 1])
 
         with ThreadPoolExecutor(min(self._workers, len(chunks))) as pool:

@@ -46,7 +46,8 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
     def __init__(self, experiment: BaseExperiment) -> None:
         """Make the environment."""
         self._worlds = SteeredWorlds(experiment, 1)
-        self.possible_agents = [f"agent_{number}" for number in range(self._worlds.shape[1])]
+        _, n_agents = self._worlds.shape
+        self.possible_agents = [f"agent_{index}" for index in range(n_agents)]
         self.agents: list[str] = []
         self.observation_spaces = {
             agent: self._worlds.observation_space() for agent in self.possible_agents

@@ -21,6 +21,8 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_label
 
+DEFAULT_LAST: Final = 10
+"""Default number of final generations of the report."""
 MAX_CURVE_VALUES: Final = 1_000_000
 """Maximum number of values (runs times generations) that `read_run_curves` returns."""
 
@@ -112,8 +114,7 @@ def _comparison_record(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
     is_large_sweep = study.kind == SWEEP and not has_comparisons(study)
     if study.kind == MULTIVERSE or is_large_sweep:
         return {"pairing": "", "too_few": "", "rows": []}
-    # Ten final generations are the default of the report.
-    contrasts = _compare_finals(study, final_values(data), 10)
+    contrasts = _compare_finals(study, final_values(data), DEFAULT_LAST)
     rows = [
         {name: _finite_or_none(value) for name, value in contrast.row().items()}
         | {"verdict": contrast.verdict}

@@ -100,7 +100,7 @@ def publish(plan: ReportPlan, log: Callable[[str], None]) -> Published:
         provenance=provenance(study),
         last=plan.last,
         paper=plan.paper,
-        appearances=_describe_looks(study),
+        appearances=_describe_appearances(study),
         contrasts=contrasts,
         model_measures=samples.model_measures() if samples else (),
         is_reproduction=bool(study.paper),
@@ -179,9 +179,9 @@ def _extra_sections(
             assays_section.make_section(assays, directory, analysis.last, inference, analysis)
         )
     paths = [directory / folder / MULTIVERSE_FILE for folder in MULTIVERSE_FOLDERS]
-    path = next((path for path in paths if path.exists()), None)
-    if path:
-        multiverse = read_multiverse(path)
+    multiverse_path = next((path for path in paths if path.exists()), None)
+    if multiverse_path:
+        multiverse = read_multiverse(multiverse_path)
         sections.append(
             multiverse_section.make_section(multiverse, directory / "figures", standard)
         )
@@ -206,7 +206,7 @@ def _standard_study(report: ReportData) -> multiverse_section.StandardStudy | No
     return multiverse_section.StandardStudy(verdicts, (min(counts), max(counts)))
 
 
-def _describe_looks(study: StudyStore) -> dict[str, dict[str, Any]]:
+def _describe_appearances(study: StudyStore) -> dict[str, dict[str, Any]]:
     """Return the appearances of the conditions whose parts are loaded."""
     return {
         name: describe_appearance(study.experiments[name]).to_dict()
