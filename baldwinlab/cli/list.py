@@ -16,6 +16,8 @@ from baldwinlab.papers import Paper, presets
 
 MAX_LISTED_CONDITIONS: Final = 6
 """Maximum number of listed conditions per paper."""
+PRESET_NAME_WIDTH: Final = 22
+"""Width of the column with the names of presets, in characters."""
 PACKAGE_FOLDER: Final = Path(__file__).parents[1]
 
 
@@ -37,11 +39,11 @@ def list_names(
 
 def _list_papers() -> None:
     built_in_papers = papers.built_in().values()
-    indent = max(len(paper.name) for paper in built_in_papers)
+    name_width = max(len(paper.name) for paper in built_in_papers)
     for paper in built_in_papers:
-        console.info(f"{paper.name:<{indent}} {paper.metadata.source}")
+        console.info(f"{paper.name:<{name_width}} {paper.metadata.source}")
         for line in _describe_paper(paper):
-            console.info(f"{'':<{indent}} {line}")
+            console.info(f"{'':<{name_width}} {line}")
     console.info(
         "`baldwinlab reproduce PAPER` reproduces a paper; PAPER is a name from this list, or the "
         "folder of a custom paper"
@@ -79,16 +81,16 @@ def _list_presets_of_kind(paper: Paper, kind: str) -> None:
     if names:
         console.info(f"  {kind}")
     for name in names:
-        console.info(f"    {name:<22} {paper.describe(kind, name)}")
+        console.info(f"    {name:<{PRESET_NAME_WIDTH}} {paper.describe(kind, name)}")
 
 
 def _list_parts() -> None:
     for kind in registry.BUILT_IN:
         built_in = registry.package_parts(kind)
-        indent = max(map(len, built_in))
+        name_width = max(map(len, built_in))
         console.info(kind)
         for name, address in built_in.items():
-            console.info(f"  {name:<{indent}} {_read_summary(address)}")
+            console.info(f"  {name:<{name_width}} {_read_summary(address)}")
     console.info(
         "`baldwinlab show EXPERIMENT` lists the settings that choose parts; --part FILE loads "
         "custom parts"

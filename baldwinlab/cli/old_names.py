@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
-# Old command -> the words before its arguments, and the words after its arguments.
-NEW_COMMANDS: Final[dict[str, tuple[list[str], list[str]]]] = {
-    "papers": (["list", "papers"], []),
-    "presets": (["list", "presets"], []),
-    "phylogeny": (["export"], ["--format", "phylogeny"]),
-    "crate": (["export"], ["--format", "ro-crate"]),
+
+class NewCommand(NamedTuple):
+    """The words before and after the arguments of a renamed command."""
+
+    words_before: list[str]
+    words_after: list[str]
+
+
+# The new command, by the old command.
+NEW_COMMANDS: Final[dict[str, NewCommand]] = {
+    "papers": NewCommand(["list", "papers"], []),
+    "presets": NewCommand(["list", "presets"], []),
+    "phylogeny": NewCommand(["export"], ["--format", "phylogeny"]),
+    "crate": NewCommand(["export"], ["--format", "ro-crate"]),
 }
 _NEW_LAST: Final = {"--last": "--last-generations"}
 # New command -> old option -> new option.

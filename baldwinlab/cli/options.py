@@ -38,6 +38,9 @@ Start here:
 `baldwinlab COMMAND --help` explains a command and shows an example.
 Studies are written to results/ in the working directory."""
 
+# Larger integers may exceed 64 bits.
+MAX_DIGITS: Final = 18
+
 
 def _read_location(kind: object, tokens: Sequence[Token]) -> Path:
     return parse_location(tokens[0].value)
@@ -45,27 +48,30 @@ def _read_location(kind: object, tokens: Sequence[Token]) -> Path:
 
 def _read_integer(kind: object, tokens: Sequence[Token]) -> int:
     """Read a decimal integer. Refuse 1.5, which would be rounded, and hexadecimal numbers."""
+    # The option has a single value.
     word = tokens[0].value
-    if not re.fullmatch(r"[+-]?[0-9]{1,18}", word):
-        raise ValueError(f"{word!r} must be a whole number of at most 18 digits")
+    if not re.fullmatch(rf"[+-]?[0-9]{{1,{MAX_DIGITS}}}", word):
+        raise ValueError(f"{word!r} must be a whole number of at most {MAX_DIGITS} digits")
     return int(word)
 
 
 def _format_error(error: CycloptsError) -> str:
     """Return one sentence: the error in the words of a command, and the usage of the command."""
     if isinstance(error, UnknownCommandError) and error.unused_tokens:
-        name = error.unused_tokens[0]
+        unknown_command = error.unused_tokens[0]
         commands = [command for command in app if not command.startswith("-")]
-        return f"there is no command {name!r}{suggest(name, commands)}"
+        return f"there is no command {unknown_command!r}{suggest(unknown_command, commands)}"
     if isinstance(error, UnusedCliTokensError) and error.unused_tokens:
         problem = f"unexpected argument {' '.join(error.unused_tokens)!r}"
     elif isinstance(error, MissingArgumentError) and error.argument:
         name = error.argument.name
-        problem = f"{name} {'needs a value' if name.startswith('-') else 'is missing'}"
+        is_option = name.startswith("-")
+        problem = f"{name} needs a value" if is_option else f"{name} is missing"
     else:
         return " ".join(str(error).split())
     command = " ".join(["baldwinlab", *(error.command_chain or ())])
-    usage = " ".join([command, *(_list_arguments(error.target) if error.target else ())])
+    arguments = _list_arguments(error.target) if error.target else ()
+    usage = " ".join([command, *arguments])
     return f"{problem}; usage: {usage}; {command} --help lists the options"
 
 
@@ -92,6 +98,7 @@ app = App(
     # Loading a Markdown renderer takes a while.
     help_format="plaintext",
 )
+# A large key, so that the options follow the groups of commands.
 _options = Group("Options", sort_key=99)
 for _flag in ("--help", "--version"):
     app[_flag].group = _options

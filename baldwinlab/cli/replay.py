@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, NamedTuple
 
 import xarray as xr
 from cyclopts import Parameter
@@ -36,6 +36,14 @@ from baldwinlab.simulation.replay import require_world
 from baldwinlab.studies.store import StudyStore
 
 ENDINGS: Final = (".nc", ".mp4", ".gif", ".png")
+PICTURE_DPI: Final = 200
+
+
+class StoredGeneration(NamedTuple):
+    """The numbers of a stored run and of one of its generations."""
+
+    run: int
+    generation: int
 
 
 def replay(
@@ -111,16 +119,18 @@ def replay(
     load_parts(part)
     if genome is None:
         _require_study_options(directory, run, generation, (seed, map, assignments))
+        assert run is not None
+        assert generation is not None
         trace, experiment = _replay_stored(
-            StudyStore(directory), condition, (run or 0, generation or 0), out, force
+            StudyStore(directory), condition, StoredGeneration(run, generation), out, force
         )
     else:
         if condition is not None:
             raise RefusedError(f"--condition {condition} applies to a study, not to --genome")
-        name = None if directory is None else str(directory)
-        frozen = read_frozen(genome, name, map, assignments or [])
+        experiment_name = None if directory is None else str(directory)
+        frozen = read_frozen(genome, experiment_name, map, assignments or [])
         experiment = require_world(frozen.experiment)
-        _require_room(experiment, out, force)
+        _require_disk_space(experiment, out, force)
         trace = replay_frozen(frozen, seed=seed, run=run, generation=generation, force=force)
     _write_trace(trace, experiment, out)
     console.info(
@@ -142,42 +152,41 @@ def _require_study_options(
 
 
 def _replay_stored(
-    store: StudyStore, condition: str | None, life: tuple[int, int], out: Path, force: bool
+    store: StudyStore, condition: str | None, life: StoredGeneration, out: Path, force: bool
 ) -> tuple[xr.Dataset, Experiment]:
-    """Return the trace and the experiment of a stored lifetime; `life` is (run, generation)."""
+    """Return the trace and the experiment of a stored lifetime."""
     condition = select_condition(store, condition)
     experiment = store.experiment(condition)
+    # `replay` raises the error for a model without a world.
     if isinstance(experiment, Experiment):
-        _require_room(experiment, out, force)
-    run, generation = life
-    trace = Study(store).replay(condition, run=run, generation=generation, force=force)
+        _require_disk_space(experiment, out, force)
+    trace = Study(store).replay(condition, run=life.run, generation=life.generation, force=force)
     return trace, experiment
 
 
-def _require_room(experiment: Experiment, out: Path, force: bool) -> None:
+def _require_disk_space(experiment: Experiment, out: Path, force: bool) -> None:
     """Raise RefusedError if a trace is too large for its format or for the disk."""
+    # Movies and pictures are small.
     if out.suffix == ".nc":
         require_storable(
             TRACE_VARIABLES, dimension_sizes(experiment), f"a life of {experiment.name}"
         )
-        require_resources(
-            f"--out {out}", Need(disk=estimate_replay(experiment).disk), out.parent, force=force
-        )
+        need = Need(disk=estimate_replay(experiment).disk)
+        require_resources(f"--out {out}", need, out.parent, force=force)
 
 
 def _write_trace(trace: xr.Dataset, experiment: Experiment, out: Path) -> None:
     """Write a trace in the format that the ending of `out` names."""
     if out.suffix == ".nc":
-        write_atomically(
-            out, bytes(trace.assign_attrs(made_by=REPLAY_MARK).to_netcdf(engine="scipy"))
-        )
+        marked_trace = trace.assign_attrs(made_by=REPLAY_MARK)
+        write_atomically(out, bytes(marked_trace.to_netcdf(engine="scipy")))
     elif out.suffix == ".png":
         # Imported late, as is the movie: loading the figures takes a while.
         from baldwinlab.analysis.figures import draw_trajectories
 
         picture = BytesIO()
         draw_trajectories(trace).savefig(
-            picture, format="png", dpi=200, metadata={"Software": REPLAY_MARK}
+            picture, format="png", dpi=PICTURE_DPI, metadata={"Software": REPLAY_MARK}
         )
         write_atomically(out, picture.getvalue())
     else:
