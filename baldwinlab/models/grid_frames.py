@@ -17,6 +17,9 @@ NOT_REACHED: Final = -2
 UP_HEADING: Final = 3
 # Change of row and column in a step, by heading.
 STEP_BY_HEADING: Final = ((0, 1), (1, 0), (0, -1), (-1, 0))
+# Number of columns of a maze, with walls at the edges. Home is in the middle.
+MAZE_COLUMNS: Final = 7
+HOME_COLUMN: Final = 3
 # Kinds of cells in a maze.
 WALL: Final = 1
 HIGH: Final = 2
@@ -39,14 +42,15 @@ def make_foraging_frames(
     visits : str
         Name of a visit.
     """
-    visit_count, steps = track.shape[:2]
-    contents = np.zeros((visit_count, steps, side * side), np.uint8)
-    gained = np.zeros((visit_count, steps))
-    for visit in range(visit_count):
+    n_visits, n_steps = track.shape[:2]
+    contents = np.zeros((n_visits, n_steps, side * side), np.uint8)
+    gained = np.zeros((n_visits, n_steps))
+    for visit in range(n_visits):
         contents[visit][:, food[visit]] = 1
         for step, cell in enumerate(track[visit, :, 0]):
             gained[visit, step:] += contents[visit, step, cell]
             contents[visit, step:, cell] = 0
+    # The visits follow each other.
     cell, heading = track.reshape(-1, 2).T
     return GridView(
         marks={"food": "green"},
@@ -54,7 +58,7 @@ def make_foraging_frames(
         position=np.stack([cell // side, cell % side], axis=-1),
         heading=heading,
         gained=gained.ravel(),
-        visit=np.repeat(np.arange(visit_count), steps),
+        visit=np.repeat(np.arange(n_visits), n_steps),
         visits=visits,
     )
 
@@ -84,41 +88,48 @@ def make_maze_frames(
     total_rewards : array of shape (trips,)
         Total reward of each trip, shown in its last step.
     """
-    paths = [_trip_path(turns, trip[trip != NOT_REACHED].tolist()) for trip in actions]
-    steps = [len(path) for path in paths]
+    paths = [_trace_trip(turns, trip[trip != NOT_REACHED].tolist()) for trip in actions]
+    n_frames = [len(path) for path in paths]
+    # Position of the end: each turn has a corridor and a turning point before it.
+    end_position = 2 * turns
     gained = [
-        np.where(np.arange(count) > 2 * turns, reward, 0.0)
-        for count, reward in zip(steps, rewards_at_end, strict=True)
+        np.where(np.arange(count) > end_position, reward, 0.0)
+        for count, reward in zip(n_frames, rewards_at_end, strict=True)
     ]
-    for trip, reward in zip(gained, total_rewards, strict=True):
-        trip[-1] = reward
+    for trip_gained, total_reward in zip(gained, total_rewards, strict=True):
+        trip_gained[-1] = total_reward
     mazes = np.stack([_draw_maze(turns, end) for end in range(2**turns)])
     row, column, heading = np.concatenate(paths).T
     return GridView(
         marks={"wall": "edge", "high reward": "green", "low reward": "orange"},
-        cells=np.repeat(mazes[high_ends], steps, axis=0),
+        cells=np.repeat(mazes[high_ends], n_frames, axis=0),
         position=np.stack([row, column], axis=-1),
         heading=heading,
         gained=np.concatenate(gained),
-        visit=np.repeat(np.arange(len(steps)), steps),
+        visit=np.repeat(np.arange(len(paths)), n_frames),
         visits="trip",
     )
 
 
-def _trip_path(turns: int, actions: Sequence[int]) -> list[tuple[int, int, int]]:
+def _trace_trip(turns: int, actions: Sequence[int]) -> list[tuple[int, int, int]]:
     """Return row, column and heading at home and after each action."""
     row = 2 * turns + 1
-    column = 3
+    column = HOME_COLUMN
     heading = UP_HEADING
+    # Each turn has a corridor and a turning point before the end.
+    end_position = 2 * turns
+    n_positions_per_way = end_position + 1
     path = [(row, column, heading)]
     for position, action in enumerate(actions):
-        if position == 2 * turns + 1:
+        if position == n_positions_per_way:
             # The agent turns around at the end.
             heading = (heading + 2) % 4
         # The last corridor before an end or home has no position. The agent does not turn there.
-        cells, turn = (2, 0) if position % (2 * turns + 1) == 2 * turns else (1, action)
-        row += cells * STEP_BY_HEADING[heading][0]
-        column += cells * STEP_BY_HEADING[heading][1]
+        has_corridor = position % n_positions_per_way == end_position
+        n_cells = 2 if has_corridor else 1
+        turn = 0 if has_corridor else action
+        row += n_cells * STEP_BY_HEADING[heading][0]
+        column += n_cells * STEP_BY_HEADING[heading][1]
         heading = (heading + turn) % 4
         path.append((row, column, heading))
     return path
@@ -126,14 +137,14 @@ def _trip_path(turns: int, actions: Sequence[int]) -> list[tuple[int, int, int]]
 
 def _draw_maze(turns: int, high: int) -> npt.NDArray[np.uint8]:
     """Return the content of each cell [row, column] if the end `high` has the high reward."""
-    paths = [
-        _trip_path(turns, [action for turn in route for action in (0, turn)] + [0])
-        for route in product((-1, 1), repeat=turns)
-    ]
-    maze = np.full((2 * turns + 3, 7), WALL, np.uint8)
-    for (row, column, _), (to_row, to_column, _) in (
-        step for path in paths for step in pairwise(path)
-    ):
+    paths = []
+    for route in product((-1, 1), repeat=turns):
+        # Straight on in each corridor and at the end.
+        actions = [action for turn in route for action in (0, turn)] + [0]
+        paths.append(_trace_trip(turns, actions))
+    maze = np.full((2 * turns + 3, MAZE_COLUMNS), WALL, np.uint8)
+    steps = [step for path in paths for step in pairwise(path)]
+    for (row, column, _), (to_row, to_column, _) in steps:
         maze[
             min(row, to_row) : max(row, to_row) + 1,
             min(column, to_column) : max(column, to_column) + 1,

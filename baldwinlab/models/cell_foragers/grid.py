@@ -15,6 +15,10 @@ from baldwinlab.parts import LIFE, philox, unit
 GRID_SIZE: Final = 10
 # Number of items.
 N_FOOD_ITEMS: Final = 10
+# Actions. Any other action is to stay.
+TURN_RIGHT: Final = 1
+TURN_LEFT: Final = 2
+GO_AHEAD: Final = 3
 # Number of random draws that are reserved for an environment.
 DRAWS_PER_ENVIRONMENT: Final = 4096
 # Distance between opposite corners, in cells.
@@ -35,10 +39,10 @@ class Visit(NamedTuple):
 
 
 @compiled
-def draw_words(visit: Visit, draw: Any) -> Any:
-    """Return the random words of draw `draw` of a visit, counted from 0."""
+def draw_words(visit: Visit, draw_index: Any) -> Any:
+    """Return the random words of a draw of a visit. The draws are counted from 0."""
     return philox(
-        visit.first_draw + draw, visit.agent, visit.generation, LIFE, visit.seed, visit.run
+        visit.first_draw + draw_index, visit.agent, visit.generation, LIFE, visit.seed, visit.run
     )
 
 
@@ -51,15 +55,16 @@ def draw_cell(word: Any) -> int:
 @compiled
 def place_food(food: Any, visit: Visit) -> None:
     """Draw a different cell for each item. An occupied cell is drawn again."""
-    draw = 0
+    # Draw 0 has the initial cell and heading of the agent.
+    draw_index = 0
     for item in range(food.size):
         is_free = False
         while not is_free:
-            draw += 1
-            cell = draw_cell(draw_words(visit, draw)[0])
+            draw_index += 1
+            cell = draw_cell(draw_words(visit, draw_index)[0])
             is_free = True
-            for earlier in range(item):
-                is_free = is_free and food[earlier] != cell
+            for earlier_item in range(item):
+                is_free = is_free and food[earlier_item] != cell
             food[item] = cell
 
 
@@ -79,8 +84,9 @@ def sense_food(food: Any, cell: Any, heading: Any) -> Any:
         if food[item] >= 0:
             dx = food[item] % GRID_SIZE - cell % GRID_SIZE
             dy = food[item] // GRID_SIZE - cell // GRID_SIZE
-            if dx * dx + dy * dy < nearest_squared:
-                nearest_squared = dx * dx + dy * dy
+            squared_distance = dx * dx + dy * dy
+            if squared_distance < nearest_squared:
+                nearest_squared = squared_distance
                 nearest_dx = dx
                 nearest_dy = dy
     if nearest_squared == no_distance:
@@ -96,11 +102,12 @@ def sense_food(food: Any, cell: Any, heading: Any) -> Any:
 @compiled
 def execute_action(action: Any, cell: Any, heading: Any) -> Any:
     """Return the cell and the heading after an action: stay, turn right, turn left or go ahead."""
-    if action == 1:
+    if action == TURN_RIGHT:
         return cell, (heading + 1) % 4
-    if action == 2:
+    if action == TURN_LEFT:
         return cell, (heading + 3) % 4
-    if action == 3:
+    if action == GO_AHEAD:
+        # Headings are quarter turns clockwise from the right: right, down, left, up.
         x = cell % GRID_SIZE + int(heading == 0) - int(heading == 2)
         y = cell // GRID_SIZE + int(heading == 1) - int(heading == 3)
         if 0 <= x < GRID_SIZE and 0 <= y < GRID_SIZE:
@@ -111,9 +118,9 @@ def execute_action(action: Any, cell: Any, heading: Any) -> Any:
 @compiled
 def eat_item(food: Any, cell: Any) -> int:
     """Remove the food in a cell. Return the number of eaten items."""
-    eaten = 0
+    n_eaten = 0
     for item in range(food.size):
         if food[item] == cell:
             food[item] = -1
-            eaten = 1
-    return eaten
+            n_eaten = 1
+    return n_eaten

@@ -110,11 +110,11 @@ def simulate_lifetimes(
             modules = Modules(results.learned[run, agent], teaching[run, agent])
             for environment in range(results.eaten.shape[2]):
                 visit = Visit(
-                    settings.seed,
-                    runs[run],
-                    settings.generation,
-                    settings.first_agent + agent,
-                    environment * DRAWS_PER_ENVIRONMENT,
+                    seed=settings.seed,
+                    run=runs[run],
+                    generation=settings.generation,
+                    agent=settings.first_agent + agent,
+                    first_draw=environment * DRAWS_PER_ENVIRONMENT,
                 )
                 # Later environments overwrite the paths of earlier ones.
                 slot = environment % n_recorded
@@ -151,6 +151,7 @@ def _visit_environment(
     for move in range(path.track.shape[0]):
         values[0] = angle
         values[1] = distance
+        # The two bits of the next action.
         values[2] = np.float32(action >> 1)
         values[3] = np.float32(action & 1)
         compute_outputs(settings.layers, modules.action, values)
@@ -181,9 +182,10 @@ def _visit_environment(
 
 @compiled
 def _read_action(layers: Layers, values: Any) -> int:
-    """Return the action from its two bits, the outputs above 1/2."""
-    first = N_INPUTS + layers.hidden
-    return 2 * int(values[first] > HALF) + int(values[first + 1] > HALF)
+    """Return the action from its two bits. A bit is 1 if its output is above 1/2."""
+    # The outputs follow the inputs and the hidden units. The first two are the action.
+    first_output = N_INPUTS + layers.hidden
+    return 2 * int(values[first_output] > HALF) + int(values[first_output + 1] > HALF)
 
 
 @compiled
@@ -215,6 +217,6 @@ def _learn(
 @compiled
 def _repeat_moves(track: Any, move: Any, period: Any) -> None:
     """Fill the track after `move` by repeating the last `period` moves."""
-    for later in range(move + 1, track.shape[0]):
-        track[later, 0] = track[later - period, 0]
-        track[later, 1] = track[later - period, 1]
+    for later_move in range(move + 1, track.shape[0]):
+        track[later_move, 0] = track[later_move - period, 0]
+        track[later_move, 1] = track[later_move - period, 1]

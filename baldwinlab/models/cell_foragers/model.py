@@ -35,7 +35,7 @@ from baldwinlab.parts import (
     View,
 )
 
-TARGETS: Final = {
+TARGET_OF_LEARNING: Final = {
     "none": NO_TARGET,
     "auto-teaching": INHERITED_TEACHER,
     "prediction": NEXT_SENSATION,
@@ -43,6 +43,8 @@ TARGETS: Final = {
 }
 # Number of equal periods of a lifetime. The gain compares the last period with the first period.
 N_PERIODS: Final = 6
+# Number of outputs for the targets of prediction, or for random targets.
+N_ADDITIONAL_OUTPUTS: Final = 2
 # Approximate maximum number of moves in a view.
 MAX_SHOWN_MOVES: Final = 20_000
 
@@ -160,7 +162,8 @@ class CellForagers(Model, name="cell-foragers"):
     @property
     def outputs(self) -> int:
         """Return the number of outputs: two for the action, and two for additional targets."""
-        return N_ACTION_OUTPUTS + (2 if self.learning in ("prediction", "random-targets") else 0)
+        has_additional_outputs = self.learning in ("prediction", "random-targets")
+        return N_ACTION_OUTPUTS + (N_ADDITIONAL_OUTPUTS if has_additional_outputs else 0)
 
     def without_learning(self) -> CellForagers:
         return self.model_copy(update={"learning_rate": 0.0})
@@ -169,10 +172,11 @@ class CellForagers(Model, name="cell-foragers"):
         return (N_INPUTS + 1) * self.hidden_units + (self.hidden_units + 1) * self.outputs
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        modules = len(self.modules)
-        draws = key.uniforms(FOUNDER, (agents, modules * self.n_weights()))[:, :, 0]
+        n_modules = len(self.modules)
+        # [agent, weight of all modules]: the first of four numbers.
+        draws = key.uniforms(FOUNDER, (agents, n_modules * self.n_weights()))[:, :, 0]
         weights: npt.NDArray[np.float32] = (2 * draws - 1).astype(np.float32)
-        return weights.reshape(agents, modules, -1)
+        return weights.reshape(agents, n_modules, -1)
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -186,14 +190,17 @@ class CellForagers(Model, name="cell-foragers"):
             environments=self.environments,
             n_recorded=1,
         )
+        # [run, agent, environment].
         eaten = results.eaten
         n_compared = self.environments // N_PERIODS
-        last_eaten = eaten[..., -n_compared:].mean(axis=-1)
-        first_eaten = eaten[..., :n_compared].mean(axis=-1)
-        gain = last_eaten - first_eaten
-        energy = eaten.sum(axis=-1) / self.environments
+        mean_eaten_last = eaten[..., -n_compared:].mean(axis=-1)
+        mean_eaten_first = eaten[..., :n_compared].mean(axis=-1)
+        gain = mean_eaten_last - mean_eaten_first
+        fitness = eaten.sum(axis=-1) / self.environments
         records = {"gain": gain.astype(np.float32)}
-        return LifeResults(energy, np.zeros_like(energy), results.learned, records)
+        return LifeResults(
+            energy=fitness, cost=np.zeros_like(fitness), learned=results.learned, records=records
+        )
 
     def forage(
         self,
@@ -230,29 +237,35 @@ class CellForagers(Model, name="cell-foragers"):
         ForagingResults
             Learned weights, eaten items and the recorded paths.
         """
-        units = N_INPUTS + self.hidden_units + self.outputs
-        target = TARGETS[self.learning] if self.learns else NO_TARGET
+        n_units = N_INPUTS + self.hidden_units + self.outputs
+        target = TARGET_OF_LEARNING[self.learning] if self.learns else NO_TARGET
         settings = ForagingSettings(
-            seed,
-            generation,
-            first_agent,
-            target,
-            Layers(self.hidden_units, self.outputs, np.float32(self.learning_rate)),
-        )
-        scratch = Scratch(
-            poison.empty(N_FOOD_ITEMS, np.int64),
-            Activations(
-                poison.empty(units, np.float32),
-                poison.empty(units, np.float32),
-                poison.empty(2, np.float32),
+            seed=seed,
+            generation=generation,
+            first_agent=first_agent,
+            target=target,
+            layers=Layers(
+                hidden=self.hidden_units,
+                outputs=self.outputs,
+                rate=np.float32(self.learning_rate),
             ),
         )
-        results = ForagingResults(
-            genomes[:, :, 0].copy(),
-            poison.empty((*genomes.shape[:2], environments), np.int32),
-            poison.empty((n_recorded, N_FOOD_ITEMS), np.int64),
-            poison.empty((n_recorded, self.steps_per_environment, 2), np.int64),
+        scratch = Scratch(
+            food=poison.empty(N_FOOD_ITEMS, np.int64),
+            units=Activations(
+                values=poison.empty(n_units, np.float32),
+                teacher=poison.empty(n_units, np.float32),
+                targets=poison.empty(N_ADDITIONAL_OUTPUTS, np.float32),
+            ),
         )
+        n_runs, n_agents = genomes.shape[:2]
+        results = ForagingResults(
+            learned=genomes[:, :, 0].copy(),
+            eaten=poison.empty((n_runs, n_agents, environments), np.int32),
+            food=poison.empty((n_recorded, N_FOOD_ITEMS), np.int64),
+            track=poison.empty((n_recorded, self.steps_per_environment, 2), np.int64),
+        )
+        # The last module. Without a teaching module, it is the action module and is not used.
         teaching = np.ascontiguousarray(genomes[:, :, -1])
         simulate_lifetimes(settings, np.array(runs, np.int64), teaching, scratch, results)
         return results

@@ -39,15 +39,19 @@ class FewMutations(Variation, name="few-mutations"):
                     fitter[module, weight] if gate < 0.5 else second[module, weight]
                 )
         for mutation in range(min(part.mutations, draws.shape[0])):
-            weight = int(draws[mutation, 1] * child.size)
-            child[weight // child.shape[1], weight % child.shape[1]] += np.float32(
-                (2.0 * draws[mutation, 2] - 1.0) * part.size
-            )
+            # A position in the list of the weights of all modules.
+            position = int(draws[mutation, 1] * child.size)
+            module = position // child.shape[1]
+            weight = position % child.shape[1]
+            change = (2.0 * draws[mutation, 2] - 1.0) * part.size
+            child[module, weight] += np.float32(change)
 
     @staticmethod
     def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
         child = [list(module) for module in (fitter if gate < 0.5 else second)]
-        for _, position, size, _ in draws[: part.mutations]:
-            module, weight = divmod(int(position * len(child) * len(child[0])), len(child[0]))
-            child[module][weight] += (2 * size - 1) * part.size
+        module_size = len(child[0])
+        n_weights = len(child) * module_size
+        for _, position_draw, change_draw, _ in draws[: part.mutations]:
+            module, weight = divmod(int(position_draw * n_weights), module_size)
+            child[module][weight] += (2 * change_draw - 1) * part.size
         return child

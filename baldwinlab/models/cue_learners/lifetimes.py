@@ -88,9 +88,10 @@ def simulate_lifetimes(
             for item in range(settings.items):
                 # One call of the generator gives the numbers of two items.
                 if item % 2 == 0:
-                    draw = 1 + item // 2
+                    # Draw 0 selects the patch.
+                    draw_index = 1 + item // 2
                     food_word, smell_word, next_food_word, next_smell_word = philox(
-                        draw, agent, settings.generation, LIFE, settings.seed, runs[run]
+                        draw_index, agent, settings.generation, LIFE, settings.seed, runs[run]
                     )
                 else:
                     food_word = next_food_word
@@ -156,7 +157,9 @@ def _activate(genome: Any, units: Units, target: Any) -> Any:
     n_units = units.values.size
     for source in range(n_units):
         if source != target:
-            total += genome[n_units + target * n_units + source] * units.values[source]
+            # The strengths of links follow the kinds of units.
+            link = n_units + target * n_units + source
+            total += genome[link] * units.values[source]
     return ONE if total > ZERO else -ONE
 
 
@@ -168,9 +171,11 @@ def _learn(genome: Any, units: Units, rate: Any) -> None:
         if units.kinds[target] >= HIDDEN:
             for source in range(n_units):
                 link = n_units + target * n_units + source
-                if source != target and genome[link + n_units * n_units] > ZERO:
-                    changed = genome[link] + rate * units.values[target] * units.values[source]
-                    genome[link] = min(max(changed, -ONE), ONE)
+                # The Hebbian flags follow the strengths, in the same order.
+                is_hebbian = genome[link + n_units * n_units] > ZERO
+                if source != target and is_hebbian:
+                    strength = genome[link] + rate * units.values[target] * units.values[source]
+                    genome[link] = min(max(strength, -ONE), ONE)
 
 
 @compiled

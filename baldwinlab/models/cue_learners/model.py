@@ -135,21 +135,24 @@ class CueLearners(Model, name="cue-learners"):
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         shape = genomes.shape[:2]
+        # [run, agent, gene]: link strengths change in place.
         learned = genomes[:, :, 0].copy()
         settings = LifetimeSettings(
-            seed,
-            generation,
-            self.items,
-            self.cue_accuracy,
-            self.learning,
-            np.float32(self.learning_rate),
+            seed=seed,
+            generation=generation,
+            items=self.items,
+            accuracy=self.cue_accuracy,
+            learning=self.learning,
+            rate=np.float32(self.learning_rate),
         )
-        units = Units(poison.empty(self.units, np.int64), poison.empty(self.units, np.float32))
+        units = Units(
+            kinds=poison.empty(self.units, np.int64), values=poison.empty(self.units, np.float32)
+        )
         results = CueResults(
-            poison.empty(shape),
-            poison.empty(shape),
-            poison.empty(shape, np.int32),
-            poison.empty(shape, np.int32),
+            eaten=poison.empty(shape),
+            midpoint=poison.empty(shape),
+            by_color=poison.empty(shape, np.int32),
+            innate_by_color=poison.empty(shape, np.int32),
         )
         simulate_lifetimes(settings, np.array(runs, np.int64), learned, units, results)
         beyond = (results.eaten - results.midpoint).astype(np.float32)
@@ -158,5 +161,7 @@ class CueLearners(Model, name="cue-learners"):
             "by_colour": results.by_color,
             "born_so": results.innate_by_color,
         }
-        energy = results.eaten + self.items / 2
-        return LifeResults(energy, np.zeros_like(energy), learned, records)
+        payoff = results.eaten + self.items / 2
+        return LifeResults(
+            energy=payoff, cost=np.zeros_like(payoff), learned=learned, records=records
+        )

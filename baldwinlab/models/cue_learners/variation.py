@@ -40,22 +40,21 @@ class OnePointOfUnits(Variation, name="one-point-of-units"):
     ) -> None:
         cut = draw_cut(gate, child.shape[1])
         for gene in range(child.shape[1]):
-            child[0, gene] = (
-                fitter[0, gene] if is_from_fitter(gene, cut, draws[0, 0]) else second[0, gene]
-            )
+            parent = fitter if is_from_fitter(gene, cut, draws[0, 0]) else second
+            child[0, gene] = parent[0, gene]
             if draws[gene, 1] < part.rate:
                 child[0, gene] = draw_allele(gene, part.units, draws[gene, 2])
 
     @staticmethod
     def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
         child = cross_at_point(fitter[0], second[0], gate, draws[0][0])
-        unit_genes = part.units
-        strength_genes = part.units + part.units**2
+        n_kind_genes = part.units
+        n_strength_genes = part.units**2
         for gene, draw in enumerate(draws):
             if draw[1] < part.rate:
-                if gene < unit_genes:
+                if gene < n_kind_genes:
                     child[gene] = int(6 * draw[2])
-                elif gene < strength_genes:
+                elif gene < n_kind_genes + n_strength_genes:
                     child[gene] = int(5 * draw[2]) / 2 - 1
                 else:
                     child[gene] = int(2 * draw[2])

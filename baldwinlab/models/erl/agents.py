@@ -49,6 +49,8 @@ from baldwinlab.models.erl.world import (
 # Number of inputs: six kinds of cells in four directions, health, energy, whether the agent is in a
 # tree, and a bias.
 N_INPUTS = 4 * N_SENSED_KINDS + 4
+# Indices of the inputs that are no cells.
+HEALTH_INPUT, ENERGY_INPUT, TREE_INPUT, BIAS_INPUT = range(4 * N_SENSED_KINDS, N_INPUTS)
 N_OUTPUTS = 2
 BITS_PER_WEIGHT: Final = 4
 N_BITS: Final = BITS_PER_WEIGHT * N_INPUTS * (1 + N_OUTPUTS)
@@ -79,10 +81,11 @@ def sense(rules: Any, world: ErlWorld, agent: int, inputs: Any) -> None:
                 number = direction * N_SENSED_KINDS + kind
                 if kind != EMPTY and inputs[number] == ZERO:
                     inputs[number] = np.float32(1.0 - distance / (2.0 * (AGENT_SIGHT - 1)))
-    inputs[4 * N_SENSED_KINDS] = np.float32(world.health[agent])
-    inputs[4 * N_SENSED_KINDS + 1] = np.float32(world.energy[agent])
-    inputs[4 * N_SENSED_KINDS + 2] = ONE if world.kind[world.position[agent]] == TREE else ZERO
-    inputs[4 * N_SENSED_KINDS + 3] = ONE
+    is_in_tree = world.kind[world.position[agent]] == TREE
+    inputs[HEALTH_INPUT] = np.float32(world.health[agent])
+    inputs[ENERGY_INPUT] = np.float32(world.energy[agent])
+    inputs[TREE_INPUT] = ONE if is_in_tree else ZERO
+    inputs[BIAS_INPUT] = ONE
 
 
 @compiled
@@ -219,7 +222,8 @@ def decode_weight(rules: Any, bits: Any, number: int) -> Any:
     value = 0
     for bit in range(BITS_PER_WEIGHT):
         value = 2 * value + int(bits[BITS_PER_WEIGHT * number + bit])
-    return rules.weight_range * np.float32(2 * value - 15) / np.float32(15)
+    max_value = 2**BITS_PER_WEIGHT - 1
+    return rules.weight_range * np.float32(2 * value - max_value) / np.float32(max_value)
 
 
 @compiled
@@ -240,7 +244,7 @@ def reproduce(rules: Any, world: ErlWorld, agent: int) -> None:
     if cell == NO_NUMBER:
         return
     if rules.inherits:
-        _cross(rules, world, agent, _nearest_mate(rules, world, agent), child)
+        _cross(rules, world, agent, _find_nearest_mate(rules, world, agent), child)
     else:
         for first_bit in range(0, N_BITS, 4):
             draws = draw_uniforms(world)
@@ -252,7 +256,7 @@ def reproduce(rules: Any, world: ErlWorld, agent: int) -> None:
 
 
 @compiled
-def _nearest_mate(rules: Any, world: ErlWorld, agent: int) -> int:
+def _find_nearest_mate(rules: Any, world: ErlWorld, agent: int) -> int:
     """Return the nearest agent within the maximum distance, or the agent itself without mates."""
     mate = agent
     nearest_squared = MAX_MATE_DISTANCE * MAX_MATE_DISTANCE + 1
@@ -261,9 +265,10 @@ def _nearest_mate(rules: Any, world: ErlWorld, agent: int) -> int:
     for candidate in range(world.counts[AGENTS]):
         dx = world.position[candidate] % rules.grid_size - x
         dy = world.position[candidate] // rules.grid_size - y
-        if candidate != agent and dx * dx + dy * dy < nearest_squared:
+        squared_distance = dx * dx + dy * dy
+        if candidate != agent and squared_distance < nearest_squared:
             mate = candidate
-            nearest_squared = dx * dx + dy * dy
+            nearest_squared = squared_distance
     return mate
 
 

@@ -29,8 +29,15 @@ import xarray as xr
 
 from baldwinlab.engine import poison
 from baldwinlab.models.erl.agents import N_BITS, N_INPUTS, N_OUTPUTS
-from baldwinlab.models.erl.simulation import Rules, simulate_population
-from baldwinlab.models.erl.world import MAX_CARNIVORES, ErlWorld
+from baldwinlab.models.erl.simulation import (
+    AGENT_STEPS,
+    BIRTHS,
+    CARNIVORE_STEPS,
+    N_TOTALS,
+    Rules,
+    simulate_population,
+)
+from baldwinlab.models.erl.world import MAX_CARNIVORES, N_COUNTS, ErlWorld
 from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
 
 
@@ -198,9 +205,11 @@ class ErlPopulations(Model, name="erl-populations"):
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         """Draw the bits of all founders of each population, as one row per population."""
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, None, :, 0]
+        # [population, bit]: the first of four numbers.
+        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[..., 0]
         bits: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)
-        return bits
+        # A genome has one module.
+        return bits[:, None]
 
     def rules(self) -> Rules:
         """Return the numbers of the world for compiled code."""
@@ -230,7 +239,7 @@ class ErlPopulations(Model, name="erl-populations"):
         agents = self.max_agents
         carnivores = MAX_CARNIVORES
         return ErlWorld(
-            counts=np.zeros(7, np.int64),
+            counts=np.zeros(N_COUNTS, np.int64),
             key=np.array(key, np.int64),
             kind=np.zeros(cells, np.int8),
             occupant=np.zeros(cells, np.int32),
@@ -251,24 +260,29 @@ class ErlPopulations(Model, name="erl-populations"):
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
-        shape = genomes.shape[:2]
-        survived_steps = poison.empty(shape, np.int64)
-        totals = np.zeros((*shape, 3))
+        n_runs, n_populations = genomes.shape[:2]
+        survived_steps = poison.empty((n_runs, n_populations), np.int64)
+        totals = np.zeros((n_runs, n_populations, N_TOTALS))
         rules = self.rules()
         inputs = poison.empty(N_INPUTS, np.float32)
         for row, run in enumerate(runs):
-            for number in range(shape[1]):
-                bits = np.ascontiguousarray(genomes[row, number, 0]).reshape(-1, N_BITS)
-                world = self.world(seed, run, generation, number)
-                survived_steps[row, number] = simulate_population(
-                    rules, world, bits, self.max_steps, inputs, totals[row, number]
+            for population in range(n_populations):
+                founder_bits = np.ascontiguousarray(genomes[row, population, 0]).reshape(-1, N_BITS)
+                world = self.world(seed, run, generation, population)
+                survived_steps[row, population] = simulate_population(
+                    rules, world, founder_bits, self.max_steps, inputs, totals[row, population]
                 )
-        energy = survived_steps.astype(np.float64)
-        means = (totals[..., 1:] / np.maximum(1, survived_steps)[..., None]).astype(np.float32)
+        fitness = survived_steps.astype(np.float64)
+        # A population without agents survives no step.
+        n_steps = np.maximum(1, survived_steps)
+        mean_agents = totals[..., AGENT_STEPS] / n_steps
+        mean_carnivores = totals[..., CARNIVORE_STEPS] / n_steps
         records = {
             "extinct": (survived_steps < self.max_steps).astype(np.int32),
-            "born": totals[..., 0].astype(np.int32),
-            "living": means[..., 0],
-            "hunters": means[..., 1],
+            "born": totals[..., BIRTHS].astype(np.int32),
+            "living": mean_agents.astype(np.float32),
+            "hunters": mean_carnivores.astype(np.float32),
         }
-        return LifeResults(energy, np.zeros_like(energy), None, records)
+        return LifeResults(
+            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
+        )

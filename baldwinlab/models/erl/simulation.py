@@ -7,7 +7,7 @@ Ackley and Littman 1991.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -33,6 +33,11 @@ from baldwinlab.models.erl.world import (
     remove_dead_carnivores,
     step_carnivore,
 )
+
+# Indices of the totals: the number of births, and the sums over the steps of the numbers of agents
+# and of carnivores.
+BIRTHS, AGENT_STEPS, CARNIVORE_STEPS = range(3)
+N_TOTALS: Final = 3
 
 
 class Rules(NamedTuple):
@@ -85,8 +90,7 @@ def simulate_population(
     inputs : array of shape (inputs,)
         Scratch.
     totals : array of shape (3,)
-        Output: the number of births, and two sums over the steps: the number of agents and the
-        number of carnivores.
+        Output, by `BIRTHS`, `AGENT_STEPS` and `CARNIVORE_STEPS`.
     """
     init_world(rules, world)
     place_founders(rules, world, genomes)
@@ -95,10 +99,11 @@ def simulate_population(
         world.counts[STEP] = step + 1
         world.counts[DRAWN] = 0
         step_world(rules, world, inputs)
-        totals[1] += world.counts[AGENTS]
-        totals[2] += world.counts[CARNIVORES]
+        totals[AGENT_STEPS] += world.counts[AGENTS]
+        totals[CARNIVORE_STEPS] += world.counts[CARNIVORES]
+        # The step in which the last agent dies does not count.
         step += int(world.counts[AGENTS] > 0)
-    totals[0] = world.counts[BORN]
+    totals[BIRTHS] = world.counts[BORN]
     return step
 
 

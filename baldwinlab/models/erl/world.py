@@ -41,6 +41,11 @@ NO_NUMBER: Final = -1
 
 # Entries of `ErlWorld.counts`.
 AGENTS, CARNIVORES, PLANTS, DRAWN, STEP, BORN, LEARNED = range(7)
+N_COUNTS: Final = 7
+# Energy of a carnivore at birth, and of its parent after the birth.
+INITIAL_CARNIVORE_ENERGY: Final = 0.5
+# Maximum number of draws for an empty cell.
+MAX_CELL_DRAWS: Final = 100
 
 
 class ErlWorld(NamedTuple):
@@ -117,8 +122,8 @@ def draw_cell(rules: Any, world: ErlWorld) -> Any:
 
 @compiled
 def draw_empty_cell(rules: Any, world: ErlWorld) -> Any:
-    """Return a random empty cell, or -1 after a hundred failed draws."""
-    for _ in range(100):
+    """Return a random empty cell, or -1 after `MAX_CELL_DRAWS` failed draws."""
+    for _ in range(MAX_CELL_DRAWS):
         cell = draw_cell(rules, world)
         if world.kind[cell] == EMPTY:
             return cell
@@ -182,7 +187,7 @@ def add_carnivore(rules: Any, world: ErlWorld, cell: int) -> None:
         world.kind[cell] = CARNIVORE
         world.occupant[cell] = carnivore
         world.carnivore_position[carnivore] = cell
-        world.carnivore_energy[carnivore] = 0.5
+        world.carnivore_energy[carnivore] = INITIAL_CARNIVORE_ENERGY
         world.carnivore_health[carnivore] = 1.0
         world.counts[CARNIVORES] += 1
 
@@ -197,7 +202,7 @@ def step_carnivore(rules: Any, world: ErlWorld, carnivore: int) -> None:
     direction = int(draws[0] * np.float32(4))
     nearest_distance = CARNIVORE_SIGHT + 1
     for candidate in range(4):
-        distance = _prey_distance(rules, world, world.carnivore_position[carnivore], candidate)
+        distance = _find_prey_distance(rules, world, world.carnivore_position[carnivore], candidate)
         if distance < nearest_distance:
             direction = candidate
             nearest_distance = distance
@@ -219,16 +224,16 @@ def step_carnivore(rules: Any, world: ErlWorld, carnivore: int) -> None:
         world.carnivore_position[carnivore] = cell
         if world.carnivore_energy[carnivore] >= 1.0 and world.counts[CARNIVORES] < MAX_CARNIVORES:
             # Parent and child have half of the energy each.
-            world.carnivore_energy[carnivore] = 0.5
+            world.carnivore_energy[carnivore] = INITIAL_CARNIVORE_ENERGY
             add_carnivore(rules, world, old_cell)
     world.carnivore_energy[carnivore] -= rules.carnivore_cost_per_step
 
 
 @compiled
-def _prey_distance(rules: Any, world: ErlWorld, cell: int, direction: int) -> int:
+def _find_prey_distance(rules: Any, world: ErlWorld, cell: int, direction: int) -> int:
     """Return the distance of the nearest agent or corpse in a direction.
 
-    The result is above FAR_SIGHT if there is none. An agent in a tree is not visible.
+    The result is above `CARNIVORE_SIGHT` if there is none. An agent in a tree is not visible.
     """
     for distance in range(1, CARNIVORE_SIGHT + 1):
         cell = neighbor_cell(rules, cell, direction)

@@ -13,6 +13,7 @@ from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.models.plastic_prisoners.strategies import (
     INITIAL_PAIRS,
     N_GENOMES,
+    N_PAIRS,
     PAIR_PAYOFFS,
 )
 
@@ -39,7 +40,7 @@ def compute_payoffs(
     array of shape (256, 256)
         Payoff [genome, opponent], from 0 to 5. The array is read-only.
     """
-    genome, opponent, pair = np.ogrid[:N_GENOMES, :N_GENOMES, :4]
+    genome, opponent, pair = np.ogrid[:N_GENOMES, :N_GENOMES, :N_PAIRS]
     # The pair with the two moves in the opposite order, as the opponent sees it.
     opponent_pair = (pair & 1) << 1 | pair >> 1
     outcomes = []
@@ -54,17 +55,18 @@ def compute_payoffs(
             _learn(opponent, opponent_pair, opponent_move, move) if learning else opponent
         )
         next_pair = 2 * move + opponent_move
-        next_state = (next_genome * N_GENOMES + next_opponent) * 4 + next_pair
+        # A state is a number: the two genomes and the last pair of moves.
+        next_state = (next_genome * N_GENOMES + next_opponent) * N_PAIRS + next_pair
         outcomes.append((probability, PAIR_PAYOFFS[next_pair], next_state))
     # Expected payoff of the remaining rounds, for each state: both current genomes and the last
     # pair.
-    remaining = np.zeros(N_GENOMES * N_GENOMES * 4)
+    remaining = np.zeros(N_GENOMES * N_GENOMES * N_PAIRS)
     for _ in range(rounds):
         remaining = np.sum(
             [probability * (payoff + remaining[state]) for probability, payoff, state in outcomes],
             axis=0,
         ).ravel()
-    payoff_by_pair = remaining.reshape(N_GENOMES, N_GENOMES, 4)
+    payoff_by_pair = remaining.reshape(N_GENOMES, N_GENOMES, N_PAIRS)
     first_pairs = INITIAL_PAIRS[initial_moves]
     totals = np.sum([payoff_by_pair[:, :, first_pair] for first_pair in first_pairs], axis=0)
     means: npt.NDArray[np.float64] = totals / (rounds * len(first_pairs))
@@ -77,7 +79,7 @@ def _learn(genome: Any, pair: Any, move: Any, opponent_move: Any) -> Any:
     """Return the genome after a round. `pair` is the pair of moves of the previous round."""
     # The learned move is the opposite of the move if the opponent defected (opponent_move is 0).
     learned_move = move ^ 1 ^ opponent_move
-    is_plastic = (genome >> (4 + pair)) & 1
+    is_plastic = (genome >> (N_PAIRS + pair)) & 1
     return np.where(is_plastic, genome & ~(1 << pair) | learned_move << pair, genome)
 
 
@@ -94,13 +96,13 @@ def compute_mean_payoffs(payoff: Any, counts: Any, fitness: Any) -> None:
     fitness : array of shape (genomes,)
         Output: the mean payoff. Entries of genomes without agents do not change.
     """
-    agents = 0
+    n_agents = 0
     for genome in range(counts.size):
-        agents += counts[genome]
+        n_agents += counts[genome]
     for genome in range(counts.size):
         if counts[genome] > 0:
             # An agent does not play against itself.
             total = -payoff[genome, genome]
             for opponent in range(counts.size):
                 total += counts[opponent] * payoff[genome, opponent]
-            fitness[genome] = total / (agents - 1)
+            fitness[genome] = total / (n_agents - 1)

@@ -58,12 +58,12 @@ def _view_payoffs(model: Any, key: Any, genomes: npt.NDArray[np.float32], agent:
         f"{name}, {counts[genome] / len(genomes):.1%}"
         for name, genome in zip(names, most_frequent, strict=True)
     ]
-    payoff = compute_payoffs(model.rounds, model.noise, model.learning, model.initial_moves)
+    payoffs = compute_payoffs(model.rounds, model.noise, model.learning, model.initial_moves)
     return MatrixView(
-        rows,
-        names,
-        payoff[np.ix_(most_frequent, most_frequent)],
-        "mean payoff of a round to the row, from the column",
+        rows=rows,
+        columns=names,
+        values=payoffs[np.ix_(most_frequent, most_frequent)],
+        value="mean payoff of a round to the row, from the column",
     )
 
 
@@ -162,21 +162,27 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         return 2 * len(PAIRS)
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, None, :, 0]
-        return np.asarray(draws < 0.5, np.float32)
+        # [agent, bit]: the first of four numbers.
+        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[..., 0]
+        bits = np.asarray(draws < 0.5, np.float32)
+        # A genome has one module.
+        return bits[:, None]
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
-        numbers = number_genomes(genomes)
-        payoff = compute_payoffs(self.rounds, self.noise, self.learning, self.initial_moves)
-        fitness = np.zeros(N_GENOMES)
-        energy = poison.empty(numbers.shape)
-        for row, population in enumerate(numbers):
-            compute_mean_payoffs(payoff, np.bincount(population, minlength=N_GENOMES), fitness)
-            energy[row] = fitness[population]
+        # [run, agent].
+        genome_numbers = number_genomes(genomes)
+        payoffs = compute_payoffs(self.rounds, self.noise, self.learning, self.initial_moves)
+        fitness_of_genome = np.zeros(N_GENOMES)
+        fitness = poison.empty(genome_numbers.shape)
+        for row, population in enumerate(genome_numbers):
+            counts = np.bincount(population, minlength=N_GENOMES)
+            compute_mean_payoffs(payoffs, counts, fitness_of_genome)
+            fitness[row] = fitness_of_genome[population]
+        records = {"strategy": STRATEGY_OF_GENOME[genome_numbers]}
         return LifeResults(
-            energy, np.zeros_like(energy), None, {"strategy": STRATEGY_OF_GENOME[numbers]}
+            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
         )
 
     def oracle(

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 # Pairs of moves of the last round, the move of the agent first.
 PAIRS: Final = ("DD", "DC", "CD", "CC")
+N_PAIRS: Final = len(PAIRS)
 # Number of genomes. The moves are bits 0 to 3 of a genome's number, the plastic flags bits 4 to 7.
 N_GENOMES: Final = 256
 # Payoff of each pair: punishment, temptation, sucker's payoff, reward.
@@ -24,13 +25,13 @@ INITIAL_PAIRS: Final[Mapping[str, tuple[int, ...]]] = {
 
 _GENOMES = np.arange(N_GENOMES)[:, None]
 # [genome, pair].
-_IS_PLASTIC = (_GENOMES >> np.arange(4, 8)) & 1
+_IS_PLASTIC = (_GENOMES >> np.arange(N_PAIRS, 2 * N_PAIRS)) & 1
 # [genome, pair]: 0 is D, 1 is C, 2 is x.
-_ENTRIES = np.where(_IS_PLASTIC, 2, (_GENOMES >> np.arange(4)) & 1)
+_ENTRIES = np.where(_IS_PLASTIC, 2, (_GENOMES >> np.arange(N_PAIRS)) & 1)
 # Names of the strategies. The number of a strategy has a digit to base 3 for each entry.
-STRATEGIES: Final = tuple("".join(reversed(entries)) for entries in product("01x", repeat=4))
+STRATEGIES: Final = tuple("".join(reversed(entries)) for entries in product("01x", repeat=N_PAIRS))
 # Number of the strategy of each genome.
-STRATEGY_OF_GENOME: Final = (_ENTRIES @ 3 ** np.arange(4)).astype(np.int8)
+STRATEGY_OF_GENOME: Final = (_ENTRIES @ 3 ** np.arange(N_PAIRS)).astype(np.int8)
 # Name of the strategy that the paper calls outstanding.
 OUTSTANDING: Final = "x00x"
 
@@ -38,10 +39,10 @@ OUTSTANDING: Final = "x00x"
 def number_genomes(genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
     """Return genomes [..., 1, bit] as numbers."""
     bits = (genomes[..., 0, :] > 0.5).astype(np.int64)
-    numbers: npt.NDArray[np.int64] = bits @ (1 << np.arange(2 * len(PAIRS)))
+    numbers: npt.NDArray[np.int64] = bits @ (1 << np.arange(2 * N_PAIRS))
     return numbers
 
 
 def moves_at_birth(genome: int) -> str:
     """Return the move of each entry of a genome, such as "DCCD"."""
-    return "".join("DC"[genome >> pair & 1] for pair in range(4))
+    return "".join("DC"[genome >> pair & 1] for pair in range(N_PAIRS))
