@@ -109,9 +109,9 @@ def make_claims_table(
     rich.table.Table
         The table.
     """
-    of_paper = any(result.claim.of_paper for result in results)
+    are_of_paper = any(result.claim.of_paper for result in results)
     if not title:
-        title = "Claims of the paper and our results" if of_paper else "Claims and our results"
+        title = "Claims of the paper and our results" if are_of_paper else "Claims and our results"
     if changed_model:
         title = f"{title}, in a changed model"
     table = Table(
@@ -124,7 +124,7 @@ def make_claims_table(
     )
     table.add_column("")
     table.add_column("verdict", width=13)
-    paper_heading = "; the paper's figure" if of_paper else ""
+    paper_heading = "; the paper's figure" if are_of_paper else ""
     table.add_column(
         f"claim, measured effect [95 % interval], corrected p, effect size{paper_heading}"
     )
@@ -134,7 +134,7 @@ def make_claims_table(
         table.add_row(
             record["id"],
             verdict,
-            Text.assemble(record["claim"], ("\n" + _format_result(record), "dim")),
+            Text.assemble(record["claim"], (f"\n{_format_result(record)}", "dim")),
         )
     return table
 
@@ -149,7 +149,8 @@ def _format_result(record: dict[str, Any]) -> str:
     else:
         effect = f"{record['effect']:.4g}"
     if record["interval"]:
-        effect += " [{:.4g}, {:.4g}]".format(*record["interval"])
+        low, high = record["interval"]
+        effect += f" [{low:.4g}, {high:.4g}]"
     numbers = [effect]
     if record["p_holm"] is not None:
         numbers.append(f"p {record['p_holm']:.2g}")

@@ -135,16 +135,21 @@ def _make_layout(study: StudyStore) -> Layout:
     has_gaps = has_missing_runs or len(generations) > 1 or len(agents) > 1
     sizes = {str(dim): size for dim, size in (*data.sizes.items(), *frame.sizes.items())}
     return Layout(
-        frame, recorded, sizes, runs, has_gaps, data[INDEX_COORDINATE].values.astype(np.intp)
+        frame=frame,
+        recorded=recorded,
+        sizes=sizes,
+        runs=runs,
+        has_gaps=has_gaps,
+        conditions=data[INDEX_COORDINATE].values.astype(np.intp),
     )
 
 
 def _read_sample(study: StudyStore, name: str, runs: npt.NDArray[np.int32]) -> xr.Dataset:
     """Return the first value of each variable. A condition without runs has an empty dataset."""
-    first = {dim: [0] for dim in PER_AGENT_DIMS}
+    first_entries = {dim: [0] for dim in PER_AGENT_DIMS}
     if not runs.size:
-        return make_empty_dataset(study.experiments[name]).isel(first)
-    return study.read(name, int(runs[0]), genomes=False).isel(first).expand_dims(run=[0])
+        return make_empty_dataset(study.experiments[name]).isel(first_entries)
+    return study.read(name, int(runs[0]), genomes=False).isel(first_entries).expand_dims(run=[0])
 
 
 def _write_records(study: StudyStore, layout: Layout, group: zarr.Group) -> None:

@@ -154,14 +154,14 @@ def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
         reason, commands = _explain_omission(study, conditions_with_runs, bool(assays))
     claims = {claim["id"]: claim["verdict"] for claim in read_claims(study)}
     return Entry(
-        paper,
-        study.changes,
-        study.directory,
-        count_most_runs(study),
-        claims,
-        tuple(systems),
-        reason,
-        commands,
+        paper=paper,
+        changes=study.changes,
+        directory=study.directory,
+        runs=count_most_runs(study),
+        claims=claims,
+        systems=tuple(systems),
+        reason=reason,
+        commands=commands,
     )
 
 
