@@ -207,7 +207,7 @@ def _draw_squares(axes: Axes, x: np.ndarray, y: np.ndarray, color: str) -> None:
     axes.add_collection(collection)
 
 
-class Sector(NamedTuple):
+class SensorSector(NamedTuple):
     """A sector in which an input senses items.
 
     Attributes
@@ -233,12 +233,12 @@ class Sector(NamedTuple):
         return (self.last_degrees - self.first_degrees) % 360
 
 
-def group_sectors(appearance: Appearance) -> dict[Sector, list[str]]:
+def group_sectors(appearance: Appearance) -> dict[SensorSector, list[str]]:
     """Return the names of the inputs of each sector."""
-    input_names: dict[Sector, list[str]] = {}
+    input_names: dict[SensorSector, list[str]] = {}
     for name, edges in zip(appearance["inputs"], appearance["sectors"], strict=True):
         if edges:
-            sector = Sector(edges["from_degrees"], edges["to_degrees"], edges["radius"])
+            sector = SensorSector(edges["from_degrees"], edges["to_degrees"], edges["radius"])
             input_names.setdefault(sector, []).append(name)
     return input_names
 
@@ -266,7 +266,7 @@ def draw_agent_senses(appearance: Appearance) -> Figure:
     return figure
 
 
-def _draw_item(axes: Axes, sector: Sector, appearance: Appearance) -> None:
+def _draw_item(axes: Axes, sector: SensorSector, appearance: Appearance) -> None:
     """Draw an item of the last kind in a sector."""
     x, y = _point_on_circle(0.78 * sector.radius, sector.middle_degrees)
     kinds = appearance["item_kinds"]
@@ -275,7 +275,7 @@ def _draw_item(axes: Axes, sector: Sector, appearance: Appearance) -> None:
     axes.text(x, y + 0.55 * BODY_SIDE, "item", ha="center", va="top")
 
 
-def _draw_sectors(axes: Axes, sectors: Mapping[Sector, list[str]], radius: float) -> None:
+def _draw_sectors(axes: Axes, sectors: Mapping[SensorSector, list[str]], radius: float) -> None:
     last_sector = list(sectors)[-1] if sectors else None
     for sector, names in sectors.items():
         # The last sector contains the item, so it has the color of an active input in the lab.

@@ -115,7 +115,7 @@ def describe_too_few(tests: Sequence[PlannedTest]) -> str:
     is_impossible = _is_impossible(tests)
     if not is_impossible.any():
         return ""
-    affected_tests = [tests[index] for index in np.flatnonzero(is_impossible)]
+    affected_tests = [tests[index] for index in np.flatnonzero(is_impossible).tolist()]
     sizes = [size for test in affected_tests for size in (test.n_a, test.n_b)]
     runs = f"{min(sizes)}" if min(sizes) == max(sizes) else f"{min(sizes)} to {max(sizes)}"
     smallest_p_holm = float(smallest_corrected_p(tests)[is_impossible].min())
