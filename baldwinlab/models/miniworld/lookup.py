@@ -24,8 +24,10 @@ MAX_TABLE_INPUTS: Final = 6
 
 
 @hook
-def fill_table(part: Any, model: MiniWorldModel, state: State, fixed: Any, lane: Lane) -> None:
-    """At birth: prepare the module whose weights are the first rows of `fixed` [weight, lane]."""
+def fill_table(
+    part: Any, model: MiniWorldModel, state: State, fixed_weights: Any, lane: Lane
+) -> None:
+    """At birth: prepare the module whose weights are the first rows of `fixed_weights`."""
 
 
 @hook
@@ -56,13 +58,15 @@ class _LookupTable(DirectEvaluation):
     arrays: ClassVar[dict[str, Array]] = {"outputs": per_lane("table entries")}
 
     @staticmethod
-    def fill_table(part: Any, model: MiniWorldModel, state: State, fixed: Any, lane: Lane) -> None:
+    def fill_table(
+        part: Any, model: MiniWorldModel, state: State, fixed_weights: Any, lane: Lane
+    ) -> None:
         actions = state.targets.shape[0]
         first_output = state.activations.shape[0] - actions
         for code in range(1 << model.inputs):
             for k in range(model.inputs):
                 put(state.activations, k, lane, np.float32((code >> k) & 1))
-            forward(state.network, fixed, state.activations, lane)
+            forward(state.network, fixed_weights, state.activations, lane)
             for column in range(first_lane(lane), first_lane(lane) + lanes_of(lane)):
                 for k in range(actions):
                     put(
@@ -117,9 +121,11 @@ class DirectTeacher(DirectEvaluation):
     }
 
     @staticmethod
-    def fill_table(part: Any, model: MiniWorldModel, state: State, fixed: Any, lane: Lane) -> None:
+    def fill_table(
+        part: Any, model: MiniWorldModel, state: State, fixed_weights: Any, lane: Lane
+    ) -> None:
         for weight in range(state.weights.shape[0]):
-            put(part.weights, weight, lane, get(fixed, weight, lane))
+            put(part.weights, weight, lane, get(fixed_weights, weight, lane))
         for unit in range(state.activations.shape[0]):
             put(part.activations, unit, lane, np.float32(0))
 

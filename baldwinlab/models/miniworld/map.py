@@ -62,6 +62,10 @@ def place_newborn(model: MiniWorldModel, state: State, world: int, agent: int, n
     """
     seed = state.keys[world, 0]
     run = state.keys[world, 1]
+    center_x = model.start[0]
+    center_y = model.start[1]
+    radius = model.start[2]
+    # A position in the disc of radius 1.
     x = ONE
     y = ONE
     attempt = 0
@@ -73,8 +77,8 @@ def place_newborn(model: MiniWorldModel, state: State, world: int, agent: int, n
         x = TWO * unit(words[0]) - ONE
         y = TWO * unit(words[1]) - ONE
         attempt += 1
-        state.positions[0, lane] = wrap_position(model.start[0] + model.start[2] * x, model.width)
-        state.positions[1, lane] = wrap_position(model.start[1] + model.start[2] * y, model.height)
+        state.positions[0, lane] = wrap_position(center_x + radius * x, model.width)
+        state.positions[1, lane] = wrap_position(center_y + radius * y, model.height)
         is_blocked = (
             is_placement_blocked(
                 state.features, model, state.positions[0, lane], state.positions[1, lane]

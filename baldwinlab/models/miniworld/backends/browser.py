@@ -84,15 +84,18 @@ def measure(setting: BrowserSettings) -> None:
         genome_length,
         max(1, setting.modules - 1) * weights,
     )
-    for number in range(len(lengths)):
-        setting.measured[number] = float(lengths[number])
-    setting.measured[len(lengths)] = float(setting.modules * genome_length)
-    setting.measured[len(lengths) + 1] = compute_alert_radius(
+    # The order is that of `MEASURED_NAMES`.
+    n_lengths = len(lengths)
+    for index in range(n_lengths):
+        setting.measured[index] = float(lengths[index])
+    setting.measured[n_lengths] = float(setting.modules * genome_length)
+    setting.measured[n_lengths + 1] = compute_alert_radius(
         setting.reach, setting.square_contact, setting.stride
     )
-    stop = setting.learning_stops
-    learning_steps = setting.steps if stop < 0 else min(stop, setting.steps)
-    setting.measured[len(lengths) + 2] = float(learning_steps)
+    end_of_learning = setting.learning_stops
+    never_stops = end_of_learning < 0
+    learning_steps = setting.steps if never_stops else min(end_of_learning, setting.steps)
+    setting.measured[n_lengths + 2] = float(learning_steps)
 
 
 @compiled
@@ -118,8 +121,8 @@ def init_world(
     """Set the constants of a run: the arrays of regions, and the keys of random numbers."""
     state.keys[0, 0] = population.seed
     state.keys[0, 1] = population.run
-    alert = compute_alert_radius(setting.reach, setting.square_contact, setting.stride)
-    margin = max(setting.visual_radius, alert) + setting.stride
+    alert_radius = compute_alert_radius(setting.reach, setting.square_contact, setting.stride)
+    margin = max(setting.visual_radius, alert_radius) + setting.stride
     items = 0
     cells = 0
     population.region_energies[0] = 0.0
@@ -148,9 +151,9 @@ def init_world(
         model.region_cells[region] = cells
         items += int(setting.regions[region, COUNT_COLUMN])
         cells += columns * rows
-    last = setting.regions.shape[0]
-    model.region_items[last] = items
-    model.region_cells[last] = cells
+    n_regions = setting.regions.shape[0]
+    model.region_items[n_regions] = items
+    model.region_cells[n_regions] = cells
 
 
 def init_founders(population: BrowserPopulation) -> None:
@@ -318,9 +321,9 @@ def _apply_teacher_control(population: BrowserPopulation, key: GenerationKey) ->
     permute_teachers(population.children, population.order, population.genome)
 
 
-def draw_parents_by_scheme(schemes: Any, number: int, population: Any) -> None:
-    """Draw the parents with the scheme `schemes[number]`."""
-    _draw_parents(schemes[number], population)
+def draw_parents_by_scheme(schemes: Any, scheme_index: int, population: Any) -> None:
+    """Draw the parents with the scheme `schemes[scheme_index]`."""
+    _draw_parents(schemes[scheme_index], population)
 
 
 @compiled
@@ -340,13 +343,13 @@ def _draw_parents(scheme: Any, population: Any) -> None:
 def _choose_draw_parents_by_scheme(schemes: Any, *arguments: Any) -> Callable[..., Any]:
     """Return `draw_parents_by_scheme` for the types of `schemes`, whose parts differ in type."""
     if len(schemes) == 1:
-        return lambda schemes, number, population: _draw_parents(schemes[0], population)
+        return lambda schemes, scheme_index, population: _draw_parents(schemes[0], population)
 
-    def draw_parents(schemes: Any, number: int, population: Any) -> None:
-        if number == 0:
+    def draw_parents(schemes: Any, scheme_index: int, population: Any) -> None:
+        if scheme_index == 0:
             _draw_parents(schemes[0], population)
         else:
-            draw_parents_by_scheme(schemes[1:], number - 1, population)
+            draw_parents_by_scheme(schemes[1:], scheme_index - 1, population)
 
     return draw_parents
 

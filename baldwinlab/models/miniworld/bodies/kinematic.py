@@ -77,8 +77,10 @@ class Stay(Body, name="stay"):
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> None:
         agent.action = agent.outputs.index(max(agent.outputs))
-        agent.heading += (-9, 0, 9, 0)[agent.action]
-        naive.advance(agent, (1, 2, 1, 0)[agent.action])
+        degrees = (-9, 0, 9, 0)[agent.action]
+        distance = (1, 2, 1, 0)[agent.action]
+        agent.heading += degrees
+        naive.advance(agent, distance)
 
 
 class Grid(Body, name="grid"):

@@ -59,5 +59,7 @@ class Walker(Body, name="walker"):
     @staticmethod
     def oracle(part: Any, agent: Any, naive: Any) -> None:
         agent.action = agent.outputs.index(max(agent.outputs))
-        agent.heading += (-9, 0, 9)[agent.action]
-        naive.advance(agent, (1, 2, 1)[agent.action])
+        degrees = (-9, 0, 9)[agent.action]
+        distance = (1, 2, 1)[agent.action]
+        agent.heading += degrees
+        naive.advance(agent, distance)

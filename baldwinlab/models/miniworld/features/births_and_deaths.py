@@ -148,11 +148,14 @@ def _replace_dying_agent(
     )
     wheel = part.wheel[world]
     dead_agent = _draw_agent(wheel, words[2]) if part.is_neutral else agent
-    origin = _make_child(
-        part, state, world, number, _draw_agent(wheel, words[0]), _draw_agent(wheel, words[1])
+    first_parent = _draw_agent(wheel, words[0])
+    second_parent = _draw_agent(wheel, words[1])
+    first_ancestor, second_ancestor = _make_child(
+        part, state, world, number, first_parent, second_parent
     )
     copy_genome(part.child[world], state.genome[world, dead_agent])
-    state.origin[world, dead_agent, 0], state.origin[world, dead_agent, 1] = origin
+    state.origin[world, dead_agent, 0] = first_ancestor
+    state.origin[world, dead_agent, 1] = second_ancestor
     replace_agent(model, state, world, dead_agent, part.births[world, 0])
     part.births[world, 0] += 1
     _reset_account(part, model, state, world, dead_agent, step + 1)

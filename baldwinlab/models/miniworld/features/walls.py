@@ -27,6 +27,7 @@ def _walls_and_images(part: Any, experiment: Any) -> Any:
     width = experiment.world.width
     height = experiment.world.height
     sight = experiment.senses.visual_radius
+    # The eight images of the map around it.
     shifts = [(x * width, y * height) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y]
     images = [
         (left + x, right + x, upper + y, lower + y)
@@ -82,9 +83,9 @@ def _blocks_line(edges: Any, wall: int, x: Any, y: Any, dx: Any, dy: Any) -> Any
     last_x = choose(enters_x < leaves_x, leaves_x, enters_x)
     first_y = choose(enters_y < leaves_y, enters_y, leaves_y)
     last_y = choose(enters_y < leaves_y, leaves_y, enters_y)
-    first = choose(first_x > first_y, first_x, first_y)
-    last = choose(last_x < last_y, last_x, last_y)
-    return (first <= last) & (last >= ZERO) & (first <= ONE)
+    entry_time = choose(first_x > first_y, first_x, first_y)
+    exit_time = choose(last_x < last_y, last_x, last_y)
+    return (entry_time <= exit_time) & (exit_time >= ZERO) & (entry_time <= ONE)
 
 
 class Walls(WorldFeature, name="walls"):
@@ -130,7 +131,10 @@ class Walls(WorldFeature, name="walls"):
                     f"{path} must be at least {stride:g} thick, or it could be stepped over"
                 )
             for name, box in boxes.items():
-                if left <= box[0] and box[1] <= right and upper <= box[2] and box[3] <= lower:
+                box_left, box_right, box_upper, box_lower = box
+                covers_x = left <= box_left and box_right <= right
+                covers_y = upper <= box_upper and box_lower <= lower
+                if covers_x and covers_y:
                     raise ValueError(f"{path} covers {name} completely")
 
     def map_shapes(self) -> tuple[dict[str, Any], ...]:
@@ -170,7 +174,7 @@ class Walls(WorldFeature, name="walls"):
         """
         walls = [[float(edge) for edge in wall] for wall in part.edges]
 
-        def meets(left: float, right: float, upper: float, lower: float) -> bool:
+        def crosses(left: float, right: float, upper: float, lower: float) -> bool:
             is_left_or_right = max(x, x + dx) < left or min(x, x + dx) > right
             is_above_or_below = max(y, y + dy) < upper or min(y, y + dy) > lower
             sides = [dx * (b - y) - dy * (a - x) for a in (left, right) for b in (upper, lower)]
@@ -183,5 +187,5 @@ class Walls(WorldFeature, name="walls"):
         return {
             "blocks_placement": is_inside,
             "blocks_movement": is_inside,
-            "blocks_sight": any(meets(*wall) for wall in walls),
+            "blocks_sight": any(crosses(*wall) for wall in walls),
         }

@@ -115,12 +115,17 @@ def backpropagate(
         for i in range(inputs):
             a = get(activations, source + i, lane)
             for unit in range(outputs):
-                w = weight + i * outputs + unit
-                put(weights, w, lane, get(weights, w, lane) - get(errors, target + unit, lane) * a)
+                row = weight + i * outputs + unit
+                put(
+                    weights,
+                    row,
+                    lane,
+                    get(weights, row, lane) - get(errors, target + unit, lane) * a,
+                )
         if biases:
             for unit in range(outputs):
-                w = weight + inputs * outputs + unit
-                put(weights, w, lane, get(weights, w, lane) - get(errors, target + unit, lane))
+                row = weight + inputs * outputs + unit
+                put(weights, row, lane, get(weights, row, lane) - get(errors, target + unit, lane))
         target = source
 
 
@@ -169,17 +174,17 @@ def forward_three(hidden: int, weights: Rows, activations: Rows, lane: Lane) -> 
                 lane,
                 sigmoid(total + get(weights, 2 * hidden + unit, lane) * right),
             )
-    w = 3 * hidden
+    row = 3 * hidden
     a = get(activations, 3, lane)
-    first = get(weights, w, lane) * a
-    second = get(weights, w + 1, lane) * a
-    third = get(weights, w + 2, lane) * a
+    first = get(weights, row, lane) * a
+    second = get(weights, row + 1, lane) * a
+    third = get(weights, row + 2, lane) * a
     for unit in range(1, hidden):
-        w = 3 * hidden + 3 * unit
+        row = 3 * hidden + 3 * unit
         a = get(activations, 3 + unit, lane)
-        first = first + get(weights, w, lane) * a
-        second = second + get(weights, w + 1, lane) * a
-        third = third + get(weights, w + 2, lane) * a
+        first = first + get(weights, row, lane) * a
+        second = second + get(weights, row + 1, lane) * a
+        third = third + get(weights, row + 2, lane) * a
     put(activations, first_output, lane, sigmoid(first))
     put(activations, first_output + 1, lane, sigmoid(second))
     put(activations, first_output + 2, lane, sigmoid(third))
@@ -203,27 +208,27 @@ def backward_three(
     third = _output_error(rate, activations, first_output + 2, get(targets, 2, lane), lane)
     if has_zero_inputs(False, 3, activations, lane):
         for unit in range(hidden):
-            w = 3 * hidden + 3 * unit
+            row = 3 * hidden + 3 * unit
             a = get(activations, 3 + unit, lane)
-            put(weights, w, lane, get(weights, w, lane) - first * a)
-            put(weights, w + 1, lane, get(weights, w + 1, lane) - second * a)
-            put(weights, w + 2, lane, get(weights, w + 2, lane) - third * a)
+            put(weights, row, lane, get(weights, row, lane) - first * a)
+            put(weights, row + 1, lane, get(weights, row + 1, lane) - second * a)
+            put(weights, row + 2, lane, get(weights, row + 2, lane) - third * a)
         return
     left = get(activations, 0, lane)
     front = get(activations, 1, lane)
     right = get(activations, 2, lane)
     for unit in range(hidden):
-        w = 3 * hidden + 3 * unit
+        row = 3 * hidden + 3 * unit
         a = get(activations, 3 + unit, lane)
-        first_weight = get(weights, w, lane)
-        second_weight = get(weights, w + 1, lane)
-        third_weight = get(weights, w + 2, lane)
+        first_weight = get(weights, row, lane)
+        second_weight = get(weights, row + 1, lane)
+        third_weight = get(weights, row + 2, lane)
         error = (
             (first * first_weight + second * second_weight + third * third_weight) * a * (ONE - a)
         )
-        put(weights, w, lane, first_weight - first * a)
-        put(weights, w + 1, lane, second_weight - second * a)
-        put(weights, w + 2, lane, third_weight - third * a)
+        put(weights, row, lane, first_weight - first * a)
+        put(weights, row + 1, lane, second_weight - second * a)
+        put(weights, row + 2, lane, third_weight - third * a)
         put(weights, unit, lane, get(weights, unit, lane) - error * left)
         put(weights, hidden + unit, lane, get(weights, hidden + unit, lane) - error * front)
         put(weights, 2 * hidden + unit, lane, get(weights, 2 * hidden + unit, lane) - error * right)

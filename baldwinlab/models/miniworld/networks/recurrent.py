@@ -141,17 +141,17 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
             old_state = get(activations, state, lane)
             put(activations, state, lane, state_share * old_state + drive_share * drive)
         _update_hidden(part, weights, activations, lane)
-        first = (sources + int(part.biases)) * part.hidden
-        outputs = sources + part.hidden
+        first_weight = (sources + int(part.biases)) * part.hidden
+        first_output = sources + part.hidden
         for unit in range(part.actions):
-            total = get(weights, first + unit, lane) * get(activations, sources, lane)
+            total = get(weights, first_weight + unit, lane) * get(activations, sources, lane)
             for i in range(1, part.hidden):
-                total = total + get(weights, first + i * part.actions + unit, lane) * get(
+                total = total + get(weights, first_weight + i * part.actions + unit, lane) * get(
                     activations, sources + i, lane
                 )
             if part.biases:
-                total = total + get(weights, first + part.hidden * part.actions + unit, lane)
-            put(activations, outputs + unit, lane, sigmoid(total))
+                total = total + get(weights, first_weight + part.hidden * part.actions + unit, lane)
+            put(activations, first_output + unit, lane, sigmoid(total))
 
     @staticmethod
     def backward(
@@ -165,13 +165,13 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
     ) -> None:
         """Apply the delta rule to the weights of the outputs. No other weights learn."""
         sources = part.inputs + part.hidden
-        first = (sources + int(part.biases)) * part.hidden
-        outputs = sources + part.hidden
+        first_weight = (sources + int(part.biases)) * part.hidden
+        first_output = sources + part.hidden
         for unit in range(part.actions):
-            y = get(activations, outputs + unit, lane)
+            y = get(activations, first_output + unit, lane)
             error = rate * (y - get(targets, unit, lane)) * y * (ONE - y)
             for i in range(part.hidden):
-                weight = first + i * part.actions + unit
+                weight = first_weight + i * part.actions + unit
                 put(
                     weights,
                     weight,
@@ -179,7 +179,7 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
                     get(weights, weight, lane) - error * get(activations, sources + i, lane),
                 )
             if part.biases:
-                bias = first + part.hidden * part.actions + unit
+                bias = first_weight + part.hidden * part.actions + unit
                 put(weights, bias, lane, get(weights, bias, lane) - error)
 
     @staticmethod
@@ -210,11 +210,11 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
 @compiled
 def _update_hidden(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
     """Set the activations of the hidden units from their states and biases."""
-    biases = (part.inputs + part.hidden) * part.hidden
+    first_bias = (part.inputs + part.hidden) * part.hidden
     for unit in range(part.hidden):
         state = get(activations, part.inputs + unit, lane)
         if part.biases:
-            state = state + get(weights, biases + unit, lane)
+            state = state + get(weights, first_bias + unit, lane)
         put(activations, part.inputs + part.hidden + unit, lane, sigmoid(state))
 
 
