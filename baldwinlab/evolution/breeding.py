@@ -52,7 +52,8 @@ def make_generation(
         fields = _fields_that_change_genomes(parent_settings)
         require_finite(experiment, key.previous(), genome, *fields)
     if parent_settings.part("evolution.inheritance").resamples_genomes:
-        return draw_genomes(experiment, key), np.full((len(genome), 2), -1, np.int32)
+        no_parents = np.full((len(genome), 2), -1, np.int32)
+        return draw_genomes(experiment, key), no_parents
     return breed(parent_settings, genome, fitness, key)
 
 
@@ -76,14 +77,14 @@ def breed(
     A survivor is the only parent of itself: both entries of `parents` are the survivor. `key` is
     the key of the children's generation. The function raises the errors of `make_generation`.
     """
-    agents, modules, weights = genome.shape
-    parents = select(experiment, fitness, key.uniforms(rng.SELECTION, (agents, 2)), genome)
+    n_agents, n_modules, n_weights = genome.shape
+    uniforms = key.uniforms(rng.SELECTION, (n_agents, 2))
+    parents = select(experiment, fitness, uniforms, genome)
     # NaN marks a gene that the variation does not write.
     children = np.full_like(genome, np.nan)
+    draws = poison.empty((n_modules * n_weights, 4))
     variation, code = breeding_part(experiment, "variation")
-    cached_jit(breed_children, code)(
-        variation, key, genome, fitness, parents, poison.empty((modules * weights, 4)), children
-    )
+    cached_jit(breed_children, code)(variation, key, genome, fitness, parents, draws, children)
     require_finite(experiment, key, children, "evolution.variation")
     return apply_teacher_control(experiment, children, key), parents
 

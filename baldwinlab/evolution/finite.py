@@ -54,7 +54,8 @@ def find_faulty_gene(experiment: BaseExperiment, genome: Genome) -> tuple[int, .
     genome_field = "network.kind" if isinstance(experiment, Experiment) else "model"
     infinite_genes = list(experiment.part(genome_field).infinite_genes)
     faulty[..., infinite_genes] = np.isnan(genome[..., infinite_genes])
-    return tuple(int(index) for index in next(iter(np.argwhere(faulty)), ()))
+    positions = np.argwhere(faulty)
+    return tuple(positions[0].tolist()) if len(positions) > 0 else ()
 
 
 def _name_parts(experiment: BaseExperiment, path: str) -> str:

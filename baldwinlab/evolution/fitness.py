@@ -35,7 +35,10 @@ class Energy(FitnessPart, name="energy"):
 
     @staticmethod
     def oracle(part: Any, energy: Any, cost: Any) -> Any:
-        return [max(0.0, gained - spent) for gained, spent in zip(energy, cost, strict=True)]
+        return [
+            max(0.0, agent_energy - agent_cost)
+            for agent_energy, agent_cost in zip(energy, cost, strict=True)
+        ]
 
 
 def fitness(experiment: BaseExperiment, energy: Fitness, cost: Fitness) -> Fitness:
@@ -73,26 +76,26 @@ def evaluate_agents(part: Any, energy: Fitness, cost: Fitness, fitness: Fitness)
     evaluate(part, energy, cost, fitness)
 
 
-def sum_energy(energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32]) -> Fitness:
+def sum_energy(item_energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32]) -> Fitness:
     """Return the energy [agent] from `eaten` [agent, region], the numbers of eaten items.
 
-    `energies` [region] is the energy of one item of each region.
+    `item_energies` [region] is the energy of one item of each region.
     """
     energy = poison.empty(len(eaten))
-    sum_region_energy(energies, np.ascontiguousarray(eaten), energy)
+    sum_region_energy(item_energies, np.ascontiguousarray(eaten), energy)
     return energy
 
 
 @jit_entry_point
 def sum_region_energy(
-    energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32], energy: Fitness
+    item_energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32], energy: Fitness
 ) -> None:
-    """Fill `energy` [agent] with the sum over regions of `eaten` times `energies`."""
+    """Fill `energy` [agent] with the sum over regions of `eaten` times `item_energies`."""
     for agent in range(energy.size):
-        gained = 0.0
-        for region in range(energies.size):
-            gained += eaten[agent, region] * energies[region]
-        energy[agent] = gained
+        total = 0.0
+        for region in range(item_energies.size):
+            total += eaten[agent, region] * item_energies[region]
+        energy[agent] = total
 
 
 def compute_learning_cost(

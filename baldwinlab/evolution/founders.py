@@ -22,10 +22,14 @@ from baldwinlab.evolution.rng_key import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import breeding_part
 
-WEIGHTS_OF_MODULE: Final = {
+# Purposes of the random numbers for the weights of a module, by name of the module.
+PURPOSE_BY_MODULE: Final = {
     "action": rng.ACTION_WEIGHTS,
     "reinforcement": rng.REINFORCEMENT_WEIGHTS,
 }
+
+# Number of random words that one call of the generator returns.
+WORDS_PER_CALL: Final = 4
 
 
 def make_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
@@ -59,9 +63,10 @@ def make_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
     shares = [entry.share for entry in founders]
     # Agents `bounds[i]` to `bounds[i + 1] - 1` are from genome file i.
     bounds = np.round(np.cumsum([0, *shares]) * size).astype(int)
+    counts = np.diff(bounds).tolist()
     samples = [
-        _sample_genomes(experiment, key, index, int(count))
-        for index, count in enumerate(np.diff(bounds))
+        _sample_genomes(experiment, key, file_index, count)
+        for file_index, count in enumerate(counts)
     ]
     genomes = np.concatenate(samples)
     require_finite(experiment, key, genomes, "evolution.founders")
@@ -90,24 +95,27 @@ def require_founders(experiment: BaseExperiment, runs: int) -> None:
 
 
 def _sample_genomes(
-    experiment: BaseExperiment, key: GenerationKey, index: int, count: int
+    experiment: BaseExperiment, key: GenerationKey, file_index: int, count: int
 ) -> Genome:
-    """Return `count` genomes of genome file `index`.
+    """Return `count` genomes of genome file `file_index`.
 
     If `count` is the size of the stored population, the result is this population in its order.
     Otherwise the agents are in random order. If the file has fewer than `count`, the order repeats.
     """
-    entry = experiment.evolution.founders[index]
+    entry = experiment.evolution.founders[file_index]
     stored = read_genomes(entry)
-    require_fit(stored, entry.path, experiment, key.run + 1)
+    required_runs = key.run + 1
+    require_fit(stored, entry.path, experiment, required_runs)
     genomes = arrange_genomes(stored, entry.path, experiment)
     has_runs = len(genomes) > 1
     population = genomes[key.run if has_runs else 0]
     if count == len(population):
         return np.array(population)
-    uniforms = key.uniforms(rng.FOUNDER_SAMPLE, (len(population), index + 1))[:, index, 0]
-    order = np.argsort(uniforms, kind="stable")
-    return np.take(population, order[np.arange(count) % len(order)], axis=0)
+    # Each genome file has its column of random numbers [agent, file, 4].
+    uniforms = key.uniforms(rng.FOUNDER_SAMPLE, (len(population), file_index + 1))
+    order = np.argsort(uniforms[:, file_index, 0], kind="stable")
+    sampled_agents = order[np.arange(count) % len(order)]
+    return np.take(population, sampled_agents, axis=0)
 
 
 def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
@@ -121,9 +129,9 @@ def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
     genome = poison.empty(
         (experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32
     )
-    for module, purpose in enumerate(list_module_purposes(experiment)):
-        draw_normal(key, purpose, genome, module)
-    variation = breeding_part(experiment, "variation")[0]
+    for module_index, purpose in enumerate(list_module_purposes(experiment)):
+        draw_normal(key, purpose, genome, module_index)
+    variation, _ = breeding_part(experiment, "variation")
     type(variation).part.init_founders(variation, genome)
     require_finite(experiment, key, genome, "evolution.variation")
     return genome
@@ -132,8 +140,8 @@ def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
 def list_module_purposes(experiment: Experiment) -> list[int]:
     """Return for each module the purpose of its random numbers, a constant of `engine.rng`."""
     return [
-        WEIGHTS_OF_MODULE.get(name, rng.MODULE_WEIGHTS + number)
-        for number, name in enumerate(experiment.modules)
+        PURPOSE_BY_MODULE.get(name, rng.MODULE_WEIGHTS + module_index)
+        for module_index, name in enumerate(experiment.modules)
     ]
 
 
@@ -141,12 +149,14 @@ def list_module_purposes(experiment: Experiment) -> list[int]:
 def draw_normal(key: GenerationKey, purpose: int, genome: Genome, module: int) -> None:
     """Fill one module of `genome` from N(0, 1).
 
-    One call of the random number generator returns the words of four weights.
+    One call of the random number generator returns the words of `WORDS_PER_CALL` weights.
     """
     for agent in range(genome.shape[0]):
-        for first in range(0, genome.shape[2], 4):
-            words = rng.philox(first // 4, agent, key.generation, purpose, key.seed, key.run)
-            for weight in range(first, min(first + 4, genome.shape[2])):
+        for first in range(0, genome.shape[2], WORDS_PER_CALL):
+            words = rng.philox(
+                first // WORDS_PER_CALL, agent, key.generation, purpose, key.seed, key.run
+            )
+            for weight in range(first, min(first + WORDS_PER_CALL, genome.shape[2])):
                 genome[agent, module, weight] = np.float32(
                     normal_quantile(rng.uniform(words[weight - first]))
                 )

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import io
 import json
-import math
 from collections.abc import Mapping
 from functools import lru_cache
 from types import MappingProxyType
@@ -138,7 +137,7 @@ def read_genomes(file: File) -> StoredGenomes:
 def decode_genomes(content: bytes, path: str) -> StoredGenomes:
     """Return the genomes in the bytes of a genome file. Raise RefusedError as `read_genomes`."""
     if path.endswith(".npy"):
-        return StoredGenomes(_read_array(path, content), {})
+        return StoredGenomes(_read_array(path, content), layout={})
     try:
         verify_checksum(content)
         data = from_bytes(content)
@@ -163,10 +162,12 @@ def _read_array(path: str, content: bytes) -> npt.NDArray[np.float32]:
             f"{path} is no genome file: it needs an array of numbers [weight], [agent, weight], "
             "[agent, module, weight] or [run, agent, module, weight]"
         )
-    if array.ndim < 3:
-        # The weights of all modules are in a row.
+    has_modules = array.ndim >= len(GENOME_DIMENSIONS[1:])
+    if not has_modules:
+        # The weights of all modules are in a row: [agent, module 0, weight].
         array = np.atleast_2d(array)[:, None]
-    return np.asarray(array if array.ndim == 4 else array[None], np.float32)
+    has_runs = array.ndim == len(GENOME_DIMENSIONS)
+    return np.asarray(array if has_runs else array[None], np.float32)
 
 
 def require_fit(stored: StoredGenomes, path: str, experiment: BaseExperiment, runs: int) -> None:
@@ -229,14 +230,15 @@ def arrange_genomes(
                 f"the genomes of {path} do not fit {experiment.name}: "
                 f"their {name} = {stored_value}, and {experiment.name} has {name} = {value}"
             )
-    shape = (len(experiment.modules), experiment.genome_length)
-    runs, agents, *stored_shape = stored.genome.shape
-    if stored_shape == [1, math.prod(shape)]:
-        return stored.genome.reshape(runs, agents, *shape)
-    if stored.genome.shape[2:] != shape:
+    n_modules = len(experiment.modules)
+    n_genes = experiment.genome_length
+    n_runs, n_agents, n_stored_modules, n_stored_genes = stored.genome.shape
+    if n_stored_modules == 1 and n_stored_genes == n_modules * n_genes:
+        return stored.genome.reshape(n_runs, n_agents, n_modules, n_genes)
+    if (n_stored_modules, n_stored_genes) != (n_modules, n_genes):
         raise RefusedError(
             f"the genomes of {path} do not fit {experiment.name}: they have "
-            f"{stored.genome.shape[2]} x {stored.genome.shape[3]} modules and genes, and "
-            f"{experiment.name} has {shape[0]} x {shape[1]}"
+            f"{n_stored_modules} x {n_stored_genes} modules and genes, and "
+            f"{experiment.name} has {n_modules} x {n_genes}"
         )
     return stored.genome

@@ -10,14 +10,17 @@ import numpy.typing as npt
 
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import cached_jit, jit_entry_point
-from baldwinlab.evolution.founders import WEIGHTS_OF_MODULE, draw_normal
+from baldwinlab.evolution.founders import PURPOSE_BY_MODULE, draw_normal
 from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
 from baldwinlab.evolution.sorting import Order, sort_by
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.inheritance import Inheritance, assign_teachers, inherit
 
-Weights = npt.NDArray[np.float32]  # [weight], of the action module
+# [weight], of the action module.
+Weights = npt.NDArray[np.float32]
+# Index of the reinforcement module, if the genome has one. The action module has the index 0.
+REINFORCEMENT_MODULE: Final = 1
 
 
 class Darwinian(Inheritance, name="darwinian"):
@@ -46,7 +49,10 @@ class Darwinian(Inheritance, name="darwinian"):
 
     @staticmethod
     def oracle(part: Any, innate: Any, learned: Any) -> Any:
-        return [old + part.share * (new - old) for old, new in zip(innate, learned, strict=True)]
+        return [
+            innate_weight + part.share * (learned_weight - innate_weight)
+            for innate_weight, learned_weight in zip(innate, learned, strict=True)
+        ]
 
 
 class NoInheritance(Inheritance, name="none"):
@@ -67,14 +73,15 @@ def apply_inheritance(experiment: BaseExperiment, genome: Genome, learned: Genom
     if learned is None or not part.wants_learned(experiment):
         return genome
     # Inheritance changes the action module and, if the genome has one, the reinforcement module.
-    n_changed = 2 if "reinforcement" in experiment.modules else 1
-    innate_modules = np.ascontiguousarray(genome[:, :n_changed])
+    # They are the first modules.
+    n_changed_modules = 2 if "reinforcement" in experiment.modules else 1
+    innate_modules = np.ascontiguousarray(genome[:, :n_changed_modules])
     inherited_modules = innate_modules.copy()
     poison.fill(inherited_modules[:, 0, : learned.shape[1]])
     compiled_part, code = breeding_part(experiment, "inheritance")
     cached_jit(inherit_all, code)(compiled_part, innate_modules, learned, inherited_modules)
     inherited = genome.copy()
-    inherited[:, :n_changed] = inherited_modules
+    inherited[:, :n_changed_modules] = inherited_modules
     return inherited
 
 
@@ -99,15 +106,17 @@ def remap_parents(origin: Parents, parents: Parents) -> None:
         if first >= 0 and second >= 0:
             parents[child, 0] = origin[first, 0]
             is_survivor = first == second
-            parents[child, 1] = origin[second, 1 if is_survivor else 0]
+            ancestor_index = 1 if is_survivor else 0
+            parents[child, 1] = origin[second, ancestor_index]
 
 
 def inherit_all(part: Any, genome: Genome, learned: Genome, inherited: Genome) -> None:
     """Fill the action modules of `inherited`, and its reinforcement modules if it has them."""
     for agent in range(learned.shape[0]):
         inherit(part, genome[agent, 0], learned[agent], inherited[agent, 0])
-        if genome.shape[1] > 1:
-            assign_teachers(part, genome[agent, 0], learned[agent], inherited[agent, 1])
+        if genome.shape[1] > REINFORCEMENT_MODULE:
+            taught = inherited[agent, REINFORCEMENT_MODULE]
+            assign_teachers(part, genome[agent, 0], learned[agent], taught)
 
 
 def apply_teacher_control(experiment: BaseExperiment, genome: Genome, key: GenerationKey) -> Genome:
@@ -125,14 +134,15 @@ def inherit_teachers(genome: Genome, key: GenerationKey) -> Genome:
 def shuffle_teachers(genome: Genome, key: GenerationKey) -> Genome:
     """Return genomes whose reinforcement modules are permuted among the children."""
     permuted = poison.empty(genome.shape, genome.dtype)
-    permute_teachers(genome, _teacher_order(len(genome), key), permuted)
+    permute_teachers(genome, _draw_teacher_order(len(genome), key), permuted)
     return permuted
 
 
-def _teacher_order(children: int, key: GenerationKey) -> Order:
+def _draw_teacher_order(n_children: int, key: GenerationKey) -> Order:
     """Return a random permutation of the children: child `i` gets the teacher of `order[i]`."""
-    order = poison.empty(children, np.int64)
-    draws = key.uniforms(rng.TEACHER, (children, 1))[:, 0, 0]
+    order = poison.empty(n_children, np.int64)
+    # One number for each child.
+    draws = key.uniforms(rng.TEACHER, (n_children, 1))[:, 0, 0]
     sort_by(draws, draws, order)
     return order
 
@@ -140,20 +150,17 @@ def _teacher_order(children: int, key: GenerationKey) -> Order:
 def draw_teachers(genome: Genome, key: GenerationKey) -> Genome:
     """Return genomes whose reinforcement modules are drawn from N(0, 1)."""
     redrawn = genome.copy()
-    draw_normal(key, WEIGHTS_OF_MODULE["reinforcement"], redrawn, 1)
+    draw_normal(key, PURPOSE_BY_MODULE["reinforcement"], redrawn, REINFORCEMENT_MODULE)
     return redrawn
 
 
 @jit_entry_point
 def permute_teachers(genome: Genome, order: Order, permuted: Genome) -> None:
-    """Copy `genome` to `permuted`; child `i` gets the reinforcement module of child `order[i]`.
-
-    The reinforcement module is module 1.
-    """
+    """Copy `genome` to `permuted`; child `i` gets the reinforcement module of child `order[i]`."""
     for child in range(genome.shape[0]):
         for module in range(genome.shape[1]):
             for weight in range(genome.shape[2]):
-                source = order[child] if module == 1 else child
+                source = order[child] if module == REINFORCEMENT_MODULE else child
                 permuted[child, module, weight] = genome[source, module, weight]
 
 
@@ -172,7 +179,7 @@ def find_teachers(experiment: Experiment, key: GenerationKey, parents: Parents) 
     if not has_parent_teachers(experiment) or experiment.learning.teacher == "fresh":
         return None
     if experiment.learning.teacher == "shuffled":
-        return parents[_teacher_order(len(parents), key)]
+        return parents[_draw_teacher_order(len(parents), key)]
     return parents
 
 

@@ -32,8 +32,9 @@ class Neutral(Selection, name="neutral"):
     def mark_survivors(
         part: Any, count: int, fitness: Fitness, uniforms: Uniforms, parents: Parents
     ) -> None:
-        # Random numbers replace fitness, so that survivors are random, too.
-        mark_fittest(count, uniforms[:, 1, 3], uniforms[:, 1, 3], parents)
+        # Random numbers replace fitness and break ties, so that survivors are random, too.
+        draws = uniforms[:, 1, 3]
+        mark_fittest(count, draws, draws, parents)
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:

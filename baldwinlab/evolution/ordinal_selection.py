@@ -46,12 +46,12 @@ class Tournament(Selection, name="tournament"):
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        def winner(draws: Any) -> int:
-            return max(
-                (int(draw * len(fitness)) for draw in draws), key=lambda agent: fitness[agent]
-            )
+        def find_winner(draws: Any) -> int:
+            agents = [int(draw * len(fitness)) for draw in draws]
+            return max(agents, key=lambda agent: fitness[agent])
 
-        return [[winner(draws[0][:2]), winner(draws[0][2:])] for draws in uniforms]
+        # The first two numbers select the first parent, the next two the second parent.
+        return [[find_winner(draws[0][:2]), find_winner(draws[0][2:])] for draws in uniforms]
 
 
 class LargerTournament(Selection, name="larger-tournament"):
@@ -83,11 +83,11 @@ class LargerTournament(Selection, name="larger-tournament"):
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        def winner(draws: Any) -> int:
+        def find_winner(draws: Any) -> int:
             agents = [int(draw * len(fitness)) for draw in draws[: part.size]]
             return max(agents, key=lambda agent: fitness[agent])
 
-        return [[winner(draws) for draws in child_draws[:2]] for child_draws in uniforms]
+        return [[find_winner(draws) for draws in child_draws[:2]] for child_draws in uniforms]
 
 
 class Truncation(Selection, name="truncation"):
@@ -102,13 +102,13 @@ class Truncation(Selection, name="truncation"):
         order: Order,
         parents: Parents,
     ) -> None:
-        half = max(1, fitness.size // 2)
+        n_best = max(1, fitness.size // 2)
         for agent in range(fitness.size):
             shares[agent] = -fitness[agent]
         sort_by(shares, uniforms[:, 1, 0], order)
         for child in range(parents.shape[0]):
             for parent in range(2):
-                parents[child, parent] = order[draw_index(half, uniforms[child, 0, parent])]
+                parents[child, parent] = order[draw_index(n_best, uniforms[child, 0, parent])]
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
@@ -152,6 +152,7 @@ class BestCopies(Selection, name="best-copies"):
         order: Order,
         parents: Parents,
     ) -> None:
+        # The sum with 0.5 is rounded down, so the product is rounded to the nearest integer.
         n_best = max(1, int(part.parent_share * fitness.size + 0.5))
         for agent in range(fitness.size):
             shares[agent] = -fitness[agent]
@@ -167,7 +168,8 @@ class BestCopies(Selection, name="best-copies"):
         order = sorted(
             range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0])
         )
-        best = order[: max(1, int(part.parent_share * len(fitness) + 0.5))]
+        n_best = max(1, int(part.parent_share * len(fitness) + 0.5))
+        best = order[:n_best]
         pairs = [[best[child % len(best)]] * 2 for child in range(len(uniforms))]
         for pair, (draws, _) in zip(pairs, uniforms, strict=True):
             if draws[0] < part.two_parent_share:
@@ -194,9 +196,10 @@ class Rank(Selection, name="rank"):
         first = 0
         for end in range(1, fitness.size + 1):
             if end == fitness.size or fitness[order[end]] != fitness[order[first]]:
-                # Ranks start at 1, so the equal agents have the ranks first + 1 to end.
-                for equal in range(first, end):
-                    shares[order[equal]] = 0.5 * (first + 1 + end)
+                # Agents order[first:end] are equal. Ranks start at 1: first + 1 to end.
+                mean_rank = 0.5 * (first + 1 + end)
+                for index in range(first, end):
+                    shares[order[index]] = mean_rank
                 first = end
         spin(uniforms, shares, parents)
 

@@ -87,13 +87,14 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
             pointer = (index + uniforms[0, 1, 0]) * total / n_parents
             while agent < last and shares[agent] <= pointer:
                 agent += 1
+            # Parent `index` is column index % 2 of child index // 2.
             parents[index // 2, index % 2] = agent
-        # Fisher-Yates shuffle. Child c has the parents with the indices 2 c and 2 c + 1.
+        # Fisher-Yates shuffle: parent `index` and a random one of the parents 0 to `index` swap.
         for index in range(n_parents - 1, 0, -1):
-            swapped = int(uniforms[index // 2, 0, index % 2] * (index + 1))
-            moved = parents[swapped // 2, swapped % 2]
-            parents[swapped // 2, swapped % 2] = parents[index // 2, index % 2]
-            parents[index // 2, index % 2] = moved
+            swap_index = int(uniforms[index // 2, 0, index % 2] * (index + 1))
+            swapped_parent = parents[swap_index // 2, swap_index % 2]
+            parents[swap_index // 2, swap_index % 2] = parents[index // 2, index % 2]
+            parents[index // 2, index % 2] = swapped_parent
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
@@ -102,13 +103,15 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
         pointers = [
             (index + uniforms[0][1][0]) * sums[-1] / n_parents for index in range(n_parents)
         ]
-        drawn = [
+        selected_agents = [
             next(agent for agent, end in enumerate(sums) if pointer < end) for pointer in pointers
         ]
         for index in range(n_parents - 1, 0, -1):
-            swapped = int(uniforms[index // 2][0][index % 2] * (index + 1))
-            drawn[index], drawn[swapped] = drawn[swapped], drawn[index]
-        return [drawn[index : index + 2] for index in range(0, n_parents, 2)]
+            swap_index = int(uniforms[index // 2][0][index % 2] * (index + 1))
+            swapped_agent = selected_agents[swap_index]
+            selected_agents[swap_index] = selected_agents[index]
+            selected_agents[index] = swapped_agent
+        return [selected_agents[index : index + 2] for index in range(0, n_parents, 2)]
 
 
 class Outcrossing(Selection, name="outcrossing"):
@@ -146,6 +149,7 @@ class Outcrossing(Selection, name="outcrossing"):
             elif fitness.size > 1:
                 # All other agents have the fitness 0, so all have the same probability.
                 second = np.int64(uniforms[child, 0, 1] * (fitness.size - 1))
+                # The numbers of the other agents omit that of the first parent.
                 second += np.int64(second >= first)
             else:
                 second = first

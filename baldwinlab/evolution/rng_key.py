@@ -9,10 +9,14 @@ import numpy.typing as npt
 
 from baldwinlab.engine import rng
 
-Genome = npt.NDArray[np.float32]  # [agent, module, weight]
-Fitness = npt.NDArray[np.float64]  # [agent]
-Uniforms = npt.NDArray[np.float64]  # [index, draw, 4], in (0, 1)
-Parents = npt.NDArray[np.int32]  # [child, 2], the fitter parent first
+# [agent, module, weight].
+Genome = npt.NDArray[np.float32]
+# [agent].
+Fitness = npt.NDArray[np.float64]
+# [index, draw, 4], in (0, 1).
+Uniforms = npt.NDArray[np.float64]
+# [child, 2], the fitter parent first.
+Parents = npt.NDArray[np.int32]
 
 
 class GenerationKey(NamedTuple):

@@ -67,7 +67,8 @@ def find_first_above(sums: Keys, value: float) -> Any:
 
 def sum_shares_oracle(shares: Sequence[float]) -> list[float]:
     """Return the cumulative sums of `shares`. If all shares are 0, all agents have equal shares."""
-    return list(accumulate(shares if any(shares) else [1.0 for _ in shares]))
+    effective_shares = shares if any(shares) else [1.0 for _ in shares]
+    return list(accumulate(effective_shares))
 
 
 def spin_oracle(shares: Any, uniforms: Any) -> list[list[int]]:
@@ -77,4 +78,5 @@ def spin_oracle(shares: Any, uniforms: Any) -> list[list[int]]:
     def draw_agent(draw: float) -> int:
         return next(agent for agent, end in enumerate(sums) if draw * sums[-1] < end)
 
+    # The first two random numbers of a child select its two parents.
     return [[draw_agent(draw) for draw in draws[0][:2]] for draws in uniforms]

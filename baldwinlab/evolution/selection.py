@@ -56,7 +56,8 @@ def select(
     scheme, code = breeding_part(experiment, "selection")
     minimum = type(scheme).part.minimum_fitness
     setting = f"evolution.selection = {experiment.evolution.selection!r}"
-    if (agent := find_invalid_fitness(fitness, minimum)) >= 0:
+    agent = find_invalid_fitness(fitness, minimum)
+    if agent >= 0:
         allowed = (
             "0 or more: choose rank or tournament, or a fitness that is never negative"
             if minimum == 0
@@ -65,15 +66,17 @@ def select(
         raise ValueError(
             f"{setting}: the fitness of agent {agent} is {fitness[agent]:g} and must be {allowed}"
         )
-    agents = fitness.size
+    n_agents = fitness.size
     parents = np.full((len(uniforms), 2), -1, np.int32)
-    genomes = np.empty((agents, 0, 0), np.float32) if genome is None else genome
-    scratch = poison.empty(agents), poison.empty(agents, np.int64)
+    genomes = np.empty((n_agents, 0, 0), np.float32) if genome is None else genome
+    shares = poison.empty(n_agents)
+    order = poison.empty(n_agents, np.int64)
+    elite = experiment.evolution.elite
     cached_jit(select_parents, code)(
-        scheme, experiment.evolution.elite, genomes, fitness, uniforms, *scratch, parents
+        scheme, elite, genomes, fitness, uniforms, shares, order, parents
     )
-    if has_invalid_parent(parents, agents):
-        raise ValueError(f"{setting} chose a parent that is none of the {agents} agents")
+    if has_invalid_parent(parents, n_agents):
+        raise ValueError(f"{setting} chose a parent that is none of the {n_agents} agents")
     return parents
 
 
@@ -98,14 +101,14 @@ def select_parents(
 
 
 @jit_entry_point
-def has_invalid_parent(parents: Parents, agents: int) -> bool:
+def has_invalid_parent(parents: Parents, n_agents: int) -> bool:
     """Return whether a parent is not an index of an agent."""
     is_invalid = False
     for child in range(parents.shape[0]):
         first = parents[child, 0]
         second = parents[child, 1]
-        is_second_valid = second == ITSELF or 0 <= second < agents
-        is_valid = 0 <= first < agents and is_second_valid
+        is_second_valid = second == ITSELF or 0 <= second < n_agents
+        is_valid = 0 <= first < n_agents and is_second_valid
         is_invalid = is_invalid or not is_valid
     return is_invalid
 

@@ -9,8 +9,10 @@ import numpy.typing as npt
 
 from baldwinlab.engine.jit import compiled
 
-Keys = npt.NDArray[np.float64]  # [agent]
-Order = npt.NDArray[np.int64]  # [rank], an agent
+# [agent].
+Keys = npt.NDArray[np.float64]
+# [rank]: the agent with this rank.
+Order = npt.NDArray[np.int64]
 
 
 @compiled
@@ -33,6 +35,7 @@ def sort_by(keys: Keys, ties: Keys, order: Order) -> None:
 @compiled
 def _sift_down(keys: Keys, ties: Keys, order: Order, root: Any, end: int) -> None:
     """Move the agent at `root` down the heap until both of its children come before it."""
+    # The children of an agent in the heap are at the indices 2 * root + 1 and 2 * root + 2.
     while 2 * root + 1 < end:
         child = 2 * root + 1
         if child + 1 < end and _comes_before(keys, ties, order[child], order[child + 1]):
@@ -44,9 +47,10 @@ def _sift_down(keys: Keys, ties: Keys, order: Order, root: Any, end: int) -> Non
 
 
 @compiled
-def _comes_before(keys: Keys, ties: Keys, a: Any, b: Any) -> bool:
-    if keys[a] != keys[b]:
-        return bool(keys[a] < keys[b])
-    if ties[a] != ties[b]:
-        return bool(ties[a] < ties[b])
-    return bool(a < b)
+def _comes_before(keys: Keys, ties: Keys, first: Any, second: Any) -> bool:
+    """Return whether agent `first` comes before agent `second` in the order of `sort_by`."""
+    if keys[first] != keys[second]:
+        return bool(keys[first] < keys[second])
+    if ties[first] != ties[second]:
+        return bool(ties[first] < ties[second])
+    return bool(first < second)

@@ -16,8 +16,10 @@ import numpy.typing as npt
 
 from baldwinlab.parts.variation import Variation
 
-OneGenome = npt.NDArray[np.float32]  # [module, weight]
-Draws = npt.NDArray[np.float64]  # [module and weight, 4]
+# [module, weight].
+OneGenome = npt.NDArray[np.float32]
+# [module and weight, 4].
+Draws = npt.NDArray[np.float64]
 
 
 class Crossover(Variation, name="crossover"):
@@ -45,22 +47,25 @@ class Crossover(Variation, name="crossover"):
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                inherited = (
-                    fitter[module, weight] if draws[draw, 0] < 0.5 else second[module, weight]
-                )
-                if (gate if part.one_gate else draws[draw, 1]) < part.rate:
+                takes_fitter = draws[draw, 0] < 0.5
+                inherited = fitter[module, weight] if takes_fitter else second[module, weight]
+                weight_gate = gate if part.one_gate else draws[draw, 1]
+                if weight_gate < part.rate:
+                    # A mutation is from U(-size, size).
                     inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
                 child[module, weight] = inherited
 
     @staticmethod
     def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        draw = iter(draws)
+        # A row of random numbers for each weight of all modules.
+        remaining_draws = iter(draws)
         child: list[list[float]] = []
         for fitter_module, second_module in zip(fitter, second, strict=True):
             child.append([])
             for fitter_weight, second_weight in zip(fitter_module, second_module, strict=True):
-                coin, weight_gate, size, _ = next(draw)
+                coin, weight_gate, size_draw, _ = next(remaining_draws)
                 inherited = fitter_weight if coin < 0.5 else second_weight
-                mutates = (gate if part.one_gate else weight_gate) < part.rate
-                child[-1].append(inherited + mutates * part.size * (2 * size - 1))
+                is_mutated = (gate if part.one_gate else weight_gate) < part.rate
+                mutation = part.size * (2 * size_draw - 1) if is_mutated else 0.0
+                child[-1].append(inherited + mutation)
         return child

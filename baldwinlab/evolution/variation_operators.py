@@ -37,7 +37,8 @@ def draw_cut(draw: float, n_genes: int) -> int:
 
     The cut is uniform over the gaps between genes. `draw` is uniform in (0, 1).
     """
-    return 1 + int(draw * (n_genes - 1))
+    n_gaps = n_genes - 1
+    return 1 + int(draw * n_gaps)
 
 
 @compiled
@@ -85,19 +86,19 @@ class Gaussian(Variation, name="gaussian"):
         for module in range(child.shape[0]):
             for weight in range(child.shape[1]):
                 draw = module * child.shape[1] + weight
-                inherited = (
-                    fitter[module, weight] if draws[draw, 0] < 0.5 else second[module, weight]
-                )
-                if (gate if part.one_gate else draws[draw, 1]) < part.rate:
+                takes_fitter = draws[draw, 0] < 0.5
+                inherited = fitter[module, weight] if takes_fitter else second[module, weight]
+                weight_gate = gate if part.one_gate else draws[draw, 1]
+                if weight_gate < part.rate:
                     inherited += np.float32(normal_quantile(draws[draw, 2]) * part.size)
                 child[module, weight] = inherited
 
     @staticmethod
     def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        def mutation(draw: Any) -> float:
-            mutates = (gate if part.one_gate else draw[1]) < part.rate
+        def draw_mutation(draw: Any) -> float:
+            is_mutated = (gate if part.one_gate else draw[1]) < part.rate
             # A normal distribution with the standard deviation 0 has no quantiles.
-            has_effect = mutates and part.size
+            has_effect = is_mutated and part.size > 0
             return NormalDist(0, part.size).inv_cdf(draw[2]) if has_effect else 0.0
 
         # The iterator of draws continues from module to module, so `zip` must not be strict.
@@ -108,7 +109,7 @@ class Gaussian(Variation, name="gaussian"):
         ]
         return [
             [
-                (fitter_weight if draw[0] < 0.5 else second_weight) + mutation(draw)
+                (fitter_weight if draw[0] < 0.5 else second_weight) + draw_mutation(draw)
                 for fitter_weight, second_weight, draw in module
             ]
             for module in genes
@@ -199,6 +200,7 @@ class GenePool(Variation, name="gene-pool"):
         draws: Uniforms,
         children: Genome,
     ) -> None:
+        # Random number `draw` is for weight draw % length of module draw // length.
         length = children.shape[2]
         for child in range(children.shape[0]):
             if parents[child, 1] == ITSELF:
@@ -206,10 +208,12 @@ class GenePool(Variation, name="gene-pool"):
                 continue
             rng.draw_uniforms(key.seed, key.run, key.generation, rng.INHERITANCE, child, draws)
             for draw in range(children.shape[1] * length):
-                index = int(draws[draw, 0] * parents.size)
-                parent = parents[index // 2, index % 2]
+                # An index in the pool of parents, two for each child.
+                pool_index = int(draws[draw, 0] * parents.size)
+                pool_child = pool_index // 2
+                parent = parents[pool_child, pool_index % 2]
                 if parent == ITSELF:
-                    parent = parents[index // 2, 0]
+                    parent = parents[pool_child, 0]
                 inherited = genome[parent, draw // length, draw % length]
                 if draws[draw, 1] < part.rate:
                     inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
@@ -242,18 +246,19 @@ class GenePool(Variation, name="gene-pool"):
 @compiled
 def _mutate(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) -> Any:
     """Return a weight after the mutation of the operator `crossover`."""
-    if (gate if part.one_gate else draws[draw, 1]) < part.rate:
+    weight_gate = gate if part.one_gate else draws[draw, 1]
+    if weight_gate < part.rate:
         inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
     return inherited
 
 
 def _mutate_in_modules(part: Any, weights: Any, draws: Any, gate: float, length: int) -> Any:
     """Mutate a list of weights uniformly and split it into modules, for oracles."""
-    mutations = [(gate if part.one_gate else draw[1]) < part.rate for draw in draws]
-    child = [
-        weight + mutates * part.size * (2 * draw[2] - 1)
-        for weight, mutates, draw in zip(weights, mutations, draws, strict=True)
-    ]
+    child = []
+    for weight, draw in zip(weights, draws, strict=True):
+        is_mutated = (gate if part.one_gate else draw[1]) < part.rate
+        mutation = part.size * (2 * draw[2] - 1) if is_mutated else 0.0
+        child.append(weight + mutation)
     return split_modules(child, length)
 
 
@@ -263,4 +268,6 @@ def _draw_from_pool(
     """Return a weight of a child: inherited from a random parent and mutated, for the oracle."""
     parent = pool[int(draw[0] * len(pool))]
     inherited = genome[parent][module][weight]
-    return float(inherited + (draw[1] < part.rate) * part.size * (2 * draw[2] - 1))
+    is_mutated = draw[1] < part.rate
+    mutation = part.size * (2 * draw[2] - 1) if is_mutated else 0.0
+    return float(inherited + mutation)

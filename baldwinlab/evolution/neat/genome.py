@@ -65,9 +65,9 @@ def require_neat(experiment: Any, subject: str) -> None:
         )
 
 
-def count_entries(links: int) -> int:
-    """Return the number of entries of a genome that can store a number of links."""
-    return HEAD_SIZE + GENE_SIZE * links
+def count_entries(max_links: int) -> int:
+    """Return the number of entries of a genome that can store `max_links` links."""
+    return HEAD_SIZE + GENE_SIZE * max_links
 
 
 def make_minimal_graphs(
@@ -205,9 +205,10 @@ def _is_reached(graph: Graph, source: Any, link: int, links: int, marks: Any) ->
     """Return whether the source of a link is `source` or the target of a marked link."""
     link_source = graph[gene_offset(link) + SOURCE]
     reached = bool(link_source == source)
-    for other_link in range(links):
-        is_marked = marks[other_link] > 0.0
-        reached = reached or (is_marked and graph[gene_offset(other_link) + TARGET] == link_source)
+    for incoming_link in range(links):
+        is_marked = marks[incoming_link] > 0.0
+        leads_to_source = graph[gene_offset(incoming_link) + TARGET] == link_source
+        reached = reached or (is_marked and leads_to_source)
     return reached
 
 

@@ -190,7 +190,8 @@ def _sum_species_means(part: Any, genome: Genome, fitness: Fitness) -> Any:
         total = total_of_all
     all_reproduce = n_reproducing == n_species
     has_equal_shares = total == 0.0
-    return (total if total > 0.0 else float(n_reproducing)), all_reproduce, has_equal_shares
+    total_share = total if total > 0.0 else float(n_reproducing)
+    return total_share, all_reproduce, has_equal_shares
 
 
 @compiled
@@ -205,8 +206,9 @@ def _choose_parents(
     draws = uniforms[child]
     size = end - begin
     n_best = min(size, int(np.float64(part.survival_threshold) * size) + 1)
-    first = order[end - 1 - int(draws[0, 0] * n_best)]
-    second = order[end - 1 - int(draws[0, 3] * n_best)]
+    fittest = end - 1
+    first = order[fittest - int(draws[0, 0] * n_best)]
+    second = order[fittest - int(draws[0, 3] * n_best)]
     if draws[0, 2] < part.interspecies_mating_rate:
         second = order[int(draws[0, 3] * order.size)]
     if draws[0, 1] < part.single_parent_share:
@@ -310,7 +312,7 @@ class Neat(Variation, name="neat"):
         first = int(genome[0, 0, LAST_INNOVATION]) + 1
         last = first - 1
         links = link_capacity(genome[0, 0])
-        # The rows of `draws` that need no random numbers are scratch for `marks`.
+        # The remaining rows of `draws` are scratch for `marks`.
         child_draws = draws[: FIRST_LINK_ROW + links]
         marks = draws[FIRST_LINK_ROW + links :, 0]
         for child in range(children.shape[0]):

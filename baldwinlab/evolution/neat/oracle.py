@@ -28,7 +28,7 @@ from baldwinlab.evolution.neat.genome import (
 from baldwinlab.evolution.neat.species import MIN_LINKS_FOR_DIVISION
 from baldwinlab.parts.breeding import ITSELF
 
-# By innovation number: source, target, weight, enabled.
+# By innovation number: [source, target, weight, enabled].
 Genes = dict[int, list[float]]
 
 
@@ -47,15 +47,17 @@ def distance(part: Any, first: Genes, second: Genes) -> float:
     # Genes after the last gene of the shorter genome are excess genes.
     last = min(max(first), max(second))
     unmatched = set(first) ^ set(second)
-    excess = sum(number > last for number in unmatched)
-    differences = [abs(first[number][2] - second[number][2]) for number in set(first) & set(second)]
-    size = max(len(first), len(second))
-    size = 1 if size < MIN_LINKS_FOR_DIVISION else size
-    mean = sum(differences) / len(differences) if differences else 0.0
+    n_excess = sum(number > last for number in unmatched)
+    n_disjoint = len(unmatched) - n_excess
+    matching = set(first) & set(second)
+    differences = [abs(first[number][2] - second[number][2]) for number in matching]
+    n_genes = max(len(first), len(second))
+    divisor = 1 if n_genes < MIN_LINKS_FOR_DIVISION else n_genes
+    mean_difference = sum(differences) / len(differences) if differences else 0.0
     return float(
-        part.excess_coefficient * excess / size
-        + part.disjoint_coefficient * (len(unmatched) - excess) / size
-        + part.weight_coefficient * mean
+        part.excess_coefficient * n_excess / divisor
+        + part.disjoint_coefficient * n_disjoint / divisor
+        + part.weight_coefficient * mean_difference
     )
 
 
@@ -96,13 +98,13 @@ def step(
 def _species_status(genome: Any, fitness: Any) -> dict[float, dict[str, Any]]:
     """Return the status of each species, the oldest first."""
     result: dict[float, dict[str, Any]] = {}
-    for species in sorted({agent[0][SPECIES] for agent in genome}):
-        members = [number for number, agent in enumerate(genome) if agent[0][SPECIES] == species]
+    for species in sorted({modules[0][SPECIES] for modules in genome}):
+        members = [agent for agent, modules in enumerate(genome) if modules[0][SPECIES] == species]
         head = genome[members[0]][0]
-        best = max(float(np.float32(fitness[number])) for number in members)
+        best = max(float(np.float32(fitness[agent])) for agent in members)
         is_improved = best > head[BEST]
         stale = 0 if is_improved else int(head[STALE]) + 1
-        mean = sum(fitness[number] for number in members) / len(members)
+        mean = sum(fitness[agent] for agent in members) / len(members)
         result[species] = {
             "members": members,
             "mean": mean,
@@ -152,10 +154,12 @@ def parents(part: Any, genome: Any, fitness: Any, uniforms: Any) -> list[list[in
         range(len(genome)), key=lambda agent: (-genome[agent][0][SPECIES], fitness[agent], agent)
     )
     pairs: list[list[int]] = []
-    for number, status in enumerate(selected_species.values()):
+    for species_index, status in enumerate(selected_species.values()):
         best_first = sorted(status["members"], key=lambda agent: (-fitness[agent], -agent))
-        best = best_first[: int(float(part.survival_threshold) * len(best_first)) + 1]
-        end = int(sum(means[: number + 1]) * len(uniforms) / sum(means) + 0.5)
+        n_best = int(float(part.survival_threshold) * len(best_first)) + 1
+        best = best_first[:n_best]
+        cumulative_mean = sum(means[: species_index + 1])
+        end = int(cumulative_mean * len(uniforms) / sum(means) + 0.5)
         first = len(pairs)
         for draws in uniforms[first:end]:
             first_parent = best[int(draws[0][0] * len(best))]
@@ -288,8 +292,10 @@ def _make_heads(
     population_best, population_stale = _population_status(genome, fitness)
     # Number, representative, best fitness, and generations without improvement.
     species: list[tuple[float, Genes, float, int]] = []
-    for count, (number, status) in enumerate(all_species.items()):
-        member = status["members"][int(draws[count][1][3] * len(status["members"]))]
+    for species_index, (number, status) in enumerate(all_species.items()):
+        members = status["members"]
+        draw = draws[species_index][1][3]
+        member = members[int(draw * len(members))]
         species.append((number, read_genes(genome[member][0]), status["best"], status["stale"]))
     last_species = genome[0][0][LAST_SPECIES]
     heads = []
@@ -320,4 +326,5 @@ def _make_heads(
 
 def _write_genome(head: list[float], genes: Genes, max_links: int) -> list[float]:
     entries = [entry for number, gene in sorted(genes.items()) for entry in (number, *gene)]
-    return [*head, *entries, *[0.0] * (GENE_SIZE * (max_links - len(genes)))]
+    n_unused_entries = GENE_SIZE * (max_links - len(genes))
+    return [*head, *entries, *[0.0] * n_unused_entries]

@@ -68,19 +68,20 @@ def distance(part: Any, first: Graph, second: Graph) -> float:
             n_matching += 1
         else:
             n_disjoint += 1
+        # The gene with the smaller number is passed, or both if the numbers match.
         advances_first = first[first_gene + INNOVATION] <= second[second_gene + INNOVATION]
         advances_second = first[first_gene + INNOVATION] >= second[second_gene + INNOVATION]
         first_link += int(advances_first)
         second_link += int(advances_second)
     n_excess = first_links - first_link + second_links - second_link
-    size = max(first_links, second_links)
-    unmatched_genes = (
+    n_genes = max(first_links, second_links)
+    weighted_unmatched = (
         np.float64(part.excess_coefficient) * n_excess
         + np.float64(part.disjoint_coefficient) * n_disjoint
     )
-    divisor = size if size >= MIN_LINKS_FOR_DIVISION else 1
+    divisor = n_genes if n_genes >= MIN_LINKS_FOR_DIVISION else 1
     mean_difference = total_difference / max(1, n_matching)
-    return unmatched_genes / divisor + np.float64(part.weight_coefficient) * mean_difference
+    return weighted_unmatched / divisor + np.float64(part.weight_coefficient) * mean_difference
 
 
 @compiled
@@ -189,7 +190,8 @@ def assign_species(
         draw = rng.uniform(
             rng.philox(1, species_index, key.generation, rng.INHERITANCE, key.seed, key.run)[3]
         )
-        representative = genome[_find_member(genome, species, int(draw * size)), 0]
+        representative_agent = _find_member(genome, species, int(draw * size))
+        representative = genome[representative_agent, 0]
         _assign_near_children(part, representative, species, np.float32(best), stale, children)
         species = next_species(genome, species)
         species_index = species_index + 1
@@ -205,14 +207,14 @@ def assign_species(
 
 
 @compiled
-def _find_member(genome: Genome, species: Any, number: int) -> int:
-    """Return the agent that is member `number` of a species."""
+def _find_member(genome: Genome, species: Any, member_index: int) -> int:
+    """Return the agent at an index of the members of a species."""
     member = 0
     for agent in range(genome.shape[0]):
         if genome[agent, 0, SPECIES] == species:
-            if number == 0:
+            if member_index == 0:
                 member = agent
-            number -= 1
+            member_index -= 1
     return member
 
 
