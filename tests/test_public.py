@@ -100,7 +100,9 @@ def test_imports_for_type_checkers_agree_with_imports_at_run_time() -> None:
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     }
-    assert typed == {name: f"baldwinlab.{home}" for name, home in baldwinlab._MODULE_BY_NAME.items()}
+    assert typed == {
+        name: f"baldwinlab.{home}" for name, home in baldwinlab._MODULE_BY_NAME.items()
+    }
 
 
 def test_importing_the_package_loads_no_library_and_creates_no_folder(tmp_path: Path) -> None:

@@ -165,16 +165,18 @@ def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, A
     replaced_values = dict(_flatten(changes))
     # A scheduled setting is dropped if it is replaced, or if the choice of its part is.
     # Only the name of a part is a text, for example that of `learning.rule`.
+    # A text without a section, such as the name of the experiment, is no choice of a part.
     sections = {
-        _parent_path(path) for path, value in replaced_values.items() if isinstance(value, str)
+        _parent_path(path)
+        for path, value in replaced_values.items()
+        if isinstance(value, str) and "." in path
     }
     remaining_changes = []
     for change in schedule:
         settings = {
             path: value
             for path, value in change.items()
-            if path not in replaced_values
-            and _parent_path(_parent_path(path) or ".") not in sections
+            if path not in replaced_values and _parent_path(_parent_path(path)) not in sections
         }
         # The first entry is the generation of the change.
         if len(settings) > 1:

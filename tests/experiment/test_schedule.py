@@ -90,3 +90,8 @@ def test_a_setting_for_the_whole_run_removes_its_scheduled_changes() -> None:
     assert len(experiment.neutral_control().schedule) == 1
     assert not experiment.without_learning().neutral_control().schedule
     assert len(experiment.replace(evolution={"generations": 7}).schedule) == 2
+
+
+def test_a_new_name_keeps_the_schedule() -> None:
+    experiment = EXPERIMENT.replace(schedule=[{"generation": 5, "learning.rate": 0.5}])
+    assert experiment.replace(name="other").schedule == experiment.schedule
