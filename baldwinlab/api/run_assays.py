@@ -88,7 +88,20 @@ def run_missing_assays(
 
 
 def require_branch_length(generations: int | None, names: Sequence[str]) -> None:
-    """Raise ArgumentError for a number of generations below 1, or without a fork; None passes."""
+    """Check the number of generations of the branches of a fork.
+
+    Parameters
+    ----------
+    generations
+        The number; None for the default.
+    names
+        Names of the assays.
+
+    Raises
+    ------
+    ArgumentError
+        The number is below 1, or no assay is a fork.
+    """
     require_positive("generations", generations)
     if generations is not None and not FORKS.keys() & set(names):
         raise ArgumentError("generations", generations, "needs the assay fork or fork-mode")

@@ -299,12 +299,12 @@ class Experiment(BaseExperiment):
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Names of the modules of a genome."""
+        """The names of the modules of a genome."""
         return tuple(self.part("learning.rule").modules)
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Names of the inputs of the network."""
+        """The names of the inputs of the network."""
         return tuple(name for sense in self.parts("senses.kinds") for name in sense.inputs)
 
     @property
@@ -314,7 +314,7 @@ class Experiment(BaseExperiment):
 
     @property
     def actions(self) -> tuple[str, ...]:
-        """Names of the actions, which are the outputs of the network."""
+        """The names of the actions, which are the outputs of the network."""
         return tuple(self.part("motor.body").actions)
 
     @property
