@@ -81,8 +81,7 @@ class FrozenGenomes(NamedTuple):
         """
         runs = self.origin.runs
         if len(runs) == 1:
-            selected_run = runs[0] if run is None else run
-        return self.genome[0], selected_run
+            return self.genome[0], runs[0] if run is None else run
         if run not in runs:
             numbers = ", ".join(map(str, runs))
             reason = "choose one with --run" if run is None else f"not of run {run}"

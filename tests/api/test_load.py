@@ -75,7 +75,7 @@ def test_a_part_of_a_file_has_priority_over_an_installed_part(
         "import baldwinlab as bl; from baldwinlab.parts import load_file;"
         "from baldwinlab.experiment import registry;"
         "mine = load_file('mine.py'); bl.load('evo/A');"
-        "print(registry.find('selection', 'theirs') is mine.InstalledSelection)"
+        "print(registry.find_class('selection', 'theirs') is mine.InstalledSelection)"
     )
     shown = run_code(code)
     assert shown == ["mine", "executed", "True"]

@@ -157,6 +157,8 @@ AMBIGUOUS = {
     *("alloca_once", "gep_inbounds"),
     # A subclass defines these names.
     *("cache_path", "compile_extra"),
+    # A field of `Reference` has this name.
+    "tuple_type",
 }
 
 

@@ -19,7 +19,7 @@ from tests.small_studies import make_small_study
 
 def test_the_packaged_lifetime_is_current() -> None:
     script = runpy.run_path(str(Path(__file__).parents[2] / "scripts/first_life.py"))
-    shipped = script["PLACE"].read_bytes()
+    shipped = script["RECORDING_FILE"].read_bytes()
     assert script["first_life"]() == shipped, "run `python scripts/first_life.py`"
     assert len(shipped) < 300_000
 

@@ -45,9 +45,9 @@ def make_agent(experiment: Experiment, seed: int, **fields: Any) -> Agent:
     )
     memory = {
         "evaluation": [0.0],
-        "sensed": list(LAST_INPUTS),
+        "last_inputs": list(LAST_INPUTS),
         "last_action": list(LAST_ACTION),
-        "predictor": random.normal(size=200).tolist(),
+        "prediction_weights": random.normal(size=200).tolist(),
     }
     values: dict[str, Any] = {
         "x": 0.0,
@@ -156,7 +156,7 @@ def test_prediction_follows_the_gradient_of_its_error_and_preserves_weights_to_a
     weights_of_silent_input = 4
     used = (3 + 1) * 3
     module = naive.weights(agent.action_module)
-    predictor = agent.arrays["predictor"]
+    prediction_weights = agent.arrays["prediction_weights"]
 
     def error(weights: np.ndarray[Any, Any]) -> float:
         """Return the error of predictions from the hidden units of the action module."""
@@ -165,14 +165,16 @@ def test_prediction_follows_the_gradient_of_its_error_and_preserves_weights_to_a
         predictions = 1 / (1 + np.exp(-np.array([*hidden, 1.0]) @ layer))
         return half_squared_error(list(predictions), INPUTS)
 
-    before = [*module, *predictor[:used]]
+    before = [*module, *prediction_weights[:used]]
     gradient = estimate_gradient(error, before)
     learn(experiment, [agent], agent)
-    after = np.array([*naive.weights(agent.action_module), *agent.arrays["predictor"][:used]])
+    after = np.array(
+        [*naive.weights(agent.action_module), *agent.arrays["prediction_weights"][:used]]
+    )
     np.testing.assert_allclose(after - before, -RATE * gradient, atol=1e-9)
     changed = (gradient[: len(module)] != 0).sum()
     assert changed == len(module) - weights_of_silent_input - weights_to_actions
-    assert agent.arrays["predictor"][used:] == predictor[used:]
+    assert agent.arrays["prediction_weights"][used:] == prediction_weights[used:]
 
 
 def test_the_error_to_a_fixed_teacher_decreases_geometrically() -> None:
