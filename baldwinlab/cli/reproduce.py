@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -90,7 +89,10 @@ def reproduce(
             steps=steps,
             seed=seed,
             last=last_generations,
-            **asdict(options),
+            workers=workers,
+            backend=backend,
+            executor=executor,
+            force=force,
         )
         return
     paper_data = load(paper)

@@ -420,7 +420,7 @@ def test_the_parts_pass_all_compiled_checks() -> None:
         parts,
         requirements=[
             "compiles",
-            "again",
+            "repeated",
             "block",
             "batch",
             "resumed",

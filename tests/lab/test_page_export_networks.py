@@ -108,7 +108,7 @@ def test_the_inspector_names_the_teachers_of_an_agent(
 ) -> None:
     inheritance = {"inheritance": "social-heredity", "generations": LAST + 1}
     experiment = shorten(
-        presets.load("evo+self-teachers/A"), evolution=inheritance, learning={"teacher": teacher}
+        presets.load("evo+self-taught/A"), evolution=inheritance, learning={"teacher": teacher}
     )
     open_finished_run(offline_page, experiment, tmp_path)
     offline_page.get_by_test_id("live-canvas-agent").select_option(str(AGENT))
