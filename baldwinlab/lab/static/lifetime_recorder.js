@@ -57,7 +57,7 @@ class LifetimeRecorder {
     ]);
     this.lanes = this.state.heading.length;
     this.regions = this.state.eaten_in_life.length / this.lanes;
-    const teacherArray = engine.plan["learns from"];
+    const teacherArray = engine.plan.teacher_array;
     this.teachers = teacherArray ? engine.array(teacherArray) : null;
     this.arrays = this.allocateArrays(steps * this.agents);
     this.moves = { step: [], item: [], x: [], y: [] };
@@ -178,7 +178,7 @@ export function inspectAgent(run, { generation, first, last, appearance, agent }
   if (links.length) arrays.links = links;
   if (isMemoryless && inputs <= MAX_TABLE_INPUTS)
     arrays.responses = tabulateResponses(engine, weights, inputs, actions);
-  if (engine.plan.taught) {
+  if (engine.plan.has_reinforcement) {
     const targets = recorded.teacherUnits ?? evaluateAll(genomeOf(1));
     Object.assign(arrays, { teacher: genomeOf(1), teacher_activations: flattenRows(targets) });
     if (!appearance.answers.length) arrays.error = computeErrors(units, targets, actions);
