@@ -236,6 +236,8 @@ def test_each_run_is_a_line_that_opens_its_world(page: Page) -> None:
     plot.press("Enter")
     expect(page.get_by_test_id("live-caption")).to_have_text("Generation 0")
     expect(page.get_by_test_id("live-run")).to_have_value("1")
+    # The page writes its state to the address after at most 400 ms.
+    expect(page).to_have_url(re.compile("lines=each"))
     page.reload()
     expect(page.get_by_test_id("each-run")).to_be_checked()
 
