@@ -12,16 +12,16 @@ from scipy import stats
 
 from baldwinlab.api.frozen_genomes import (
     choose_experiment,
-    load_world,
+    place_on_map,
     read_genome_file,
     require_finite_genes,
 )
 from baldwinlab.api.load import load_installed_parts
-from baldwinlab.api.run import format_assignments
 from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.evolution import Genome
 from baldwinlab.evolution.genome_file import StoredGenomes, arrange_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
+from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation.reevaluation import reevaluate
 from baldwinlab.simulation.simulate import check_seed
@@ -153,9 +153,7 @@ def run_competition(
     setting = choose_experiment(stored_a, path_a, experiment)
     if experiment is None:
         _require_same_agents(setting, stored_b, path_b)
-    if map_name is not None:
-        setting = setting.replace(world=load_world(setting, map_name))
-    setting = assign(setting.replace(evolution={"founders": []}), assignments)
+    setting = assign(place_on_map(setting, map_name), assignments)
     _require_halves(setting)
     genomes_a = _list_genomes(stored_a, path_a, setting)
     genomes_b = _list_genomes(stored_b, path_b, setting)

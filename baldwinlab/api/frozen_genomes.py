@@ -123,11 +123,9 @@ def read_frozen(
     """
     load_installed_parts()
     stored = read_genome_file(path)
-    base = choose_experiment(stored, path, experiment)
-    if map_name is not None:
-        base = base.replace(world=load_world(base, map_name))
+    base = place_on_map(choose_experiment(stored, path, experiment), map_name)
     _, n_agents, *_ = stored.genome.shape
-    base = base.replace(population={"size": n_agents}, evolution={"founders": []})
+    base = base.replace(population={"size": n_agents})
     changed = assign(base, list(assignments))
     if changed.population.size != n_agents:
         raise RefusedError(
@@ -221,21 +219,30 @@ def choose_experiment(stored: StoredGenomes, path: Path, name: str | None) -> Ba
     return from_toml(str(stored.origin["experiment"]), f"the experiment of {path}")
 
 
-def load_world(experiment: BaseExperiment, map_name: str) -> object:
-    """Return the world of a map: that of the same learner if it exists, else of the first preset.
+def place_on_map(experiment: BaseExperiment, map_name: str | None) -> BaseExperiment:
+    """Return an experiment without founders, in the world of a map.
 
     Parameters
     ----------
     experiment
         The experiment of the agents.
     map_name
-        Name of a map.
+        Name of a map; None for the world of the experiment. The world is that of the same learner
+        if it has a preset on this map, else that of the first preset.
 
     Raises
     ------
     RefusedError
         There is no such map, or the model has no maps.
     """
+    without_founders = experiment.replace(evolution={"founders": []})
+    if map_name is None:
+        return without_founders
+    return without_founders.replace(world=_load_world(experiment, map_name))
+
+
+def _load_world(experiment: BaseExperiment, map_name: str) -> object:
+    """Return the world of a map."""
     if not isinstance(experiment, Experiment):
         raise RefusedError(
             f"--map {map_name}: the model {experiment.model} of {experiment.name} has no maps"

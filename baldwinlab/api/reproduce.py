@@ -16,7 +16,6 @@ from baldwinlab.api.planned_reproduction import (
     estimate_later_need,
 )
 from baldwinlab.api.report import report
-from baldwinlab.api.run import format_assignments
 from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
@@ -25,6 +24,7 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment import assign
+from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.paper import STANDARD_VARIANT
 from baldwinlab.studies.assays.results import find_missing_assays

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
-
-import tomlkit
 
 from baldwinlab.api.freezer import add_founders
 from baldwinlab.api.load import load_installed_parts
@@ -20,6 +18,7 @@ from baldwinlab.core.files import parse_location
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.experiment import BaseExperiment, assign
 from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import LoadedExperiment, factors, load_with_origin
 
@@ -219,27 +218,3 @@ def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:
     factors_of_presets = factors()
     conditions = {name: factors_of_presets.get(name, Factors(name)) for name in names}
     return describe_too_few(planned_tests(conditions, runs, baseline))
-
-
-def format_assignments(tables: Mapping[str, Any]) -> list[str]:
-    """Return the settings in nested tables as assignments.
-
-    Parameters
-    ----------
-    tables
-        Settings: {"lifetime": {"steps": 5}} and {"lifetime.steps": 5} are equal.
-
-    Returns
-    -------
-    list of str
-        Assignments, such as "lifetime.steps=5".
-    """
-    return list(_iterate_assignments(tables))
-
-
-def _iterate_assignments(tables: Mapping[str, Any], path: str = "") -> Iterator[str]:
-    for key, value in tables.items():
-        if isinstance(value, Mapping):
-            yield from _iterate_assignments(value, f"{path}{key}.")
-        else:
-            yield f"{path}{key}={tomlkit.item(value).as_string()}"

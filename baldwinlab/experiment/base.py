@@ -39,7 +39,6 @@ from baldwinlab.experiment.schedule import (
     SCHEDULE_FIELD,
     Change,
     drop_settings,
-    nest,
     require_valid_schedule,
 )
 from baldwinlab.experiment.tables import Evolution, ModelName, Name, Population, Record
@@ -279,7 +278,7 @@ def _apply_changes(experiment: BaseExperiment, n_changes: int) -> Any:
     settings: dict[str, Any] = {}
     for change in experiment.schedule[:n_changes]:
         settings |= change.settings
-    return experiment.replace(schedule=[], **nest(settings))
+    return experiment.replace(schedule=[], **paths.nest_settings(settings))
 
 
 def validate(tree: Any, lenient: bool = False) -> Any:

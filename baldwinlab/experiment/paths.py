@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -76,6 +77,27 @@ def _region_suffix(path: str, experiment: BaseModel) -> str:
                 region_number = int(step) + 1
                 return f", {steps[depth - 1]} {region_number}"
     return ""
+
+
+def iterate_settings(tables: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the dotted path and the value of each setting in nested tables."""
+    for name, value in tables.items():
+        if isinstance(value, Mapping):
+            yield from iterate_settings(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
+
+
+def nest_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings by dotted path as nested tables, for `Experiment.replace`."""
+    tree: dict[str, Any] = {}
+    for path, value in settings.items():
+        *tables, field = path.split(".")
+        table = tree
+        for name in tables:
+            table = table.setdefault(name, {})
+        table[field] = value
+    return tree
 
 
 def set_value(tree: dict[str, Any], path: str, value: Any) -> None:

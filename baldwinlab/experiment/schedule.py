@@ -15,6 +15,7 @@ from typing import Any, Final
 from pydantic import Field
 
 from baldwinlab.experiment.fields import ExperimentError, Fields
+from baldwinlab.experiment.paths import iterate_settings, parse_assignment
 
 # Tables and fields that cannot change during a run: its size, its records, the layout of genomes.
 FIXED_TABLES: Final = ("name", "model", "population", "record", "schedule", "network")
@@ -41,18 +42,6 @@ SCHEDULE_FIELD: Any = Field(
 )
 
 
-def nest(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings by dotted path as nested tables, for `Experiment.replace`."""
-    tree: dict[str, Any] = {}
-    for path, value in settings.items():
-        *tables, field = path.split(".")
-        table = tree
-        for name in tables:
-            table = table.setdefault(name, {})
-        table[field] = value
-    return tree
-
-
 def parse_changes(words: Sequence[str]) -> list[dict[str, Any]]:
     """Return the setting `schedule` of words such as "50", "learning.rule=none".
 
@@ -66,8 +55,6 @@ def parse_changes(words: Sequence[str]) -> list[dict[str, Any]]:
     ExperimentError
         The first word is no generation, or a generation has no assignment.
     """
-    from baldwinlab.experiment.paths import parse_assignment
-
     changes: list[dict[str, Any]] = []
     for word in words:
         if word.isdecimal():
@@ -162,7 +149,7 @@ def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, A
         The settings that are changed for the whole run, as nested tables. A changed choice of a
         part, such as `learning.rule`, also drops the scheduled settings of that table.
     """
-    replaced_values = dict(_flatten(changes))
+    replaced_values = dict(iterate_settings(changes))
     # A scheduled setting is dropped if it is replaced, or if the choice of its part is.
     # Only the name of a part is a text, for example that of `learning.rule`.
     # A text without a section, such as the name of the experiment, is no choice of a part.
@@ -186,11 +173,3 @@ def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, A
 
 def _parent_path(path: str) -> str:
     return path.rpartition(".")[0]
-
-
-def _flatten(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for name, value in tree.items():
-        if isinstance(value, Mapping):
-            yield from _flatten(value, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", value

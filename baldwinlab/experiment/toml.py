@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from baldwinlab.core.files import parse_toml
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, validate
+from baldwinlab.experiment.paths import iterate_settings
 
 
 def to_toml(experiment: BaseExperiment) -> str:
@@ -96,3 +97,19 @@ def name_source_in_errors(source: str) -> Iterator[None]:
     except ExperimentError as error:
         lines = (f"{source}: {line}" for line in str(error).splitlines())
         raise ExperimentError("\n".join(lines)) from None
+
+
+def format_assignments(tables: Mapping[str, Any]) -> list[str]:
+    """Return the settings in nested tables as assignments.
+
+    Parameters
+    ----------
+    tables
+        Settings: {"lifetime": {"steps": 5}} and {"lifetime.steps": 5} are equal.
+
+    Returns
+    -------
+    list of str
+        Assignments, such as "lifetime.steps=5".
+    """
+    return [f"{path}={tomlkit.item(value).as_string()}" for path, value in iterate_settings(tables)]

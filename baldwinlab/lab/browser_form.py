@@ -12,6 +12,7 @@ from typing import Any, Final
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.class_builder import choosing_fields
+from baldwinlab.experiment.paths import iterate_settings
 from baldwinlab.experiment.registry import BUILT_IN, table_name
 from baldwinlab.lab.schema import find_field, make_schema
 from baldwinlab.models.miniworld.backends.browser_layout import COMMON_INHERITANCES, ModuleLayout
@@ -127,13 +128,11 @@ def _format_layout(experiment: Experiment) -> str:
     return repr(ModuleLayout(experiment).plan())
 
 
-def _list_numbers(tree: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, float]]:
+def _list_numbers(tree: dict[str, Any]) -> Iterator[tuple[str, float]]:
     """Yield the path and the value of each number of an experiment."""
-    for name, value in tree.items():
-        if isinstance(value, dict):
-            yield from _list_numbers(value, f"{prefix}{name}.")
-        elif isinstance(value, int | float) and not isinstance(value, bool):
-            yield f"{prefix}{name}", value
+    for path, value in iterate_settings(tree):
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            yield path, value
 
 
 def _change_value(experiment: Experiment, path: str, value: float) -> Experiment | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -42,21 +43,17 @@ class _ScheduledSimulator:
     def __init__(
         self, experiment: BaseExperiment, seed: int, runs: Sequence[int], backend: Any
     ) -> None:
-        # The last segment comes first, and has no end: assays also simulate later generations.
-        self._segments = [
-            (generations.start, segment, make_simulator(segment, seed, runs, backend))
-            for generations, segment in reversed(experiment.segments())
-        ]
+        self._experiment = experiment
+        self._make_simulator = partial(make_simulator, seed=seed, runs=runs, backend=backend)
+        self._simulators: dict[BaseExperiment, Simulator] = {}
 
     def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
-        segment, simulator = next(
-            (segment, simulator)
-            for first, segment, simulator in self._segments
-            if generation >= first
-        )
+        settings = self._experiment.at(generation)
         # Without learning, an agent does not use all modules of its genome.
-        used_modules = np.ascontiguousarray(genomes[:, :, : len(segment.modules)])
-        return simulator.simulate(generation, used_modules)
+        used_modules = np.ascontiguousarray(genomes[:, :, : len(settings.modules)])
+        if settings not in self._simulators:
+            self._simulators[settings] = self._make_simulator(settings)
+        return self._simulators[settings].simulate(generation, used_modules)
 
 
 def make_simulator(

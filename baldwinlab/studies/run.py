@@ -64,10 +64,13 @@ class RunTask(NamedTuple):
 
     @property
     def agent_steps(self) -> int:
-        generations = self.experiment.evolution.generations
-        missing_generations = generations - self.n_stored
-        steps_per_generation = count_agent_steps(self.experiment) // generations
-        return len(self.runs) * steps_per_generation * missing_generations
+        missing_generations = self.experiment.evolution.generations - self.n_stored
+        return len(self.runs) * missing_generations * self._agent_steps_per_generation
+
+    @property
+    def _agent_steps_per_generation(self) -> int:
+        """Number of agent-steps in one generation of one run."""
+        return self.experiment.steps * self.experiment.population.size
 
     def run(
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
@@ -83,7 +86,6 @@ class RunTask(NamedTuple):
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> None:
         checkpointer = Checkpointer(directory, self.checkpoint_interval)
-        steps_per_run = self.experiment.steps * self.experiment.population.size
 
         def after_generation(histories: Sequence[History]) -> None:
             checkpointer.save(histories)
@@ -91,7 +93,7 @@ class RunTask(NamedTuple):
                 for history in histories:
                     # The dataset shares its arrays with the history, which changes later.
                     self.callback(history.dataset().copy(deep=True))
-            report_progress(steps_per_run * len(histories))
+            report_progress(len(histories) * self._agent_steps_per_generation)
 
         for histories in self._begin_histories(seed, directory):
             continue_histories(histories, backend, after_generation)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -12,6 +12,7 @@ from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.report.content import count_runs, format_range, select_foragers
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.experiment.paths import iterate_settings
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.claims import OpenChoice
 from baldwinlab.papers.paper import STANDARD_VARIANT
@@ -45,22 +46,13 @@ def describe_variant(experiment: Experiment, paper: Paper) -> str:
 
 
 def _list_changes(base: Experiment, experiment: Experiment) -> list[str]:
-    base_settings = dict(_iterate_settings(base.to_dict()))
-    settings = dict(_iterate_settings(experiment.to_dict()))
+    base_settings = dict(iterate_settings(base.to_dict()))
+    settings = dict(iterate_settings(experiment.to_dict()))
     return [
         f"{path} = {format_value(value)}"
         for path, value in settings.items()
         if base_settings.get(path) != value and not path.startswith("record.")
     ]
-
-
-def _iterate_settings(tree: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the path and value of every setting."""
-    for key, value in tree.items():
-        if isinstance(value, dict):
-            yield from _iterate_settings(value, f"{path}{key}.")
-        else:
-            yield f"{path}{key}", value
 
 
 def select_open_choices(
@@ -93,7 +85,7 @@ def select_open_choices(
 def format_setting(field: str, conditions: Experiments) -> str:
     """Return the values of a setting, such as senses.visual_radius, in the study."""
     values = [
-        dict(_iterate_settings(experiment.to_dict())).get(field)
+        dict(iterate_settings(experiment.to_dict())).get(field)
         for experiment in conditions.values()
     ]
     return " or ".join(dict.fromkeys(format_value(value) for value in values if value is not None))

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,7 @@ from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.experiment.fields import format_faults
 from baldwinlab.experiment.miniworld import MAX_LIFETIME_STEPS
 from baldwinlab.experiment.paths import short_name
+from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import describe_unused_setting, list_unused_settings
 from baldwinlab.papers import presets
 from baldwinlab.studies.open import open_conditions
@@ -66,7 +67,7 @@ def expand_sweep(sweep: Sweep, path: Path) -> list[Experiment]:
     for number, point in enumerate(_list_points(sweep, base)):
         name = f"point-{number:04d}"
         try:
-            points.append(assign(base, [f"name={name}", *_format_assignments(point)]))
+            points.append(assign(base, [f"name={name}", *format_assignments(point)]))
         except ExperimentError as error:
             for fault in str(error).splitlines():
                 # Report each fault only for its first point.
@@ -85,7 +86,7 @@ def _load_base(sweep: Sweep, path: Path) -> Experiment:
     name = sweep.experiment
     source = path.parent / name if name.endswith(".toml") else name
     try:
-        base: Experiment = assign(presets.load(source), _format_assignments(sweep.fixed))
+        base: Experiment = assign(presets.load(source), format_assignments(sweep.fixed))
         for field, values in sweep.fields.items():
             value, _ = _look_up(base, field)
             if isinstance(values, Range):
@@ -144,10 +145,6 @@ def _pick_value(values: list[Any] | Range, share: float, is_integer: bool) -> An
     if isinstance(values, Range):
         return values.integer(share) if is_integer else values.number(share)
     return values[int(share * len(values))]
-
-
-def _format_assignments(values: Mapping[str, Any]) -> list[str]:
-    return [f"{path}={tomlkit.item(value).as_string()}" for path, value in values.items()]
 
 
 def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
@@ -285,7 +282,7 @@ def label_points(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
         design=sweep.design,
         fields=fields,
         base=sweep.experiment,
-        set=_format_assignments(sweep.fixed),
+        set=format_assignments(sweep.fixed),
     )
 
 
