@@ -23,7 +23,9 @@ def custom_choices(experiment: Fields) -> Iterator[tuple[str, str]]:
 
 
 def added_choices(experiment: Fields) -> Iterator[tuple[str, str]]:
-    """Yield kind and name of each added part of an experiment."""
+    """Yield kind and name of each added part of an experiment and of its species."""
+    for member in experiment.species_experiments():
+        yield from added_choices(member)
     for path, kind, _ in choosing_fields(type(experiment)):
         value, _ = paths.look_up(experiment, path)
         names = (value,) if isinstance(value, str) else value

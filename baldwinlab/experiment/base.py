@@ -6,7 +6,7 @@ next to the setting that chooses the part (`class_builder`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import cache, lru_cache, reduce
 from itertools import pairwise
@@ -40,6 +40,14 @@ from baldwinlab.experiment.schedule import (
     Change,
     drop_settings,
     require_valid_schedule,
+)
+from baldwinlab.experiment.species import (
+    Species,
+    change_tables,
+    combine_modules,
+    make_species_experiments,
+    normalize_settings,
+    require_valid_species,
 )
 from baldwinlab.experiment.tables import Evolution, ModelName, Name, Population, Record
 
@@ -117,6 +125,20 @@ class BaseExperiment(Fields):
         bounds = [*starts, generations]
         return [(range(start, end), self.at(start)) for start, end in pairwise(bounds)]
 
+    def species_experiments(self) -> tuple[Self, ...]:
+        """Return the experiment of each species, or () for an experiment without species.
+
+        Raises
+        ------
+        ExperimentError
+            A setting of a species is invalid.
+        """
+        return _list_species_experiments(self) if self.population.species else ()
+
+    def _pair_species(self) -> Iterator[tuple[Species, Self]]:
+        """Yield each species with its experiment."""
+        return zip(self.population.species, self.species_experiments(), strict=True)
+
     def to_dict(self) -> dict[str, Any]:
         """Return all settings as nested dicts."""
         return self.model_dump(mode="json")
@@ -140,6 +162,8 @@ class BaseExperiment(Fields):
     @property
     def learns(self) -> bool:
         """Whether agents learn during their lifetime, in any generation."""
+        if members := self.species_experiments():
+            return any(member.learns for member in members)
         return any(bool(segment.model_part.learns) for _, segment in self.segments())
 
     @property
@@ -154,22 +178,35 @@ class BaseExperiment(Fields):
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """Names of the modules of a genome."""
+        """Names of the modules of a genome; with several species, of the longest genome."""
+        if members := self.species_experiments():
+            return combine_modules([member.modules for member in members])
         return tuple(self.model_part.modules)
 
     @property
     def weight_count(self) -> int:
-        """Number of weights of a module."""
+        """Number of weights of a module; with several species, the largest number."""
+        if members := self.species_experiments():
+            return max(member.weight_count for member in members)
         return int(self.model_part.n_weights())
 
     @property
     def genome_length(self) -> int:
         """Number of entries of each module in a genome."""
+        if members := self.species_experiments():
+            return max(member.genome_length for member in members)
         return self.weight_count
 
     def without_learning(self) -> Self:
         """Return the experiment without learning during life, so that fitness is innate."""
-        return self.replace(**{table_name(self.model): self.model_part.without_learning()})
+        key = table_name(self.model)
+        innate_model = to_plain_data(self.model_part.without_learning())
+        species = [
+            entry.to_tables() | {key: to_plain_data(member.model_part.without_learning())}
+            for entry, member in self._pair_species()
+        ]
+        changes: dict[str, Any] = {"population": {"species": species}} if species else {}
+        return self.replace(**{key: innate_model}, **changes)
 
     def neutral_control(self) -> Self:
         """Return the neutral control: the same births with random parents.
@@ -185,7 +222,9 @@ class BaseExperiment(Fields):
                 "separately, and 'neutral' would mix "
                 "them: there is no neutral control"
             )
-        return self.replace(evolution={"selection": "neutral"})
+        random_parents = {"selection": "neutral"}
+        species = change_tables(self.population.species, "evolution", random_parents)
+        return self.replace(evolution=random_parents, **species)
 
     def part(self, path: str) -> Any:
         """Return the part that a setting chooses. Raises ExperimentError if it is not loaded."""
@@ -273,6 +312,22 @@ class _UnloadedModelExperiment(BaseExperiment, extra="allow"):
 
 
 @lru_cache(maxsize=256)
+def _list_species_experiments(experiment: BaseExperiment) -> Any:
+    """Return the experiments of the species of an experiment, which a long run often needs."""
+    return make_species_experiments(experiment)
+
+
+def _with_valid_species(experiment: BaseExperiment) -> Any:
+    """Return an experiment whose species have validated values."""
+    species = [
+        entry.to_tables() | normalize_settings(entry.settings, member.to_dict())
+        for entry, member in experiment._pair_species()
+    ]
+    tree = experiment.to_dict()
+    return _make_experiment(merge(tree, {"population": {"species": species}}), lenient=False)
+
+
+@lru_cache(maxsize=256)
 def _apply_changes(experiment: BaseExperiment, n_changes: int) -> Any:
     """Return an experiment with its first `n_changes` scheduled changes, without a schedule."""
     settings: dict[str, Any] = {}
@@ -303,6 +358,9 @@ def validate(tree: Any, lenient: bool = False) -> Any:
     if not lenient:
         check_added_parts(experiment)
         require_valid_schedule(experiment)
+        if experiment.population.species:
+            require_valid_species(experiment)
+            experiment = _with_valid_species(experiment)
     return experiment
 
 

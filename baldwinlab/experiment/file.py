@@ -80,6 +80,8 @@ def iterate_files(table: BaseModel, path: str = "") -> Iterator[tuple[str, File]
 
 def require_files(experiment: Any, where: str) -> None:
     """Raise PartError if a data file of an experiment is missing or has changed."""
+    for member in experiment.species_experiments():
+        require_files(member, where)
     for path, file in iterate_files(experiment):
         try:
             file.read()

@@ -19,6 +19,7 @@ from baldwinlab.experiment.base import BaseExperiment
 from baldwinlab.experiment.fields import Fields, refuse_fields
 from baldwinlab.experiment.registry import PartChoice
 from baldwinlab.experiment.schedule import SCHEDULE_FIELD, Change
+from baldwinlab.experiment.species import change_tables, combine_modules
 from baldwinlab.experiment.tables import Evolution, Name, Population, Record
 
 Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
@@ -275,6 +276,8 @@ class Experiment(BaseExperiment):
     @property
     def learns(self) -> bool:
         """Whether agents learn during their lifetime, in any generation."""
+        if members := self.species_experiments():
+            return any(member.learns for member in members)
         return any(segment.learning.rule != "none" for _, segment in self.segments())
 
     @property
@@ -295,11 +298,15 @@ class Experiment(BaseExperiment):
 
     def without_learning(self) -> Self:
         """Return this experiment with the learning rule `none`."""
-        return self.replace(learning={"rule": "none"})
+        no_rule = {"rule": "none"}
+        species = change_tables(self.population.species, "learning", no_rule)
+        return self.replace(learning=no_rule, **species)
 
     @property
     def modules(self) -> tuple[str, ...]:
-        """The names of the modules of a genome."""
+        """The names of the modules of a genome; with several species, of the longest genome."""
+        if members := self.species_experiments():
+            return combine_modules([member.modules for member in members])
         return tuple(self.part("learning.rule").modules)
 
     @property
@@ -328,7 +335,9 @@ class Experiment(BaseExperiment):
 
     @property
     def weight_count(self) -> int:
-        """Number of weights of a module."""
+        """Number of weights of a module; with several species, the largest number."""
+        if members := self.species_experiments():
+            return max(member.weight_count for member in members)
         # The biases of a layer are the weights of one more source unit, which is always 1.
         n_bias_units = int(self.network.biases)
         return sum(
@@ -339,4 +348,6 @@ class Experiment(BaseExperiment):
     @property
     def genome_length(self) -> int:
         """Number of entries of each module: weights, and the gene of an evolved rate."""
+        if members := self.species_experiments():
+            return max(member.genome_length for member in members)
         return self.weight_count + int(self.learning.evolved_rate)

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from baldwinlab.experiment.fields import Fields, refuse_fields
 from baldwinlab.experiment.file import File
 from baldwinlab.experiment.registry import PartChoice
+from baldwinlab.experiment.species import SPECIES_FIELD, Species, find_species_faults
 
 SHARE_TOLERANCE = 1e-9
 """Tolerance of the sum of shares, which rounding changes."""
@@ -28,6 +29,12 @@ ModelName = Annotated[str, PartChoice("model")]
 
 class Population(Fields):
     size: int = Field(20, ge=1, le=1_000_000, description="Number of agents per generation (R6).")
+    species: tuple[Species, ...] = SPECIES_FIELD
+
+    @model_validator(mode="after")
+    def _require_valid_species(self) -> Self:
+        refuse_fields(find_species_faults(self.species, self.size))
+        return self
 
 
 class Founders(File):
@@ -67,6 +74,13 @@ class Evolution(Fields):
         ge=0,
         le=1_000_000,
         description=("Number of the fittest agents that survive and replace as many children."),
+    )
+    compete: Literal["within", "across"] = Field(
+        "within",
+        description=(
+            "Selection with several species. within: each species separately, at constant size; "
+            "across: one selection over all agents, and the sizes change."
+        ),
     )
     variation: Annotated[str, PartChoice("variation")] = Field(
         "crossover",

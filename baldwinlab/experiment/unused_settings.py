@@ -8,17 +8,32 @@ without effect, for example settings of learning in an experiment without learni
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 from baldwinlab.experiment.base import BaseExperiment, validate
 from baldwinlab.experiment.fields import ExperimentError
 from baldwinlab.experiment.miniworld import Experiment
 from baldwinlab.experiment.paths import look_up
 
+COMPETE: Final = "evolution.compete"
+"""Setting that only experiments with species use."""
+
 
 def list_unused_settings(experiment: BaseExperiment) -> dict[str, str]:
     """Return the unused settings of an experiment by path, each with the reason."""
-    return _unused_mutation_settings(experiment) | (
-        _unused_miniworld_settings(experiment) if isinstance(experiment, Experiment) else {}
+    if members := experiment.species_experiments():
+        # A setting has an effect if one species uses it.
+        unused = [list_unused_settings(member) for member in members]
+        return {
+            path: reason
+            for path, reason in unused[0].items()
+            if path != COMPETE and all(path in reasons for reasons in unused)
+        }
+    no_competition = {COMPETE: "population.species = []"}
+    return (
+        no_competition
+        | _unused_mutation_settings(experiment)
+        | (_unused_miniworld_settings(experiment) if isinstance(experiment, Experiment) else {})
     )
 
 

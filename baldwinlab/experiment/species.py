@@ -1,0 +1,250 @@
+"""Species: groups of agents of one population that differ in their settings.
+
+A species is an experiment that shares a world with others. In TOML:
+
+    [[population.species]]
+    name = "learners"
+    size = 1
+    learning.rule = "self-taught"
+
+    [[population.species]]
+    name = "innate"
+    size = 19
+
+Agents are numbered species after species. A setting that a species does not change has the value of
+the experiment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import zip_longest
+from typing import Any, Final
+
+from pydantic import Field, model_validator
+
+from baldwinlab.experiment.fields import ExperimentError, Fields, format_value, to_plain_data
+from baldwinlab.experiment.paths import iterate_settings, nest_settings
+
+ACROSS: Final = "across"
+"""Value of `evolution.compete` with one selection over the agents of all species."""
+# Settings that all species of an experiment share.
+SHARED_TABLES: Final = ("model", "population", "record", "schedule", "world", "lifetime")
+SHARED_FIELDS: Final = ("evolution.generations", "evolution.compete")
+MAX_SPECIES: Final = 16
+"""Maximum number of species of a population."""
+
+
+class Species(Fields, extra="allow"):
+    """Agents with equal settings: name, size, and the settings that differ from the experiment."""
+
+    name: str = Field(
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9+_.-]*$",
+        max_length=60,
+        description="Name of the species, in records and figures.",
+    )
+    size: int = Field(
+        ge=1, le=1_000_000, description="Number of agents of the species in the first generation."
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _nest_dotted_paths(cls, tree: Any) -> Any:
+        """Read the key "learning.rule" as the setting `rule` of the table `learning`."""
+        if not isinstance(tree, Mapping):
+            return tree
+        return nest_settings(dict(iterate_settings(to_plain_data(dict(tree)))))
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Settings that differ from the experiment, as nested tables."""
+        return dict(self.model_extra or {})
+
+    def to_tables(self) -> dict[str, Any]:
+        """Return name, size and settings as plain data."""
+        tables: dict[str, Any] = to_plain_data(self)
+        return tables
+
+
+SPECIES_FIELD: Any = Field(
+    (),
+    max_length=MAX_SPECIES,
+    description="Species of the population. []: all agents have the same settings.",
+)
+
+
+def find_species_faults(
+    species: Sequence[Species], population_size: int
+) -> list[tuple[str, object, str]]:
+    """Return path, value and rule of the invalid settings of the species of a population."""
+    if not species:
+        return []
+    faults: list[tuple[str, object, str]] = []
+    names = [entry.name for entry in species]
+    if len({*names}) < len(names):
+        faults.append(("species", names, "the names must be unique"))
+    sizes = [entry.size for entry in species]
+    if sum(sizes) != population_size:
+        rule = f"the sizes must add up to population.size = {population_size}"
+        faults.append(("species", sizes, rule))
+    return faults
+
+
+def make_species_experiments(experiment: Any) -> tuple[Any, ...]:
+    """Return the experiment of each species.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        An experiment with species.
+
+    Returns
+    -------
+    tuple of BaseExperiment
+        The settings of the agents of each species. `population.size` is the size of the species.
+
+    Raises
+    ------
+    ExperimentError
+        A setting of a species is invalid, or all species share it.
+    """
+    members = []
+    for number, species in enumerate(experiment.population.species):
+        location = f"population.species.{number}"
+        _require_unshared_settings(species, location)
+        try:
+            member = experiment.replace(
+                **species.settings | {"population": {"size": species.size, "species": []}}
+            )
+        except ExperimentError as error:
+            lines = (f"{location}.{line}" for line in str(error).splitlines())
+            raise ExperimentError("\n".join(lines)) from None
+        members.append(member)
+    return tuple(members)
+
+
+def _require_unshared_settings(species: Species, location: str) -> None:
+    """Raise ExperimentError if a species changes a setting that all species share."""
+    shared_paths = [path for path, _ in iterate_settings(species.settings) if _is_shared(path)]
+    if shared_paths:
+        raise ExperimentError(
+            f"{location}: all species share {', '.join(shared_paths)}; change it in the experiment"
+        )
+
+
+def _is_shared(path: str) -> bool:
+    return path.split(".")[0] in SHARED_TABLES or path in SHARED_FIELDS
+
+
+def require_valid_species(experiment: Any) -> None:
+    """Check that the species of an experiment can share a population.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+
+    Raises
+    ------
+    ExperimentError
+        A setting of a species is invalid or shared by all species, or species that compete have
+        different selections or genomes.
+    """
+    if not experiment.population.species:
+        return
+    members = experiment.species_experiments()
+    if experiment.evolution.compete != ACROSS:
+        return
+    faults = [*_find_selection_faults(members), *_find_layout_faults(members)]
+    if faults:
+        raise ExperimentError("\n".join(faults))
+
+
+def _find_selection_faults(members: Sequence[Any]) -> Iterator[str]:
+    """Yield a sentence for each setting of the selection that differs between species."""
+    selections = {member.part("evolution.selection") for member in members}
+    elites = {member.evolution.elite for member in members}
+    if len(selections) > 1 or len(elites) > 1:
+        yield (
+            "evolution.compete = 'across': the species compete in one selection, so "
+            "evolution.selection, its table and evolution.elite must be equal for all species"
+        )
+    elif members[0].part("evolution.selection").has_groups:
+        yield (
+            f"evolution.selection = {members[0].evolution.selection!r} breeds groups of agents "
+            "separately, and evolution.compete = 'across' would mix them: choose another selection"
+        )
+
+
+def _find_layout_faults(members: Sequence[Any]) -> Iterator[str]:
+    """Yield a sentence if the genomes of competing species have no common layout."""
+    lengths = [member.genome_length for member in members]
+    modules = [member.modules for member in members]
+    longest = max(modules, key=len)
+    is_common = all(names == longest[: len(names)] for names in modules)
+    if len({*lengths}) > 1 or not is_common:
+        layouts = [
+            f"{', '.join(names)} with {length} genes"
+            for names, length in zip(modules, lengths, strict=True)
+        ]
+        yield (
+            f"evolution.compete = 'across': the species have the genomes {format_value(layouts)}, "
+            "and must have the same number of genes and the same first modules"
+        )
+
+
+def change_tables(
+    species: Sequence[Species], table: str, changes: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the argument of `BaseExperiment.replace` that changes a table of all species.
+
+    Parameters
+    ----------
+    species
+        The species.
+    table
+        Name of the table, for example "learning".
+    changes
+        New settings of this table. The tables of parts in this table are removed.
+
+    Returns
+    -------
+    dict
+        `{"population": {"species": [...]}}`, or an empty dict without species.
+    """
+    changed_species = []
+    for entry in species:
+        tables = entry.to_tables()
+        if table in tables:
+            plain_settings = {
+                name: value for name, value in tables[table].items() if not isinstance(value, dict)
+            }
+            tables[table] = plain_settings | changes
+        changed_species.append(tables)
+    return {"population": {"species": changed_species}} if changed_species else {}
+
+
+def combine_modules(modules_of_species: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """Return the names of the modules that the stored genomes of several species have.
+
+    The genomes of a species with fewer modules are padded. If two species have different modules at
+    one index, the name has both, for example "reinforcement/prediction".
+    """
+    combined = []
+    for names in zip_longest(*modules_of_species):
+        existing = dict.fromkeys(name for name in names if name is not None)
+        combined.append("/".join(existing))
+    return tuple(combined)
+
+
+def normalize_settings(settings: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings of a species with the values of its validated experiment.
+
+    The validated value of a data file, for example, has its hash.
+    """
+    normalized = {}
+    for name, value in settings.items():
+        valid_value = tree[name]
+        has_tables = isinstance(value, Mapping) and isinstance(valid_value, Mapping)
+        normalized[name] = normalize_settings(value, valid_value) if has_tables else valid_value
+    return normalized
