@@ -134,6 +134,14 @@ CALLS: Final = (
     Call("reproduction", "Fitness", "evaluate", "population", "`fitness`"),
     Call(
         "reproduction",
+        "Stop",
+        "should_stop",
+        "population",
+        "nothing; it returns a bool",
+        'if `evolution.stop` is not `"none"`',
+    ),
+    Call(
+        "reproduction",
         "Inheritance",
         "inherit",
         "agent",

@@ -39,6 +39,7 @@ PAGES_OF_BUILT_IN_PARTS: Final = {
     "variation": "breeding.md",
     "inheritance": "breeding.md",
     "fitness": "breeding.md",
+    "stop": "breeding.md",
     "model": "models.md",
 }
 """The kinds of part in the order of the site, with the pages of the built-in parts."""

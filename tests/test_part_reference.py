@@ -50,7 +50,13 @@ def recorded(kind, name, function):
 experiment = bl.load("evo+self-taught/A").replace(
     population={"size": 2},
     lifetime={"steps": 2},
-    evolution={"generations": 2, "elite": 1, "lamarckian_share": 0.5},
+    evolution={
+        "generations": 2,
+        "elite": 1,
+        "lamarckian_share": 0.5,
+        "stop": "target-fitness",
+        "target_fitness": {"target": 1000},
+    },
     senses={"kinds": ["food", "nearest"], "visual_radius": 300},
     world={"features": ["walls"]},
 )

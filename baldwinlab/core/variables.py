@@ -264,6 +264,9 @@ WEIGHT_ORDER = (
     "its gene, log10 of the rate divided by learning.rate"
 )
 
+# Attribute of a run that ended before its last generation: the name of its stop part.
+STOP_ATTRIBUTE = "stopped_by"
+
 
 def as_record(run: xr.Dataset) -> xr.Dataset:
     """Return a run as a record, without the genomes that are NaN. A record is unchanged."""

@@ -17,6 +17,7 @@ from baldwinlab.evolution.inheritance import (
 )
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.evolution.selection import select
+from baldwinlab.evolution.stop import is_stopped
 
 __all__ = [
     "Fitness",
@@ -32,6 +33,7 @@ __all__ = [
     "find_teachers",
     "fitness",
     "has_parent_teachers",
+    "is_stopped",
     "make_founders",
     "make_generation",
     "needs_simulation",

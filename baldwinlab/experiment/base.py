@@ -172,6 +172,11 @@ class BaseExperiment(Fields):
         return False
 
     @property
+    def may_stop(self) -> bool:
+        """Whether a run can end before its last generation."""
+        return any(segment.evolution.stop != "none" for _, segment in self.segments())
+
+    @property
     def steps(self) -> int:
         """Number of steps of a lifetime."""
         return int(self.model_part.steps)

@@ -45,6 +45,7 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
         "none": f"{_EVOLUTION}.inheritance:NoInheritance",
     },
     "fitness": {"energy": f"{_EVOLUTION}.fitness:Energy"},
+    "stop": {"none": f"{_EVOLUTION}.stop:NoStop"},
 }
 LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "model": {
@@ -133,6 +134,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "inheritance": {"social-heredity": f"{_EVOLUTION}.social_heredity:SocialHeredity"},
     "fitness": {},
+    "stop": {"target-fitness": f"{_EVOLUTION}.stop:TargetFitness"},
 }
 _CUSTOM_PARTS: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
 

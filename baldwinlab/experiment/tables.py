@@ -93,6 +93,11 @@ class Evolution(Fields):
         description="Fitness. energy: energy of the eaten items, or payoff of the model, "
         "minus the cost of learning, and at least 0.",
     )
+    stop: Annotated[str, PartChoice("stop")] = Field(
+        "none",
+        description="Condition under which a run ends before its last generation. none: no early "
+        "end.",
+    )
     mutation_gate: Literal["weight", "child"] = Field(
         "weight",
         description=(

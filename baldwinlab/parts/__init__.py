@@ -30,6 +30,7 @@ from baldwinlab.parts.part import Part
 from baldwinlab.parts.renamed import missing_name_error
 from baldwinlab.parts.selection import Selection
 from baldwinlab.parts.senses import Sense
+from baldwinlab.parts.stop import Stop
 from baldwinlab.parts.variation import Variation
 from baldwinlab.parts.views import GridView, MatrixView, PathView, View
 from baldwinlab.parts.world_features import ItemRegion, WorldFeature
@@ -58,6 +59,7 @@ __all__ = [
     "Selection",
     "Sense",
     "Source",
+    "Stop",
     "Variable",
     "Variation",
     "View",

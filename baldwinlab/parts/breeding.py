@@ -48,7 +48,7 @@ def breeding_part(experiment: Any, field: str) -> tuple[Any, tuple[Callable[...,
         The settings.
     field : str
         Field of the table `evolution` that names the part: "selection", "variation",
-        "inheritance" or "fitness".
+        "inheritance", "fitness" or "stop".
 
     Returns
     -------

@@ -43,6 +43,7 @@ RENAMED_BY_KIND: Final[Mapping[str, Mapping[str, str]]] = {
         "afresh": "resamples_genomes",
     },
     "fitness": {},
+    "stop": {},
     "model": {
         "live": "simulate",
         "weights": "n_weights",

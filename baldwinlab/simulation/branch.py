@@ -68,7 +68,8 @@ def evolve_genomes(
         An experiment cannot have this number of generations.
     """
     extended = experiment.replace(
-        evolution={"generations": generations.stop},
+        # All branches have equal lengths.
+        evolution={"generations": generations.stop, "stop": "none"},
         # The genomes of earlier generations are not needed.
         record={"genome_every": generations.stop},
     )

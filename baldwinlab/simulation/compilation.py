@@ -90,7 +90,7 @@ def _code_key(experiment: BaseExperiment) -> tuple[Any, ...]:
     """Return a key that is equal for experiments with the same code."""
     evolution_parts = [
         type(experiment.part(f"evolution.{field}"))
-        for field in ("selection", "variation", "inheritance", "fitness")
+        for field in ("selection", "variation", "inheritance", "fitness", "stop")
     ]
     if isinstance(experiment, Experiment):
         return (*cpu.code_key(experiment), *evolution_parts)

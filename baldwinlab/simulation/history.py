@@ -13,11 +13,13 @@ import xarray as xr
 from baldwinlab._version import __version__
 from baldwinlab.core import variables
 from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.variables import STOP_ATTRIBUTE
 from baldwinlab.evolution import (
     GenerationKey,
     Genome,
     apply_inheritance,
     fitness,
+    is_stopped,
     make_founders,
     make_generation,
     remap_parents,
@@ -46,6 +48,8 @@ class History:
         Genomes of the next generation, [agent, module, weight].
     n_generations : int
         Number of simulated generations.
+    is_stopped : bool
+        Whether the part `evolution.stop` has ended the run.
     """
 
     def __init__(
@@ -61,6 +65,7 @@ class History:
         self.seed = seed
         self.run = run
         self.n_generations = 0
+        self.is_stopped = False
         n_generations = experiment.evolution.generations
         n_agents = experiment.population.size
         self._fitness = np.zeros((n_generations, n_agents))
@@ -128,7 +133,8 @@ class History:
             settings, results.energy[run_index], results.cost[run_index]
         )
         self._require_expected_fitness(generation)
-        if generation < last:
+        self.is_stopped = is_stopped(settings, (), self._fitness[generation], generation)
+        if generation < last and not self.is_stopped:
             final_population = results.final_population
             learned = None if results.learned is None else results.learned[run_index]
             genome = self.genome if final_population is None else final_population.genome[run_index]
@@ -152,6 +158,11 @@ class History:
                 f"{generation} gives other results than those that are stored. Use the version of "
                 "baldwinlab and of the parts that made the study"
             )
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the run has ended, at its last generation or before."""
+        return self.is_stopped or self.n_generations == self.experiment.evolution.generations
 
     def recorded_values(self, name: str) -> npt.NDArray[Any]:
         """Return a recorded variable, [generation, agent], of the simulated generations."""
@@ -190,6 +201,8 @@ class History:
         experiment = self.experiment.replace(evolution={"generations": self.n_generations})
         declared = variables.record_variables(experiment)
         attributes = provenance_attributes(experiment, self.seed, self.run)
+        if self.is_stopped:
+            attributes[STOP_ATTRIBUTE] = experiment.at(self.n_generations - 1).evolution.stop
         dataset = variables.make_dataset(declared, arrays, attributes)
         _, n_agents, _, n_weights = genomes.shape
         labelled = dataset.assign_coords(

@@ -137,7 +137,8 @@ def continue_histories(
     backend : Backend
         The backend.
     after_generation : callable
-        Called with the histories after each generation. An error that it raises stops the batch.
+        Called with all histories after each generation. A stopped run has fewer generations. An
+        error that the function raises stops the batch.
 
     Raises
     ------
@@ -146,12 +147,19 @@ def continue_histories(
     """
     first_history = histories[0]
     experiment = first_history.experiment
-    runs = [history.run for history in histories]
-    simulator = make_simulator(experiment, first_history.seed, runs, backend)
+    continued: list[History] = []
     for generation in range(first_history.n_generations, experiment.evolution.generations):
-        genomes = np.stack([history.genome for history in histories])
+        active = [history for history in histories if not history.is_stopped]
+        if not active:
+            break
+        # The simulator has a world for each run that continues.
+        if active != continued:
+            continued = active
+            runs = [history.run for history in active]
+            simulator = make_simulator(experiment, first_history.seed, runs, backend)
+        genomes = np.stack([history.genome for history in active])
         results = simulator.simulate(generation, genomes)
-        for run_index, history in enumerate(histories):
+        for run_index, history in enumerate(active):
             history.add(generation, results, run_index)
         after_generation(histories)
 

@@ -89,12 +89,12 @@ class Checkpointer:
         OSError
             A checkpoint cannot be written.
         """
-        # The runs of a batch have equal numbers of generations.
+        # The runs have equal numbers of generations.
         n_generations = histories[0].n_generations
-        is_complete = n_generations == histories[0].experiment.evolution.generations
-        if is_complete or not self._is_due(n_generations):
+        incomplete = [history for history in histories if not history.is_complete]
+        if not incomplete or not self._is_due(n_generations):
             return
-        for history in histories:
+        for history in incomplete:
             path = checkpoint_path(self._directory, history.experiment.name, history.run)
             write_in_study(self._directory, path, encode_record(history.record()))
         self._written_at = time.monotonic()

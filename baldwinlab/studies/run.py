@@ -12,6 +12,7 @@ from typing import Final, NamedTuple
 
 import xarray as xr
 
+from baldwinlab.core.variables import STOP_ATTRIBUTE
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
@@ -65,10 +66,10 @@ class RunTask(NamedTuple):
     @property
     def agent_steps(self) -> int:
         missing_generations = self.experiment.evolution.generations - self.n_stored
-        return len(self.runs) * missing_generations * self._agent_steps_per_generation
+        return len(self.runs) * missing_generations * self.agent_steps_per_generation
 
     @property
-    def _agent_steps_per_generation(self) -> int:
+    def agent_steps_per_generation(self) -> int:
         """Number of agent-steps in one generation of one run."""
         return self.experiment.steps * self.experiment.population.size
 
@@ -88,19 +89,26 @@ class RunTask(NamedTuple):
         checkpointer = Checkpointer(directory, self.checkpoint_interval)
 
         def after_generation(histories: Sequence[History]) -> None:
-            checkpointer.save(histories)
+            n_generations = max(history.n_generations for history in histories)
+            # The other runs stopped in an earlier generation, and are stored.
+            simulated = [history for history in histories if history.n_generations == n_generations]
+            checkpointer.save(simulated)
             if self.callback:
-                for history in histories:
+                for history in simulated:
                     # The dataset shares its arrays with the history, which changes later.
                     self.callback(history.dataset().copy(deep=True))
-            report_progress(len(histories) * self._agent_steps_per_generation)
+            # The progress includes the generations after a stop, which need no time.
+            n_omitted = sum(map(count_omitted_generations, simulated))
+            n_done = len(simulated) + n_omitted
+            report_progress(n_done * self.agent_steps_per_generation)
+            for history in simulated:
+                if history.is_complete:
+                    write_record(directory, self.experiment.name, history.run, history.record())
+                    if self.n_stored or checkpointer.has_saved:
+                        remove_checkpoint(directory, self.experiment.name, history.run)
 
         for histories in self._begin_histories(seed, directory):
             continue_histories(histories, backend, after_generation)
-            for history in histories:
-                write_record(directory, self.experiment.name, history.run, history.record())
-                if self.n_stored or checkpointer.has_saved:
-                    remove_checkpoint(directory, self.experiment.name, history.run)
 
     def _begin_histories(self, seed: int, directory: Path) -> list[list[History]]:
         """Return the histories of the runs, grouped by their numbers of stored generations."""
@@ -114,6 +122,13 @@ class RunTask(NamedTuple):
         return list(histories_by_generations.values())
 
 
+def count_omitted_generations(history: History) -> int:
+    """Return the number of generations that a run does not have because it stopped."""
+    if not history.is_stopped:
+        return 0
+    return history.experiment.evolution.generations - history.n_generations
+
+
 def count_agent_steps(experiment: Experiment) -> int:
     """Return the number of agent-steps in one run."""
     return experiment.evolution.generations * experiment.steps * experiment.population.size
@@ -125,7 +140,8 @@ def find_missing_runs(
     """Return the numbers of the missing runs of each condition.
 
     Every stored record is checked. A damaged record is reported and renamed, so its run is missing.
-    A run with fewer generations than the study is missing as well.
+    A run with fewer generations than the study is missing as well, unless its stop part has ended
+    it.
 
     Parameters
     ----------
@@ -156,7 +172,8 @@ def find_missing_runs(
                 stored.discard(run)
             else:
                 generations = study.experiments[condition].evolution.generations
-                if record.sizes["generation"] < generations:
+                is_stopped = STOP_ATTRIBUTE in record.attrs
+                if record.sizes["generation"] < generations and not is_stopped:
                     stored.discard(run)
         missing[condition] = [run for run in range(runs) if run not in stored]
     return missing
@@ -296,7 +313,24 @@ def run_study(
             "workers": workers,
             "executor": executor.name,
             "backend": backend.name,
-            "agent_steps": agent_steps_done,
         }
         if agent_steps_done and study.exists():
-            study.add_session(session)
+            # The progress includes the generations after a stop.
+            n_simulated = agent_steps_done - _count_omitted_steps(study, tasks)
+            study.add_session(session | {"agent_steps": n_simulated})
+
+
+def _count_omitted_steps(study: StudyStore, tasks: Sequence[RunTask]) -> int:
+    """Return the number of agent-steps that the stored runs of tasks omit because they stopped."""
+    n_omitted = 0
+    for task in tasks:
+        # Few studies have a stop part, so most records are not read.
+        if not task.experiment.may_stop:
+            continue
+        condition = task.experiment.name
+        for run in set(task.runs) & set(study.runs(condition)):
+            record = study.record(condition, run)
+            if STOP_ATTRIBUTE in record.attrs:
+                missing = task.experiment.evolution.generations - record.sizes["generation"]
+                n_omitted += missing * task.agent_steps_per_generation
+    return n_omitted

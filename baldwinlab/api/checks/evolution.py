@@ -16,6 +16,7 @@ from baldwinlab.evolution import Fitness, GenerationKey, Genome, breed, draw_gen
 from baldwinlab.evolution.fitness import evaluate_agents
 from baldwinlab.evolution.inheritance import inherit_all
 from baldwinlab.evolution.selection import select_parents
+from baldwinlab.evolution.stop import call_stop
 from baldwinlab.parts.breeding import ITSELF, breeding_part
 from baldwinlab.parts.part import overridden_hooks
 
@@ -270,6 +271,39 @@ def compare_fitness(group: PartGroup, part: Any) -> None:
         _require_close(fitness, expected, f"in round {number}, fitness")
 
 
+def compare_stop(group: PartGroup, part: Any) -> None:
+    """Compare a stop with its oracle.
+
+    `oracle(part, lifetimes, fitness)` gets the lifetimes and the fitness of all generations of a
+    run, as lists. It returns whether the run stops after the last of them.
+
+    Parameters
+    ----------
+    group
+        The parts to check.
+    part
+        The part with the oracle.
+
+    Raises
+    ------
+    FailsError
+        If the results differ.
+    """
+    values, code = breeding_part(group.experiment, "stop")
+    lifetimes: list[Any] = []
+    fitness: list[list[float]] = []
+    for number, _, arrays, lists in _draw_rounds(group, part):
+        lifetimes.append(())
+        fitness.append(lists["fitness"])
+        stops = bool(cached_jit(call_stop, code)(values, (), arrays["fitness"], number))
+        expected = bool(part.oracle(values, lifetimes, fitness))
+        if stops != expected:
+            raise FailsError(
+                f"in generation {number}, with the fitness {lists['fitness']}, should_stop returns "
+                f"{stops}, and the oracle {expected}"
+            )
+
+
 def _require_close(actual: Any, expected: Any, label: str) -> None:
     if not np.allclose(actual, expected, rtol=TOLERANCE, atol=TOLERANCE):
         raise FailsError(
@@ -303,4 +337,5 @@ BREEDING_COMPARISONS: Final[dict[str, Callable[[PartGroup, Any], None]]] = {
     "vary_population": compare_children,
     "inheritance": compare_inheritance,
     "fitness": compare_fitness,
+    "stop": compare_stop,
 }

@@ -27,7 +27,7 @@ CHOICE_PATHS: Final = {kind: path for path, kind, _ in choosing_fields(Experimen
 """The setting that chooses the part, by kind of part."""
 LISTED_KINDS: Final = ("sense", "world feature")
 """Kinds of part of which an experiment can have several."""
-BREEDING_KINDS: Final = ("selection", "variation", "inheritance", "fitness")
+BREEDING_KINDS: Final = ("selection", "variation", "inheritance", "fitness", "stop")
 WORLD_SETTINGS: Final[Mapping[str, Any]] = {
     "name": "check",
     "world": {

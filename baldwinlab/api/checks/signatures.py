@@ -68,6 +68,11 @@ ORACLES: Final = {
     "fitness": OracleSignature(
         "part, energy, cost", "it returns the fitness of each agent", ("evaluate",)
     ),
+    "stop": OracleSignature(
+        "part, lifetimes, fitness",
+        "it returns whether a run with these generations stops after the last of them",
+        ("should_stop",),
+    ),
 }
 """The contracts, by the kind of part. A hook in `POPULATION_HOOKS` has another contract."""
 POPULATION_HOOKS: Final = ("select_with_genomes", "vary_population")

@@ -1,0 +1,86 @@
+"""Conditions under which a run ends before its last generation."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field
+
+from baldwinlab.engine.jit import cached_jit, compiled
+from baldwinlab.evolution.rng_key import Fitness
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.parts.breeding import breeding_part
+from baldwinlab.parts.stop import Stop, should_stop
+
+
+class NoStop(Stop, name="none"):
+    """No early end: a run has `evolution.generations` generations."""
+
+
+@compiled
+def summarize_fitness(is_mean: bool, fitness: Fitness) -> float:
+    """Return the mean of the fitness [agent] if `is_mean` is true, or its maximum."""
+    maximum = fitness[0]
+    total = 0.0
+    for agent in range(fitness.size):
+        maximum = max(maximum, fitness[agent])
+        total += fitness[agent]
+    return total / fitness.size if is_mean else maximum
+
+
+class TargetFitness(Stop, name="target-fitness"):
+    """End a run when the fitness of its population reaches a target."""
+
+    target: float = Field(description="Fitness at which a run ends.")
+    statistic: Literal["mean", "maximum"] = Field(
+        "mean", description="Statistic of the fitness of a generation that must reach the target."
+    )
+
+    derived: ClassVar[Any] = {
+        "is_mean": lambda part, experiment: part.statistic == "mean",
+        # A numeric field is float32 in a hook, and fitness is float64.
+        "threshold": lambda part, experiment: part.target,
+    }
+
+    @staticmethod
+    def should_stop(part: Any, lifetimes: Any, fitness: Fitness, generation: int) -> bool:
+        return summarize_fitness(part.is_mean, fitness) >= part.threshold
+
+    @staticmethod
+    def oracle(part: Any, lifetimes: Any, fitness: Any) -> Any:
+        *_, last_fitness = fitness
+        mean = sum(last_fitness) / len(last_fitness)
+        return (mean if part.is_mean else max(last_fitness)) >= part.threshold
+
+
+def is_stopped(
+    experiment: BaseExperiment, lifetimes: Any, fitness: Fitness, generation: int
+) -> bool:
+    """Return whether the stop part of an experiment ends a run after a generation.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment, with its settings in this generation.
+    lifetimes : NamedTuple
+        Results of the lifetimes.
+    fitness : Fitness
+        Fitness of the generation, [agent].
+    generation : int
+        Number of the generation, from 0.
+
+    Returns
+    -------
+    bool
+        False without a stop part.
+    """
+    # Most experiments have no stop part, and need no compiled code for it.
+    if experiment.evolution.stop == NoStop.name:
+        return False
+    part, code = breeding_part(experiment, "stop")
+    return bool(cached_jit(call_stop, code)(part, lifetimes, fitness, generation))
+
+
+def call_stop(part: Any, lifetimes: Any, fitness: Fitness, generation: int) -> bool:
+    """Call the hook `should_stop` of a stop part."""
+    return should_stop(part, lifetimes, fitness, generation)  # type: ignore[no-any-return]

@@ -1,0 +1,123 @@
+"""A run that stops has the bits of the same run without a stop, cut after the last generation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import baldwinlab as bl
+from baldwinlab.experiment import BaseExperiment, ExperimentError
+from baldwinlab.simulation.history import History
+from baldwinlab.simulation.simulate import simulate, simulate_histories
+
+GENERATIONS = 8
+RUNS = range(4)
+
+
+def make_experiment(name: str = "evo/A", **evolution: Any) -> BaseExperiment:
+    settings: dict[str, Any] = {"evolution": {"generations": GENERATIONS} | evolution}
+    if name == "evo/A":
+        settings["lifetime"] = {"steps": 300}
+    return bl.load(name).replace(**settings)
+
+
+def make_targeted(experiment: BaseExperiment, target: float, **fields: Any) -> BaseExperiment:
+    target_fitness = {"target": target} | fields
+    stop = {"stop": "target-fitness", "target_fitness": target_fitness}
+    return experiment.replace(evolution=stop)
+
+
+def find_first(is_reached: Any) -> int:
+    """Return the number of generations up to the first true entry, or all generations."""
+    reached = np.flatnonzero(is_reached)
+    return int(reached[0]) + 1 if reached.size else len(is_reached)
+
+
+def require_cut(stopped: xr.Dataset, complete: xr.Dataset, n_generations: int) -> None:
+    """Compare a stopped run with the first generations of a complete run."""
+    assert stopped.sizes["generation"] == n_generations
+    expected = complete.isel(generation=slice(n_generations))
+    for name, values in expected.data_vars.items():
+        np.testing.assert_array_equal(stopped[name].values, values.values)
+
+
+@pytest.mark.parametrize("statistic", ["mean", "maximum"])
+@pytest.mark.parametrize("name", ["evo/A", "hinton-nowlan-1987:guessing"])
+def test_runs_of_a_batch_stop_when_their_fitness_reaches_the_target(
+    name: str, statistic: str
+) -> None:
+    experiment = make_experiment(name)
+    complete = [history.dataset() for history in simulate_histories(experiment, 3, RUNS)]
+    reduce = {"mean": xr.DataArray.mean, "maximum": xr.DataArray.max}[statistic]
+    statistics = [reduce(run.energy, "agent") for run in complete]
+    # Half of the runs reach the target.
+    target = float(np.median([values.max() for values in statistics]))
+    expected = [find_first(values.values >= target) for values in statistics]
+    assert len(set(expected)) > 1
+    targeted = make_targeted(experiment, target, statistic=statistic)
+    histories = simulate_histories(targeted, 3, RUNS)
+    for history, run, n_generations in zip(histories, complete, expected, strict=True):
+        require_cut(history.dataset(), run, n_generations)
+
+
+def test_a_stopped_run_names_the_stop_and_another_run_does_not() -> None:
+    experiment = make_experiment()
+    stopped = simulate(make_targeted(experiment, 0), seed=3)
+    assert stopped.sizes["generation"] == 1
+    assert stopped.attrs["stopped_by"] == "target-fitness"
+    assert "stopped_by" not in simulate(make_targeted(experiment, 1000), seed=3).attrs
+    assert "stopped_by" not in simulate(experiment, seed=3).attrs
+
+
+def test_a_single_run_has_the_bits_of_the_same_run_in_a_batch() -> None:
+    targeted = make_targeted(make_experiment(), 3)
+    histories = simulate_histories(targeted, 3, RUNS)
+    assert len({history.n_generations for history in histories}) > 1
+    for history in histories:
+        single = simulate(targeted, seed=3, run=history.run)
+        assert single.identical(history.dataset())
+
+
+def test_a_callback_gets_all_histories_of_a_batch_after_each_generation() -> None:
+    lengths: list[list[int]] = []
+    simulate_histories(
+        make_targeted(make_experiment(), 3),
+        3,
+        RUNS,
+        after_generation=lambda histories: lengths.append([run.n_generations for run in histories]),
+    )
+    assert all(len(row) == len(RUNS) for row in lengths)
+    assert max(lengths[-1]) == len(lengths)
+
+
+def test_a_run_that_stops_in_its_last_generation_is_marked_as_stopped() -> None:
+    experiment = make_experiment()
+    complete = simulate(experiment, seed=3)
+    (mean_of_first, *_) = complete.energy.mean("agent").values
+    shortened = make_targeted(experiment, float(mean_of_first)).replace(
+        evolution={"generations": 1}
+    )
+    (history,) = simulate_histories(shortened, 3, [0])
+    assert isinstance(history, History)
+    assert history.is_stopped
+    assert history.is_complete
+
+
+def test_a_schedule_changes_the_target() -> None:
+    scheduled = make_targeted(make_experiment(), 1000).replace(
+        schedule=[{"generation": 4, "evolution.target_fitness.target": 0.0}]
+    )
+    assert simulate(scheduled, seed=3).sizes["generation"] == 5
+
+
+def test_a_target_is_required() -> None:
+    with pytest.raises(ExperimentError, match=r"evolution\.target_fitness"):
+        bl.load("evo/A").replace(evolution={"stop": "target-fitness"})
+
+
+def test_an_unknown_stop_is_refused_with_the_available_names() -> None:
+    with pytest.raises(ExperimentError, match=r"there is no such stop.*target-fitness"):
+        bl.load("evo/A").replace(evolution={"stop": "target"})
