@@ -75,6 +75,10 @@ RECORD_VARIABLES: Mapping[str, Variable] = {
     )
 }
 
+SPECIES_VARIABLE = Variable(
+    PER_AGENT_DIMS, np.int32, "1", "index of the species of the agent, in the order of the settings"
+)
+
 # Variables in the records of every model.
 COMMON_RECORD_VARIABLES = ("energy", "parents", "kept_genome")
 
@@ -82,8 +86,14 @@ COMMON_RECORD_VARIABLES = ("energy", "parents", "kept_genome")
 def record_variables(experiment: Any) -> Mapping[str, Variable]:
     """Return the variables of the records of an experiment by name.
 
-    They include the variables of the model, and the number of eaten items of each kind.
+    They include the variables of the model, and the number of eaten items of each kind. An
+    experiment with species has the variables of all species.
     """
+    if members := experiment.species_experiments():
+        combined = {"species": SPECIES_VARIABLE}
+        for member in members:
+            combined |= record_variables(member)
+        return combined
     if experiment.model != "miniworld":
         model = experiment.model_part
         fitness = RECORD_VARIABLES["energy"]._replace(unit="1", meaning=model.payoff)

@@ -19,6 +19,7 @@ from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.genome_file import arrange_genomes, read_genomes, require_fit
 from baldwinlab.evolution.rng_key import GenerationKey, Genome
+from baldwinlab.evolution.species import derive_key, list_founder_experiments, stack_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import breeding_part
 
@@ -56,6 +57,12 @@ def make_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
     PartError
         A genome file cannot be read, or has changed.
     """
+    if experiment.population.species:
+        members = list_founder_experiments(experiment)
+        genomes_of_species = [
+            make_founders(member, derive_key(key, index)) for index, member in enumerate(members)
+        ]
+        return stack_genomes(experiment, genomes_of_species)
     founders = experiment.evolution.founders
     if not founders:
         return draw_genomes(experiment, key)
@@ -90,6 +97,10 @@ def require_founders(experiment: BaseExperiment, runs: int) -> None:
     PartError
         A genome file cannot be read, or has changed.
     """
+    if experiment.population.species:
+        for member in list_founder_experiments(experiment):
+            require_founders(member, runs)
+        return
     for entry in experiment.evolution.founders:
         require_fit(read_genomes(entry), entry.path, experiment, runs)
 

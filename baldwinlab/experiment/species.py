@@ -153,9 +153,18 @@ def require_valid_species(experiment: Any) -> None:
     if not experiment.population.species:
         return
     members = experiment.species_experiments()
+    if experiment.births_in_life:
+        raise ExperimentError(
+            f"world.features = {list(experiment.world.features)!r}: agents that are born during a "
+            "lifetime need a population without species; remove population.species or the feature"
+        )
     if experiment.evolution.compete != ACROSS:
         return
-    faults = [*_find_selection_faults(members), *_find_layout_faults(members)]
+    faults = [
+        *_find_selection_faults(members),
+        *_find_layout_faults(members),
+        *_find_inheritance_faults(members),
+    ]
     if faults:
         raise ExperimentError("\n".join(faults))
 
@@ -190,6 +199,15 @@ def _find_layout_faults(members: Sequence[Any]) -> Iterator[str]:
         yield (
             f"evolution.compete = 'across': the species have the genomes {format_value(layouts)}, "
             "and must have the same number of genes and the same first modules"
+        )
+
+
+def _find_inheritance_faults(members: Sequence[Any]) -> Iterator[str]:
+    """Yield a sentence if the children of competing species have no parents."""
+    if any(member.part("evolution.inheritance").resamples_genomes for member in members):
+        yield (
+            "evolution.compete = 'across': children without parents have no species; choose an "
+            "evolution.inheritance with parents, or evolution.compete = 'within'"
         )
 
 

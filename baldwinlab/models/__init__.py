@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.models.species import SpeciesModelSimulator
 from baldwinlab.parts.model_part import LifeResults
 
 
@@ -19,8 +20,20 @@ class Simulator(Protocol):
     A run is bit-identical for all combinations of runs.
     """
 
-    def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
-        """Return the results of a generation with `genomes` [run, agent, module, weight]."""
+    def simulate(
+        self, generation: int, genomes: npt.NDArray[np.float32], *sizes: Any
+    ) -> LifeResults:
+        """Return the results of a generation.
+
+        Parameters
+        ----------
+        generation : int
+            Generation, from 0.
+        genomes : array, float32 [run, agent, module, weight]
+            Genomes at birth.
+        *sizes : array, int64 [run, species]
+            Number of agents of each species. Only experiments with species have this argument.
+        """
         ...
 
 
@@ -47,13 +60,15 @@ class _ScheduledSimulator:
         self._make_simulator = partial(make_simulator, seed=seed, runs=runs, backend=backend)
         self._simulators: dict[BaseExperiment, Simulator] = {}
 
-    def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
+    def simulate(
+        self, generation: int, genomes: npt.NDArray[np.float32], *sizes: Any
+    ) -> LifeResults:
         settings = self._experiment.at(generation)
         # Without learning, an agent does not use all modules of its genome.
         used_modules = np.ascontiguousarray(genomes[:, :, : len(settings.modules)])
         if settings not in self._simulators:
             self._simulators[settings] = self._make_simulator(settings)
-        return self._simulators[settings].simulate(generation, used_modules)
+        return self._simulators[settings].simulate(generation, used_modules, *sizes)
 
 
 def make_simulator(
@@ -79,6 +94,10 @@ def make_simulator(
     """
     if experiment.schedule:
         return _ScheduledSimulator(experiment, seed, runs, backend)
+    if experiment.population.species and isinstance(experiment, Experiment):
+        from baldwinlab.models.miniworld.species import SpeciesSimulator
+
+        return SpeciesSimulator(experiment, seed, runs, backend)
     if isinstance(experiment, Experiment):
         from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
 
@@ -88,4 +107,6 @@ def make_simulator(
             f"backend = {backend.name!r} must be cpu or auto: the model {experiment.model!r} runs "
             "on the CPU only"
         )
+    if experiment.population.species:
+        return SpeciesModelSimulator(experiment, seed, runs)
     return _ModelSimulator(experiment, seed, runs)

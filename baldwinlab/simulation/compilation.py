@@ -74,7 +74,9 @@ def compile_experiments(
     uncompiled = [
         experiment
         for experiment in shortened.values()
-        if isinstance(experiment, Experiment) and not cpu.is_compiled(experiment)
+        if isinstance(experiment, Experiment)
+        and not experiment.population.species
+        and not cpu.is_compiled(experiment)
     ]
     # Similar experiments become neighbors, so that one process compiles them.
     uncompiled.sort(key=lambda experiment: str(_code_key(experiment)))
@@ -88,6 +90,8 @@ def compile_experiments(
 
 def _code_key(experiment: BaseExperiment) -> tuple[Any, ...]:
     """Return a key that is equal for experiments with the same code."""
+    if members := experiment.species_experiments():
+        return (experiment.evolution.compete, *map(_code_key, members))
     evolution_parts = [
         type(experiment.part(f"evolution.{field}"))
         for field in ("selection", "variation", "inheritance", "fitness", "stop")

@@ -24,6 +24,12 @@ from baldwinlab.evolution import (
     make_generation,
     remap_parents,
 )
+from baldwinlab.evolution.species import SpeciesIndices, list_initial_species
+from baldwinlab.evolution.species_breeding import (
+    compute_species_fitness,
+    inherit_within_species,
+    make_offspring,
+)
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.parts.model_part import LifeResults
@@ -72,6 +78,10 @@ class History:
         self._records: dict[str, npt.NDArray[Any]] = {}
         self._parents = np.full((n_generations, n_agents, 2), NO_PARENT, np.int32)
         self._saved_genomes: dict[int, Genome] = {}
+        # Species of the agents of the next generation, None for an experiment without species.
+        self.species: SpeciesIndices | None = None
+        if experiment.population.species:
+            self.species = list_initial_species(experiment)
         # Fitness of the last generation of the record, which is simulated again.
         self._expected_fitness: npt.NDArray[np.float64] | None = None
         if record is not None:
@@ -99,6 +109,8 @@ class History:
         genomes = record["kept_genome"].values.astype(np.float32)
         self._saved_genomes = dict(zip(saved_generations, genomes, strict=True))
         self.genome = self._saved_genomes.pop(last)
+        if self.species is not None:
+            self.species = record["species"].values[last].astype(np.int32)
         self._expected_fitness = record["energy"].values[last]
         self.n_generations = last
 
@@ -129,12 +141,22 @@ class History:
         self._saved_genomes[generation] = self.genome
         for name, values in results.records.items():
             self._allocate(name, values)[generation] = values[run_index]
-        self._fitness[generation] = fitness(
-            settings, results.energy[run_index], results.cost[run_index]
-        )
+        energy = results.energy[run_index]
+        cost = results.cost[run_index]
+        if self.species is None:
+            self._fitness[generation] = fitness(settings, energy, cost)
+        else:
+            self._allocate("species", self.species[None])[generation] = self.species
+            self._fitness[generation] = compute_species_fitness(
+                settings, self.species, energy, cost
+            )
         self._require_expected_fitness(generation)
         self.is_stopped = is_stopped(settings, (), self._fitness[generation], generation)
-        if generation < last and not self.is_stopped:
+        has_offspring = generation < last and not self.is_stopped
+        if has_offspring and self.species is not None:
+            learned = None if results.learned is None else results.learned[run_index]
+            self._make_offspring(settings, self.species, learned)
+        elif has_offspring:
             final_population = results.final_population
             learned = None if results.learned is None else results.learned[run_index]
             genome = self.genome if final_population is None else final_population.genome[run_index]
@@ -146,6 +168,19 @@ class History:
             if final_population is not None:
                 remap_parents(final_population.origin[run_index], self._parents[generation + 1])
         self.n_generations = generation + 1
+
+    def _make_offspring(
+        self, settings: BaseExperiment, species: SpeciesIndices, learned: Genome | None
+    ) -> None:
+        """Make the next generation of a population with several species."""
+        inherited = inherit_within_species(settings, species, self.genome, learned)
+        child_generation = self.n_generations + 1
+        key = GenerationKey(self.seed, self.run, child_generation)
+        fitness_of_parents = self._fitness[self.n_generations]
+        offspring = make_offspring(self.experiment, key, inherited, fitness_of_parents, species)
+        self.genome = offspring.genome
+        self.species = offspring.species
+        self._parents[child_generation] = offspring.parents
 
     def _require_expected_fitness(self, generation: int) -> None:
         """Raise RefusedError if the last generation of the record has another fitness now."""
@@ -219,7 +254,9 @@ class History:
 
 def provenance_attributes(experiment: BaseExperiment, seed: int, run: int) -> dict[str, Any]:
     """Return the attributes that are required to reproduce a result."""
-    return {
+    names = [species.name for species in experiment.population.species]
+    species_names = {"species_names": ", ".join(names)} if names else {}
+    return species_names | {
         "experiment": to_toml(experiment),
         "condition": experiment.name,
         "seed": seed,

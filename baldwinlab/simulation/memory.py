@@ -25,6 +25,7 @@ from baldwinlab.core.variables import (
     trace_variables,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
+from baldwinlab.experiment.species import ACROSS
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.allocation import array_dimensions, state_bytes
 
@@ -117,7 +118,14 @@ def _genome_bytes(experiment: BaseExperiment) -> int:
 
 def simulation_bytes(experiment: BaseExperiment, n_worlds: int) -> int:
     """Return the memory for a generation of `n_worlds` parallel runs."""
-    world_bytes = state_bytes(experiment, n_worlds) if isinstance(experiment, Experiment) else 0
+    members = experiment.species_experiments() or (experiment,)
+    # In competition, a species can have all agents of the population.
+    size = {"size": experiment.population.size}
+    if experiment.evolution.compete == ACROSS:
+        members = tuple(member.replace(population=size) for member in members)
+    world_bytes = sum(
+        state_bytes(member, n_worlds) for member in members if isinstance(member, Experiment)
+    )
     return world_bytes + GENOME_COPIES * n_worlds * _genome_bytes(experiment)
 
 

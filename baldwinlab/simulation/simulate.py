@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.core.errors import ArgumentError
 from baldwinlab.core.resources import require_resources
+from baldwinlab.evolution.species import count_agents
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.models import make_simulator
@@ -158,10 +160,24 @@ def continue_histories(
             runs = [history.run for history in active]
             simulator = make_simulator(experiment, first_history.seed, runs, backend)
         genomes = np.stack([history.genome for history in active])
-        results = simulator.simulate(generation, genomes)
+        sizes = _count_species(experiment, active)
+        results = simulator.simulate(generation, genomes, *sizes)
         for run_index, history in enumerate(active):
             history.add(generation, results, run_index)
         after_generation(histories)
+
+
+def _count_species(
+    experiment: BaseExperiment, histories: Sequence[History]
+) -> list[npt.NDArray[np.int64]]:
+    """Return the number of agents by run and species, or an empty list without species."""
+    n_species = len(experiment.population.species)
+    counts = [
+        count_agents(history.species, n_species)
+        for history in histories
+        if history.species is not None
+    ]
+    return [np.stack(counts)] if counts else []
 
 
 def check_seed(seed: int, *runs: int) -> None:

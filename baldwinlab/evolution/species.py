@@ -1,0 +1,130 @@
+"""Genomes and random numbers of the species of a population.
+
+Agents are numbered species after species. Stored genomes [agent, module, weight] have the layout of
+the longest genome. Entries that a species does not use are 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine import rng
+from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment.species import ACROSS
+
+# [agent]: the index of the species of each agent.
+SpeciesIndices = npt.NDArray[np.int32]
+
+
+@cache
+def derive_seed(seed: int, species: int) -> int:
+    """Return the seed of the random numbers of a species.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the study.
+    species : int
+        Index of the species.
+
+    Returns
+    -------
+    int
+        `seed` for the first species, another number in [0, 2**31) for a further species.
+    """
+    if species == 0:
+        return seed
+    n_species = species + 1
+    words = rng.words(seed, 0, 0, rng.SPECIES_SEED, (n_species, 1))
+    # The sign bit of a seed is 0.
+    return int(words[species, 0, 0]) >> 1
+
+
+def derive_key(key: GenerationKey, species: int) -> GenerationKey:
+    """Return the key of the random numbers of a species in a generation."""
+    return key._replace(seed=derive_seed(key.seed, species))
+
+
+def list_initial_species(experiment: BaseExperiment) -> SpeciesIndices:
+    """Return the species of each agent in the first generation."""
+    sizes = [species.size for species in experiment.population.species]
+    return np.repeat(np.arange(len(sizes), dtype=np.int32), sizes)
+
+
+def count_agents(species: SpeciesIndices, n_species: int) -> npt.NDArray[np.int64]:
+    """Return the number of agents of each species."""
+    return np.bincount(species, minlength=n_species)
+
+
+def list_founder_experiments(experiment: BaseExperiment) -> list[BaseExperiment]:
+    """Return the experiments that give the founders of each species.
+
+    If the species compete, offspring of two species exist. Founders then have all modules of the
+    longest genome, and a species ignores the modules that it does not use.
+    """
+    members = experiment.species_experiments()
+    if experiment.evolution.compete != ACROSS:
+        return list(members)
+    longest = max(members, key=lambda member: len(member.modules))
+    return [
+        member if len(member.modules) == len(longest.modules) else _with_modules(member, longest)
+        for member in members
+    ]
+
+
+def _with_modules(member: BaseExperiment, longest: BaseExperiment) -> BaseExperiment:
+    """Return the experiment `longest` with size and genome files of another species."""
+    founders = [entry.model_dump(mode="json") for entry in member.evolution.founders]
+    return longest.replace(
+        population={"size": member.population.size}, evolution={"founders": founders}
+    )
+
+
+def stack_genomes(experiment: BaseExperiment, genomes: Sequence[Genome]) -> Genome:
+    """Return the genomes of all species as one array, with 0 where a genome has no entry.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment, whose layout the result has.
+    genomes : sequence of Genome
+        Genomes of each species, [agent, module, weight].
+    """
+    n_agents = sum(map(len, genomes))
+    shape = (n_agents, len(experiment.modules), experiment.genome_length)
+    stacked = np.zeros(shape, np.float32)
+    first = 0
+    for genome in genomes:
+        end = first + len(genome)
+        _, n_modules, n_weights = genome.shape
+        stacked[first:end, :n_modules, :n_weights] = genome
+        first = end
+    return stacked
+
+
+def cut_genomes(member: BaseExperiment, genomes: Genome) -> Genome:
+    """Return the part of stored genomes [..., module, weight] that a species uses."""
+    used = genomes[..., : len(member.modules), : member.genome_length]
+    return np.ascontiguousarray(used)
+
+
+def draw_species(key: GenerationKey, species: SpeciesIndices, parents: Parents) -> SpeciesIndices:
+    """Return the species of each child, which is that of one of its parents with equal probability.
+
+    Parameters
+    ----------
+    key : GenerationKey
+        Key of the generation of the children.
+    species : array, int32 [agent]
+        Species of the parents' generation.
+    parents : Parents
+        Parents of each child.
+    """
+    draws = key.uniforms(rng.SPECIES_OF_CHILD, (len(parents), 1))[:, 0, 0]
+    donors = np.where(draws < 0.5, parents[:, 0], parents[:, 1])
+    return species[donors]

@@ -1,0 +1,183 @@
+"""Breeding of a population with several species, which compete within or across species."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from baldwinlab.engine import poison, rng
+from baldwinlab.engine.jit import cached_jit
+from baldwinlab.evolution.breeding import breed_children, make_generation
+from baldwinlab.evolution.finite import require_finite
+from baldwinlab.evolution.fitness import fitness as compute_fitness
+from baldwinlab.evolution.inheritance import apply_inheritance, apply_teacher_control
+from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents
+from baldwinlab.evolution.selection import select
+from baldwinlab.evolution.species import (
+    SpeciesIndices,
+    cut_genomes,
+    derive_key,
+    draw_species,
+    stack_genomes,
+)
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment.species import ACROSS
+from baldwinlab.parts.breeding import breeding_part
+
+
+class Offspring(NamedTuple):
+    """The next generation of a population with several species.
+
+    Attributes
+    ----------
+    genome : Genome
+        Genomes, [child, module, weight], species after species.
+    parents : Parents
+        Parents in the previous generation, [child, 2].
+    species : SpeciesIndices
+        Species of each child, in ascending order.
+    """
+
+    genome: Genome
+    parents: Parents
+    species: SpeciesIndices
+
+
+class Member(NamedTuple):
+    """A species of a generation: its index, its experiment, and its agents."""
+
+    index: int
+    experiment: BaseExperiment
+    agents: slice
+
+
+def iterate_members(experiment: BaseExperiment, species: SpeciesIndices) -> Iterator[Member]:
+    """Yield each species that has agents, for agents that are numbered species after species."""
+    for index, member in enumerate(experiment.species_experiments()):
+        first, end = np.searchsorted(species, [index, index + 1]).tolist()
+        if end > first:
+            yield Member(index, member, slice(first, end))
+
+
+def compute_species_fitness(
+    experiment: BaseExperiment, species: SpeciesIndices, energy: Fitness, cost: Fitness
+) -> Fitness:
+    """Return the fitness of all agents, each by the fitness part of its species."""
+    agent_fitness = np.empty(len(species))
+    for _, member, agents in iterate_members(experiment, species):
+        agent_fitness[agents] = compute_fitness(member, energy[agents], cost[agents])
+    return agent_fitness
+
+
+def inherit_within_species(
+    experiment: BaseExperiment, species: SpeciesIndices, genome: Genome, learned: Genome | None
+) -> Genome:
+    """Return the inherited genomes of all agents, each by the inheritance of its species.
+
+    `learned` [agent, weight] is the first module at death, or None if no species needs it.
+    """
+    if learned is None:
+        return genome
+    inherited = genome.copy()
+    for _, member, agents in iterate_members(experiment, species):
+        learned_weights = np.ascontiguousarray(learned[agents, : member.weight_count])
+        used = cut_genomes(member, genome[agents])
+        _, n_modules, n_weights = used.shape
+        changed = apply_inheritance(member, used, learned_weights)
+        inherited[agents, :n_modules, :n_weights] = changed
+    return inherited
+
+
+def make_offspring(
+    experiment: BaseExperiment,
+    key: GenerationKey,
+    genome: Genome,
+    fitness: Fitness,
+    species: SpeciesIndices,
+) -> Offspring:
+    """Return the next generation of a population with several species.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment. Its settings in the generation of the parents apply.
+    key : GenerationKey
+        The run and the generation of the children.
+    genome : Genome
+        Inherited genomes of the parents' generation.
+    fitness : Fitness
+        Fitness of the parents' generation.
+    species : SpeciesIndices
+        Species of the parents' generation, in ascending order.
+
+    Returns
+    -------
+    Offspring
+        Genomes, parents and species of the children.
+
+    Raises
+    ------
+    ValueError
+        If a fitness is not valid for the selection, or a selected agent does not exist.
+    RefusedError
+        If a gene is not finite.
+    """
+    settings = experiment.at(key.generation - 1)
+    if settings.evolution.compete == ACROSS:
+        return _breed_across(settings, key, genome, fitness, species)
+    genomes = []
+    parents = np.full((len(species), 2), -1, np.int32)
+    for index, member, agents in iterate_members(settings, species):
+        children, own_parents = make_generation(
+            member, derive_key(key, index), cut_genomes(member, genome[agents]), fitness[agents]
+        )
+        genomes.append(children)
+        # A negative number means that a child has no parent.
+        parents[agents] = np.where(own_parents < 0, own_parents, own_parents + agents.start)
+    return Offspring(stack_genomes(experiment, genomes), parents, species)
+
+
+def _breed_across(
+    experiment: BaseExperiment,
+    key: GenerationKey,
+    genome: Genome,
+    fitness: Fitness,
+    species: SpeciesIndices,
+) -> Offspring:
+    """Select parents from all agents. A child has the species of one parent, at random.
+
+    The variation and the teacher control of its species apply to a child.
+    """
+    members = experiment.species_experiments()
+    require_finite(experiment, key.previous(), genome, "model", "evolution.inheritance")
+    uniforms = key.uniforms(rng.SELECTION, (len(genome), 2))
+    # The selection is equal for all species.
+    parents = select(members[0], fitness, uniforms, genome)
+    survivors = parents[:, 1] < 0
+    complete_parents = np.where(survivors[:, None], parents[:, :1], parents)
+    species_of_children = draw_species(key, species, complete_parents)
+    order = np.argsort(species_of_children, kind="stable")
+    sorted_species = species_of_children[order]
+    children = np.empty_like(genome)
+    for index, member, agents in iterate_members(experiment, sorted_species):
+        varied = _vary(member, key, genome, fitness, parents)[order[agents]]
+        children[agents] = apply_teacher_control(member, varied, derive_key(key, index))
+    return Offspring(children, complete_parents[order], sorted_species)
+
+
+def _vary(
+    member: BaseExperiment, key: GenerationKey, genome: Genome, fitness: Fitness, parents: Parents
+) -> Genome:
+    """Return the children of all parents by the variation of a species."""
+    # NaN marks a gene that the variation does not write.
+    children = np.full_like(genome, np.nan)
+    _, n_modules, n_weights = genome.shape
+    draws = poison.empty((n_modules * n_weights, 4))
+    variation, code = breeding_part(member, "variation")
+    cached_jit(breed_children, code)(
+        variation, key, genome, fitness, parents.copy(), draws, children
+    )
+    require_finite(member, key, children, "evolution.variation")
+    return children

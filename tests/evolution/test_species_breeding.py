@@ -1,0 +1,175 @@
+"""Species evolve separately, or compete in one selection."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.evolution import GenerationKey, make_founders, make_generation
+from baldwinlab.evolution.species import (
+    count_agents,
+    cut_genomes,
+    derive_key,
+    derive_seed,
+    list_initial_species,
+)
+from baldwinlab.evolution.species_breeding import (
+    compute_species_fitness,
+    inherit_within_species,
+    iterate_members,
+    make_offspring,
+)
+
+KEY = GenerationKey(seed=3, run=2, generation=0)
+CHILD_KEY = KEY._replace(generation=1)
+LEARNERS = {"name": "learners", "size": 8, "learning": {"rule": "self-taught"}}
+
+
+def make_experiment(**changes: Any) -> Any:
+    innate = {"name": "innate", "size": 12} | changes.pop("innate", {})
+    learners = LEARNERS | changes.pop("learners", {})
+    return bl.load("evo/A").replace(population={"species": [learners, innate]}, **changes)
+
+
+def test_agents_are_numbered_species_after_species() -> None:
+    species = list_initial_species(make_experiment())
+    assert species.tolist() == [0] * 8 + [1] * 12
+    assert count_agents(species, 3).tolist() == [8, 12, 0]
+
+
+def test_the_first_species_has_the_seed_of_the_study() -> None:
+    seeds = [derive_seed(3, species) for species in range(16)]
+    assert seeds[0] == 3
+    assert len({*seeds}) == 16
+    assert all(0 <= seed < 2**31 for seed in seeds)
+
+
+def test_a_species_begins_with_the_founders_of_its_experiment() -> None:
+    experiment = make_experiment()
+    founders = make_founders(experiment, KEY)
+    assert founders.shape == (20, 2, 60)
+    learners, innate = experiment.species_experiments()
+    assert np.array_equal(founders[:8], make_founders(learners, KEY))
+    own_genomes = cut_genomes(innate, founders[8:])
+    assert np.array_equal(own_genomes, make_founders(innate, derive_key(KEY, 1)))
+    assert not founders[8:, 1].any()
+
+
+def test_competing_founders_have_all_modules() -> None:
+    founders = make_founders(make_experiment(evolution={"compete": "across"}), KEY)
+    separate_founders = make_founders(make_experiment(), KEY)
+    assert np.array_equal(founders[:, 0], separate_founders[:, 0])
+    assert founders[8:, 1].all()
+
+
+def test_species_that_compete_within_evolve_as_separate_experiments() -> None:
+    experiment = make_experiment(
+        learners={
+            "evolution": {"selection": "tournament", "elite": 2},
+            "learning": {"rule": "self-taught", "teacher": "shuffled"},
+        },
+        innate={"network": {"hidden": [4]}},
+    )
+    founders = make_founders(experiment, KEY)
+    species = list_initial_species(experiment)
+    energy = np.arange(20.0) % 7
+    offspring = make_offspring(experiment, CHILD_KEY, founders, energy, species)
+    assert np.array_equal(offspring.species, species)
+    for index, member, agents in iterate_members(experiment, species):
+        genome, parents = make_generation(
+            member,
+            derive_key(CHILD_KEY, index),
+            cut_genomes(member, founders[agents]),
+            energy[agents],
+        )
+        assert np.array_equal(cut_genomes(member, offspring.genome[agents]), genome)
+        assert np.array_equal(offspring.parents[agents], parents + agents.start)
+
+
+def test_each_species_has_its_fitness_and_inheritance() -> None:
+    experiment = make_experiment(learners={"evolution": {"lamarckian_share": 1.0}})
+    species = list_initial_species(experiment)
+    founders = make_founders(experiment, KEY)
+    learned = np.full((20, 60), 7, np.float32)
+    inherited = inherit_within_species(experiment, species, founders, learned)
+    assert (inherited[:8, 0] == 7).all()
+    assert np.array_equal(inherited[8:], founders[8:])
+    costs = np.arange(20.0)
+    fitness = compute_species_fitness(experiment, species, np.full(20, 30.0), costs)
+    assert np.array_equal(fitness, 30 - costs)
+
+
+def test_without_parents_a_species_has_new_genomes() -> None:
+    experiment = make_experiment(learners={"evolution": {"inheritance": "none"}})
+    founders = make_founders(experiment, KEY)
+    offspring = make_offspring(
+        experiment, CHILD_KEY, founders, np.ones(20), list_initial_species(experiment)
+    )
+    assert (offspring.parents[:8] == -1).all()
+    assert (offspring.parents[8:] >= 8).all()
+
+
+def test_a_child_of_competing_species_has_the_species_of_a_parent() -> None:
+    experiment = make_experiment(evolution={"compete": "across"})
+    species = list_initial_species(experiment)
+    founders = make_founders(experiment, KEY)
+    offspring = make_offspring(experiment, CHILD_KEY, founders, np.arange(20.0), species)
+    assert (np.diff(offspring.species) >= 0).all()
+    species_of_parents = species[offspring.parents]
+    assert (species_of_parents == offspring.species[:, None]).any(axis=1).all()
+    assert (offspring.parents < 8).any()
+    assert (offspring.parents >= 8).any()
+
+
+def test_the_elite_of_competing_species_survives_unchanged() -> None:
+    experiment = make_experiment(evolution={"compete": "across", "elite": 1})
+    founders = make_founders(experiment, KEY)
+    species = list_initial_species(experiment)
+    fitness = np.zeros(20)
+    fitness[11] = 1
+    offspring = make_offspring(experiment, CHILD_KEY, founders, fitness, species)
+    is_survivor = (offspring.genome == founders[11]).all(axis=(1, 2))
+    assert is_survivor.any()
+    assert (offspring.species == 1).all()
+
+
+def test_identical_species_in_competition_evolve_as_one_species() -> None:
+    single = bl.load("evo/A")
+    two = single.replace(
+        population={"species": [{"name": "a", "size": 8}, {"name": "b", "size": 12}]},
+        evolution={"compete": "across"},
+    )
+    founders = make_founders(two, KEY)
+    fitness = np.arange(20.0) % 5
+    offspring = make_offspring(two, CHILD_KEY, founders, fitness, list_initial_species(two))
+    genome, parents = make_generation(single, CHILD_KEY, founders, fitness)
+    # Children are sorted by species, and are otherwise equal.
+    rows = np.concatenate([parents, genome[:, 0]], axis=1)
+    sorted_rows = np.concatenate([offspring.parents, offspring.genome[:, 0]], axis=1)
+    assert sorted(rows.tolist()) == sorted(sorted_rows.tolist())
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
+def test_the_species_of_a_child_is_that_of_a_random_parent(share: float) -> None:
+    n_children = 4000
+    experiment = bl.load("evo/A").replace(
+        population={
+            "size": n_children,
+            "species": [
+                {"name": "a", "size": n_children // 4},
+                {"name": "b", "size": n_children - n_children // 4},
+            ],
+        },
+        evolution={"compete": "across", "selection": "neutral"},
+        network={"hidden": []},
+    )
+    species = list_initial_species(experiment)
+    founders = make_founders(experiment, KEY)
+    # Fitness differs between the species, and neutral selection ignores it.
+    fitness = np.where(species == 0, share, 1.0)
+    offspring = make_offspring(experiment, CHILD_KEY, founders, fitness, species)
+    standard_error = np.sqrt(0.25 * 0.75 / n_children)
+    assert abs((offspring.species == 0).mean() - 0.25) < 4 * standard_error
