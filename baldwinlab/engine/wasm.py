@@ -1,11 +1,13 @@
-"""Compile functions to a WebAssembly module for browsers: the same instructions, so the same bits.
+"""Compile functions to a WebAssembly module for browsers.
 
-The LLVM code of Numba for this machine is retargeted to WebAssembly before optimization, and then
-optimized for it. An entry point takes addresses of named tuples (`reference.py`) and returns
-nothing. The module imports only its memory.
+The WebAssembly module executes the same floating-point instructions as the compiled code of this
+machine, so its results are bit-identical. Numba generates LLVM code for this machine. The functions
+below change the target of this code to WebAssembly and then optimize it. An entry point takes
+addresses of named tuples (`reference.py`) and returns nothing. The WebAssembly module imports only
+its memory.
 
-A function from the cache of Numba has no LLVM code, and SIMD blocks have another width in browsers.
-So `compile_in_subprocess` uses a new process without cached code.
+The function `compile_in_subprocess` starts a new process without cached code for two reasons. A
+function from Numba's cache has no LLVM code. A SIMD block has fewer lanes in a browser.
 """
 
 from __future__ import annotations
@@ -43,22 +45,22 @@ from baldwinlab.engine.reference import Reference
 TARGET_TRIPLE: Final = "wasm32-unknown-unknown"
 TARGET_FEATURES: Final = "+simd128,+bulk-memory,+sign-ext,+nontrapping-fptoint,+mutable-globals"
 N_LANES: Final = 4
-"""Lanes of float32 in a register of WebAssembly."""
+"""Number of float32 lanes in a SIMD register of WebAssembly."""
 OPTIMIZATION_LEVEL: Final = 3
 MAX_REASON_LENGTH: Final = 500
 WASM_LD_VERSIONS: Final = range(22, 13, -1)
 STACK_BYTES: Final = 256 * 1024
 INTRINSIC_BY_FUNCTION: Final = {"floorf": "llvm.floor.f32", "floor": "llvm.floor.f64"}
-"""Functions of libm that are exact, and instructions of WebAssembly."""
+"""LLVM instruction that replaces each function of libm. Both have exact results."""
 
 Entry = tuple[Callable[..., Any], Sequence[Any]]
-"""A function, and the types of its arguments, which it gets by address."""
+"""A function and the types of its arguments. Arguments are passed by address."""
 
 
 def module(entries: Mapping[str, Entry]) -> bytes:
     """Compile a WebAssembly module that exports functions by name.
 
-    Raises RefusedError if there is no linker.
+    Raise RefusedError if no linker is installed.
     """
     linker = find_linker()
     llvm.initialize_all_targets()
@@ -70,7 +72,7 @@ def module(entries: Mapping[str, Entry]) -> bytes:
     for name, (function, arguments) in entries.items():
         text, symbol = _compile(function, arguments)
         unit = llvm.parse_assembly(_retarget(text, symbol, name, len(arguments), machine))
-        # Entry points can have the same callees, so callees are internal.
+        # Two entry points may call the same function. Internal linkage avoids duplicate symbols.
         for item in (*unit.functions, *unit.global_variables):
             if not item.is_declaration and item.name != name:
                 item.linkage = "internal"
@@ -104,7 +106,7 @@ def _retarget(text: str, symbol: str, name: str, n_arguments: int, machine: Any)
 
 
 def find_linker() -> list[str]:
-    """Return the command that links WebAssembly; raise RefusedError if there is none."""
+    """Return the command that links WebAssembly. Raise RefusedError if no linker is installed."""
     for name in ("wasm-ld", *(f"wasm-ld-{version}" for version in WASM_LD_VERSIONS)):
         if path := shutil.which(name):
             return [path]
@@ -136,9 +138,9 @@ def _link(linker: list[str], code: bytes, exported: Mapping[str, Any]) -> bytes:
 
 
 def memory_offsets(tuple_type: Any) -> tuple[int, dict[str, int]]:
-    """Return the size of a type in the memory of a module, and the offsets of its fields.
+    """Return the size of a type in WebAssembly memory and the offsets of its fields, in bytes.
 
-    Both are in bytes. The name of a field is a path, such as "network.sizes".
+    The name of a field is a path, such as "network.sizes".
     """
     llvm.initialize_all_targets()
     data = (
@@ -147,7 +149,7 @@ def memory_offsets(tuple_type: Any) -> tuple[int, dict[str, int]]:
         .target_data
     )
     llvm_type = data_type(tuple_type)
-    # Each name begins with a dot.
+    # `_memory_offsets` returns names that begin with a dot.
     offsets = {
         name[1:]: offset for name, offset in _memory_offsets(tuple_type, llvm_type, data, "", 0)
     }
@@ -176,9 +178,10 @@ def _memory_offsets(
 
 
 def compile_in_subprocess(module_name: str, request: Any) -> Any:
-    """Run `main` of a module in a new process without cached code, and return its result.
+    """Run a Python module in a new process without cached code, and return its output.
 
-    `request` and the result are JSON. Raises RefusedError with the error of the process.
+    The module reads `request` as JSON from standard input and writes its output as JSON. Raise
+    RefusedError with the error message of the process if the process fails.
     """
     with tempfile.TemporaryDirectory() as folder:
         variables = {

@@ -106,7 +106,7 @@ def _list_compiled_fields(experiment: Experiment) -> Iterator[str]:
     """Yield the fields whose values are constants in the module of a third-party part."""
     network = type(experiment.part("network.kind"))
     # Only the part itself can check the size of a network that is a graph.
-    if network.layers is not Network.layers or getattr(network, "has_graph_genomes", False):
+    if network.layers is not Network.layers or network.has_graph_genomes:
         yield "network.hidden"
     for path, kind, _ in choosing_fields(type(experiment)):
         for part in experiment.parts(path):

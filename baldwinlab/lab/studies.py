@@ -85,7 +85,7 @@ def _summarize_readable(study: StudyStore, name: str) -> dict[str, Any]:
             "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,
             "alleles": list(read_alleles(experiment)),
             "views": [
-                {"name": view_name, "of_an_agent": view.of_an_agent}
+                {"name": view_name, "has_agent_choice": view.has_agent_choice}
                 for view_name, view in read_views(experiment).items()
             ],
         }

@@ -64,10 +64,10 @@ def pack_view(lab: Lab, query: Query) -> bytes:
         agent = fittest_agent if requested_agent is None else requested_agent
         genomes = restore_genomes(experiment, record, generation)
         generation_key = GenerationKey(study.seed, run, generation)
-        data = view.of(experiment.model_part, generation_key, genomes, agent)
+        data = view.make_data(experiment.model_part, generation_key, genomes, agent)
         header = {
-            "meaning": view.meaning,
-            "agent": agent if view.of_an_agent else None,
+            "view_description": view.description,
+            "agent": agent if view.has_agent_choice else None,
             "description": model_displays.describe_model(experiment),
         }
         return _pack_data(data, header)
@@ -106,8 +106,17 @@ def _make_kind_header(data: ViewData) -> dict[str, Any]:
             "kind": "matrix",
             "rows": list(data.rows),
             "columns": list(data.columns),
-            "value": data.value,
+            "value_label": data.value_label,
         }
     if isinstance(data, GridView):
-        return {"kind": "grid", "marks": dict(data.marks), "visits": data.visits}
-    return {"kind": "path", "names": list(data.lines), "step": data.step, "value": data.value}
+        return {
+            "kind": "grid",
+            "cell_colors": dict(data.cell_colors),
+            "visit_label": data.visit_label,
+        }
+    return {
+        "kind": "path",
+        "names": list(data.lines),
+        "step_label": data.step_label,
+        "value_label": data.value_label,
+    }

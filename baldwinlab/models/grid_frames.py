@@ -27,7 +27,7 @@ LOW: Final = 3
 
 
 def make_foraging_frames(
-    side: int, food: npt.NDArray[Any], track: npt.NDArray[Any], visits: str
+    side: int, food: npt.NDArray[Any], track: npt.NDArray[Any], visit_label: str
 ) -> GridView:
     """Return the frames of visits to a square grid, on which an agent eats the food in its cell.
 
@@ -39,7 +39,7 @@ def make_foraging_frames(
         Cells with food, numbered row by row.
     track : array of shape (visits, steps, 2)
         Cell and heading of the agent after each step.
-    visits : str
+    visit_label : str
         Name of a visit.
     """
     n_visits, n_steps = track.shape[:2]
@@ -53,13 +53,13 @@ def make_foraging_frames(
     # The visits follow each other.
     cell, heading = track.reshape(-1, 2).T
     return GridView(
-        marks={"food": "green"},
+        cell_colors={"food": "green"},
         cells=contents.reshape(-1, side, side),
         position=np.stack([cell // side, cell % side], axis=-1),
         heading=heading,
         gained=gained.ravel(),
         visit=np.repeat(np.arange(n_visits), n_steps),
-        visits=visits,
+        visit_label=visit_label,
     )
 
 
@@ -101,13 +101,13 @@ def make_maze_frames(
     mazes = np.stack([_draw_maze(turns, end) for end in range(2**turns)])
     row, column, heading = np.concatenate(paths).T
     return GridView(
-        marks={"wall": "edge", "high reward": "green", "low reward": "orange"},
+        cell_colors={"wall": "edge", "high reward": "green", "low reward": "orange"},
         cells=np.repeat(mazes[high_ends], n_frames, axis=0),
         position=np.stack([row, column], axis=-1),
         heading=heading,
         gained=np.concatenate(gained),
         visit=np.repeat(np.arange(len(paths)), n_frames),
-        visits="trip",
+        visit_label="trip",
     )
 
 

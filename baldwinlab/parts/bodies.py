@@ -15,8 +15,9 @@ from baldwinlab.parts.part import Part
 def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
     """Write the chosen action to `state.action` [1, lane].
 
-    Per agent, once per step, after the network. By default the action is the index of the largest
-    output. The first of equal outputs is chosen.
+    Per agent, once per step, after the network has computed its outputs. The default action is the
+    index of the largest output. If several outputs are equal, the action is the smallest of their
+    indices.
 
     Parameters
     ----------
@@ -45,8 +46,8 @@ def choose_action(part: Any, model: Any, state: Any, lane: Lane) -> None:
 def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
     """Turn and move the agent by its action.
 
-    Per agent, once per step, after `choose_action`. It reads `state.action`, and writes
-    `state.heading` and `state.positions`.
+    Per agent, once per step, after `choose_action`. The hook reads `state.action`, and writes
+    `state.heading` and `state.positions`. The default hook does nothing.
 
     Parameters
     ----------
@@ -62,16 +63,16 @@ def move(part: Any, model: Any, state: Any, lane: Lane) -> None:
 
 
 class Body(Part):
-    """Body of an agent: its actions and its movement.
+    """Body of an agent, which defines its actions and its movement.
 
     Attributes
     ----------
     actions : tuple of str
-        Names of the actions. Each is an output of the network.
+        Names of the actions. The network has one output per action.
     stride : float
         Maximum distance of a step, in units of length.
     chooses : bool
-        True if an agent performs one action per step. False if it uses all outputs.
+        True if an agent performs one action per step. False if the body uses all outputs.
     """
 
     kind: ClassVar[str] = "body"

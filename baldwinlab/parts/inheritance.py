@@ -12,7 +12,7 @@ from baldwinlab.parts.part import Part
 def inherit(part: Any, innate: Any, learned: Any, inherited: Any) -> None:
     """Compute the action module that the children of an agent inherit.
 
-    Per agent, between two generations, if `wants_learned` is true.
+    Per agent, between two generations. The simulation calls it if `wants_learned` returns True.
 
     Parameters
     ----------
@@ -31,7 +31,8 @@ def inherit(part: Any, innate: Any, learned: Any, inherited: Any) -> None:
 def assign_teachers(part: Any, innate: Any, learned: Any, taught: Any) -> None:
     """Change the reinforcement module that the children of an agent inherit.
 
-    Per agent, between two generations, if the genome has a second module.
+    Per agent, between two generations. The simulation calls it if `wants_learned` returns True and
+    the genome has a reinforcement module.
 
     Parameters
     ----------
@@ -42,17 +43,17 @@ def assign_teachers(part: Any, innate: Any, learned: Any, taught: Any) -> None:
     learned : array, float32 [weight]
         Action module of the agent at death. Read only.
     taught : array, float32 [weight]
-        Reinforcement module of the agent. The hook changes it.
+        Input and output: the reinforcement module of the agent.
     """
 
 
 class Inheritance(Part):
-    """Inheritance: the effect of learning on the genomes of the children.
+    """Inheritance, which computes the genomes of children from innate and learned weights.
 
     Attributes
     ----------
     resamples_genomes : bool
-        True if nothing is inherited: every generation has random genomes.
+        True if children inherit nothing. The genomes of every generation are then random.
     """
 
     kind: ClassVar[str] = "inheritance"
@@ -61,7 +62,7 @@ class Inheritance(Part):
     def wants_learned(self, experiment: Any) -> bool:
         """Return whether `inherit` and `assign_teachers` use the weights at death.
 
-        If the result is false, the simulation does not collect learned weights.
+        If the result is False, the simulation does not collect the weights at death.
 
         Parameters
         ----------
@@ -71,7 +72,7 @@ class Inheritance(Part):
         Returns
         -------
         bool
-            True by default.
+            The default method returns True.
         """
         return True
 

@@ -11,9 +11,9 @@ from baldwinlab.parts.part import Part
 
 @hook
 def load_genes(part: Any, model: Any, state: Any, genes: Any, lane: Lane) -> None:
-    """Store the genes of further modules in the arrays of the part.
+    """Store the genes of the modules after the action module in the arrays of the part.
 
-    Per agent, at birth, before `init_agent`. `state.weights` already holds the action module.
+    Per agent, at birth, before `init_agent`. `state.weights` already contains the action module.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def load_genes(part: Any, model: Any, state: Any, genes: Any, lane: Lane) -> Non
     state : State
         Arrays of the step, and the other parts.
     genes : array, float32 [gene, lane]
-        Weights of all modules after the action module, one module after the other. Read only.
+        Weights of all modules after the action module, in the order of the modules. Read only.
     lane : Lane
         Column of an agent, or a SIMD block.
     """
@@ -34,8 +34,9 @@ def load_genes(part: Any, model: Any, state: Any, genes: Any, lane: Lane) -> Non
 def init_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> None:
     """Initialize the arrays of the part for a newborn agent.
 
-    Per agent, at birth, after `load_genes`. The position, heading and weights of the agent are set.
-    It may write the column of the agent in the arrays of the part and in `state`.
+    Per agent, at birth, after `load_genes`. `state` already contains the position, heading and
+    weights of the agent. The hook may write the column of the agent in the arrays of the part and
+    in `state`.
 
     Parameters
     ----------
@@ -54,8 +55,8 @@ def init_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> Non
 def observe_others(part: Any, model: Any, state: Any, world: int, step: int) -> None:
     """Compute data about other agents before the agents learn.
 
-    Per world, once per step, after all agents have acted. It may read all agents, and write the
-    arrays of the part and per-agent arrays of `state`.
+    Per world, once per step, after all agents have acted. The hook may read all agents. It may
+    write the arrays of the part and the per-agent arrays of `state`.
 
     Parameters
     ----------
@@ -76,8 +77,9 @@ def observe_others(part: Any, model: Any, state: Any, world: int, step: int) -> 
 def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
     """Change the weights of an agent.
 
-    Per agent, once per step, after `observe_others`, while the agent learns (`learning.steps`). It
-    writes `state.weights` and the column of the agent in the arrays of the part.
+    Per agent, once per step, after `observe_others`. The engine calls it during the first
+    `learning.steps` steps of a lifetime. The hook writes `state.weights` and the column of the
+    agent in the arrays of the part.
 
     Parameters
     ----------
@@ -95,23 +97,25 @@ def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
 
 
 class LearningRule(Part):
-    """Learning rule: the change of the weights of an agent during its lifetime.
+    """Learning rule, which changes the weights of an agent during its lifetime.
 
     Attributes
     ----------
     modules : tuple of str
-        Modules of a genome, of equal size. The first is "action". A second module "reinforcement"
-        is a network. The engine writes its outputs to `state.targets` in each step.
+        Names of the modules of a genome. All modules have the same size. The first module is
+        "action". If the second module is "reinforcement", it contains the weights of a second
+        network. The engine writes the outputs of this network to `state.targets` in each step.
     learns : bool
         False for a rule that changes no weights.
     supports_drift_control : bool
-        True if the rule changes weights by the same amount as self-teaching. Then `drift` is its
-        control.
+        True if the rule changes weights by the same amount as self-teaching. The rule `drift` is
+        then a control of this rule.
     answers : tuple of str
-        Names of the outputs of the reinforcement module, if they are not actions.
+        Names of the outputs of the reinforcement module. Empty if the outputs are those of the
+        action module.
     teacher_array : str
-        Name of the int array of the part with the teacher of each agent, or "". An agent without a
-        teacher has its own index.
+        Name of the int array of the part with the index of each agent's teacher. The entry of an
+        agent without a teacher is the index of this agent. "" for a rule without teachers.
     color : str
         Color of the rule in figures, a name of `baldwinlab.analysis.palette`.
     """

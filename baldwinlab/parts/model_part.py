@@ -87,6 +87,8 @@ class Model(Part):
     ----------
     modules : tuple of str
         Names of the modules of a genome.
+    has_graph_genomes : bool
+        True if a genome is a graph with a variable number of genes, as in NEAT.
     infinite_genes : tuple of int
         Indices in a module of the genes that may be infinite. All other genes must be finite.
     records : Mapping[str, Variable]
@@ -112,6 +114,7 @@ class Model(Part):
 
     kind: ClassVar[str] = "model"
     modules: ClassVar[tuple[str, ...]] = ("genome",)
+    has_graph_genomes: ClassVar[bool] = False
     infinite_genes: ClassVar[tuple[int, ...]] = ()
     records: ClassVar[Mapping[str, Variable]] = {}
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {}

@@ -13,8 +13,9 @@ from baldwinlab.parts.part import Part
 def forward(part: Any, weights: Any, activations: Any, lane: Lane) -> None:
     """Compute the outputs of the network from its inputs.
 
-    Per agent, once per step, and for a reinforcement module once more. The first rows of
-    `activations` are the inputs. The hook writes the other rows. The last rows are the outputs.
+    Per agent. The engine calls it once per step for the action module, and once per step for the
+    reinforcement module of a learning rule that has this module. The first rows of `activations`
+    are the inputs. The hook writes the remaining rows. The last rows are the outputs.
 
     Parameters
     ----------
@@ -35,7 +36,8 @@ def backward(
 ) -> None:
     """Change the weights so that the outputs move toward the targets.
 
-    Per agent. Learning rules call it after `forward`, with the activations of that call.
+    Per agent. A learning rule calls it after `forward`. `activations` has the values that `forward`
+    wrote.
 
     Parameters
     ----------
@@ -60,7 +62,8 @@ def backward(
 def links(part: Any, weights: Any, units: int, lane: int, table: Any) -> int:
     """Write the links of a network without layers, for drawings.
 
-    Per agent, on demand. It is called in plain Python.
+    Per agent. The engine never calls it. The lab and the figures call it in plain Python when they
+    draw a network.
 
     Parameters
     ----------
@@ -73,7 +76,7 @@ def links(part: Any, weights: Any, units: int, lane: int, table: Any) -> int:
     lane : int
         Column of the agent.
     table : array [weight, 3]
-        Output: source unit, target unit and weight of each link. The source of a bias is -1.
+        Output: source unit, target unit and weight of each link. A bias is a link from unit -1.
 
     Returns
     -------
@@ -84,21 +87,25 @@ def links(part: Any, weights: Any, units: int, lane: int, table: Any) -> int:
 
 
 class Network(Part):
-    """Network of an agent: outputs from inputs.
+    """Network of an agent, which computes outputs from inputs.
 
-    Units are numbered from the inputs to the outputs. Weights are numbered in the order of the
-    genome.
+    The first units are the inputs, and the last units are the outputs. The weights have the order
+    of the genome.
 
     Attributes
     ----------
     is_memoryless : bool
-        True if the outputs depend on the current inputs alone. Then outputs may be looked up.
+        True if the outputs depend on the current inputs alone. The engine may then read the outputs
+        from a table.
+    has_graph_genomes : bool
+        True if a genome is a graph with a variable number of genes, as in NEAT.
     infinite_genes : tuple of int
         Indices in a module of the genes that may be infinite. All other genes must be finite.
     """
 
     kind: ClassVar[str] = "network"
     is_memoryless: ClassVar[bool] = True
+    has_graph_genomes: ClassVar[bool] = False
     infinite_genes: ClassVar[tuple[int, ...]] = ()
 
     def layers(self, inputs: int, hidden: tuple[int, ...], actions: int) -> tuple[int, ...]:
@@ -116,7 +123,7 @@ class Network(Part):
         Returns
         -------
         tuple of int
-            The sum is the number of units.
+            Number of units per layer. Their sum is the number of units of the network.
         """
         return (inputs, *hidden, actions)
 
@@ -137,7 +144,8 @@ class Network(Part):
         Returns
         -------
         tuple of (int, int)
-            Pairs of a unit and of the unit that holds its activation of the previous step.
+            Pairs of a unit and its context unit. The context unit has the activation of the unit in
+            the previous step.
         """
         return ()
 

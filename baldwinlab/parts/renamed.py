@@ -14,7 +14,7 @@ RENAMED_IN_ALL_KINDS: Final = {"needs": "required_settings"}
 RENAMED_BY_KIND: Final[Mapping[str, Mapping[str, str]]] = {
     "sense": {"survey": "prepare_senses", "real": "is_continuous"},
     "body": {"decide": "choose_action"},
-    "network": {"memoryless": "is_memoryless"},
+    "network": {"graphs": "has_graph_genomes", "memoryless": "is_memoryless"},
     "learning rule": {
         "inherit": "load_genes",
         "hatch": "init_agent",
@@ -45,6 +45,7 @@ RENAMED_BY_KIND: Final[Mapping[str, Mapping[str, str]]] = {
     "fitness": {},
     "stop": {},
     "model": {
+        "graphs": "has_graph_genomes",
         "live": "simulate",
         "weights": "n_weights",
         "without_learner": "without_learning",

@@ -12,7 +12,7 @@ from baldwinlab.parts.part import Part
 def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
     """Return the inputs of a binary sense as bits.
 
-    Per agent, once per step, if `is_continuous` is false.
+    Per agent, once per step. The engine calls it if `is_continuous` is false.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
 def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: int) -> None:
     """Write the inputs of a continuous sense.
 
-    Per agent, once per step, if `is_continuous` is true.
-    The hook writes rows `first`, `first + 1`, ... of `state.activations`, float32 in [0, 1]. It may
-    also write the arrays of the part.
+    Per agent, once per step. The engine calls it if `is_continuous` is true. The hook writes rows
+    `first`, `first + 1`, ... of `state.activations`, float32 in [0, 1]. It may also write the
+    arrays of the part.
 
     Parameters
     ----------
@@ -60,8 +60,8 @@ def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: in
 def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> None:
     """Compute data about other agents before the agents sense.
 
-    Per world, at the beginning of every step. It may write the arrays of the part and per-agent
-    arrays of `state`.
+    Per world, at the beginning of every step. The hook may write the arrays of the part and the
+    per-agent arrays of `state`.
 
     Parameters
     ----------
@@ -79,19 +79,22 @@ def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> 
 
 
 class Sense(Part):
-    """Sense of an agent: inputs of its network, 0 or 1, or real numbers in [0, 1].
+    """Sense of an agent, which writes inputs of its network.
+
+    An input of a binary sense is 0 or 1. An input of a continuous sense is a real number in [0, 1].
 
     Attributes
     ----------
     inputs : tuple of str
         Names of the inputs.
     sectors : tuple of (float, float) or None
-        Angular range of each input, in degrees clockwise from the heading, for drawings. None: no
-        range.
+        Angular range of each input, in degrees clockwise from the heading. The lab and the figures
+        draw it. None for an input without a range.
     item_kind : str
-        Kind of the items that the helper `sense_items` looks for. "" is food.
+        Kind of the items that the sense detects. "" means food.
     only_items : bool
-        True if the inputs depend on items alone. Then the sense is skipped where no item is near.
+        True if the inputs depend on items alone. If this holds for all senses, the engine skips
+        them for an agent without a nearby item.
     is_continuous : bool
         True if `measure` writes the inputs, False if `sense` returns them as bits.
     """

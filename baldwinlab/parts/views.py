@@ -23,14 +23,14 @@ class MatrixView(NamedTuple):
         Names of the rows and columns.
     values : array [row, column]
         The numbers. NaN: no value.
-    value : str
+    value_label : str
         Description of a number, with its unit.
     """
 
     rows: Sequence[str]
     columns: Sequence[str]
     values: npt.NDArray[Any]
-    value: str
+    value_label: str
 
 
 class PathView(NamedTuple):
@@ -40,15 +40,15 @@ class PathView(NamedTuple):
     ----------
     lines : Mapping[str, array]
         Values of each line [step], by its name. All lines have the same length.
-    step : str
+    step_label : str
         Name of a step, such as "trial".
-    value : str
+    value_label : str
         Description of a number, with its unit.
     """
 
     lines: Mapping[str, npt.NDArray[Any]]
-    step: str
-    value: str
+    step_label: str
+    value_label: str
 
 
 class GridView(NamedTuple):
@@ -56,7 +56,7 @@ class GridView(NamedTuple):
 
     Attributes
     ----------
-    marks : Mapping[str, str]
+    cell_colors : Mapping[str, str]
         Color of each kind of cell, a name of the palette or "#rrggbb". The first kind has number 1.
     cells : array, int [step, row, column]
         Number of the kind of each cell. 0: empty.
@@ -68,17 +68,17 @@ class GridView(NamedTuple):
         Payoff of the current visit, up to this step.
     visit : array, int [step]
         Number of the visit. It never decreases.
-    visits : str
+    visit_label : str
         Name of a visit, such as "environment" or "trial".
     """
 
-    marks: Mapping[str, str]
+    cell_colors: Mapping[str, str]
     cells: npt.NDArray[Any]
     position: npt.NDArray[Any]
     heading: npt.NDArray[Any]
     gained: npt.NDArray[Any]
     visit: npt.NDArray[Any]
-    visits: str
+    visit_label: str
 
 
 ViewData = MatrixView | PathView | GridView
@@ -91,18 +91,19 @@ class View(NamedTuple):
 
     Attributes
     ----------
-    meaning : str
-        Description for the reader, in one or two sentences.
-    of : Callable
-        Function `of(model, key, genomes, agent)` that returns the data. `key` has `seed`, `run`,
-        `generation` and `uniforms`. `genomes` are those at birth, float32 [agent, module, weight].
-    of_an_agent : bool
+    description : str
+        Text for the reader, in one or two sentences.
+    make_data : Callable
+        Function `make_data(model, key, genomes, agent)` that returns the data. `key` has `seed`,
+        `run`, `generation` and `uniforms`. `genomes` are those at birth, float32
+        [agent, module, weight].
+    has_agent_choice : bool
         True if the reader chooses the agent. False: `agent` is the fittest.
     """
 
-    meaning: str
-    of: Callable[[Any, Any, npt.NDArray[np.float32], int], ViewData]
-    of_an_agent: bool = True
+    description: str
+    make_data: Callable[[Any, Any, npt.NDArray[np.float32], int], ViewData]
+    has_agent_choice: bool = True
 
 
 def arrays_of(data: ViewData) -> dict[str, npt.NDArray[Any]]:
@@ -128,12 +129,19 @@ def arrays_of(data: ViewData) -> dict[str, npt.NDArray[Any]]:
         return {"values": _convert("values", data.values, shape, np.float32)}
     if isinstance(data, PathView):
         return {"lines": _stack_lines(data.lines)}
-    is_grid = np.ndim(data.cells) == 3
-    steps, rows, columns = np.shape(data.cells) if is_grid else (0, 0, 0)
-    if not steps or np.max(data.cells) > len(data.marks):
+    return _convert_grid(data)
+
+
+def _convert_grid(data: GridView) -> dict[str, npt.NDArray[Any]]:
+    """Return the arrays of a grid view. Raise ValueError if shapes or values do not match."""
+    cells = np.asarray(data.cells)
+    n_kinds = len(data.cell_colors)
+    if cells.ndim != 3 or not cells.size or not _are_whole_numbers(cells, n_kinds):
         raise ValueError(
-            "cells must be an array [step, row, column] of numbers of marks, with at least one step"
+            f"cells must be an array [step, row, column] of whole numbers from 0 to {n_kinds}, the "
+            "number of entries of cell_colors, with at least one step"
         )
+    steps, rows, columns = cells.shape
     layouts: Mapping[str, tuple[tuple[int, ...], Any]] = {
         "cells": ((steps, rows, columns), np.uint8),
         "position": ((steps, 2), np.int16),
@@ -145,6 +153,13 @@ def arrays_of(data: ViewData) -> dict[str, npt.NDArray[Any]]:
         name: _convert(name, getattr(data, name), shape, dtype)
         for name, (shape, dtype) in layouts.items()
     }
+
+
+def _are_whole_numbers(values: npt.NDArray[Any], largest: int) -> bool:
+    """Return whether all values are whole numbers from 0 to `largest`. NaN is no number."""
+    # The remainder of NaN and of infinity is NaN, which is not 0.
+    is_whole = (values % 1 == 0).all()
+    return bool(is_whole and values.min() >= 0 and values.max() <= largest)
 
 
 def _stack_lines(lines: Mapping[str, npt.NDArray[Any]]) -> npt.NDArray[np.float32]:

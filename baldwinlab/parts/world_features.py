@@ -38,7 +38,8 @@ def init_world(part: Any, model: Any, state: Any, world: int) -> None:
 def blocks_placement(part: Any, model: Any, x: np.float32, y: np.float32) -> bool:
     """Return whether agents and items cannot be placed at a position.
 
-    Called for each candidate position of a newborn or an item. It writes nothing.
+    The engine calls it for each candidate position of a newborn or an item. The hook writes
+    nothing.
 
     Parameters
     ----------
@@ -52,16 +53,16 @@ def blocks_placement(part: Any, model: Any, x: np.float32, y: np.float32) -> boo
     Returns
     -------
     bool
-        True if the position is blocked. False by default.
+        True if the position is blocked. The default hook returns False.
     """
     return False
 
 
 @hook
 def blocks_sight(part: Any, model: Any, x: np.float32, y: np.float32, dx: Value, dy: Value) -> Mask:
-    """Return whether an item or agent cannot be seen.
+    """Return whether an agent cannot see an item or another agent.
 
-    Per agent, for each seen candidate. It writes nothing.
+    Per agent, for each item and agent within the range of a sense. The hook writes nothing.
 
     Parameters
     ----------
@@ -72,14 +73,14 @@ def blocks_sight(part: Any, model: Any, x: np.float32, y: np.float32, dx: Value,
     x, y : float32
         Position of the agent, in units of length. y points down.
     dx, dy : float32, or a SIMD block
-        Offset of the seen item or agent.
+        Position of the item or other agent, relative to (x, y).
 
     Returns
     -------
     bool, or a mask
-        True where the view from (x, y) to (x + dx, y + dy) is blocked. False by default.
+        True if the view from (x, y) to (x + dx, y + dy) is blocked. The default hook returns False.
     """
-    # False, as a bool or as a mask.
+    # The result is False. Its type, a bool or a mask, is that of a comparison with `dx`.
     return dx * ZERO > ONE
 
 
@@ -87,7 +88,8 @@ def blocks_sight(part: Any, model: Any, x: np.float32, y: np.float32, dx: Value,
 def blocks_movement(part: Any, model: Any, x: Value, y: Value) -> Mask:
     """Return whether an agent cannot enter a position.
 
-    Per agent, when it moves. An agent that tries stays at its position. It writes nothing.
+    Per agent, when it moves. If the new position is blocked, the agent stays at its old position.
+    The hook writes nothing.
 
     Parameters
     ----------
@@ -101,7 +103,7 @@ def blocks_movement(part: Any, model: Any, x: Value, y: Value) -> Mask:
     Returns
     -------
     bool, or a mask
-        True where the position cannot be entered. False by default.
+        True if an agent cannot enter the position. The default hook returns False.
     """
     return x * ZERO > ONE
 
@@ -110,8 +112,8 @@ def blocks_movement(part: Any, model: Any, x: Value, y: Value) -> Mask:
 def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
     """Change the world at the end of a step.
 
-    Per world, after all agents have eaten. It may write the arrays of the part, items and agents
-    of the world.
+    Per world, once per step, after all agents have eaten. The hook may write the arrays of the
+    part, and the items and agents of the world.
 
     Parameters
     ----------
@@ -129,18 +131,20 @@ def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
 
 
 class ItemRegion(Fields):
-    """Rectangle with uniformly placed items. An eaten item reappears in its region at once.
+    """Rectangle with uniformly placed items.
+
+    After an agent eats an item, the engine immediately places a new item in the same region.
 
     Attributes
     ----------
     kind : str
         Kind of the items, such as "food".
     x, y : (float, float)
-        Left and right, upper and lower edge, in units of length.
+        Left and right edge, and upper and lower edge, in units of length.
     count : int
         Number of items.
     energy : float
-        Energy of an item.
+        Energy that an agent gains from an item.
     color : str
         Color of the items, a name of the palette or "#rrggbb".
     """
@@ -154,7 +158,7 @@ class ItemRegion(Fields):
 
 
 class WorldFeature(Part):
-    """Feature of the world: items, walls, and changes over time.
+    """Feature of the world, which adds items, walls or changes over time.
 
     Attributes
     ----------
@@ -175,7 +179,8 @@ class WorldFeature(Part):
         Returns
         -------
         tuple of dict
-            {"shape": "rectangle", "x": (left, right), "y": (upper, lower), "color", "label"}
+            Shapes, such as {"shape": "rectangle", "x": (10, 20), "y": (0, 5), "color": "gray",
+            "label": "wall"}. `x` has the left and right edge, `y` the upper and lower edge.
         """
         return ()
 

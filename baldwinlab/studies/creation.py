@@ -49,7 +49,8 @@ def create_study(
     kind : StudyKind
         Conditions, sweep or multiverse.
     factors : mapping
-        Factors by name of condition. Except in a sweep, the learner defaults to this name.
+        Factors by name of condition. If the study is not a sweep, a condition without the factor
+        `learner` has its name as this factor.
     paper : str
         Name of the reproduced paper, "" for none.
     changes : sequence of str
@@ -107,7 +108,8 @@ def _write_study(
 ) -> bool:
     """Write a new study. Return False if another process has written `study.toml` first."""
     require_available(directory)
-    # All processes write in the same order, so that one of them detects a different study.
+    # Two processes may create different studies in this directory at the same time. Both write the
+    # conditions in alphabetical order. The second one finds a different file and raises an error.
     experiments_in_order = sorted(experiments, key=lambda experiment: experiment.name)
     for experiment in experiments_in_order:
         _write_experiment(directory, experiment)

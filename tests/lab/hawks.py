@@ -31,7 +31,7 @@ class Hawks(Model, name="hawks-and-doves"):
     }
     views: ClassVar[Mapping[str, View]] = {
         "payoffs": View(
-            "The payoff of each strategy against each strategy.", payoffs, of_an_agent=False
+            "The payoff of each strategy against each strategy.", payoffs, has_agent_choice=False
         )
     }
 

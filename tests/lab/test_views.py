@@ -21,7 +21,7 @@ def test_a_view_shows_the_fittest_agent_or_the_requested_agent(
     record = StudyStore(views_server.root / "views").read("cells", 1)
     fittest = int(record.energy.values[2].argmax())
     header, arrays = get_arrays(views_server.address, "view", **LIFE)
-    assert (header["kind"], header["agent"], header["visits"], header["marks"]) == (
+    assert (header["kind"], header["agent"], header["visit_label"], header["cell_colors"]) == (
         "grid",
         fittest,
         "environment",
@@ -32,7 +32,7 @@ def test_a_view_shows_the_fittest_agent_or_the_requested_agent(
     )
     header, arrays = get_arrays(views_server.address, "view", **LIFE, agent=3)
     model = CellForagers(environments=6, steps_per_environment=20)
-    view = model.views["life"].of(model, GenerationKey(5, 1, 2), record.genome.values[2], 3)
+    view = model.views["life"].make_data(model, GenerationKey(5, 1, 2), record.genome.values[2], 3)
     assert header["agent"] == 3
     assert all((arrays[name] == values).all() for name, values in arrays_of(view).items())
 
@@ -50,7 +50,7 @@ def test_a_path_and_a_matrix_have_names(views_server: LabServer) -> None:
         views_server.address, "view", **LIFE | {"condition": "climbers", "view": "climb"}
     )
     assert header["names"] == [f"agent {header['agent']}", "average of all", "best of all"]
-    assert header["step"] == "trial"
+    assert header["step_label"] == "trial"
     assert arrays["lines"].shape == (3, 6)
     header, arrays = get_arrays(
         views_server.address, "view", **LIFE | {"condition": "hawks", "view": "payoffs"}
@@ -64,7 +64,7 @@ def test_a_path_and_a_matrix_have_names(views_server: LabServer) -> None:
 def test_the_list_of_studies_contains_the_views_of_each_condition(views_server: LabServer) -> None:
     (study,) = get_json(views_server.address, "studies")["studies"]
     views = {
-        condition["name"]: [(view["name"], view["of_an_agent"]) for view in condition["views"]]
+        condition["name"]: [(view["name"], view["has_agent_choice"]) for view in condition["views"]]
         for condition in study["conditions"]
     }
     life = [("life", True)]

@@ -113,7 +113,7 @@ def test_the_view_of_a_climb_has_each_trial_from_birth_to_death() -> None:
     newborns = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
     results = model.simulate(7, [0], 3, newborns)
     for agent in range(40):
-        view = model.views["climb"].of(model, GenerationKey(7, 0, 3), newborns[0], agent)
+        view = model.views["climb"].make_data(model, GenerationKey(7, 0, 3), newborns[0], agent)
         assert isinstance(view, PathView)
         line, average, best = view.lines.values()
         assert (line[0], line[-1]) == (

@@ -95,8 +95,12 @@ def test_a_check_reports_an_invalid_view(
             make_grid_view(position=np.zeros((STEPS, 3))),
             r"position is \[4, 3\] and must be \[4, 2\]",
         ),
-        (make_grid_view(marks={"food": "green"}), "cells must be .* of numbers of marks"),
-        (make_grid_view(cells=np.zeros((2, 3))), "cells must be"),
+        (make_grid_view(cell_colors={"food": "green"}), "whole numbers from 0 to 1, the number of"),
+        (make_grid_view(cells=np.zeros((2, 3))), "cells must be an array"),
+        (make_grid_view(cells=np.zeros((0, 2, 3), int)), "with at least one step"),
+        (make_grid_view(cells=np.full((STEPS, 2, 3), -1)), "whole numbers from 0 to 2"),
+        (make_grid_view(cells=np.full((STEPS, 2, 3), 0.5)), "whole numbers from 0 to 2"),
+        (make_grid_view(cells=np.full((STEPS, 2, 3), np.nan)), "whole numbers from 0 to 2"),
     ],
 )
 def test_arrays_that_do_not_fit_together_are_refused_in_a_sentence(

@@ -35,7 +35,9 @@ def check_views(group: PartGroup) -> str:
         for agent in (0, len(genomes) - 1):
             copy = genomes.copy()
             try:
-                first, second = (arrays_of(view.of(model, key, copy, agent)) for _ in range(2))
+                first, second = (
+                    arrays_of(view.make_data(model, key, copy, agent)) for _ in range(2)
+                )
             except ValueError as error:
                 raise FailsError(f"the view {name!r} of agent {agent}: {error}") from None
             if (copy != genomes).any():

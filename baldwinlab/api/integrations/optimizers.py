@@ -222,7 +222,7 @@ def _require_numeric_genomes(experiment: BaseExperiment) -> None:
         part = experiment.part("network.kind")
     else:
         part = experiment.model_part
-    if getattr(part, "has_graph_genomes", False):
+    if part.has_graph_genomes:
         raise RefusedError(
             f"the genomes of {experiment.name} are graphs that grow, not arrays of weights; choose "
             "an experiment with another network or model"

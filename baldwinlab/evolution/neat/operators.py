@@ -60,7 +60,7 @@ def _genome_part(experiment: Any) -> Any:
 
 def require_graphs(experiment: Any, setting: str) -> None:
     """Raise ValueError if genomes are not graphs. `setting` needs graphs; it is in the message."""
-    if not getattr(_genome_part(experiment), "has_graph_genomes", False):
+    if not _genome_part(experiment).has_graph_genomes:
         raise ValueError(
             f"{setting} needs genomes that are graphs: those of network.kind = 'neat', or of the "
             "models neat-xor, neat-poles and neat-poles-without-velocities"

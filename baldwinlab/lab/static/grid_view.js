@@ -80,7 +80,7 @@ export class GridView {
       );
     this.legend.replaceChildren(
       mark("agent", "var(--agent)", "round"),
-      ...Object.entries(header.marks).map(([name, color]) => mark(name, formatColor(color))),
+      ...Object.entries(header.cell_colors).map(([name, color]) => mark(name, formatColor(color))),
     );
     Object.assign(this.player, {
       last: steps - 1,
@@ -124,15 +124,15 @@ export class GridView {
   }
 
   drawCells(pen, step) {
-    const { cells, rows, columns, marks } = this.life;
-    const colors = Object.values(marks).map(resolveColor);
+    const { cells, rows, columns, cell_colors } = this.life;
+    const colors = Object.values(cell_colors).map(resolveColor);
     pen.fillStyle = palette.map;
     pen.fillRect(0, 0, columns, rows);
     for (let row = 0; row < rows; row++) {
       for (let column = 0; column < columns; column++) {
-        const mark = cells[(step * rows + row) * columns + column];
-        pen.fillStyle = mark ? colors[mark - 1] : palette.edge;
-        if (mark) pen.fillRect(column + 0.1, row + 0.1, 0.8, 0.8);
+        const kind = cells[(step * rows + row) * columns + column];
+        pen.fillStyle = kind ? colors[kind - 1] : palette.edge;
+        if (kind) pen.fillRect(column + 0.1, row + 0.1, 0.8, 0.8);
         // A dot makes empty cells visible.
         else pen.fillRect(column + 0.46, row + 0.46, 0.08, 0.08);
       }
@@ -175,15 +175,15 @@ export class GridView {
   }
 
   describeStep(step) {
-    const { visit, visits, steps, position, heading, gained } = this.life;
+    const { visit, visit_label, steps, position, heading, gained } = this.life;
     const first = visit.indexOf(visit[step]);
     const end = visit.lastIndexOf(visit[step]);
     const facing = heading[step] < 0 ? "" : `, facing ${DIRECTIONS[heading[step] % 4]}`;
     return (
-      `${visits} ${visit[step] + 1} of ${visit[steps - 1] + 1}, step ` +
+      `${visit_label} ${visit[step] + 1} of ${visit[steps - 1] + 1}, step ` +
       `${step - first + 1} of ${end - first + 1}: row ${position[2 * step] + 1}, ` +
       `column ${position[2 * step + 1] + 1}${facing}; gained ${formatNumber(gained[step])} ` +
-      `in this ${visits} so far`
+      `in this ${visit_label} so far`
     );
   }
 

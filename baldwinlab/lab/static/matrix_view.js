@@ -9,25 +9,25 @@ export class MatrixView {
   constructor() {
     this.heading = el("h2", { "data-testid": "view-heading" });
     this.table = el("table", { class: "matrix number", "data-testid": "matrix" });
-    this.value = el("p", { class: "soft" });
+    this.valueLabel = el("p", { class: "soft" });
     const scrolled = el(
       "div",
       { class: "matrix-scroll", tabindex: "0", role: "group", "aria-label": "Matrix" },
       this.table,
     );
-    this.root = el("div", { class: "view" }, this.heading, this.value, scrolled);
+    this.root = el("div", { class: "view" }, this.heading, this.valueLabel, scrolled);
   }
 
   clear() {
-    this.heading.textContent = this.value.textContent = "";
+    this.heading.textContent = this.valueLabel.textContent = "";
     this.table.replaceChildren();
   }
 
   /**
-   * @param {{rows: string[], columns: string[], value: string}} header
+   * @param {{rows: string[], columns: string[], value_label: string}} header
    * @param {{values: Float32Array}} arrays [row, column]
    */
-  setData({ rows, columns, value }, { values }, title) {
+  setData({ rows, columns, value_label }, { values }, title) {
     const numbers = [...values].filter((number) => !Number.isNaN(number));
     const minimum = Math.min(...numbers);
     const maximum = Math.max(...numbers);
@@ -55,7 +55,7 @@ export class MatrixView {
         [...values.slice(row * columns.length, (row + 1) * columns.length)].map(cell),
       );
     this.title = title;
-    this.value.textContent = value;
+    this.valueLabel.textContent = value_label;
     this.table.replaceChildren(
       el(
         "thead",

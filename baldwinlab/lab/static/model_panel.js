@@ -61,7 +61,7 @@ export class ModelPanel extends LifetimeSelector {
   /** All views of the selected condition. */
   get views() {
     const { alleles, views } = this.condition;
-    return [...(alleles.length ? [{ name: ALLELES, of_an_agent: false }] : []), ...views];
+    return [...(alleles.length ? [{ name: ALLELES, has_agent_choice: false }] : []), ...views];
   }
 
   /** Return a message if the address names an unknown view or agent, else "". */
@@ -72,7 +72,7 @@ export class ModelPanel extends LifetimeSelector {
         `${name} has no view ${look}. Available: ` +
         `${this.views.map((view) => view.name).join(", ")}.`
       );
-    return agent && this.view.of_an_agent && agent !== this.agent
+    return agent && this.view.has_agent_choice && agent !== this.agent
       ? `${name} has no agent ${agent}: its agents are 0 to ${agents - 1}.`
       : "";
   }
@@ -86,7 +86,7 @@ export class ModelPanel extends LifetimeSelector {
     const { study, condition, run, generation } = source;
     this.view = this.views.find(({ name }) => name === view) ?? this.views[0];
     this.agent =
-      this.view.of_an_agent && /^\d+$/.test(agent ?? "") && Number(agent) < this.condition.agents
+      this.view.has_agent_choice && /^\d+$/.test(agent ?? "") && Number(agent) < this.condition.agents
         ? agent
         : null;
     this.showViewLists();
@@ -161,7 +161,7 @@ export class ModelPanel extends LifetimeSelector {
       ]),
     ]);
     this.viewList.hidden = this.views.length < 2;
-    this.agents.hidden = !this.view.of_an_agent;
+    this.agents.hidden = !this.view.has_agent_choice;
     Object.assign(this.viewList, { value: this.view.name });
     Object.assign(this.agents, { value: this.agent ?? "" });
   }

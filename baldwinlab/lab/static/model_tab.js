@@ -108,13 +108,13 @@ export class ModelTab {
     if (drawer.player) this.startPlayer(drawer.player);
     this.startAt = undefined;
     const shown = el("div", {}, el("p", {}, formatLifetimeTitle(source)), el("p", {}, CURVE));
-    const meaning = header.meaning
-      ? [{ title: view.name[0].toUpperCase() + view.name.slice(1), text: header.meaning }]
+    const viewTopics = header.view_description
+      ? [{ title: view.name[0].toUpperCase() + view.name.slice(1), text: header.view_description }]
       : [];
     this.guide.setTopics([
       { title: "Shown here", text: shown },
       { title: "The model", text: header.description },
-      ...meaning,
+      ...viewTopics,
       ...VIEWS[header.kind],
     ]);
     if (this.generationPlayer.isPlaying) this.scheduleNext();

@@ -19,10 +19,10 @@ export class PathView {
   }
 
   /**
-   * @param {{names: string[], step: string, value: string}} header
+   * @param {{names: string[], step_label: string, value_label: string}} header
    * @param {{lines: Float32Array}} arrays [line, step]
    */
-  setData({ names, step, value }, { lines }, title) {
+  setData({ names, step_label, value_label }, { lines }, title) {
     const length = lines.length / names.length;
     const series = names.map((label, line) => ({
       label,
@@ -30,11 +30,11 @@ export class PathView {
     }));
     this.close();
     this.title = title;
-    if (length === 1) return this.plot.append(...listBirthValues(names, step, value, lines));
+    if (length === 1) return this.plot.append(...listBirthValues(names, step_label, value_label, lines));
     this.chart = new LineChart(this.plot, {
-      title: value,
+      title: value_label,
       x: Array.from({ length }, (_, index) => index),
-      xLabel: step,
+      xLabel: step_label,
       yLabel: "",
       series,
       height: 320,
@@ -52,13 +52,13 @@ export class PathView {
   }
 }
 
-function listBirthValues(names, step, value, lines) {
+function listBirthValues(names, stepLabel, valueLabel, lines) {
   const numbers = names.map((name, line) => el("li", {}, `${name}: ${formatNumber(lines[line])}`));
   return [
     el(
       "p",
       {},
-      `These lifetimes have no ${step}, so all values stay as they are at birth: ${value}.`,
+      `These lifetimes have no ${stepLabel}, so all values stay as they are at birth: ${valueLabel}.`,
     ),
     el("ul", {}, ...numbers),
   ];

@@ -65,7 +65,7 @@ class EnvironmentPath(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Arrays that are used again for each agent."""
+    """Working memory, which is the same for all agents."""
 
     # int64 [item]: the cells of the remaining food, or -1.
     food: npt.NDArray[np.int64]
@@ -100,7 +100,7 @@ def simulate_lifetimes(
     teaching : array of shape (runs, agents, weights)
         Weights of the teaching modules.
     scratch : Scratch
-        Arrays that are used again for each agent.
+        Working memory.
     results : ForagingResults
         Output. `learned` must have the weights of the action modules at birth.
     """
@@ -116,7 +116,7 @@ def simulate_lifetimes(
                     agent=settings.first_agent + agent,
                     first_draw=environment * DRAWS_PER_ENVIRONMENT,
                 )
-                # Later environments overwrite the paths of earlier ones.
+                # The path of a later environment overwrites that of an earlier environment.
                 slot = environment % n_recorded
                 path = EnvironmentPath(results.food[slot], results.track[slot])
                 results.eaten[run, agent, environment] = _visit_environment(
@@ -143,7 +143,7 @@ def _visit_environment(
         path.food[item] = food[item]
     action = 0
     eaten = 0
-    # An earlier move, with the state of the agent and the eaten items after it.
+    # The reference is an earlier move: its number, and the state and eaten items after it.
     reference_move = -1
     reference_state = -1
     reference_eaten = 0
@@ -161,14 +161,14 @@ def _visit_environment(
         path.track[move, 1] = heading
         action = _read_action(settings.layers, values)
         if settings.target == NO_TARGET:
-            # Without learning, an agent that returns to an earlier state and has eaten nothing
-            # since then repeats its moves until the end. The state is one number: action and
-            # heading have four values each.
+            # An agent without learning repeats its moves if it returns to an earlier state and has
+            # eaten no item in between. The state is one number, because action and heading have
+            # four values each.
             state = 16 * cell + 4 * heading + action
             if state == reference_state and eaten == reference_eaten:
                 _repeat_moves(path.track, move, move - reference_move)
                 return eaten
-            # The reference must be renewed, because the first states may never return.
+            # The first states may never return. A later state replaces them as the reference.
             if eaten > reference_eaten or move > 2 * reference_move:
                 reference_move = move
                 reference_state = state

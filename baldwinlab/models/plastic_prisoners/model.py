@@ -104,7 +104,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         "payoffs": View(
             "Payoffs between the most frequent genomes.",
             _view_payoffs,
-            of_an_agent=False,
+            has_agent_choice=False,
         )
     }
     measures: ClassVar[Mapping[str, Measure]] = {

@@ -182,7 +182,7 @@ def test_the_view_of_a_lifetime_agrees_with_plain_python(learning: str) -> None:
     forager_model = make_model(learning)
     newborns = draw_random_genomes(forager_model, 12)
     for agent in range(12):
-        view = forager_model.views["life"].of(
+        view = forager_model.views["life"].make_data(
             forager_model, GenerationKey(7, 0, 3), newborns[0], agent
         )
         assert isinstance(view, GridView) and view.cells.shape == (
@@ -228,7 +228,7 @@ def test_the_view_of_a_lifetime_agrees_with_plain_python(learning: str) -> None:
 
 def test_the_view_of_a_long_lifetime_has_the_first_moves() -> None:
     forager_model = make_model("none", environments=1000, steps_per_environment=50)
-    view = forager_model.views["life"].of(
+    view = forager_model.views["life"].make_data(
         forager_model, GenerationKey(7, 0, 3), draw_random_genomes(forager_model, 1)[0], 0
     )
     assert isinstance(view, GridView) and len(view.cells) == MAX_SHOWN_MOVES

@@ -309,7 +309,7 @@ def test_the_view_shows_payoffs_between_the_most_frequent_genomes() -> None:
     # The strategy x00x with C after DD and CC at birth.
     genomes[:7, 0, [0, 3, 4, 7]] = 1
     model = PlasticPrisoners(noise=0)
-    view = PlasticPrisoners.views["payoffs"].of(model, None, genomes, 0)
+    view = PlasticPrisoners.views["payoffs"].make_data(model, None, genomes, 0)
     assert isinstance(view, MatrixView)
     assert view.rows == ["x00x born CDDC, 70.0%", "0000 born DDDD, 30.0%"] and view.columns == [
         "x00x born CDDC",

@@ -56,7 +56,7 @@ def test_the_view_of_trips_agrees_with_plain_python(kind: str) -> None:
     for agent in range(0, 200, 4):
         life = PlainLifetime(model, newborns[agent, 0], model.maze(7, 5, 3))
         life.total_reward()
-        view = model.views["trips"].of(model, GenerationKey(7, 5, 3), newborns, agent)
+        view = model.views["trips"].make_data(model, GenerationKey(7, 5, 3), newborns, agent)
         assert isinstance(view, GridView) and view.visit[-1] == 11
         for trip, (actions, total) in enumerate(life.trips):
             positions, heading, gained, ground = (
@@ -89,8 +89,14 @@ def test_the_view_of_trips_has_the_high_reward_of_each_trip(
 ) -> None:
     model = TMazes(turning_points=turns)
     first, moves, after = model.maze(7, 5, 3)
-    view = model.views["trips"].of(model, GenerationKey(7, 5, 3), draw_plastic_genomes(model)[0], 0)
-    assert isinstance(view, GridView) and list(view.marks) == ["wall", "high reward", "low reward"]
+    view = model.views["trips"].make_data(
+        model, GenerationKey(7, 5, 3), draw_plastic_genomes(model)[0], 0
+    )
+    assert isinstance(view, GridView) and list(view.cell_colors) == [
+        "wall",
+        "high reward",
+        "low reward",
+    ]
     for ground, trip in zip(view.cells, view.visit, strict=True):
         high = first if trip < moves else after
         assert [ground[end] for end in ends] == [
@@ -125,7 +131,7 @@ def test_the_view_shows_an_agent_that_turns_right_and_back_left_at_home(turns: A
     ]
     first, moves, after = model.maze(7, 5, 3)
     high = [(first if trip < moves else after) == 2**turns - 1 for trip in range(20)]
-    view = model.views["trips"].of(model, GenerationKey(7, 5, 3), newborns, 0)
+    view = model.views["trips"].make_data(model, GenerationKey(7, 5, 3), newborns, 0)
     assert isinstance(view, GridView)
     positions = view.position.reshape(20, -1, 2)
     assert (positions[:, 0] == positions[:, -1]).all() and (
@@ -144,7 +150,7 @@ def test_the_view_of_returns_has_each_trip_from_birth_to_death() -> None:
     newborns = draw_plastic_genomes(model)
     rewards = model.simulate(7, [5], 3, newborns).energy[0]
     for agent in range(0, 200, 20):
-        view = model.views["returns"].of(model, GenerationKey(7, 5, 3), newborns[0], agent)
+        view = model.views["returns"].make_data(model, GenerationKey(7, 5, 3), newborns[0], agent)
         assert isinstance(view, PathView)
         line, average, best = view.lines.values()
         life = PlainLifetime(model, newborns[0, agent, 0], model.maze(7, 5, 3))
@@ -158,7 +164,7 @@ def test_the_views_of_a_long_lifetime_have_the_first_trips() -> None:
     model = TMazes(trips=MAX_SHOWN_TRIPS + 1)
     newborns = draw_plastic_genomes(model, 2)[0]
     trips, returns = (
-        model.views[name].of(model, GenerationKey(7, 5, 3), newborns, 1)
+        model.views[name].make_data(model, GenerationKey(7, 5, 3), newborns, 1)
         for name in ("trips", "returns")
     )
     assert isinstance(trips, GridView) and isinstance(returns, PathView)
