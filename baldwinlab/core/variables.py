@@ -83,6 +83,17 @@ SPECIES_VARIABLE = Variable(
 COMMON_RECORD_VARIABLES = ("energy", "parents", "kept_genome")
 
 
+# Variables in the records of experiments whose agents can die during a lifetime.
+DEATH_VARIABLES: Mapping[str, Variable] = {
+    "alive": Variable(
+        PER_AGENT_DIMS, np.int32, "1", "1 if the agent was alive at the end of the lifetime, else 0"
+    ),
+    "age": Variable(
+        PER_AGENT_DIMS, np.int32, "steps", "steps from birth to death or to the end of the lifetime"
+    ),
+}
+
+
 def record_variables(experiment: Any) -> Mapping[str, Variable]:
     """Return the variables of the records of an experiment by name.
 
@@ -117,6 +128,12 @@ def record_variables(experiment: Any) -> Mapping[str, Variable]:
             "agents",
             "number of births in the place of the agent during life",
         )
+    if experiment.has_deaths:
+        added_variables |= DEATH_VARIABLES
+    added_variables |= {
+        f"{prey.species}_eaten": food_eaten._replace(meaning=f"agents of {prey.species} eaten")
+        for prey in experiment.eats.prey
+    }
     return dict(RECORD_VARIABLES) | added_variables
 
 

@@ -99,13 +99,17 @@ def sum_region_energy(
 
 
 def compute_learning_cost(
-    experiment: Experiment, genome: Genome, learned: Genome | None
+    experiment: Experiment,
+    genome: Genome,
+    learned: Genome | None,
+    steps_learned: npt.NDArray[np.int32] | None = None,
 ) -> Fitness:
     """Compute the cost of learning of each agent, in units of energy.
 
     The cost has two terms. The first is proportional to the number of learning steps. The second is
     proportional to the distance between the action modules at birth and at death. `learned` [agent,
-    weight] is the action module at death.
+    weight] is the action module at death. `steps_learned` [agent] is the number of steps in which
+    an agent learned. By default all agents learned in all learning steps.
 
     References
     ----------
@@ -114,7 +118,8 @@ def compute_learning_cost(
     """
     cost = np.zeros(len(genome))
     if experiment.learns:
-        cost += experiment.learning.cost_per_step * experiment.learning_steps
+        steps = experiment.learning_steps if steps_learned is None else steps_learned
+        cost += experiment.learning.cost_per_step * steps
         if learned is not None:
             add_change_cost(float(experiment.learning.cost_per_change), genome, learned, cost)
     return cost

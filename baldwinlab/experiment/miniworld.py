@@ -145,6 +145,29 @@ class Contact(Fields):
     )
 
 
+class Prey(Fields):
+    """A species whose agents are eaten."""
+
+    species: str = Field(description="Name of the species.")
+    energy: float = Field(1.0, ge=-1_000_000, le=1_000_000, description="Energy of an eaten agent.")
+
+
+class Eats(Fields):
+    """Items and species that agents eat."""
+
+    items: tuple[str, ...] | None = Field(
+        None,
+        max_length=64,
+        description=(
+            'Kinds of items that agents eat, for example ["food"]. Not set: all kinds. Other items '
+            "stay where they are."
+        ),
+    )
+    prey: tuple[Prey, ...] = Field(
+        (), max_length=16, description="Species that agents eat. [] for none."
+    )
+
+
 class Motor(Fields):
     body: BodyName = Field(
         "walker",
@@ -250,6 +273,7 @@ class Experiment(BaseExperiment):
     population: Population = Population()
     senses: Senses = Senses()
     contact: Contact = Contact()
+    eats: Eats = Eats()
     motor: Motor = Motor()
     network: Network = Network()
     learning: Learning = Learning()
@@ -289,6 +313,13 @@ class Experiment(BaseExperiment):
     def births_in_life(self) -> bool:
         """Whether agents are born during the lifetimes of other agents."""
         return any(feature.allows_births for feature in self.parts("world.features"))
+
+    @property
+    def has_deaths(self) -> bool:
+        """Whether agents can die during a lifetime without being replaced."""
+        return any(feature.allows_deaths for feature in self.parts("world.features")) or any(
+            member.eats.prey for member in self.species_experiments()
+        )
 
     @property
     def learning_steps(self) -> int:

@@ -164,10 +164,13 @@ class WorldFeature(Part):
     ----------
     allows_births : bool
         True if agents are born during a lifetime.
+    allows_deaths : bool
+        True if the part calls `die`, so that the number of agents can change during a lifetime.
     """
 
     kind: ClassVar[str] = "world feature"
     allows_births: ClassVar[bool] = False
+    allows_deaths: ClassVar[bool] = False
 
     def items(self) -> tuple[ItemRegion, ...]:
         """Return the regions of items that the feature adds to the food of the world."""

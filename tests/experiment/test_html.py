@@ -23,7 +23,10 @@ def field_paths(tree: Any, path: str = "") -> set[str]:
 def test_every_field_has_a_row_with_its_value_and_meaning() -> None:
     experiment = load("evo+self-taught/B")
     rows_by_path = {row.path: row for row in iterate_rows(experiment)}
-    assert set(rows_by_path) == field_paths(tomllib.loads(to_toml(experiment))) | {"learning.steps"}
+    assert set(rows_by_path) == field_paths(tomllib.loads(to_toml(experiment))) | {
+        "learning.steps",
+        "eats.items",
+    }
     # TOML has no null value.
     assert rows_by_path["learning.steps"].value == "not set"
     assert rows_by_path["learning.rate"][1:] == ("0.01", "0.01", "Learning rate, per step.")

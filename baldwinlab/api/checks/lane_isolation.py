@@ -152,7 +152,15 @@ def _list_arrays(state: Any) -> Iterator[_OwnedArray]:
     """Yield the arrays of a state and of its parts."""
     for name, array in ARRAYS.items():
         yield _OwnedArray(name, array.owner, getattr(state, name))
-    parts = (state.lookup, state.network, state.rule, state.body, *state.senses, *state.features)
+    parts = (
+        state.lookup,
+        state.network,
+        state.rule,
+        state.body,
+        *state.senses,
+        *state.features,
+        state.population,
+    )
     for values in parts:
         for name, array in type(values).part.arrays.items():
             yield _OwnedArray(name, array.owner, getattr(values, name))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,8 @@ from baldwinlab.models.miniworld.grid import (
     scanned_fraction,
 )
 from baldwinlab.models.miniworld.lookup import MAX_TABLE_INPUTS, choose_lookup
+from baldwinlab.models.miniworld.mortality import MortalPopulation
+from baldwinlab.models.miniworld.population import FixedPopulation
 from baldwinlab.models.miniworld.state import (
     ARRAYS,
     ARRAYS_OF_CALLER,
@@ -29,6 +31,7 @@ from baldwinlab.models.miniworld.state import (
     MiniWorldModel,
     State,
 )
+from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.part import Part, compiled_values
 from baldwinlab.parts.world_features import ItemRegion
 
@@ -73,6 +76,23 @@ def item_kinds(experiment: Experiment) -> tuple[str, ...]:
     return tuple(dict.fromkeys([FOOD, *(region.kind for region in item_regions(experiment))]))
 
 
+def eaten_energies(experiment: Experiment) -> list[float]:
+    """Return the energies of what an agent eats: items by region, then agents by species.
+
+    They are the energies of the rows of `State.eaten_in_life`.
+    """
+    energies = [region.energy for region in item_regions(experiment)]
+    prey_energies = [prey.energy for prey in experiment.eats.prey]
+    # Without regions, the arrays have a row for items.
+    return [*(energies or [0.0]), *prey_energies] if prey_energies else energies
+
+
+def choose_population(experiment: Experiment) -> type[FixedPopulation]:
+    """Return the type of the population of an experiment with one species."""
+    is_selective = experiment.eats.items is not None
+    return MortalPopulation if experiment.has_deaths or is_selective else FixedPopulation
+
+
 def kind_number(kind: str) -> Callable[[Any, Experiment], int]:
     """Return a function for `derived` of a part, which returns the number of a kind, or -1."""
     return lambda part, experiment: (
@@ -97,14 +117,23 @@ def _scanned_fraction(region: ItemRegion, experiment: Experiment) -> float:
     )
 
 
-def _grid_shape(region: ItemRegion, experiment: Experiment) -> tuple[int, int]:
-    """Return the numbers of columns and rows of the grid of a region."""
-    return compute_grid_shape(
-        *_region_size(region),
-        region.count,
-        experiment.senses.visual_radius,
-        experiment.population.size,
+class GridSettings(NamedTuple):
+    """Visual range and number of agents, which determine the grid cells of a region."""
+
+    visual_radius: float
+    agents: int
+
+
+def grid_settings(experiment: Experiment) -> GridSettings:
+    """Return the grid settings of an experiment with one species."""
+    return GridSettings(
+        visual_radius=experiment.senses.visual_radius, agents=experiment.population.size
     )
+
+
+def _grid_shape(region: ItemRegion, grid: GridSettings) -> tuple[int, int]:
+    """Return the numbers of columns and rows of the grid of a region."""
+    return compute_grid_shape(*_region_size(region), region.count, grid.visual_radius, grid.agents)
 
 
 def estimate_scanned_items(experiment: Experiment) -> int:
@@ -127,7 +156,7 @@ def _heading_vectors() -> tuple[Floats, Floats]:
     return cosine, sine
 
 
-def _region_arrays(experiment: Experiment, margin: float) -> dict[str, Any]:
+def _region_arrays(experiment: Experiment, margin: float, grid: GridSettings) -> dict[str, Any]:
     """Return the arrays of the model that describe the regions of items and their grids."""
     world = experiment.world
     regions = item_regions(experiment)
@@ -139,7 +168,7 @@ def _region_arrays(experiment: Experiment, margin: float) -> dict[str, Any]:
     # Without regions, the arrays also have columns.
     rectangle_array = np.array(rectangles, np.float32).reshape(-1, 4)
     widths_and_heights = rectangle_array[:, 1::2]
-    grid_shapes = [_grid_shape(region, experiment) for region in regions]
+    grid_shapes = [_grid_shape(region, grid) for region in regions]
     grid_shape_array = np.array(grid_shapes, np.int64).reshape(-1, 2)
     images = [
         count_images(*_region_size(region), margin, world.width, world.height) for region in regions
@@ -155,8 +184,13 @@ def _region_arrays(experiment: Experiment, margin: float) -> dict[str, Any]:
     }
 
 
-def make_model(experiment: Experiment, worlds: int) -> MiniWorldModel:
-    """Return the constants of a batch of `worlds` worlds."""
+def make_model(
+    experiment: Experiment, worlds: int, grid: GridSettings | None = None
+) -> MiniWorldModel:
+    """Return the constants of a batch of `worlds` worlds.
+
+    Species that share a world have the same `grid`. By default it follows from the experiment.
+    """
     world = experiment.world
     contact = experiment.contact
     cosine, sine = _heading_vectors()
@@ -175,7 +209,7 @@ def make_model(experiment: Experiment, worlds: int) -> MiniWorldModel:
         height=np.float32(world.height),
         start=np.array([world.start.x, world.start.y, world.start.radius], np.float32),
         random_headings=world.start.headings == "random",
-        **_region_arrays(experiment, margin),
+        **_region_arrays(experiment, margin, grid or grid_settings(experiment)),
         cosine=cosine,
         sine=sine,
         visual_radius=np.float32(experiment.senses.visual_radius),
@@ -202,14 +236,15 @@ def count_fixed_weights(experiment: Experiment) -> int:
     return fixed_modules * experiment.weight_count
 
 
-def array_dimensions(experiment: Experiment) -> dict[str, int]:
+def array_dimensions(experiment: Experiment, grid: GridSettings | None = None) -> dict[str, int]:
     """Return the lengths of the named dimensions of arrays."""
+    grid = grid or grid_settings(experiment)
     regions = item_regions(experiment)
     n_inputs = len(experiment.inputs)
     # A batch without items has arrays of one region.
     n_regions = max(1, len(regions))
     items = sum(region.count for region in regions)
-    cells = sum(math.prod(_grid_shape(region, experiment)) for region in regions)
+    cells = sum(math.prod(_grid_shape(region, grid)) for region in regions)
     return {
         "agents": experiment.population.size,
         "modules": len(experiment.modules),
@@ -222,6 +257,7 @@ def array_dimensions(experiment: Experiment) -> dict[str, int]:
         "actions": len(experiment.actions),
         "table entries": len(experiment.actions) * 2 ** min(n_inputs, MAX_TABLE_INPUTS),
         "regions": n_regions,
+        "eaten kinds": n_regions + len(experiment.eats.prey),
         "items": items,
         "slots": items + WIDTH * n_regions,
         "cells": cells,
@@ -229,10 +265,12 @@ def array_dimensions(experiment: Experiment) -> dict[str, int]:
     }
 
 
-def _shape_function(experiment: Experiment, worlds: int) -> Callable[[Array], tuple[int, ...]]:
+def _shape_function(
+    experiment: Experiment, worlds: int, grid: GridSettings | None = None
+) -> Callable[[Array], tuple[int, ...]]:
     """Return a function that computes the shape of a declared array in a batch of worlds."""
     lanes = _count_blocks(worlds * experiment.population.size) * WIDTH
-    sizes = array_dimensions(experiment)
+    sizes = array_dimensions(experiment, grid)
 
     def shape(array: Array) -> tuple[int, ...]:
         rows = tuple(sizes[row] if isinstance(row, str) else row for row in array.rows)
@@ -255,15 +293,53 @@ def state_bytes(experiment: Experiment, worlds: int) -> int:
     ]
     arrays = [
         array
-        for declared_arrays in (ARRAYS, choose_lookup(experiment).arrays, *part_arrays)
+        for declared_arrays in (
+            ARRAYS,
+            choose_lookup(experiment).arrays,
+            choose_population(experiment).arrays,
+            *part_arrays,
+        )
         for array in declared_arrays.values()
     ]
     return sum(math.prod(array_shape(array)) * np.dtype(array.dtype).itemsize for array in arrays)
 
 
-def make_state(experiment: Experiment, worlds: int) -> State:
-    """Allocate a state. The content of an array is undefined unless it declares `fill`."""
-    array_shape = _shape_function(experiment, worlds)
+def make_population(
+    population_class: type[FixedPopulation],
+    experiment: Experiment,
+    allocate: Callable[[Array], npt.NDArray[Any]],
+    **further_values: Any,
+) -> Any:
+    """Return the compiled population of an experiment.
+
+    `allocate` returns the memory of a declared array.
+    """
+    arrays = {name: allocate(array) for name, array in population_class.arrays.items()}
+    if population_class is FixedPopulation:
+        return population_class.Compiled(**arrays)
+    kinds = experiment.eats.items
+    eaten_regions = [kinds is None or region.kind in kinds for region in item_regions(experiment)]
+    return population_class.Compiled(
+        eaten_regions=np.array(eaten_regions, np.int64),
+        variation=breeding_part(experiment, "variation")[0],
+        **further_values,
+        **arrays,
+    )
+
+
+def make_state(
+    experiment: Experiment,
+    worlds: int,
+    grid: GridSettings | None = None,
+    population_class: type[FixedPopulation] | None = None,
+    **population_values: Any,
+) -> State:
+    """Allocate a state. The content of an array is undefined unless it declares `fill`.
+
+    Species that share a world have the same `grid`, and values of their population.
+    """
+    array_shape = _shape_function(experiment, worlds, grid)
+    population_class = population_class or choose_population(experiment)
 
     def allocate(array: Array) -> npt.NDArray[Any]:
         return _allocate_array(array_shape(array), array)
@@ -280,6 +356,7 @@ def make_state(experiment: Experiment, worlds: int) -> State:
         body=compile_part(experiment.part("motor.body")),
         senses=tuple(map(compile_part, experiment.parts("senses.kinds"))),
         features=tuple(map(compile_part, experiment.parts("world.features"))),
+        population=make_population(population_class, experiment, allocate, **population_values),
     )
     poison_state(state, worlds * experiment.population.size)
     return state
@@ -312,7 +389,7 @@ def poison_state(state: State, agents: int) -> None:
 def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
     """Return the state and its parts with their declared arrays, by name prefix."""
     holders: dict[str, tuple[Any, Mapping[str, Array]]] = {"": (state, ARRAYS)}
-    for name in ("lookup", "network", "rule", "body", "senses", "features"):
+    for name in ("lookup", "network", "rule", "body", "senses", "features", "population"):
         value = getattr(state, name)
         parts = value if name in ("senses", "features") else [value]
         for number, part in enumerate(parts):
@@ -336,7 +413,15 @@ def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArra
 
 def list_hooks(state: State) -> tuple[Any, ...]:
     """Return the types of the parts of a state, and their hooks, which the step compiles."""
-    parts = [state.lookup, state.network, state.rule, state.body, *state.senses, *state.features]
+    parts = [
+        state.lookup,
+        state.network,
+        state.rule,
+        state.body,
+        *state.senses,
+        *state.features,
+        state.population,
+    ]
     # Fields of parts can contain further parts.
     parts += [value for part in parts for value in part if hasattr(type(value), "part")]
     return tuple(

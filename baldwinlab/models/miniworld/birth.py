@@ -11,6 +11,7 @@ from baldwinlab.models.miniworld.items import place_item, sort_into_cells
 from baldwinlab.models.miniworld.learning.self_taught import express_rate
 from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import ONE, ZERO, place_newborn
+from baldwinlab.models.miniworld.population import agent_number, newborn_number, start_life
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import init_agent, load_genes
 from baldwinlab.parts.world_features import init_world
@@ -55,6 +56,7 @@ def init_agent_state(model: MiniWorldModel, state: State, world: int, agent: int
     for region in range(state.eaten_in_life.shape[0]):
         state.eaten_in_life[region, lane] = 0
         state.eaten_before[region, lane] = 0
+    start_life(state.population, state, lane)
     state.birth_count[world, agent] = 0
     state.origin[world, agent, 0] = agent
     state.origin[world, agent, 1] = agent
@@ -75,7 +77,8 @@ def init_generation(model: MiniWorldModel, state: State) -> None:
     for world in range(model.worlds):
         init_features(state.features, model, state, world)
         for agent in range(model.agents):
-            place_newborn(model, state, world, agent, agent)
+            number = agent_number(state.population, agent)
+            place_newborn(model, state, world, agent, number)
             init_agent(state.rule, model, state, world, agent)
         for region in range(model.regions.shape[0]):
             for item in range(model.region_items[region], model.region_items[region + 1]):
@@ -97,8 +100,10 @@ def replace_agent(model: MiniWorldModel, state: State, world: int, agent: int, n
     reset_senses(state, lane)
     for region in range(state.eaten_in_life.shape[0]):
         state.eaten_before[region, lane] = state.eaten_in_life[region, lane]
+    start_life(state.population, state, lane)
     state.birth_count[world, agent] += 1
     load_genes(state.rule, model, state, state.genes, lane)
-    place_newborn(model, state, world, agent, model.agents + number)
+    newborn = newborn_number(state.population, model, number)
+    place_newborn(model, state, world, agent, newborn)
     init_agent(state.rule, model, state, world, agent)
     fill_table(state.lookup, model, state, state.genes, lane)

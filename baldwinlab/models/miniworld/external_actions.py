@@ -14,7 +14,7 @@ from baldwinlab.engine.reference import as_pointer
 from baldwinlab.engine.simd import get, lanes_in_block, put, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import (
-    item_regions,
+    eaten_energies,
     list_hooks,
     make_model,
     make_state,
@@ -97,9 +97,7 @@ class SteeredBatch:
         simulate(*arguments)
         self._simulate = resolve_call(simulate, *arguments)
         self._shape = (len(runs), without_learning.population.size)
-        self._item_energies = np.array(
-            [region.energy for region in item_regions(without_learning)] or [0.0]
-        )
+        self._item_energies = np.array(eaten_energies(without_learning) or [0.0])
         self.step = 0
 
     def begin(self, seed: int, generation: int) -> Numbers:

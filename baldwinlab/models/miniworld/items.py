@@ -28,6 +28,7 @@ from baldwinlab.engine.simd import (
     simd_block,
 )
 from baldwinlab.models.miniworld.map import is_placement_blocked, wrap_position
+from baldwinlab.models.miniworld.population import eats_region
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
 ZERO = np.float32(0)
@@ -242,7 +243,8 @@ def eat_items(model: MiniWorldModel, state: State, world: int, agent: int, step:
     if get(state.alert, 0, lane) == 0:
         return
     for region in range(model.regions.shape[0]):
-        for number in range(model.images[region]):
+        is_eaten = eats_region(state.population, region)
+        for number in range(model.images[region] if is_eaten else 0):
             x, y = position_in_image(
                 model, region, number, state.positions[0, lane], state.positions[1, lane]
             )

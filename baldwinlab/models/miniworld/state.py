@@ -176,7 +176,7 @@ class State(NamedTuple):
         Number of the action of this step. Undefined at birth.
     eaten_in_life
         Items that the agent and the replaced agents of the same lane ate in this lifetime.
-        0 at the start.
+        The rows after those of the regions are eaten agents of other species. 0 at the start.
     item_x, item_y
         Position of an item.
     appearances
@@ -197,6 +197,8 @@ class State(NamedTuple):
         Grid cell of an item when the items were last sorted.
     stale
         1 if items of a region have moved after they were sorted. Otherwise 0.
+    alive
+        1 if the agent is alive, 0 if it is dead. A dead agent has a negative x.
     weights
         Current weights of the action module. Set from the genome at birth, before `load_genes`.
     activations
@@ -220,6 +222,8 @@ class State(NamedTuple):
         The senses, a tuple of parts.
     features
         The world features, a tuple of parts.
+    population
+        The deaths, diets and species of the agents (`population.py`).
     """
 
     keys: npt.NDArray[np.uint32]
@@ -250,6 +254,7 @@ class State(NamedTuple):
     cell_next: Integers
     item_cell: Integers
     stale: Integers
+    alive: Floats
     weights: Floats
     activations: Floats
     errors: Floats
@@ -261,6 +266,7 @@ class State(NamedTuple):
     body: Any
     senses: Any
     features: Any
+    population: Any
 
 
 ARRAYS_OF_CALLER: Final = ("keys", "generation", "genome")
@@ -272,7 +278,7 @@ ARRAYS: Final[Mapping[str, Array]] = {
     "genes": per_agent("fixed weights"),
     "origin": per_world("agents", 2, dtype="int32"),
     "birth_count": per_world("agents", dtype="int32"),
-    "eaten_before": per_agent("regions", dtype="int32"),
+    "eaten_before": per_agent("eaten kinds", dtype="int32"),
     "positions": per_agent(2),
     "image_x": per_agent("regions"),
     "image_y": per_agent("regions"),
@@ -282,7 +288,7 @@ ARRAYS: Final[Mapping[str, Array]] = {
     "code": per_agent(1, dtype="int32"),
     "alert": per_agent(1, dtype="int32"),
     "action": per_agent(1),
-    "eaten_in_life": per_agent("regions", dtype="int32"),
+    "eaten_in_life": per_agent("eaten kinds", dtype="int32"),
     "item_x": per_world("items"),
     "item_y": per_world("items"),
     "appearances": per_world("items", dtype="int64"),
@@ -294,6 +300,8 @@ ARRAYS: Final[Mapping[str, Array]] = {
     "cell_next": per_world("cells", dtype="int32"),
     "item_cell": per_world("items", dtype="int32"),
     "stale": per_world("regions", dtype="int32"),
+    # Experiments without deaths never change it.
+    "alive": per_agent(1, fill=1.0),
     "weights": per_agent("weights"),
     "activations": per_agent("units"),
     "errors": per_agent("units"),

@@ -20,7 +20,14 @@ from baldwinlab.engine.simd import Lane, get, lanes_in_block, simd_block
 from baldwinlab.models.miniworld.birth import init_generation
 from baldwinlab.models.miniworld.items import eat_items, resort_stale_cells
 from baldwinlab.models.miniworld.lookup import compute_outputs
-from baldwinlab.models.miniworld.map import ZERO, apply_motor_noise, move_agents
+from baldwinlab.models.miniworld.map import ZERO, apply_motor_noise
+from baldwinlab.models.miniworld.population import (
+    agent_number,
+    count_step,
+    exclude_dead,
+    learn_living,
+    move_living,
+)
 from baldwinlab.models.miniworld.senses.perception import (
     list_near_agents,
     mark_agents_near_regions,
@@ -28,7 +35,7 @@ from baldwinlab.models.miniworld.senses.perception import (
 )
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.bodies import choose_action
-from baldwinlab.parts.learning_rules import learn, observe_others
+from baldwinlab.parts.learning_rules import observe_others
 from baldwinlab.parts.senses import prepare_senses
 from baldwinlab.parts.world_features import end_step
 
@@ -71,6 +78,7 @@ def sense_environment(agents: Any, model: MiniWorldModel, state: State, step: in
     """Set the inputs of the agents."""
     for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
         mark_agents_near_regions(model, state, lane_of(agents, first))
+        exclude_dead(state.population, state, lane_of(agents, first))
     prepare_senses_per_world(agents, model, state, step)
     for world in range(agents.first_world, agents.end_world):
         first_entry = world * model.agents + agents.first_agent
@@ -82,19 +90,33 @@ def sense_environment(agents: Any, model: MiniWorldModel, state: State, step: in
 @compiled
 def act_and_learn(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Act on the outputs, then learn and eat."""
+    act(agents, model, state, step)
+    learn_from_step(agents, model, state, step)
+    eat_all(agents, model, state, step)
+
+
+@compiled
+def act(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
+    """Choose the actions from the outputs, and move."""
     for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
         choose_action(state.body, model, state, lane_of(agents, first))
     if model.action_noise > ZERO:
         for world in range(agents.first_world, agents.end_world):
             for agent in range(agents.first_agent, agents.end_agent):
-                apply_motor_noise(model, state, world, world * model.agents + agent, agent, step)
+                number = agent_number(state.population, agent)
+                apply_motor_noise(model, state, world, world * model.agents + agent, number, step)
     for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
-        move_agents(state.features, model, state, lane_of(agents, first))
+        move_living(state.population, model, state, lane_of(agents, first))
+        count_step(state.population, state, lane_of(agents, first))
+
+
+@compiled
+def learn_from_step(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
+    """Observe other agents, and learn."""
     observe_others_per_world(agents, model, state, step)
     if step < model.learning_steps:
         for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
-            learn(state.rule, model, state, step, lane_of(agents, first))
-    eat_all(agents, model, state, step)
+            learn_living(state.population, model, state, step, lane_of(agents, first))
 
 
 class _AllAgents:

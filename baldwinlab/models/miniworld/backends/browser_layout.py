@@ -225,6 +225,7 @@ class ModuleLayout:
         state = self.state
         leaves = array_leaves("", ARRAYS)
         leaves |= array_leaves("lookup.", type(state.lookup).part.arrays)
+        leaves |= array_leaves("population.", type(state.population).part.arrays)
         paths = {"network": "network.kind", "rule": "learning.rule", "body": "motor.body"}
         for name, path in paths.items():
             leaves |= self._part_leaves(

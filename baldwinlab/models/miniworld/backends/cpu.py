@@ -11,7 +11,13 @@ import numpy.typing as npt
 
 from baldwinlab.engine.jit import cached_jit, is_cached, resolve_call
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import list_hooks, make_model, make_state, poison_state
+from baldwinlab.models.miniworld.allocation import (
+    choose_population,
+    list_hooks,
+    make_model,
+    make_state,
+    poison_state,
+)
 from baldwinlab.models.miniworld.lookup import choose_lookup
 from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simultaneous
 
@@ -20,7 +26,12 @@ def code_key(experiment: Experiment) -> tuple[Any, ...]:
     """Return the values that select the compiled code of an experiment."""
     parts = [experiment.part(path) for path in ("network.kind", "learning.rule", "motor.body")]
     parts += [*experiment.parts("senses.kinds"), *experiment.parts("world.features")]
-    return (*map(type, parts), choose_lookup(experiment), experiment.lifetime.update)
+    return (
+        *map(type, parts),
+        choose_lookup(experiment),
+        choose_population(experiment),
+        experiment.lifetime.update,
+    )
 
 
 def is_compiled(experiment: Experiment) -> bool:

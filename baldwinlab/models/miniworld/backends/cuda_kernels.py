@@ -31,6 +31,7 @@ from baldwinlab.models.miniworld.items import (
 )
 from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import place_newborn
+from baldwinlab.models.miniworld.population import agent_number, eats_region
 from baldwinlab.models.miniworld.state import ARRAYS, MiniWorldModel, State
 from baldwinlab.models.miniworld.step import (
     end_step_of_features,
@@ -68,7 +69,8 @@ def _contend_for_items(
     lane = agents.first_lane
     is_alert = state.alert[0, lane] != 0
     for region in range(model.regions.shape[0] if is_alert else 0):
-        for number in range(model.images[region]):
+        is_eaten = eats_region(state.population, region)
+        for number in range(model.images[region] if is_eaten else 0):
             x, y = position_in_image(
                 model, region, number, state.positions[0, lane], state.positions[1, lane]
             )
@@ -270,7 +272,7 @@ def make_birth_kernel(threads: int) -> Any:
         if agent == 0:
             init_features(state.features, model, state, world)
         cuda.syncthreads()
-        place_newborn(model, state, world, agent, agent)
+        place_newborn(model, state, world, agent, agent_number(state.population, agent))
         load_genes(state.rule, model, state, state.genes, lane)
         init_agent(state.rule, model, state, world, agent)
         for region in range(model.regions.shape[0]):

@@ -30,8 +30,9 @@ from baldwinlab.engine.phases import Array
 from baldwinlab.engine.rng import AGE, INHERITANCE, MUTATION_GATE, SELECTION, draw_uniforms, uniform
 from baldwinlab.evolution.neutral_selection import is_neutral_control
 from baldwinlab.evolution.roulette_wheel import find_first_above
-from baldwinlab.models.miniworld.allocation import item_regions
+from baldwinlab.models.miniworld.allocation import eaten_energies
 from baldwinlab.models.miniworld.birth import replace_agent
+from baldwinlab.models.miniworld.population import agent_number, is_alive, newborn_number
 from baldwinlab.parts import Field, WorldFeature, compiled, per_world, philox, unit
 from baldwinlab.parts.breeding import breeding_part, copy_genome
 from baldwinlab.parts.variation import vary, vary_population
@@ -73,9 +74,15 @@ def _reset_account(part: Any, model: Any, state: Any, world: int, agent: int, st
 
 @compiled
 def _is_dying(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> bool:
-    """Return whether an agent has no energy left, or has reached the maximum age."""
+    """Return whether an agent is dead, has no energy left, or has reached the maximum age.
+
+    An agent of another species can have eaten it.
+    """
+    is_dead = not is_alive(state.population, state, world * model.agents + agent)
     is_too_old = step + 1 - part.birth_step[world, agent] >= part.max_age
-    return bool(is_too_old or _remaining_energy(part, model, state, world, agent, step) <= ZERO)
+    return bool(
+        is_dead or is_too_old or _remaining_energy(part, model, state, world, agent, step) <= ZERO
+    )
 
 
 @compiled
@@ -86,7 +93,8 @@ def _fill_wheel(part: Any, model: Any, state: Any, world: int, step: int) -> Non
     """
     total = ZERO
     for agent in range(0 if part.is_neutral else model.agents):
-        total += max(ZERO, _remaining_energy(part, model, state, world, agent, step))
+        if is_alive(state.population, state, world * model.agents + agent):
+            total += max(ZERO, _remaining_energy(part, model, state, world, agent, step))
         part.wheel[world, agent] = total
     has_equal_shares = total == ZERO
     for agent in range(model.agents if has_equal_shares else 0):
@@ -139,15 +147,19 @@ def _replace_dying_agent(
 ) -> None:
     """Replace a dying agent by a child.
 
-    In the neutral control, the child replaces a random agent, and `agent` survives.
+    In the neutral control, the child replaces a random agent, and `agent` survives unless it has
+    been eaten.
     """
     # The first agents of the lifetime use the smaller numbers.
-    number = model.agents + part.births[world, 0]
+    number = newborn_number(state.population, model, part.births[world, 0])
     words = philox(
         0, number, state.generation[0], SELECTION, state.keys[world, 0], state.keys[world, 1]
     )
     wheel = part.wheel[world]
-    dead_agent = _draw_agent(wheel, words[2]) if part.is_neutral else agent
+    is_survivor = part.is_neutral and is_alive(
+        state.population, state, world * model.agents + agent
+    )
+    dead_agent = _draw_agent(wheel, words[2]) if is_survivor else agent
     first_parent = _draw_agent(wheel, words[0])
     second_parent = _draw_agent(wheel, words[1])
     first_ancestor, second_ancestor = _make_child(
@@ -196,9 +208,7 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
         "draws": per_world("draws", 4, dtype="float64"),
     }
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {
-        "energies": lambda part, experiment: np.array(
-            [region.energy for region in item_regions(experiment)], np.float32
-        ),
+        "energies": lambda part, experiment: np.array(eaten_energies(experiment), np.float32),
         "is_neutral": is_neutral_control,
         "variation": lambda part, experiment: breeding_part(experiment, "variation")[0],
     }
@@ -221,8 +231,9 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
         """
         part.births[world, 0] = 0
         for agent in range(model.agents):
+            number = agent_number(state.population, agent)
             words = philox(
-                0, agent, state.generation[0], AGE, state.keys[world, 0], state.keys[world, 1]
+                0, number, state.generation[0], AGE, state.keys[world, 0], state.keys[world, 1]
             )
             age = int(unit(words[0]) * np.float32(part.max_age))
             part.birth_step[world, agent] = -age

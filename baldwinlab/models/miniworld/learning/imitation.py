@@ -27,6 +27,7 @@ from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import LIFE, philox, unit
 from baldwinlab.engine.simd import Lane, choose, get, put
 from baldwinlab.models.miniworld.map import shortest_difference
+from baldwinlab.models.miniworld.population import agent_number, is_alive
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import backward, forward
@@ -57,7 +58,7 @@ def _choose_best_teacher(part: Any, state: State, first_lane: int, end_lane: int
     most_eaten = -1
     for lane in range(first_lane, end_lane):
         eaten = _count_eaten(state, lane)
-        if eaten > most_eaten:
+        if eaten > most_eaten and is_alive(state.population, state, lane):
             best_lane = lane
             most_eaten = eaten
     for lane in range(first_lane, end_lane):
@@ -78,12 +79,13 @@ def _choose_nearest_teacher(
     for candidate in range(first_lane, end_lane):
         x = get(state.positions, 0, candidate)
         y = get(state.positions, 1, candidate)
+        is_living = is_alive(state.population, state, candidate)
         for lane in range(first_lane, end_lane):
             dx = shortest_difference(x - get(state.positions, 0, lane), model.width)
             dy = shortest_difference(y - get(state.positions, 1, lane), model.height)
             squared_distance = dx * dx + dy * dy
             smallest = get(part.squared_distance, 0, lane)
-            is_nearer = (squared_distance < smallest) & (lane != candidate)
+            is_nearer = (squared_distance < smallest) & (lane != candidate) & is_living
             put(
                 part.teacher_index,
                 0,
@@ -261,8 +263,9 @@ class RandomTargets(LearningRule, name="random-targets"):
     ) -> None:
         """Draw a random target for each action."""
         for agent in range(model.agents):
+            number = agent_number(state.population, agent)
             words = philox(
-                step, agent, state.generation[0], LIFE, state.keys[world, 0], state.keys[world, 1]
+                step, number, state.generation[0], LIFE, state.keys[world, 0], state.keys[world, 1]
             )
             lane = world * model.agents + agent
             for k in range(state.targets.shape[0]):

@@ -39,6 +39,7 @@ from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import LIFE, philox
 from baldwinlab.engine.simd import Lane, get, put
 from baldwinlab.models.miniworld.networks.feed_forward import backpropagate
+from baldwinlab.models.miniworld.population import agent_number
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import forward
@@ -248,8 +249,9 @@ class RandomPrediction(_PredictionRule, name="random-prediction"):
         Only a per-world hook can draw random numbers. `learn` runs on a SIMD block of agents.
         """
         for agent in range(model.agents):
+            number = agent_number(state.population, agent)
             words = philox(
-                step, agent, state.generation[0], LIFE, state.keys[world, 0], state.keys[world, 1]
+                step, number, state.generation[0], LIFE, state.keys[world, 0], state.keys[world, 1]
             )
             for k in range(model.inputs):
                 bit = (words[0] >> np.uint32(HIGHEST_BIT - k)) & np.uint32(1)

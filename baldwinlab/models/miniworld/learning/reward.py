@@ -24,7 +24,7 @@ from pydantic import Field
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import Lane, Value, choose, get, put
-from baldwinlab.models.miniworld.allocation import item_regions
+from baldwinlab.models.miniworld.allocation import eaten_energies
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import backward, forward
@@ -166,9 +166,7 @@ class Reward(_ReinforcementRule, name="reward"):
     )
     arrays: ClassVar[Mapping[str, Array]] = REINFORCEMENT_ARRAYS | {"gained_energy": per_agent(1)}
     derived: ClassVar[Mapping[str, Any]] = {
-        "energies": lambda part, experiment: np.array(
-            [region.energy for region in item_regions(experiment)], np.float32
-        )
+        "energies": lambda part, experiment: np.array(eaten_energies(experiment), np.float32)
     }
 
     @staticmethod

@@ -16,6 +16,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import DRIFT, philox
 from baldwinlab.engine.simd import Lane, get, put
+from baldwinlab.models.miniworld.population import agent_number
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import backward, forward
@@ -87,8 +88,9 @@ class Drift(LearningRule, name="drift"):
         lane = world * model.agents + agent
         seed = state.keys[world, 0]
         run = state.keys[world, 1]
+        number = agent_number(state.population, agent)
         for weight in range(state.weights.shape[0]):
-            words = philox(weight, agent, state.generation[0], DRIFT, seed, run)
+            words = philox(weight, number, state.generation[0], DRIFT, seed, run)
             is_same_direction = words[0] & np.uint32(1)
             part.signs[weight, lane] = ONE if is_same_direction else -ONE
             part.birth_weights[weight, lane] = state.weights[weight, lane]

@@ -27,7 +27,7 @@ from pydantic import Field
 from baldwinlab.engine.arithmetic import share_of_turn
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import square_root
-from baldwinlab.models.miniworld.allocation import item_regions
+from baldwinlab.models.miniworld.allocation import eaten_energies
 from baldwinlab.models.miniworld.senses.item_scan import ItemSense, record_items
 from baldwinlab.models.miniworld.senses.sight import select_visible
 from baldwinlab.models.miniworld.state import HEADING_COUNT, MiniWorldModel, State
@@ -225,9 +225,7 @@ class EnergySense(Sense, name="energy"):
     sectors: ClassVar[tuple[None, ...]] = (None,)
     is_continuous: ClassVar[bool] = True
     derived: ClassVar[Mapping[str, Any]] = {
-        "energies": lambda part, experiment: np.array(
-            [region.energy for region in item_regions(experiment)], np.float32
-        )
+        "energies": lambda part, experiment: np.array(eaten_energies(experiment), np.float32)
     }
 
     @staticmethod

@@ -1,0 +1,208 @@
+"""Backend for the CPU of several species that share a world."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine import poison
+from baldwinlab.engine.jit import cached_jit, resolve_call
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.allocation import (
+    GridSettings,
+    item_regions,
+    list_hooks,
+    make_model,
+    make_state,
+    poison_state,
+)
+from baldwinlab.models.miniworld.species_population import SHARED_ARRAYS, SpeciesPopulation
+from baldwinlab.models.miniworld.species_step import simulate_species
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
+
+SHARED_STATE: Final = (
+    "keys",
+    "generation",
+    "item_x",
+    "item_y",
+    "appearances",
+    "touched",
+    "slot_x",
+    "slot_y",
+    "slot_item",
+    "cell_slots",
+    "cell_next",
+    "item_cell",
+    "stale",
+)
+"""Arrays of `State` that all species share."""
+
+
+class SpeciesBatch:
+    """Several runs of species that share a world, simulated one generation at a time."""
+
+    def __init__(
+        self, experiment: Experiment, seed: int, runs: Sequence[int], sizes: Sequence[int]
+    ) -> None:
+        """Allocate the species. `sizes` is the number of agents of each species in every run."""
+        members = [
+            _in_population(member, experiment, size)
+            for member, size in zip(experiment.species_experiments(), sizes, strict=True)
+        ]
+        grid = GridSettings(
+            visual_radius=max(member.senses.visual_radius for member in members),
+            agents=sum(sizes),
+        )
+        self.members = members
+        self.models = [make_model(member, len(runs), grid) for member in members]
+        self.states = _make_states(members, sizes, len(runs), grid)
+        self.states[0].keys[:] = [(seed, run) for run in runs]
+        self._species = tuple(zip(self.models, self.states, strict=True))
+        hooks = tuple(hook for state in self.states for hook in list_hooks(state))
+        self._dispatcher = cached_jit(simulate_species, hooks, short_loops=True)
+        self._function = self._dispatcher
+        self._runs = len(runs)
+
+    def begin(self, generation: int, genomes: Sequence[npt.NDArray[np.float32]]) -> None:
+        """Initialize a generation with the genomes of each species.
+
+        The arrays are [world, agent, module, weight].
+        """
+        for state, member, species_genomes in zip(self.states, self.members, genomes, strict=True):
+            poison_state(state, self._runs * member.population.size)
+            state.genome[:] = species_genomes
+        self.states[0].generation[0] = generation
+        is_start = True
+        arguments = self._species, is_start, 0, 0
+        self._function(*arguments)
+        # The first call compiles the function. Later calls skip the dispatcher.
+        if self._function is self._dispatcher:
+            self._function = resolve_call(self._dispatcher, *arguments)
+
+    def simulate(self, first_step: int, last_step: int) -> None:
+        """Simulate the steps from `first_step` to `last_step` - 1."""
+        is_start = False
+        self._function(self._species, is_start, first_step, last_step)
+
+    def views(self) -> list[SpeciesView]:
+        """Return the batch of each species, for functions that read a batch."""
+        return [
+            SpeciesView(model, state, (self._runs, model.agents)) for model, state in self._species
+        ]
+
+
+class SpeciesView:
+    """The agents of one species, with the attributes of a batch."""
+
+    def __init__(self, model: MiniWorldModel, state: State, shape: tuple[int, int]) -> None:
+        self.model = model
+        self.state = state
+        self._shape = shape
+
+    def items(self) -> npt.NDArray[np.float32]:
+        """Return the positions of the items, [world, item, (x, y)]."""
+        return np.stack([self.state.item_x, self.state.item_y], axis=-1)
+
+    def eaten_in_life(self) -> npt.NDArray[np.int32]:
+        """Return the items and agents eaten in this lifetime, [world, agent, eaten kind]."""
+        return self._by_agent(self.state.eaten_in_life)
+
+    def weights(self) -> npt.NDArray[np.float32]:
+        """Return the current weights of the action module, [world, agent, weight]."""
+        return self._by_agent(self.state.weights)
+
+    def _by_agent(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return a copy of an array [row, lane] as [world, agent, row]."""
+        worlds, agents = self._shape
+        lanes = worlds * agents
+        return values[:, :lanes].T.reshape(worlds, agents, len(values)).copy()
+
+
+def _in_population(member: Experiment, experiment: Experiment, size: int) -> Experiment:
+    """Return the experiment of a species that contains the names of all species.
+
+    Parts derive numbers of species from them. The size can be 0.
+    """
+    population = experiment.population.model_copy(update={"size": size})
+    return member.model_copy(update={"population": population})
+
+
+def _make_states(
+    members: Sequence[Experiment], sizes: Sequence[int], worlds: int, grid: GridSettings
+) -> list[State]:
+    """Allocate the states of all species, which share arrays."""
+    shared = {
+        name: poison.allocate((worlds, grid.agents), np.dtype(np.float32)) for name in SHARED_ARRAYS
+    }
+    states: list[State] = []
+    for number, member in enumerate(members):
+        state = make_state(
+            member,
+            worlds,
+            grid,
+            SpeciesPopulation,
+            species=number,
+            first_agent=sum(sizes[:number]),
+            all_agents=grid.agents,
+            n_species=len(members),
+            species_of_agents=np.repeat(np.arange(len(sizes)), sizes),
+            prey_rows=_find_prey_rows(member),
+            has_prey=bool(member.eats.prey),
+            stepped_features=(),
+            **shared,
+        )
+        states.append(_share_arrays(state, states[0], member) if states else _step_all(state))
+    return states
+
+
+def _step_all(state: State) -> State:
+    """Return the state of the first species, for which the hooks of all features are called."""
+    population = state.population._replace(stepped_features=state.features)
+    return state._replace(population=population)
+
+
+def _share_arrays(state: State, first_state: State, member: Experiment) -> State:
+    """Return the state of a further species, with the shared arrays of the first species.
+
+    Features whose arrays have no column for each agent are shared, too, and their hooks are called
+    for the first species only.
+    """
+    features = []
+    stepped_features = []
+    parts = member.parts("world.features")
+    for part, values, first_values in zip(parts, state.features, first_state.features, strict=True):
+        is_shared = not _has_agents(part)
+        features.append(first_values if is_shared else values)
+        if not is_shared:
+            stepped_features.append(values)
+    shared = {name: getattr(first_state, name) for name in SHARED_STATE}
+    population = state.population._replace(stepped_features=tuple(stepped_features))
+    return state._replace(features=tuple(features), population=population, **shared)
+
+
+def _has_agents(part: Any) -> bool:
+    """Return whether a world feature lets agents die or be born, or has arrays of agents."""
+    return (
+        part.allows_births
+        or part.allows_deaths
+        or any(
+            array.owner in ("agent", "lane") or "agents" in array.rows
+            for array in type(part).arrays.values()
+        )
+    )
+
+
+def _find_prey_rows(member: Experiment) -> npt.NDArray[np.int64]:
+    """Return the row of `State.eaten_in_life` for the agents of each species, or -1."""
+    prey = [entry.species for entry in member.eats.prey]
+    n_item_rows = max(1, len(item_regions(member)))
+    return np.array(
+        [
+            n_item_rows + prey.index(species.name) if species.name in prey else -1
+            for species in member.population.species
+        ],
+        np.int64,
+    )

@@ -1,0 +1,125 @@
+"""Hooks for what differs between populations: deaths, diets, and several species in a world.
+
+`State.population` has the type of one of these classes, and the step is compiled for it:
+
+- `FixedPopulation`: one species without deaths, whose agents eat all items. Its hooks add no code.
+- `MortalPopulation` (`mortality.py`): agents that can die, or that do not eat all items.
+- `SpeciesPopulation` (`species_population.py`): one of several species that share a world.
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.engine.phases import Array, hook
+from baldwinlab.engine.simd import Lane
+from baldwinlab.models.miniworld.map import move_agents
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
+from baldwinlab.parts.births_and_deaths import bear_agent, remove_agent
+from baldwinlab.parts.learning_rules import learn
+
+INFINITY = np.float32(np.inf)
+
+
+@hook
+def agent_number(part: Any, agent: int) -> int:
+    """Return the number of an agent among the agents of all species of its world."""
+    return agent
+
+
+@hook
+def newborn_number(part: Any, model: MiniWorldModel, birth: int) -> int:
+    """Return the number of a newborn. No other agent of the lifetime has it.
+
+    `birth` is the number of earlier births of the species in this world during the lifetime.
+    """
+    return model.agents + birth
+
+
+@hook
+def start_life(part: Any, state: State, lane: int) -> None:
+    """At birth: let the agent be alive, with the age 0."""
+
+
+@hook
+def is_alive(part: Any, state: State, lane: int) -> bool:
+    """Return whether an agent is alive."""
+    return True
+
+
+@hook
+def eats_region(part: Any, region: int) -> bool:
+    """Return whether the agents eat the items of a region."""
+    return True
+
+
+@hook
+def exclude_dead(part: Any, state: State, lane: Lane) -> None:
+    """Before sensing: set `near` of dead agents to 0, so that they do not sense."""
+
+
+@hook
+def move_living(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
+    """Move the agents that are alive."""
+    move_agents(state.features, model, state, lane)
+
+
+@hook
+def learn_living(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
+    """Let the agents that are alive learn."""
+    learn(state.rule, model, state, step, lane)
+
+
+@hook
+def count_step(part: Any, state: State, lane: Lane) -> None:
+    """In every step: count the steps of the agents that are alive."""
+
+
+@hook
+def see_species(
+    part: Any, model: MiniWorldModel, state: State, world: int, agent: int, target: int, values: Any
+) -> None:
+    """Measure the distance of the nearest visible agent in the left, front and right sector.
+
+    `target` is the number of the species of these agents, or -1 for all other species. `values` is
+    an array [3, lane]. The distance is infinite if no agent is visible.
+    """
+    for sector in range(3):
+        values[sector, world * model.agents + agent] = INFINITY
+
+
+class FixedPopulation:
+    """One species without deaths, whose agents eat all items."""
+
+    arrays: ClassVar[Mapping[str, Array]] = {}
+    values: ClassVar[Sequence[str]] = ()
+    Compiled: ClassVar[Any]
+    agent_number = staticmethod(agent_number.default)
+    newborn_number = staticmethod(newborn_number.default)
+    start_life = staticmethod(start_life.default)
+    is_alive = staticmethod(is_alive.default)
+    eats_region = staticmethod(eats_region.default)
+    exclude_dead = staticmethod(exclude_dead.default)
+    move_living = staticmethod(move_living.default)
+    learn_living = staticmethod(learn_living.default)
+    count_step = staticmethod(count_step.default)
+    see_species = staticmethod(see_species.default)
+    remove_agent = staticmethod(remove_agent.default)
+    bear_agent = staticmethod(bear_agent.default)
+
+
+def make_tuple_type(population_class: type[FixedPopulation]) -> Any:
+    """Return a named tuple of the values and arrays of a population, for Numba."""
+    fields = [*population_class.values, *population_class.arrays]
+    tuple_type: Any = namedtuple("Compiled", fields)  # type: ignore[misc]
+    tuple_type.__module__ = population_class.__module__
+    tuple_type.__qualname__ = f"{population_class.__name__}.Compiled"
+    setattr(tuple_type, "part", population_class)  # noqa: B010
+    return tuple_type
+
+
+FixedPopulation.Compiled = make_tuple_type(FixedPopulation)

@@ -1,0 +1,189 @@
+"""Simulator of lifetimes of several species of MiniWorld agents that share worlds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.evolution.fitness import compute_learning_cost, sum_energy
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.allocation import eaten_energies
+from baldwinlab.models.miniworld.backends.choice import Backend
+from baldwinlab.models.miniworld.backends.species import SpeciesBatch, SpeciesView
+from baldwinlab.models.miniworld.lifetimes import (
+    eaten_by_kind,
+    read_death_records,
+    reshape_lanes,
+)
+from baldwinlab.parts.model_part import LifeResults
+
+Sizes = tuple[int, ...]
+"""Number of agents of each species."""
+
+
+class SpeciesSimulator:
+    """Simulate several runs of one experiment with species."""
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        seed: int,
+        runs: Sequence[int],
+        backend: Backend | None = None,
+    ) -> None:
+        """Create a simulator.
+
+        Raises
+        ------
+        ValueError
+            If the backend is not the CPU.
+        """
+        if backend is not None and backend.name != "cpu":
+            raise ValueError(
+                f"backend = {backend.name!r} must be cpu or auto: an experiment with "
+                "population.species runs on the CPU only"
+            )
+        self._experiment = experiment
+        self._seed = seed
+        self._runs = runs
+        self._batches: dict[tuple[Sizes, tuple[int, ...]], SpeciesBatch] = {}
+
+    def simulate(
+        self, generation: int, genomes: npt.NDArray[np.float32], sizes: npt.NDArray[np.int64]
+    ) -> LifeResults:
+        """Return the results of a generation.
+
+        Parameters
+        ----------
+        generation : int
+            Generation, from 0.
+        genomes : array, float32 [run, agent, module, weight]
+            Genomes at birth, species after species. A species uses its first modules and weights.
+        sizes : array, int64 [run, species]
+            Number of agents of each species.
+        """
+        runs_by_sizes: dict[Sizes, list[int]] = {}
+        for run_index, run_sizes in enumerate(sizes.tolist()):
+            runs_by_sizes.setdefault(tuple(run_sizes), []).append(run_index)
+        # Batches of other sizes are freed.
+        batches = self._batches
+        self._batches = {}
+        results: list[Any] = [None] * len(genomes)
+        for group_sizes, run_indices in runs_by_sizes.items():
+            key = group_sizes, tuple(run_indices)
+            batch = batches.get(key) or self._make_batch(group_sizes, run_indices)
+            self._batches[key] = batch
+            group_results = self._simulate_batch(batch, generation, genomes[run_indices])
+            for run_index, run_results in zip(run_indices, group_results, strict=True):
+                results[run_index] = run_results
+        return _stack_runs(results)
+
+    def _make_batch(self, sizes: Sizes, run_indices: Sequence[int]) -> SpeciesBatch:
+        runs = [self._runs[run_index] for run_index in run_indices]
+        return SpeciesBatch(self._experiment, self._seed, runs, sizes)
+
+    def _simulate_batch(
+        self, batch: SpeciesBatch, generation: int, genomes: npt.NDArray[np.float32]
+    ) -> list[LifeResults]:
+        """Return the results of each run of a batch, whose arrays have no axis of runs."""
+        genomes_of_species = split_genomes(batch.members, genomes)
+        batch.begin(generation, genomes_of_species)
+        batch.simulate(0, self._experiment.lifetime.steps)
+        results_of_species = [
+            _collect_species(member, view, member_genomes, self._experiment.has_deaths)
+            for member, view, member_genomes in zip(
+                batch.members, batch.views(), genomes_of_species, strict=True
+            )
+        ]
+        learns = self._experiment.learns
+        return [
+            _join_species([results[run_index] for results in results_of_species], learns)
+            for run_index in range(len(genomes))
+        ]
+
+
+def split_genomes(
+    members: Sequence[Experiment], genomes: npt.NDArray[np.float32]
+) -> list[npt.NDArray[np.float32]]:
+    """Return the genomes of each species, from all genomes [run, agent, module, weight]."""
+    genomes_of_species = []
+    first = 0
+    for member in members:
+        end = first + member.population.size
+        used = genomes[:, first:end, : len(member.modules), : member.genome_length]
+        genomes_of_species.append(np.ascontiguousarray(used))
+        first = end
+    return genomes_of_species
+
+
+def _collect_species(
+    member: Experiment,
+    view: SpeciesView,
+    genomes: npt.NDArray[np.float32],
+    has_deaths: bool,
+) -> list[LifeResults]:
+    """Return the results of a species for each run of a batch."""
+    eaten = view.eaten_in_life()
+    weights = view.weights()
+    shape = genomes.shape[:2]
+    records: dict[str, npt.NDArray[Any]] = dict(eaten_by_kind(member, eaten))
+    if has_deaths:
+        records |= read_death_records(view.state, shape)
+    steps_learned = reshape_lanes(view.state.population.steps_learned, shape)
+    energies = np.array(eaten_energies(member) or [0.0], np.float64)
+    return [
+        LifeResults(
+            energy=sum_energy(energies, eaten[run_index]),
+            cost=compute_learning_cost(
+                member, genomes[run_index], weights[run_index], steps_learned[run_index]
+            ),
+            learned=weights[run_index],
+            records={name: values[run_index] for name, values in records.items()},
+        )
+        for run_index in range(len(genomes))
+    ]
+
+
+def _join_species(results: Sequence[LifeResults], learns: bool) -> LifeResults:
+    """Return the results of all agents of a run, from those of each species.
+
+    The value of a record that a species does not have is 0, and so are further learned weights.
+    """
+    names = dict.fromkeys(name for species in results for name in species.records)
+    n_weights = max(species.learned.shape[1] for species in results if species.learned is not None)
+    learned = [
+        np.pad(species.learned, ((0, 0), (0, n_weights - species.learned.shape[1])))
+        for species in results
+        if species.learned is not None
+    ]
+    records = {
+        name: np.concatenate(
+            [
+                species.records.get(name, np.zeros(len(species.energy), np.int32))
+                for species in results
+            ]
+        )
+        for name in names
+    }
+    return LifeResults(
+        energy=np.concatenate([species.energy for species in results]),
+        cost=np.concatenate([species.cost for species in results]),
+        learned=np.concatenate(learned) if learns else None,
+        records=records,
+    )
+
+
+def _stack_runs(results: Sequence[LifeResults]) -> LifeResults:
+    """Return the results of all runs, from those of each run."""
+    learned = [run.learned for run in results if run.learned is not None]
+    return LifeResults(
+        energy=np.stack([run.energy for run in results]),
+        cost=np.stack([run.cost for run in results]),
+        learned=np.stack(learned) if learned else None,
+        records={
+            name: np.stack([run.records[name] for run in results]) for name in results[0].records
+        },
+    )
