@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 # Suffixes of the files of a study, which the folder of a condition must not have.
 RESERVED_SUFFIXES = (".nc", ".toml", ".damaged")
+# Value of a setting that only one of two compared experiments has.
+NOT_SET = "not set"
 
 
 def create_study(
@@ -185,8 +187,9 @@ def _join_names(names: Sequence[str], limit: int = 10) -> str:
 def _list_differences(stored: Any, given: Any, path: str = "") -> Iterator[tuple[str, Any, Any]]:
     """Yield the path, the stored and the given value of each field that differs."""
     if isinstance(stored, dict) and isinstance(given, dict):
-        for key in stored:
+        for key in stored | given:
             key_path = f"{path}.{key}" if path else key
-            yield from _list_differences(stored[key], given[key], key_path)
+            stored_value = stored.get(key, NOT_SET)
+            yield from _list_differences(stored_value, given.get(key, NOT_SET), key_path)
     elif stored != given:
         yield path, stored, given

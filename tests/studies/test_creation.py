@@ -114,3 +114,16 @@ def test_a_duplicate_condition_name_in_a_study_file_is_refused(tmp_path: Path) -
     path.write_text(add_checksum(content.replace('["evo/A"]', '["evo/A", "evo/A"]')))
     with pytest.raises(StudyError, match="conditions: a name is listed twice"):
         StudyStore(tmp_path)
+
+
+def test_an_experiment_with_a_setting_that_the_study_lacks_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    experiment = shorten_preset(CONDITION)
+    create_study(tmp_path / "study", [experiment], 1)
+    complete = experiment.to_dict()
+    extended = complete | {"learning": complete["learning"] | {"delay": 3}}
+    dicts = iter([complete, extended])
+    monkeypatch.setattr(type(experiment), "to_dict", lambda self: next(dicts))
+    with pytest.raises(StudyError, match=r"learning\.delay of .* is not set, not 3"):
+        create_study(tmp_path / "study", [experiment], 1)
