@@ -33,6 +33,7 @@ from baldwinlab.models.miniworld.lookup import (
 from baldwinlab.parts.networks import forward, links
 from baldwinlab.simulation.recorder import Series, record_batch
 from baldwinlab.simulation.reevaluation import collect_outcomes, make_batch
+from baldwinlab.simulation.replay import recompute_genomes
 
 # With more inputs, the container has no table of all input combinations.
 MAX_TABLE_INPUTS = 4
@@ -258,16 +259,39 @@ def _find_relatives(
     if experiment.births_in_life:
         return {"parents": parents, "teachers": teachers, "children": children}
     if key.generation > 0:
-        assert start.fitness is not None
-        fitness_of_parents = start.fitness.values[key.generation - 1]
-        _, parent_pairs = make_generation(experiment, key, start.genomes, fitness_of_parents)
+        parent_pairs = _find_parents(life, start)
         parents = _read_pair(parent_pairs, agent)
         teachers = _read_pair(find_teachers(experiment, key, parent_pairs), agent)
     if key.generation + 1 < experiment.evolution.generations:
-        next_key = key._replace(generation=key.generation + 1)
-        _, parent_pairs = make_generation(experiment, next_key, start.genomes, fitness)
+        parent_pairs = _find_parents_of_children(life, start, fitness)
         children = np.flatnonzero((parent_pairs == agent).any(axis=1)).tolist()
     return {"parents": parents, "teachers": teachers, "children": children}
+
+
+def _find_parents(life: Life, start: StartData) -> Parents:
+    """Return the parents [agent, 2] of the agents, from the record or by selecting them again."""
+    key = life.key
+    if start.parents is not None:
+        return np.asarray(start.parents.values[key.generation])
+    assert start.fitness is not None
+    # The selection may depend on the genomes of the parents, not on those of the agents.
+    genomes = recompute_genomes(life.experiment, key.previous(), start.fitness)
+    fitness = start.fitness.values[key.generation - 1]
+    _, parent_pairs = make_generation(life.experiment, key, genomes, fitness)
+    return parent_pairs
+
+
+def _find_parents_of_children(
+    life: Life, start: StartData, fitness: npt.NDArray[np.float64]
+) -> Parents:
+    """Return the parents [child, 2] in the next generation."""
+    child_generation = life.key.generation + 1
+    # An extended study may have a run without the next generation.
+    if start.parents is not None and child_generation < len(start.parents):
+        return np.asarray(start.parents.values[child_generation])
+    child_key = life.key._replace(generation=child_generation)
+    _, parent_pairs = make_generation(life.experiment, child_key, start.genomes, fitness)
+    return parent_pairs
 
 
 def _read_pair(pairs: Parents | None, agent: int) -> list[int] | None:

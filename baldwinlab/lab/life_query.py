@@ -35,11 +35,15 @@ class StartData(NamedTuple):
     fitness
         The fitness in all earlier generations [generation, agent]. That of a stored run also
         contains the later generations. None in generation 0.
+    parents
+        The parents in all generations of a stored run [generation, agent, parent]. None for a run
+        that is not stored.
 
     """
 
     genomes: Genome
     fitness: xr.DataArray | None
+    parents: xr.DataArray | None = None
 
 
 class Life(NamedTuple):
@@ -176,7 +180,7 @@ def _find_stored_life(lab: Lab, query: Query, generation: int) -> Life:
     def load_start_data() -> StartData:
         record = study.record(name, run)
         genomes = restore_genomes(experiment, record, generation)
-        return StartData(genomes, fitness=record.energy)
+        return StartData(genomes, fitness=record.energy, parents=record.parents)
 
     return Life(experiment, GenerationKey(study.seed, run, generation), load_start_data)
 

@@ -143,6 +143,27 @@ def test_an_agent_without_inheritance_has_no_parents_and_no_children() -> None:
     assert header["children"] == []
 
 
+@pytest.mark.parametrize("is_stored", [True, False])
+def test_the_parents_of_a_selection_by_genome_are_those_of_the_run(is_stored: bool) -> None:
+    """The selection `species` of NEAT reads the genomes of the parents' generation."""
+    experiment = shorten_preset("evo/A").replace(
+        network={"kind": "neat", "hidden": [40]},
+        evolution={
+            "variation": "neat",
+            "selection": "species",
+            "generations": 3,
+            # Children have new nodes, so their species differ from those of their parents.
+            "neat": {"add_node_rate": 1.0},
+        },
+    )
+    run = simulate(experiment, seed=3)
+    start = StartData(run.genome.values[2], run.energy, run.parents if is_stored else None)
+    life = Life(experiment, GenerationKey(3, 0, 2), lambda: start)
+    for agent in range(0, 20, 3):
+        header, _ = binary_frames.unpack(inspect_agent(life, Span(0, 1), agent))
+        assert header["parents"] == run.parents.values[2, agent].tolist()
+
+
 @pytest.mark.parametrize("teacher", ["inherited", "shuffled", "fresh"])
 def test_teachers_are_agents_that_died_with_the_weights_of_the_teacher_module(teacher: str) -> None:
     """Compare teacher modules with the weights of the previous generation at death.
