@@ -19,6 +19,7 @@ from baldwinlab.engine.rng import FOUNDER, LIFE, philox, uniforms, unit
 from baldwinlab.engine.simd import any_of, choose, get, negated, put, simd_block
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.experiment.file import File
+from baldwinlab.parts.births_and_deaths import bear, die, find_free_slot
 from baldwinlab.parts.bodies import Body
 from baldwinlab.parts.fitness import Fitness
 from baldwinlab.parts.inheritance import Inheritance
@@ -66,8 +67,11 @@ __all__ = [
     "WorldFeature",
     "any_of",
     "backward",
+    "bear",
     "choose",
     "compiled",
+    "die",
+    "find_free_slot",
     "forward",
     "get",
     "load_entry_points",

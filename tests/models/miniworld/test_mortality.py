@@ -1,0 +1,163 @@
+"""Test agents that die and are born during a lifetime, with features that call `die` and `bear`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from baldwinlab.experiment import Experiment, registry
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
+from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
+from baldwinlab.parts import WorldFeature, bear, die
+from tests.models.miniworld.plain import draw_founders
+from tests.worlds import make_small_experiment
+
+DEATH_STEP = 30
+BIRTH_STEP = 50
+STEPS = 80
+SEED = 5
+
+
+class Cull(WorldFeature, name="test-cull"):
+    """Let the agents with odd numbers die in step 29."""
+
+    allows_deaths: ClassVar[bool] = True
+
+    @staticmethod
+    def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+        if step == 29:
+            for agent in range(1, model.agents, 2):
+                die(model, state, world, agent)
+
+
+class CullAndBear(WorldFeature, name="test-cull-and-bear"):
+    """Let the agents with odd numbers die in step 29, and agent 0 have a child in step 49."""
+
+    allows_deaths: ClassVar[bool] = True
+    allows_births: ClassVar[bool] = True
+
+    @staticmethod
+    def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+        if step == 29:
+            for agent in range(1, model.agents, 2):
+                die(model, state, world, agent)
+        if step == 49:
+            bear(model, state, world, 0, 0)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _unregister_features() -> Iterator[None]:
+    yield
+    for feature in (Cull, CullAndBear):
+        registry.remove("world feature", feature.name)
+
+
+def make_experiment(condition: str, feature: str = "test-cull", **changes: Any) -> Experiment:
+    return make_small_experiment(
+        condition,
+        **{"world": {"features": [feature]}, "lifetime": {"steps": STEPS}} | changes,
+    )
+
+
+def simulate_batch(experiment: Experiment, steps: int) -> CpuBatch:
+    batch = CpuBatch(experiment, SEED, [0])
+    batch.begin(0, draw_founders(experiment)[None])
+    batch.simulate(0, steps)
+    return batch
+
+
+def test_without_deaths_the_code_for_deaths_has_the_same_results() -> None:
+    experiment = make_small_experiment("evo+self-taught", learning={"cost_per_step": 0.01})
+    selective = experiment.replace(eats={"items": ["food"]})
+    genomes = draw_founders(experiment)[None]
+    expected = MiniWorldSimulator(experiment, SEED, [0]).simulate(0, genomes)
+    actual = MiniWorldSimulator(selective, SEED, [0]).simulate(0, genomes)
+    np.testing.assert_array_equal(actual.energy, expected.energy)
+    np.testing.assert_array_equal(actual.cost, expected.cost)
+    np.testing.assert_array_equal(actual.learned, expected.learned)
+
+
+def test_a_dead_agent_neither_moves_eats_nor_learns() -> None:
+    experiment = make_experiment("evo+self-taught")
+    at_death = simulate_batch(experiment, DEATH_STEP)
+    at_end = simulate_batch(experiment, STEPS)
+    dead = slice(1, 6, 2)
+    assert (at_end.state.alive[0, :6] == [1, 0, 1, 0, 1, 0]).all()
+    for name in ("positions", "heading", "weights", "eaten_in_life"):
+        before = getattr(at_death.state, name)[:, dead]
+        after = getattr(at_end.state, name)[:, dead]
+        np.testing.assert_array_equal(after, before, err_msg=name)
+    living = slice(0, 6, 2)
+    for name in ("positions", "weights"):
+        before = getattr(at_death.state, name)[:, living]
+        after = getattr(at_end.state, name)[:, living]
+        assert (before != after).any(axis=0).all()
+    assert (at_end.state.positions[0, dead] < 0).all()
+
+
+def test_a_dead_agent_is_not_sensed() -> None:
+    experiment = make_experiment("evo", senses={"kinds": ["neighbours"], "visual_radius": 40})
+    start = {"x": 60, "y": 50, "radius": 0}
+    crowded = experiment.replace(
+        world={"start": start, "food": []}, population={"size": 2}, network={"hidden": []}
+    )
+    alive = CpuBatch(crowded, SEED, [0])
+    # With equal outputs, the agents turn left. They stay together.
+    alive.begin(0, np.zeros_like(draw_founders(crowded))[None])
+    alive.state.positions[0, 1] += 10
+    alive.simulate(0, 1)
+    assert alive.state.activations[1, 0] == 1
+    alive.simulate(29, 30)
+    alive.simulate(30, 31)
+    assert (alive.state.activations[:3, 0] == 0).all()
+
+
+def test_records_contain_deaths_and_ages_and_learning_costs_only_while_alive() -> None:
+    experiment = make_experiment("evo+self-taught", learning={"cost_per_step": 0.5})
+    genomes = draw_founders(experiment)[None]
+    results = MiniWorldSimulator(experiment, SEED, [0]).simulate(0, genomes)
+    np.testing.assert_array_equal(results.records["alive"][0], [1, 0, 1, 0, 1, 0])
+    np.testing.assert_array_equal(
+        results.records["age"][0], [STEPS, DEATH_STEP, STEPS, DEATH_STEP, STEPS, DEATH_STEP]
+    )
+    np.testing.assert_array_equal(results.cost[0], 0.5 * results.records["age"][0])
+
+
+def test_a_newborn_has_the_first_free_slot() -> None:
+    experiment = make_experiment(
+        "evo", "test-cull-and-bear", evolution={"mutation_rate": 1.0, "mutation_size": 0.5}
+    )
+    genomes = draw_founders(experiment)[None]
+    results = MiniWorldSimulator(experiment, SEED, [0]).simulate(0, genomes)
+    np.testing.assert_array_equal(results.records["alive"][0], [1, 1, 1, 0, 1, 0])
+    np.testing.assert_array_equal(results.records["born"][0], [0, 1, 0, 0, 0, 0])
+    assert results.records["age"][0, 1] == STEPS - BIRTH_STEP
+    assert results.final_population is not None
+    child = results.final_population.genome[0, 1]
+    assert 0 < np.abs(child - genomes[0, 0]).max() <= 0.5
+    np.testing.assert_array_equal(results.final_population.origin[0, 1], [0, 0])
+    # The other slots have the genomes of the first agents.
+    others = [0, 2, 3, 4, 5]
+    np.testing.assert_array_equal(results.final_population.genome[0, others], genomes[0, others])
+
+
+def test_agents_leave_the_items_that_they_do_not_eat() -> None:
+    patches = {"features": ["patches"], "patches": {"patches": [[20, 100, 10, 90, 12, 2.0]]}}
+    experiment = make_small_experiment("evo", world=patches, lifetime={"steps": 300})
+    selective = experiment.replace(eats={"items": ["food"]})
+    genomes = draw_founders(experiment)[None]
+    expected = MiniWorldSimulator(experiment, SEED, [0]).simulate(0, genomes)
+    assert expected.records["patch_eaten"].sum() > 0
+    batch = CpuBatch(selective, SEED, [0])
+    batch.begin(0, genomes)
+    first_items = batch.items()
+    batch.simulate(0, 300)
+    n_food = experiment.world.food[0].count
+    eaten = batch.eaten_in_life()[0]
+    assert eaten[:, 0].sum() > 0
+    assert (eaten[:, 1] == 0).all()
+    assert (batch.state.touched[0, n_food:] == -1).all()
+    np.testing.assert_array_equal(batch.items()[0, n_food:], first_items[0, n_food:])
