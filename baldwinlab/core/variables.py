@@ -97,14 +97,34 @@ DEATH_VARIABLES: Mapping[str, Variable] = {
 def record_variables(experiment: Any) -> Mapping[str, Variable]:
     """Return the variables of the records of an experiment by name.
 
-    They include the variables of the model, and the number of eaten items of each kind. An
-    experiment with species has the variables of all species.
+    They include the variables of the model, the number of eaten items of each kind, and the genes
+    of parts. An experiment with species has the variables of all species.
     """
     if members := experiment.species_experiments():
         combined = {"species": SPECIES_VARIABLE}
         for member in members:
             combined |= record_variables(member)
         return combined
+    return dict(_model_variables(experiment)) | _gene_variables(experiment)
+
+
+def _gene_variables(experiment: Any) -> dict[str, Variable]:
+    """Return a variable for each gene of a part."""
+    return {
+        gene_variable(name): Variable(
+            PER_AGENT_DIMS, np.float32, gene.unit, gene.help or f"gene {name} at birth"
+        )
+        for name, gene in experiment.genes.items()
+    }
+
+
+def gene_variable(name: str) -> str:
+    """Return the name of the variable with the values of a gene of a part."""
+    return f"gene_{name}"
+
+
+def _model_variables(experiment: Any) -> Mapping[str, Variable]:
+    """Return the variables of an experiment without those of genes."""
     if experiment.model != "miniworld":
         model = experiment.model_part
         fitness = RECORD_VARIABLES["energy"]._replace(unit="1", meaning=model.payoff)
@@ -293,6 +313,14 @@ WEIGHT_ORDER = (
 
 # Attribute of a run that ended before its last generation: the name of its stop part.
 STOP_ATTRIBUTE = "stopped_by"
+
+
+def describe_weight_order(experiment: Any) -> str:
+    """Return the meaning of the entries of a module of a genome, in their order."""
+    if not experiment.gene_names:
+        return WEIGHT_ORDER
+    names = ", ".join(experiment.gene_names)
+    return f"{WEIGHT_ORDER}; the last entries of the first module are the genes of parts: {names}"
 
 
 def as_record(run: xr.Dataset) -> xr.Dataset:

@@ -10,6 +10,7 @@ from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import cached_jit
 from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.founders import draw_genomes
+from baldwinlab.evolution.genes import inherit_genes, make_gene_table
 from baldwinlab.evolution.inheritance import apply_teacher_control
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.evolution.selection import select
@@ -84,7 +85,10 @@ def breed(
     children = np.full_like(genome, np.nan)
     draws = poison.empty((n_modules * n_weights, 4))
     variation, code = breeding_part(experiment, "variation")
+    # The variation can read the genes of parts, and cannot change them.
+    genes = inherit_genes(experiment, key, genome, parents, children)
     cached_jit(breed_children, code)(variation, key, genome, fitness, parents, draws, children)
+    children[:, 0, make_gene_table(experiment).genes] = genes
     require_finite(experiment, key, children, "evolution.variation")
     return apply_teacher_control(experiment, children, key), parents
 

@@ -17,6 +17,7 @@ from baldwinlab.engine import poison, rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.finite import require_finite
+from baldwinlab.evolution.genes import require_genes_in_range, set_initial_genes
 from baldwinlab.evolution.genome_file import arrange_genomes, read_genomes, require_fit
 from baldwinlab.evolution.rng_key import GenerationKey, Genome
 from baldwinlab.evolution.species import derive_key, list_founder_experiments, stack_genomes
@@ -102,7 +103,10 @@ def require_founders(experiment: BaseExperiment, runs: int) -> None:
             require_founders(member, runs)
         return
     for entry in experiment.evolution.founders:
-        require_fit(read_genomes(entry), entry.path, experiment, runs)
+        stored = read_genomes(entry)
+        require_fit(stored, entry.path, experiment, runs)
+        for population in arrange_genomes(stored, entry.path, experiment):
+            require_genes_in_range(experiment, population, entry.path)
 
 
 def _sample_genomes(
@@ -120,6 +124,7 @@ def _sample_genomes(
     genomes = arrange_genomes(stored, entry.path, experiment)
     has_runs = len(genomes) > 1
     population = genomes[key.run if has_runs else 0]
+    require_genes_in_range(experiment, population, entry.path)
     if count == len(population):
         return np.array(population)
     # Each genome file has its column of random numbers [agent, file, 4].
@@ -135,6 +140,10 @@ def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
         founders = np.ascontiguousarray(
             experiment.model_part.founders(experiment.population.size, key), np.float32
         )
+        n_genes = len(experiment.gene_names)
+        if n_genes > 0:
+            founders = np.pad(founders, [(0, 0), (0, 0), (0, n_genes)])
+            set_initial_genes(experiment, founders)
         require_finite(experiment, key, founders, "model")
         return founders
     genome = poison.empty(
@@ -144,6 +153,7 @@ def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
         draw_normal(key, purpose, genome, module_index)
     variation, _ = breeding_part(experiment, "variation")
     type(variation).part.init_founders(variation, genome)
+    set_initial_genes(experiment, genome)
     require_finite(experiment, key, genome, "evolution.variation")
     return genome
 

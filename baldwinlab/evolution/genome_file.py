@@ -67,6 +67,9 @@ def describe_layout(experiment: BaseExperiment) -> dict[str, Any]:
         "modules": list(experiment.modules),
         "genes": experiment.genome_length,
     }
+    # Without genes of parts, the layout is that of earlier versions.
+    if experiment.gene_names:
+        layout["part_genes"] = list(experiment.gene_names)
     if isinstance(experiment, Experiment):
         layout |= {
             "inputs": list(experiment.inputs),
@@ -223,7 +226,13 @@ def arrange_genomes(
     RefusedError
         The layouts differ. The message names the first difference.
     """
-    for name, value in describe_layout(experiment).items():
+    layout = describe_layout(experiment)
+    if stored.layout:
+        # The names of genes explain a difference better than their number.
+        stored_names = stored.layout.get("part_genes", [])
+        layout = {"part_genes": list(experiment.gene_names)} | layout
+        stored = stored._replace(layout={**stored.layout, "part_genes": stored_names})
+    for name, value in layout.items():
         stored_value = stored.layout.get(name, value)
         if stored_value != value:
             raise RefusedError(

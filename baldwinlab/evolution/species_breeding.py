@@ -12,6 +12,7 @@ from baldwinlab.engine.jit import cached_jit
 from baldwinlab.evolution.breeding import breed_children, make_generation
 from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.fitness import fitness as compute_fitness
+from baldwinlab.evolution.genes import inherit_genes, make_gene_table
 from baldwinlab.evolution.inheritance import apply_inheritance, apply_teacher_control
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents
 from baldwinlab.evolution.selection import select
@@ -176,8 +177,10 @@ def _vary(
     _, n_modules, n_weights = genome.shape
     draws = poison.empty((n_modules * n_weights, 4))
     variation, code = breeding_part(member, "variation")
+    genes = inherit_genes(member, key, genome, parents, children)
     cached_jit(breed_children, code)(
         variation, key, genome, fitness, parents.copy(), draws, children
     )
+    children[:, 0, make_gene_table(member).genes] = genes
     require_finite(member, key, children, "evolution.variation")
     return children

@@ -13,6 +13,7 @@ from pydantic import BaseModel
 from baldwinlab.experiment import paths, registry
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.fields import ExperimentError, Fields
+from baldwinlab.experiment.genes import check_genes
 
 
 def custom_choices(experiment: Fields) -> Iterator[tuple[str, str]]:
@@ -51,6 +52,7 @@ def check_added_parts(experiment: Any) -> None:
                     part.check(experiment)
                 except ValueError as error:
                     raise ExperimentError(str(error)) from None
+    check_genes(experiment)
     if "selection" in kinds_with_added_parts:
         _require_separate_groups(experiment)
 

@@ -32,6 +32,7 @@ from baldwinlab.experiment.fields import (
     refuse_fields,
     to_plain_data,
 )
+from baldwinlab.experiment.genes import list_gene_names, resolve_genes
 from baldwinlab.experiment.html import format_html
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.experiment.renamed import upgrade
@@ -197,10 +198,27 @@ class BaseExperiment(Fields):
 
     @property
     def genome_length(self) -> int:
-        """Number of entries of each module in a genome."""
+        """Number of entries of each module in a genome: weights, and genes of parts."""
         if members := self.species_experiments():
             return max(member.genome_length for member in members)
-        return self.weight_count
+        return self.weight_count + len(self.gene_names)
+
+    @property
+    def gene_names(self) -> tuple[str, ...]:
+        """Names of the genes of parts, in the order of the genome; with species, of all species."""
+        if members := self.species_experiments():
+            return tuple(dict.fromkeys(name for member in members for name in member.gene_names))
+        return tuple(list_gene_names(self))
+
+    @property
+    def genes(self) -> dict[str, Any]:
+        """Genes of parts by name, in the order of the genome, as `Gene` with numbers."""
+        return resolve_genes(self)
+
+    def gene_index(self, name: str) -> int:
+        """Return the index of a gene of a part in the first module of a genome."""
+        names = self.gene_names
+        return self.genome_length - len(names) + names.index(name)
 
     def without_learning(self) -> Self:
         """Return the experiment without learning during life, so that fitness is innate."""
@@ -226,6 +244,11 @@ class BaseExperiment(Fields):
                 f"evolution.selection = {self.evolution.selection!r} breeds groups of agents "
                 "separately, and 'neutral' would mix "
                 "them: there is no neutral control"
+            )
+        if self.part("evolution.selection").genes:
+            raise ExperimentError(
+                f"evolution.selection = {self.evolution.selection!r} has genes, which 'neutral' "
+                "does not have: there is no neutral control"
             )
         random_parents = {"selection": "neutral"}
         species = change_tables(self.population.species, "evolution", random_parents)

@@ -378,7 +378,8 @@ class Experiment(BaseExperiment):
 
     @property
     def genome_length(self) -> int:
-        """Number of entries of each module: weights, and the gene of an evolved rate."""
+        """Number of entries of each module: weights, evolved rate, genes of parts."""
         if members := self.species_experiments():
             return max(member.genome_length for member in members)
-        return self.weight_count + int(self.learning.evolved_rate)
+        n_rate_genes = int(self.learning.evolved_rate)
+        return self.weight_count + n_rate_genes + len(self.gene_names)

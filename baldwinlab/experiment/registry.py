@@ -131,6 +131,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "one-point-bits": f"{_MODELS}.light_switch.variation:OnePointOfBits",
         "one-point-of-units": f"{_MODELS}.cue_learners.variation:OnePointOfUnits",
         "one-point-crossover": f"{_EVOLUTION}.variation_operators:OnePointCrossover",
+        "self-adaptive": f"{_EVOLUTION}.self_adaptation:SelfAdaptive",
     },
     "inheritance": {"social-heredity": f"{_EVOLUTION}.social_heredity:SocialHeredity"},
     "fitness": {},

@@ -191,7 +191,8 @@ def _find_layout_faults(members: Sequence[Any]) -> Iterator[str]:
     modules = [member.modules for member in members]
     longest = max(modules, key=len)
     is_common = all(names == longest[: len(names)] for names in modules)
-    if len({*lengths}) > 1 or not is_common:
+    gene_names = {member.gene_names for member in members}
+    if len({*lengths}) > 1 or len(gene_names) > 1 or not is_common:
         layouts = [
             f"{', '.join(names)} with {length} genes"
             for names, length in zip(modules, lengths, strict=True)

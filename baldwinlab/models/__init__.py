@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.species import SpeciesModelSimulator
 from baldwinlab.parts.model_part import LifeResults
@@ -42,11 +43,14 @@ class _ModelSimulator:
 
     def __init__(self, experiment: BaseExperiment, seed: int, runs: Sequence[int]) -> None:
         self._model = experiment.model_part
+        # A model does not use the genes of other parts.
+        self._n_weights = experiment.weight_count
         self._seed = seed
         self._runs = runs
 
     def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
-        results: LifeResults = self._model.simulate(self._seed, self._runs, generation, genomes)
+        weights = np.ascontiguousarray(genomes[..., : self._n_weights])
+        results: LifeResults = self._model.simulate(self._seed, self._runs, generation, weights)
         return results
 
 
@@ -64,11 +68,11 @@ class _ScheduledSimulator:
         self, generation: int, genomes: npt.NDArray[np.float32], *sizes: Any
     ) -> LifeResults:
         settings = self._experiment.at(generation)
-        # Without learning, an agent does not use all modules of its genome.
-        used_modules = np.ascontiguousarray(genomes[:, :, : len(settings.modules)])
+        # Without learning, an agent does not use its entire genome.
+        used_genes = trim_genomes(genomes, settings)
         if settings not in self._simulators:
             self._simulators[settings] = self._make_simulator(settings)
-        return self._simulators[settings].simulate(generation, used_modules, *sizes)
+        return self._simulators[settings].simulate(generation, used_genes, *sizes)
 
 
 def make_simulator(

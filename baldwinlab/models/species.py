@@ -53,7 +53,9 @@ class SpeciesModelSimulator:
                 agents = slice(first, first + size)
                 used = cut_genomes(member, genomes[run_indices, agents])
                 runs = [self._runs[index] for index in run_indices]
-                results = member.model_part.simulate(seed, runs, generation, used)
+                # A model does not use the genes of other parts.
+                weights = np.ascontiguousarray(used[..., : member.weight_count])
+                results = member.model_part.simulate(seed, runs, generation, weights)
                 collected.add(results, run_indices, agents, used)
         return collected.finish()
 

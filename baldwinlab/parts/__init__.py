@@ -13,6 +13,7 @@ from pydantic import Field
 
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.variables import PER_AGENT_DIMS, Variable
+from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import per_agent, per_world
 from baldwinlab.engine.rng import FOUNDER, LIFE, philox, uniforms, unit
@@ -22,6 +23,7 @@ from baldwinlab.experiment.file import File
 from baldwinlab.parts.births_and_deaths import bear, die, find_free_slot
 from baldwinlab.parts.bodies import Body
 from baldwinlab.parts.fitness import Fitness
+from baldwinlab.parts.genes import Gene
 from baldwinlab.parts.inheritance import Inheritance
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.loading import Source, load_entry_points, load_file, sources_of
@@ -45,6 +47,7 @@ __all__ = [
     "Fields",
     "File",
     "Fitness",
+    "Gene",
     "GridView",
     "Inheritance",
     "ItemRegion",
@@ -77,6 +80,7 @@ __all__ = [
     "load_entry_points",
     "load_file",
     "negated",
+    "normal_quantile",
     "per_agent",
     "per_world",
     "philox",

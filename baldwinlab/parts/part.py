@@ -24,13 +24,14 @@ from __future__ import annotations
 import inspect
 from collections import namedtuple
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
 from baldwinlab.engine.phases import Array
 from baldwinlab.experiment import registry
 from baldwinlab.experiment.fields import Fields
+from baldwinlab.parts.genes import FIRST_GENE, Gene, add_gene_arrays, require_valid_genes
 from baldwinlab.parts.lane_check import require_lane_isolation
 from baldwinlab.parts.renamed import refuse_old_names
 
@@ -38,6 +39,10 @@ if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass as FieldsMeta
 else:
     FieldsMeta = type(Fields)
+
+
+# Kinds of parts whose hooks create generations. They have no arrays of agents.
+BREEDING_KINDS: Final = ("selection", "variation", "inheritance", "fitness")
 
 
 class PartMeta(FieldsMeta):
@@ -69,6 +74,10 @@ class Part(Fields, metaclass=PartMeta):
     required_settings : Mapping[str, Any]
         Settings by dotted path that an experiment with the part needs. `baldwinlab check` uses
         them.
+    genes : Mapping[str, Gene]
+        Genes of the part by name. In hooks of a lifetime, `part.NAME` is an array [1, lane] with
+        the gene of each agent. In hooks of evolution, `part.NAME` is the index of the gene in the
+        first module of a genome.
     Compiled : type
         NamedTuple class of the first argument of the hooks.
     """
@@ -78,6 +87,7 @@ class Part(Fields, metaclass=PartMeta):
     arrays: ClassVar[Mapping[str, Array]] = {}
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {}
     required_settings: ClassVar[Mapping[str, Any]] = {}
+    genes: ClassVar[Mapping[str, Gene]] = {}
     Compiled: ClassVar[type]
 
     def __init_subclass__(cls, name: str = "", **options: Any) -> None:
@@ -92,7 +102,16 @@ class Part(Fields, metaclass=PartMeta):
         is_built_in = registry.is_built_in(cls.kind, name, cls.__module__)
         _require_signatures(cls)
         cls.name = name
-        fields = [*numeric_fields(cls), *cls.derived, *cls.arrays]
+        taken_names = dict.fromkeys([*cls.model_fields, *cls.derived]) | dict(cls.arrays)
+        require_valid_genes(cls, taken_names)
+        cls.genes = dict(sorted(cls.genes.items()))
+        # The genes are the last fields: of a lifetime as arrays, of evolution as indices.
+        gene_fields: list[str] = list(cls.genes)
+        if cls.genes and cls.kind not in BREEDING_KINDS:
+            add_gene_arrays(cls)
+            gene_fields = []
+        first_gene = [FIRST_GENE] if cls.genes else []
+        fields = [*numeric_fields(cls), *cls.derived, *first_gene, *cls.arrays, *gene_fields]
         compiled_class: Any = namedtuple("Compiled", fields)  # type: ignore[misc]
         # Numba's cache identifies the class by these names.
         compiled_class.__module__ = cls.__module__
@@ -202,7 +221,12 @@ def compiled_values(part: Part, experiment: Any, allocate: Callable[[Array], Any
         settings[name] = np.float32(value) if is_float else value
     derived = {name: derive(part, experiment) for name, derive in kind.derived.items()}
     arrays = {name: allocate(array) for name, array in kind.arrays.items()}
-    return part.Compiled(**settings, **derived, **arrays)
+    genes: dict[str, Any] = {}
+    if kind.genes:
+        indices = {name: experiment.gene_index(name) for name in kind.genes}
+        genes[FIRST_GENE] = min(indices.values())
+        genes |= indices if kind.kind in BREEDING_KINDS else {}
+    return part.Compiled(**settings, **derived, **arrays, **genes)
 
 
 def _require_signatures(part: type[Part]) -> None:

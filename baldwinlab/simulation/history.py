@@ -24,10 +24,12 @@ from baldwinlab.evolution import (
     make_generation,
     remap_parents,
 )
+from baldwinlab.evolution.genes import gene_values
 from baldwinlab.evolution.species import SpeciesIndices, list_initial_species
 from baldwinlab.evolution.species_breeding import (
     compute_species_fitness,
     inherit_within_species,
+    iterate_members,
     make_offspring,
 )
 from baldwinlab.experiment import BaseExperiment
@@ -141,6 +143,7 @@ class History:
         self._saved_genomes[generation] = self.genome
         for name, values in results.records.items():
             self._allocate(name, values)[generation] = values[run_index]
+        self._record_genes(generation)
         energy = results.energy[run_index]
         cost = results.cost[run_index]
         if self.species is None:
@@ -181,6 +184,23 @@ class History:
         self.genome = offspring.genome
         self.species = offspring.species
         self._parents[child_generation] = offspring.parents
+
+    def _record_genes(self, generation: int) -> None:
+        """Record the genes of parts. They are NaN for a species that does not have them."""
+        species = self.species
+        groups = [(self.experiment, slice(None))]
+        if species is not None:
+            members = iterate_members(self.experiment, species)
+            groups = [(member.experiment, member.agents) for member in members]
+        missing = np.full(len(self.genome), np.nan, np.float32)
+        genes = {name: missing.copy() for name in self.experiment.gene_names}
+        for experiment, agents in groups:
+            for name, values in gene_values(experiment, self.genome[agents]).items():
+                genes[name][agents] = values
+        for name, values in genes.items():
+            # `_allocate` reads the number of agents from the second dimension.
+            array = self._allocate(variables.gene_variable(name), values[None])
+            array[generation] = values
 
     def _require_expected_fitness(self, generation: int) -> None:
         """Raise RefusedError if the last generation of the record has another fitness now."""
@@ -261,7 +281,7 @@ def provenance_attributes(experiment: BaseExperiment, seed: int, run: int) -> di
         "condition": experiment.name,
         "seed": seed,
         "run": run,
-        "weight_order": variables.WEIGHT_ORDER,
+        "weight_order": variables.describe_weight_order(experiment),
         "baldwinlab": __version__,
         "python": platform.python_version(),
         "numpy": np.__version__,

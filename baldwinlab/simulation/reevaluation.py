@@ -15,6 +15,7 @@ import xarray as xr
 
 from baldwinlab.core.variables import as_record
 from baldwinlab.evolution import GenerationKey, Genome, fitness, make_generation, needs_simulation
+from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
@@ -64,7 +65,7 @@ def reevaluate(
     Outcomes
         The results. A run gives bit-identical results whatever other runs are in `runs`.
     """
-    genomes = genomes[:, :, : len(experiment.modules)]
+    genomes = trim_genomes(genomes, experiment)
     results = make_simulator(experiment, seed, runs).simulate(generation, genomes)
     settings = experiment.at(generation)
     return _make_outcomes(settings, results, genomes)
@@ -75,9 +76,8 @@ def make_batch(
 ) -> CpuBatch:
     """Return a batch of the given genomes before its first step. See `reevaluate`."""
     settings = experiment.at(generation)
-    used_genomes = genomes[:, :, : len(settings.modules)]
     batch = CpuBatch(settings, seed, runs)
-    batch.begin(generation, np.ascontiguousarray(used_genomes))
+    batch.begin(generation, trim_genomes(genomes, settings))
     return batch
 
 

@@ -19,6 +19,7 @@ from baldwinlab.evolution import (
     make_generation,
     needs_simulation,
 )
+from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.appearance import appearance_json, describe_appearance
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
@@ -159,7 +160,7 @@ def _trace_lifetime(experiment: Experiment, genome: Genome, key: GenerationKey) 
     """Simulate the lifetime of `genome` [agent, module, weight] and return its trace."""
     seed, run, generation = key
     settings = experiment.at(generation)
-    genome = np.ascontiguousarray(genome[:, : len(settings.modules)])
+    genome = trim_genomes(genome, settings)
     batch = CpuBatch(settings, seed, [run])
     genomes_of_batch = genome[None]
     batch.begin(generation, genomes_of_batch)

@@ -21,6 +21,8 @@ VARIATIONS = [
     for name in registry.package_parts("variation")
     if "vary" in overridden_hooks(registry.find_class("variation", name))
     and name not in VARIATIONS_OF_ONE_MODEL
+    # These genomes have no genes of parts.
+    and not registry.find_class("variation", name).genes
 ]
 SETTINGS = [
     {"mutation_rate": 0.3, "mutation_gate": "weight"},

@@ -33,6 +33,8 @@ OUTPUT_ARRAYS: Final = {
     "evaluate": "fitness",
 }
 """The array that a hook fills. `_list_outputs` has the hooks `measure` and `inherit`."""
+VARIATION_HOOKS: Final = ("vary", "vary_population")
+"""Hooks that create children."""
 
 
 class HookError(BaldwinLabError):
@@ -235,6 +237,11 @@ def _list_outputs(part: Any, hook: str, values: Mapping[str, Any]) -> dict[str, 
         return {"inherited": np.asarray(values["inherited"])[: values["learned"].size]}
     if hook not in OUTPUT_ARRAYS:
         return {}
+    if hook in VARIATION_HOOKS and part.genes:
+        # A variation with genes reads those of the child, the last entries of the first module.
+        children = np.asarray(values[OUTPUT_ARRAYS[hook]])
+        first_gene = values["part"].first_gene
+        return {"first module": children[..., 0, :first_gene], "modules": children[..., 1:, :]}
     return {OUTPUT_ARRAYS[hook]: np.asarray(values[OUTPUT_ARRAYS[hook]])}
 
 

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.fixture import PartGroup, breeding_arguments, part_values
+from baldwinlab.api.checks.fixture import N_WEIGHTS, PartGroup, breeding_arguments, part_values
 from baldwinlab.api.checks.signatures import oracle_key
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import cached_jit
@@ -79,9 +79,27 @@ def _draw_rounds(group: PartGroup, part: Any) -> Iterator[Round]:
     random = np.random.default_rng(group.seed)
     values = part_values(group.experiment, part)
     for number in range(ROUNDS):
-        arrays = breeding_arguments(random, len(group.experiment.modules))
+        arrays = breeding_arguments(random, *_genome_shape(group.experiment, part))
+        _draw_genes(group.experiment, random, arrays["genome"])
         lists = {name: np.asarray(value).tolist() for name, value in arrays.items()}
         yield Round(number, values, arrays, lists)
+
+
+def _genome_shape(experiment: Any, part: Any) -> tuple[int, int]:
+    """Return the numbers of modules and weights of a genome in a round.
+
+    Hooks of a part with genes read the genes at their positions in the genomes of the experiment.
+    """
+    n_weights = experiment.genome_length if part.genes else N_WEIGHTS
+    return len(experiment.modules), n_weights
+
+
+def _draw_genes(experiment: Any, random: np.random.Generator, genome: Genome) -> None:
+    """Draw the genes of parts in genomes [agent, module, weight] from their ranges."""
+    for name, gene in experiment.genes.items():
+        index = experiment.gene_index(name)
+        if index < genome.shape[2]:
+            genome[:, 0, index] = random.uniform(gene.low, gene.high, len(genome))
 
 
 def _simulate_generations(group: PartGroup, part: Any) -> Iterator[Generation]:
@@ -196,7 +214,8 @@ def compare_selection(group: PartGroup, part: Any) -> None:
 def compare_variation(group: PartGroup, part: Any) -> None:
     """Compare a variation with its oracle.
 
-    `oracle(part, fitter, second, draws, gate)` returns the child, [module][weight].
+    `oracle(part, fitter, second, draws, gate)` returns the child, [module][weight]. The oracle of
+    a variation with genes has the further argument `genes`: the genes of the child by name.
 
     Parameters
     ----------
@@ -212,8 +231,10 @@ def compare_variation(group: PartGroup, part: Any) -> None:
     """
     names = ("fitter", "second", "draws", "gate")
     for number, values, arrays, lists in _draw_rounds(group, part):
+        genes = {name: float(arrays["child"][0, getattr(values, name)]) for name in part.genes}
         part.vary(values, *(arrays[name] for name in names), arrays["child"])
-        expected = part.oracle(values, *(lists[name] for name in names))
+        further_arguments = (genes,) if part.genes else ()
+        expected = part.oracle(values, *(lists[name] for name in names), *further_arguments)
         _require_close(arrays["child"], expected, f"in round {number}, a child")
 
 
@@ -334,6 +355,7 @@ BREEDING_COMPARISONS: Final[dict[str, Callable[[PartGroup, Any], None]]] = {
     "selection": compare_selection,
     "select_with_genomes": compare_pairs,
     "variation": compare_variation,
+    "variation with genes": compare_variation,
     "vary_population": compare_children,
     "inheritance": compare_inheritance,
     "fitness": compare_fitness,

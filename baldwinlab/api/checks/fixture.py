@@ -48,6 +48,8 @@ COMMON_SETTINGS: Final[Mapping[str, Any]] = {
 """Settings of the experiments that use any model."""
 SEED: Final = 11
 """Default seed of the random worlds."""
+N_WEIGHTS: Final = 8
+"""Default number of weights of a module in the arguments of hooks of reproduction."""
 LEARNING_RATE: Final = 0.5
 """High learning rate. With a low rate, rounding errors could hide a wrong rule."""
 
@@ -196,7 +198,9 @@ def part_values(experiment: Any, part: type[Part], state: Any = None) -> Any:
     return next(values for values in parts if type(values).part is part)
 
 
-def breeding_arguments(random: np.random.Generator, modules: int) -> dict[str, Any]:
+def breeding_arguments(
+    random: np.random.Generator, modules: int, weights: int = N_WEIGHTS
+) -> dict[str, Any]:
     """Return random arguments of the hooks of reproduction, by name.
 
     Parameters
@@ -205,14 +209,15 @@ def breeding_arguments(random: np.random.Generator, modules: int) -> dict[str, A
         The generator of the random numbers.
     modules
         The number of modules of a genome.
+    weights
+        The number of weights of a module.
 
     Returns
     -------
     dict
-        The arguments, for five agents and eight weights per module.
+        The arguments, for five agents.
     """
     agents = 5
-    weights = 8
     # Both parents, the child, and the agent whose genome is inherited.
     genome = random.normal(size=(4, modules, weights)).astype(np.float32)
     fitter, second, child, innate = genome

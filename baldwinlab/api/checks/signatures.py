@@ -55,6 +55,9 @@ ORACLES: Final = {
     "variation": OracleSignature(
         "part, fitter, second, draws, gate", "it returns the child", ("vary",)
     ),
+    "variation with genes": OracleSignature(
+        "part, fitter, second, draws, gate, genes", "it returns the child", ("vary",)
+    ),
     "vary_population": OracleSignature(
         "part, genome, fitness, parents, draws",
         "it returns all children",
@@ -89,10 +92,14 @@ def oracle_key(part: type[Part]) -> str:
     Returns
     -------
     str
-        A hook that gets the complete population, or the kind of the part.
+        A hook that gets the complete population, or the kind of the part. A variation with genes
+        has its own key.
     """
     hooks = [hook for hook in POPULATION_HOOKS if hook in overridden_hooks(part)]
-    return hooks[0] if hooks else part.kind
+    if hooks:
+        return hooks[0]
+    reads_genes = part.kind == "variation" and len(part.genes) > 0
+    return "variation with genes" if reads_genes else part.kind
 
 
 def require_oracle_signature(group: PartGroup) -> str:
@@ -134,7 +141,9 @@ def require_signature(part: Any) -> None:
     """
     key = oracle_key(part)
     contract = ORACLES[key]
-    reason = "" if key == part.kind else f", because it has `{key}`"
+    has_genes = key.startswith(part.kind) and len(part.genes) > 0
+    cause = "genes" if has_genes else f"`{key}`"
+    reason = "" if key == part.kind else f", because it has {cause}"
     expected = f"it must be a static method oracle({contract.arguments}){reason}; {contract.result}"
     if not isinstance(inspect.getattr_static(part, "oracle"), staticmethod):
         raise FailsError(f"{part_label(part)}: oracle is not a static method; {expected}")

@@ -13,10 +13,12 @@ from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import ONE, ZERO, place_newborn
 from baldwinlab.models.miniworld.population import agent_number, newborn_number, start_life
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
+from baldwinlab.parts.genes import load_part_genes
 from baldwinlab.parts.learning_rules import init_agent, load_genes
 from baldwinlab.parts.world_features import init_world
 
 init_features = for_each_part(init_world)
+load_genes_of_parts = for_each_part(load_part_genes)
 
 
 @compiled
@@ -25,7 +27,6 @@ def load_genome(model: MiniWorldModel, state: State, world: int, agent: int) -> 
     lane = world * model.agents + agent
     weights = state.weights.shape[0]
     last_module = state.genome.shape[2] - 1
-    last_gene = state.genome.shape[3] - 1
     for weight in range(weights):
         state.weights[weight, lane] = state.genome[world, agent, 0, weight]
     for gene in range(state.genes.shape[0]):
@@ -34,8 +35,15 @@ def load_genome(model: MiniWorldModel, state: State, world: int, agent: int) -> 
         state.genes[gene, lane] = state.genome[world, agent, module, gene % weights]
     rate = np.float32(model.rate)
     if model.evolved_rate:
-        rate = express_rate(model.rate, state.genome[world, agent, 0, last_gene])
+        # The gene of the rate follows the weights.
+        rate = express_rate(model.rate, state.genome[world, agent, 0, weights])
     state.rate[0, lane] = rate
+    first_module = state.genome[world, agent, 0]
+    load_part_genes(state.network, first_module, lane)
+    load_part_genes(state.rule, first_module, lane)
+    load_part_genes(state.body, first_module, lane)
+    load_genes_of_parts(state.senses, first_module, lane)
+    load_genes_of_parts(state.features, first_module, lane)
 
 
 @compiled

@@ -28,7 +28,9 @@ import numpy as np
 
 from baldwinlab.engine.phases import Array
 from baldwinlab.engine.rng import AGE, INHERITANCE, MUTATION_GATE, SELECTION, draw_uniforms, uniform
+from baldwinlab.evolution.genes import GeneTable, make_gene_table, mix_genes
 from baldwinlab.evolution.neutral_selection import is_neutral_control
+from baldwinlab.evolution.rng_key import GenerationKey
 from baldwinlab.evolution.roulette_wheel import find_first_above
 from baldwinlab.models.miniworld.allocation import eaten_energies
 from baldwinlab.models.miniworld.birth import replace_agent
@@ -128,16 +130,23 @@ def _make_child(
     is_second_fitter = _share(wheel, second_parent) > _share(wheel, first_parent)
     if is_second_fitter:
         first_parent, second_parent = second_parent, first_parent
+    key = GenerationKey(seed, run, generation)
+    genes = GeneTable(part.first_gene_index, part.gene_table)
+    first_genome = state.genome[world, first_parent]
+    second_genome = state.genome[world, second_parent]
     draw_uniforms(seed, run, generation, INHERITANCE, number, part.draws[world])
+    # The variation can read the genes of parts, and cannot change them.
+    mix_genes(genes, key, number, first_genome, second_genome, part.child[world])
     gate = uniform(philox(0, number, generation, MUTATION_GATE, seed, run)[0])
     vary(
         part.variation,
-        state.genome[world, first_parent],
-        state.genome[world, second_parent],
+        first_genome,
+        second_genome,
         part.draws[world],
         gate,
         part.child[world],
     )
+    mix_genes(genes, key, number, first_genome, second_genome, part.child[world])
     return state.origin[world, first_parent, 0], state.origin[world, second_parent, 0]
 
 
@@ -210,6 +219,9 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {
         "energies": lambda part, experiment: np.array(eaten_energies(experiment), np.float32),
         "is_neutral": is_neutral_control,
+        # The genes of parts: index of the first one, and their table.
+        "first_gene_index": lambda part, experiment: make_gene_table(experiment).first,
+        "gene_table": lambda part, experiment: make_gene_table(experiment).values,
         "variation": lambda part, experiment: breeding_part(experiment, "variation")[0],
     }
 

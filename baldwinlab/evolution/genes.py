@@ -1,0 +1,209 @@
+"""Inheritance and mutation of the genes of parts.
+
+A child inherits each gene from one of its parents with equal probability. The gene then mutates as
+its declaration states, and stays in its range. A survivor keeps its genes. Genes are inherited
+before the variation, which can therefore read them in the genome of the child.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.engine import rng
+from baldwinlab.engine.arithmetic import normal_quantile, power_of_ten
+from baldwinlab.engine.jit import compiled, jit_entry_point
+from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.parts.breeding import ITSELF
+from baldwinlab.parts.genes import MUTATIONS
+
+# Columns of a gene table.
+LOW: Final = 0
+HIGH: Final = 1
+SIZE: Final = 2
+RATE: Final = 3
+MUTATION: Final = 4
+N_COLUMNS: Final = 5
+NO_MUTATION: Final = MUTATIONS.index("none")
+LOG_NORMAL: Final = MUTATIONS.index("log-normal")
+# log10(e): exp(x) is ten to the power of x * LOG_OF_E.
+LOG_OF_E: Final = 0.4342944819032518
+
+
+class GeneTable(NamedTuple):
+    """The genes of an experiment, for compiled code.
+
+    Attributes
+    ----------
+    first : int
+        Index of the first gene in the first module of a genome.
+    values : array, float64 [gene, 5]
+        Smallest value, largest value, size and rate of mutations, number of the kind of mutation.
+    """
+
+    first: int
+    values: npt.NDArray[np.float64]
+
+    @property
+    def genes(self) -> slice:
+        """Return the indices of the genes in the first module of a genome."""
+        return slice(self.first, self.first + len(self.values))
+
+
+@lru_cache(maxsize=64)
+def make_gene_table(experiment: BaseExperiment) -> GeneTable:
+    """Return the genes of parts of an experiment as a table. It has no rows without genes."""
+    rows = [
+        (gene.low, gene.high, gene.size, gene.rate, MUTATIONS.index(gene.mutation))
+        for gene in experiment.genes.values()
+    ]
+    values = np.array(rows, np.float64).reshape(-1, N_COLUMNS)
+    return GeneTable(experiment.genome_length - len(rows), values)
+
+
+def trim_genomes(genomes: Genome, experiment: BaseExperiment) -> Genome:
+    """Return the modules and genes of genomes that an experiment uses.
+
+    An experiment without learning has no genes of the learning rule, and no module of teachers.
+
+    Parameters
+    ----------
+    genomes : array, float32 [..., module, weight]
+        Genomes with at least the modules and genes of the experiment.
+    experiment : BaseExperiment
+        The experiment.
+
+    Returns
+    -------
+    array, float32 [..., module, weight]
+        The first modules and genes, contiguous in memory.
+    """
+    used = genomes[..., : len(experiment.modules), : experiment.genome_length]
+    return np.ascontiguousarray(used)
+
+
+def gene_values(experiment: BaseExperiment, genome: Genome) -> dict[str, npt.NDArray[np.float32]]:
+    """Return the values of the genes of parts by name, each [agent].
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment of the agents.
+    genome : array, float32 [agent, module, weight]
+        Genomes of the agents.
+    """
+    first = experiment.genome_length - len(experiment.gene_names)
+    return {name: genome[:, 0, first + number] for number, name in enumerate(experiment.gene_names)}
+
+
+def set_initial_genes(experiment: BaseExperiment, genome: Genome) -> None:
+    """Set the genes of parts in genomes [agent, module, weight] to their initial values."""
+    genes = experiment.genes
+    first = experiment.genome_length - len(genes)
+    for number, gene in enumerate(genes.values()):
+        genome[:, 0, first + number] = gene.initial
+
+
+def require_genes_in_range(experiment: BaseExperiment, genome: Genome, path: str) -> None:
+    """Raise RefusedError if a gene of a founder is outside its range.
+
+    `genome` is [agent, module, weight]. `path` is the genome file, for the message.
+    """
+    genes = experiment.genes
+    for name, values in gene_values(experiment, genome).items():
+        # Genomes are float32, so the bounds are compared as float32.
+        low = np.float32(genes[name].low)
+        high = np.float32(genes[name].high)
+        is_outside = (values < low) | (values > high)
+        if is_outside.any():
+            agent = int(np.argmax(is_outside))
+            raise RefusedError(
+                f"{path}: the gene {name!r} of agent {agent} is {values[agent]:g}, outside its "
+                f"range from {low:g} to {high:g} in {experiment.name}"
+            )
+
+
+def inherit_genes(
+    experiment: BaseExperiment,
+    key: GenerationKey,
+    genome: Genome,
+    parents: Parents,
+    children: Genome,
+) -> Genome:
+    """Write the inherited and mutated genes of parts into `children`, and return a copy of them.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment, with its settings in the generation of the parents.
+    key : GenerationKey
+        Key of the generation of the children.
+    genome : array, float32 [agent, module, weight]
+        Genomes of the parents' generation.
+    parents : array, int32 [child, 2]
+        Parents of each child. The second one of a survivor is `ITSELF`.
+    children : array, float32 [child, module, weight]
+        Output: the genes of the children.
+
+    Returns
+    -------
+    array, float32 [child, gene]
+        The genes. Without genes of parts, it has no columns.
+    """
+    table = make_gene_table(experiment)
+    if len(table.values) > 0:
+        _inherit_all(table, key, genome, parents, children)
+    return children[:, 0, table.genes].copy()
+
+
+@jit_entry_point
+def _inherit_all(
+    table: GeneTable, key: GenerationKey, genome: Genome, parents: Parents, children: Genome
+) -> None:
+    for child in range(children.shape[0]):
+        first = genome[parents[child, 0]]
+        if parents[child, 1] == ITSELF:
+            for gene in range(table.first, table.first + table.values.shape[0]):
+                children[child, 0, gene] = first[0, gene]
+        else:
+            second = genome[parents[child, 1]]
+            mix_genes(table, key, child, first, second, children[child])
+
+
+@compiled
+def mix_genes(table: Any, key: Any, number: int, fitter: Any, second: Any, child: Any) -> None:
+    """Write the genes of parts of a child, inherited from two parents and mutated.
+
+    Parameters
+    ----------
+    table : GeneTable
+        The genes.
+    key : GenerationKey
+        Key of the random numbers.
+    number : int
+        Number of the child in the generation.
+    fitter, second : array, float32 [module, weight]
+        Genomes of the parents. Read only.
+    child : array, float32 [module, weight]
+        Output: its genes of parts.
+    """
+    for gene in range(table.values.shape[0]):
+        index = table.first + gene
+        words = rng.philox(gene, number, key.generation, rng.GENES, key.seed, key.run)
+        takes_fitter = rng.uniform(words[0]) < 0.5
+        value = np.float64(fitter[0, index] if takes_fitter else second[0, index])
+        mutation = table.values[gene, MUTATION]
+        mutates = rng.uniform(words[1]) < table.values[gene, RATE]
+        if mutates and mutation != NO_MUTATION:
+            change = table.values[gene, SIZE] * normal_quantile(rng.uniform(words[2]))
+            if mutation == LOG_NORMAL:
+                value *= power_of_ten(change * LOG_OF_E)
+            else:
+                value += change
+        limited_value = min(max(value, table.values[gene, LOW]), table.values[gene, HIGH])
+        child[0, index] = np.float32(limited_value)

@@ -1,0 +1,83 @@
+"""The variation `self-adaptive`: mutations whose size is a gene.
+
+Each agent has the gene `step_size`. A child inherits it from one of its parents. The gene then
+mutates log-normally, before the weights. All weights mutate with the new step size, so selection
+acts on step sizes by the weights that they produce.
+
+Interpretation: weights and the step size are recombined discretely. Evolution strategies often use
+the mean of the step sizes instead.
+
+References
+----------
+.. [1] H.-P. Schwefel, Numerical Optimization of Computer Models (1981): inherited step sizes.
+.. [2] T. Bäck and H.-P. Schwefel, "An overview of evolutionary algorithms for parameter
+   optimization", Evolutionary Computation 1 (1993): the learning rate 1 / sqrt(2 n), for n weights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from statistics import NormalDist
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.engine.arithmetic import normal_quantile
+from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.parts import Field, Gene, Variation
+
+MIN_STEP_SIZE = 1e-4
+MAX_STEP_SIZE = 10.0
+
+
+class SelfAdaptive(Variation, name="self-adaptive"):
+    """Each weight from either parent; mutation adds N(0, `step_size`), a gene of the child.
+
+    References
+    ----------
+    Schwefel 1981; Bäck and Schwefel 1993.
+    """
+
+    initial_step_size: float = Field(
+        0.1,
+        ge=MIN_STEP_SIZE,
+        le=MAX_STEP_SIZE,
+        description="Standard deviation of the mutations of the founders.",
+    )
+    settings: ClassVar[tuple[str, ...]] = ()
+    genes: ClassVar[Mapping[str, Gene]] = {
+        "step_size": Gene(
+            initial="initial_step_size",
+            low=MIN_STEP_SIZE,
+            high=MAX_STEP_SIZE,
+            help="standard deviation of mutations",
+        )
+    }
+
+    @staticmethod
+    def vary(
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
+        step_size = np.float64(child[0, part.step_size])
+        for module in range(child.shape[0]):
+            for weight in range(child.shape[1]):
+                draw = module * child.shape[1] + weight
+                takes_fitter = draws[draw, 0] < 0.5
+                inherited = fitter[module, weight] if takes_fitter else second[module, weight]
+                mutation = np.float32(step_size * normal_quantile(draws[draw, 1]))
+                child[module, weight] = inherited + mutation
+
+    @staticmethod
+    def oracle(
+        part: Any, fitter: Any, second: Any, draws: Any, gate: float, genes: Mapping[str, float]
+    ) -> Any:
+        mutations = NormalDist(0, genes["step_size"])
+        remaining_draws = iter(draws)
+        child: list[list[float]] = []
+        for fitter_module, second_module in zip(fitter, second, strict=True):
+            child.append([])
+            for fitter_weight, second_weight in zip(fitter_module, second_module, strict=True):
+                coin, quantile, _, _ = next(remaining_draws)
+                inherited = fitter_weight if coin < 0.5 else second_weight
+                child[-1].append(inherited + mutations.inv_cdf(quantile))
+        return child

@@ -1,0 +1,105 @@
+"""Genes of parts in an experiment: their order in the genome, their values and their checks.
+
+The genes of parts are the last entries of the first module of a genome, in the order of the parts.
+The genes of the selection, and then those of the learning rule, come last. An experiment without
+learning therefore uses the first entries of the genomes of its learners.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+from baldwinlab.experiment import paths, registry
+from baldwinlab.experiment.class_builder import choosing_fields
+from baldwinlab.experiment.fields import ExperimentError
+
+# Paths of the parts whose genes come last, because a control replaces these parts.
+LAST_PATHS: Final = ("evolution.selection", "learning.rule")
+
+
+def list_gene_names(experiment: Any) -> list[str]:
+    """Return the names of the genes of parts, in the order of the genome.
+
+    Parts that are not loaded are left out.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+    """
+    return [name for _, part in _parts_with_genes(experiment) for name in part.genes]
+
+
+def resolve_genes(experiment: Any) -> dict[str, Any]:
+    """Return the genes of parts by name, in the order of the genome, with numbers as values.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+
+    Raises
+    ------
+    ExperimentError
+        If a gene has an invalid number, or two parts have a gene of the same name.
+    """
+    genes: dict[str, Any] = {}
+    for path, part_class in _parts_with_genes(experiment):
+        (part,) = (part for part in experiment.parts(path) if isinstance(part, part_class))
+        for name, gene in part.genes.items():
+            if name in genes:
+                raise ExperimentError(
+                    f"{path} = {part.name!r} has the gene {name!r}, which another part has, too; "
+                    "rename one of them"
+                )
+            try:
+                genes[name] = gene.resolve(part, experiment)
+            except ValueError as error:
+                message = str(error).removeprefix("gene: ")
+                raise ExperimentError(
+                    f"{path} = {part.name!r}: the gene {name!r} has {message}"
+                ) from None
+    return genes
+
+
+def check_genes(experiment: Any) -> None:
+    """Check the genes of parts of an experiment.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+
+    Raises
+    ------
+    ExperimentError
+        As `resolve_genes`, or if genomes are graphs, which cannot hold genes.
+    """
+    genes = resolve_genes(experiment)
+    genome_path = "network.kind" if experiment.model == "miniworld" else "model"
+    if genes and experiment.part(genome_path).has_graph_genomes:
+        raise ExperimentError(
+            f"{genome_path} = {experiment.part(genome_path).name!r} has graphs as genomes, which "
+            f"cannot hold genes of parts ({', '.join(genes)}); choose another one"
+        )
+
+
+def _parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
+    """Yield path and class of each loaded part with genes, in the order of the genome."""
+    fields = choosing_fields(type(experiment))
+    ordered_fields = sorted(fields, key=lambda field: _rank(field[0]))
+    for path, kind, _ in ordered_fields:
+        # A model counts all of its genes by itself.
+        if kind == "model":
+            continue
+        value, _ = paths.look_up(experiment, path)
+        for name in (value,) if isinstance(value, str) else value:
+            if registry.is_available(kind, name):
+                part = registry.find_class(kind, name)
+                if part.genes:
+                    yield path, part
+
+
+def _rank(path: str) -> int:
+    return LAST_PATHS.index(path) + 1 if path in LAST_PATHS else 0
