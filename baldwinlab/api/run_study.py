@@ -226,9 +226,12 @@ def _announce_runs(
     agent_steps = sum(
         count_agent_steps(study.experiments[name]) * len(runs) for name, runs in missing.items()
     )
+    may_stop = any(study.experiments[name].may_stop for name, runs in missing.items() if runs)
+    # A run that stops needs fewer agent-steps.
+    limit = "at most " if may_stop else ""
     console.info(
         f"{request.directory}: {n_stored:,} of {request.total_runs:,} "
-        f"runs stored, {n_missing:,} to do ({agent_steps:,} agent-steps)"
+        f"runs stored, {n_missing:,} to do ({limit}{agent_steps:,} agent-steps)"
     )
 
 

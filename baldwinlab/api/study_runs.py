@@ -10,7 +10,7 @@ import xarray as xr
 from baldwinlab.api.agents import AgentNetwork, make_network, read_genomes, select_condition
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
-from baldwinlab.simulation.replay import replay
+from baldwinlab.simulation.replay import replay, require_simulated
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import open_sweep
@@ -149,6 +149,7 @@ class StudyRuns:
         experiment = self.experiment(condition)
         self._store.require_parts(condition)
         energy = self._store.read(condition, run, genomes=False).energy
+        require_simulated(experiment, run, generation, energy.sizes["generation"])
         return replay(
             experiment, seed=self.seed, run=run, generation=generation, energy=energy, force=force
         )

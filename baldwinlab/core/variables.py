@@ -313,6 +313,12 @@ WEIGHT_ORDER = (
 
 # Attribute of a run that ended before its last generation: the name of its stop part.
 STOP_ATTRIBUTE = "stopped_by"
+# Coordinate (condition, run) of studies whose runs can stop: number of simulated generations.
+GENERATION_COUNT = "n_generations"
+GENERATION_COUNT_ATTRIBUTES = {
+    "units": "generations",
+    "long_name": "number of simulated generations of the run",
+}
 
 
 def describe_weight_order(experiment: Any) -> str:

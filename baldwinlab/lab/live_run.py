@@ -13,6 +13,7 @@ from typing import Any, Final
 from uuid import uuid4
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.experiment import Experiment
@@ -123,7 +124,8 @@ class LiveRun:
     @property
     def generations_done(self) -> int:
         """Return the number of generations that are finished in every run."""
-        return self._histories[-1].n_generations if self._histories else 0
+        # A run that stopped has fewer generations than the others.
+        return max((history.n_generations for history in self._histories), default=0)
 
     def pause(self) -> None:
         """Pause the run within a lifetime. Has no effect after `stop`."""
@@ -169,17 +171,22 @@ class LiveRun:
         dict
             For each measure (best, mean, share): `mean` over runs [generation]. With several runs
             also `low` and `high`, the 95 % interval of the mean [generation], and `runs`, the
-            values of all runs [generation, run].
+            values of all runs [generation, run]. A run that stopped keeps the values of its last
+            generation.
 
         """
         # This import takes time.
         from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
         from baldwinlab.analysis.statistics.fitness import MEASURES
 
-        values_by_run = {"energy": [history.energy[first:stop] for history in self._histories]}
+        generations = np.arange(first, min(stop, self.generations_done))
+        values_by_run = {
+            "energy": [_take_until_last(history.energy, generations) for history in self._histories]
+        }
         if isinstance(self.experiment, Experiment):
             values_by_run["food_eaten"] = [
-                history.recorded_values("food_eaten")[first:stop] for history in self._histories
+                _take_until_last(history.recorded_values("food_eaten"), generations)
+                for history in self._histories
             ]
         dimensions = ("run", "generation", "agent")
         dataset = xr.Dataset(
@@ -213,10 +220,12 @@ class LiveRun:
         """
         if not 0 <= run < self.n_runs:
             raise ValueError(f"run = {run} must be at least 0 and less than {self.n_runs}")
-        if not 0 <= generation < self.generations_done:
+        # No history exists before the first generation is finished.
+        n_done = self._histories[run].n_generations if self._histories else 0
+        if not 0 <= generation < n_done:
             raise ValueError(
                 f"generation {generation} of the live run {self.id} is not finished:"
-                f" {self.generations_done} generations are"
+                f" {n_done} generations are"
             )
         return self._histories[run]
 
@@ -275,6 +284,11 @@ class LiveRun:
         self._running.wait()
         if self._is_stopping:
             raise StoppedError
+
+
+def _take_until_last(values: npt.NDArray[Any], generations: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return the values of generations; those of the last one if a run stopped before."""
+    return values[np.minimum(generations, len(values) - 1)]
 
 
 def read_seconds(command: dict[str, Any]) -> float:

@@ -60,9 +60,9 @@ def pack_view(lab: Lab, query: Query) -> bytes:
 
     def make() -> bytes:
         record = study.record(name, run)
+        genomes = restore_genomes(experiment, record, generation)
         fittest_agent = int(record.energy.values[generation].argmax())
         agent = fittest_agent if requested_agent is None else requested_agent
-        genomes = restore_genomes(experiment, record, generation)
         generation_key = GenerationKey(study.seed, run, generation)
         data = view.make_data(experiment.model_part, generation_key, genomes, agent)
         header = {

@@ -21,7 +21,7 @@ from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.lifetimes import collect_results
 from baldwinlab.parts import model_part
-from baldwinlab.simulation.replay import recompute_genomes
+from baldwinlab.simulation.replay import recompute_genomes, require_simulated
 
 
 class Outcomes(NamedTuple):
@@ -104,9 +104,11 @@ def _make_outcomes(
 def restore_genomes(experiment: BaseExperiment, record: xr.Dataset, generation: int) -> Genome:
     """Return the genomes of a generation of a stored run, [agent, module, weight].
 
-    Genomes that are not stored are recomputed from the previous stored generation.
+    Genomes that are not stored are recomputed from the previous stored generation. The function
+    raises RefusedError if the run stopped before the generation.
     """
     record = as_record(record)
+    require_simulated(experiment, int(record.attrs["run"]), generation, record.sizes["generation"])
     stored_generations = record["kept_generation"].values
     # The founders are always stored, so a previous stored generation exists.
     stored_index = int(np.searchsorted(stored_generations, generation, side="right")) - 1

@@ -11,6 +11,7 @@ import xarray as xr
 from baldwinlab.core import variables
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.resources import Need, require_resources
+from baldwinlab.core.variables import STOP_ATTRIBUTE
 from baldwinlab.evolution import (
     GenerationKey,
     Genome,
@@ -71,7 +72,8 @@ def replay(
     ArgumentError
         The seed or the number of the run is out of range.
     RefusedError
-        The model has no world, the experiment has no such generation, or too little memory is free.
+        The model has no world, the experiment has no such generation, the run stops before it, or
+        too little memory is free.
     """
     check_seed(seed, run)
     require_world(experiment)
@@ -80,6 +82,9 @@ def replay(
             f"generation = {generation} must be at least 0 and less than "
             f"{experiment.evolution.generations}"
         )
+    if energy is not None:
+        # The energy of the replayed generation is not required.
+        require_simulated(experiment, run, generation, count_generations(energy) + 1)
     # The energy of the earlier generations determines the genomes without a simulation.
     n_simulated = generation if energy is None else 0
     require_resources(
@@ -190,6 +195,23 @@ def _estimate_need(experiment: Experiment, earlier_generations: int) -> Need:
     return need.add_later(estimate_simulation(shortened))
 
 
+def count_generations(energy: xr.DataArray) -> int:
+    """Return the number of simulated generations of a run with the energy (generation, agent)."""
+    is_simulated = energy.notnull().any("agent").values
+    return len(is_simulated) - int(is_simulated[::-1].argmax())
+
+
+def require_simulated(
+    experiment: BaseExperiment, run: int, generation: int, n_generations: int
+) -> None:
+    """Raise RefusedError if a run with `n_generations` generations ended before a generation."""
+    if generation >= n_generations:
+        raise RefusedError(
+            f"generation = {generation}: run {run} of {experiment.name} has the generations 0 to "
+            f"{n_generations - 1}"
+        )
+
+
 def simulate_energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr.DataArray | None:
     """Simulate the generations before `key`, and return their energy; None for the founders."""
     seed, run, generation = key
@@ -199,6 +221,9 @@ def simulate_energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr
         evolution={"generations": generation}, record={"genome_every": generation}
     )
     (dataset,) = simulate_batch(shortened, seed, [run])
+    # A run that stopped has no later generation, even if its last one is the one before.
+    n_generations = dataset.sizes["generation"] + (STOP_ATTRIBUTE not in dataset.attrs)
+    require_simulated(experiment, run, generation, n_generations)
     return dataset["energy"]
 
 
@@ -239,6 +264,7 @@ def recompute_genomes(
             evolution={"generations": generation + 1}, record={"genome_every": generation}
         )
         (dataset,) = simulate_batch(shortened, seed, [run])
+        require_simulated(experiment, run, generation, dataset.sizes["generation"])
         return np.asarray(dataset["genome"].values[generation], np.float32)
     if energy is None:
         energy = simulate_energy_before(experiment, key)

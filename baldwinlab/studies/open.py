@@ -10,7 +10,13 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.core.files import parse_location
-from baldwinlab.core.variables import DIMENSION_MEANINGS, PARENT_NAMES, RUN_VARIABLES
+from baldwinlab.core.variables import (
+    DIMENSION_MEANINGS,
+    GENERATION_COUNT,
+    GENERATION_COUNT_ATTRIBUTES,
+    PARENT_NAMES,
+    RUN_VARIABLES,
+)
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import factor_coordinates
 from baldwinlab.experiment.toml import to_toml
@@ -32,10 +38,11 @@ def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) ->
     xarray.Dataset
         The variables of `baldwinlab.core.variables.RUN_VARIABLES`, with the dimensions `condition`,
         `run`, `generation` and `agent`. Missing values are NaN where conditions differ in their
-        numbers of runs, generations or agents. `experiment` is each condition as TOML. `learner`,
-        `map` and `variant` are coordinates of `condition` if a condition has them. Write
-        `data["map"]`: `data.map` is a method of xarray. The attributes of a variable are its
-        `units` and `long_name`.
+        numbers of runs, generations or agents, and after the generation in which a run stopped. If
+        runs can stop, the coordinate `n_generations` (condition, run) is the number of simulated
+        generations. `experiment` is each condition as TOML. `learner`, `map` and `variant` are
+        coordinates of `condition` if a condition has them. Write `data["map"]`: `data.map` is a
+        method of xarray. The attributes of a variable are its `units` and `long_name`.
 
     Raises
     ------
@@ -50,7 +57,17 @@ def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) ->
 
 def open_conditions(study: StudyStore, names: Sequence[str]) -> xr.Dataset:
     """Return the stored runs of an open study as one dataset, as `open_runs` does."""
-    return concat_conditions(study, names, [_open_condition(study, name) for name in names])
+    datasets = [_open_condition(study, name) for name in names]
+    data = concat_conditions(study, names, datasets)
+    if not any(study.experiments[name].may_stop for name in names):
+        return data
+    counts = np.zeros((len(names), data.sizes["run"]), np.int32)
+    for row, dataset in zip(counts, datasets, strict=True):
+        row[data.indexes["run"].get_indexer(dataset["run"].values)] = dataset.attrs[
+            GENERATION_COUNT
+        ]
+    coordinate = (("condition", "run"), counts, GENERATION_COUNT_ATTRIBUTES)
+    return data.assign_coords({GENERATION_COUNT: coordinate})
 
 
 def concat_conditions(
@@ -100,9 +117,11 @@ def _open_condition(study: StudyStore, condition: str) -> xr.Dataset:
     if not runs:
         return make_empty_dataset(study.experiments[condition])
     records = [study.read(condition, run, genomes=False) for run in runs]
-    # Runs have different numbers of generations while an extended study is simulated.
+    # Runs have different numbers of generations if some have stopped, and while an extended study
+    # is simulated.
     data = xr.concat(records, "run", join="outer", combine_attrs="drop")
     data = data.assign_coords(run=np.array(runs, np.int32))
+    data.attrs[GENERATION_COUNT] = [record.sizes["generation"] for record in records]
     # `concat` drops the units and meanings of the variables.
     for name, variable in records[0].data_vars.items():
         data[name].attrs = variable.attrs
@@ -131,4 +150,4 @@ def make_empty_dataset(experiment: Experiment) -> xr.Dataset:
         dim: np.arange(size, dtype=np.int32) for dim, size in sizes.items()
     }
     coordinates["parent"] = list(PARENT_NAMES)
-    return xr.Dataset(arrays, coordinates)
+    return xr.Dataset(arrays, coordinates, attrs={GENERATION_COUNT: []})

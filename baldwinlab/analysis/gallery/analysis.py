@@ -299,8 +299,7 @@ def _measure_time_to_level(
 
 
 def _final_median(mean_fitness: xr.DataArray, last: int) -> float:
-    final = mean_fitness.isel(generation=slice(-last, None)).mean("generation")
-    return float(final.median("run"))
+    return float(fitness.average_last(mean_fitness, last).median("run"))
 
 
 def _find_time_to_level(

@@ -11,6 +11,7 @@ import xarray as xr
 from baldwinlab.analysis.report.content import count_runs, format_range, select_foragers
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.analysis.report.settings import describe_variant
+from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors, read_factors
 from baldwinlab.papers import Paper
@@ -52,6 +53,7 @@ def summarize_setup(
             "generations per run",
             format_range(experiment.evolution.generations for experiment in experiments),
         ),
+        ("runs that stopped before", describe_stopped_runs(data, conditions)),
         (
             "time steps per lifetime",
             format_range(experiment.lifetime.steps for experiment in foraging),
@@ -65,6 +67,36 @@ def summarize_setup(
         ("seed", str(provenance.get("seed", data.attrs.get("seed", "unknown")))),
     ]
     return [(heading, text) for heading, text in rows if text]
+
+
+def describe_stopped_runs(data: xr.Dataset, conditions: Experiments) -> str:
+    """Return the numbers of runs that stopped before their last generation, or "".
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent).
+    conditions : mapping of str to Experiment
+        Experiments by condition.
+    """
+    if GENERATION_COUNT not in data.coords:
+        return ""
+    texts = []
+    for name, experiment in conditions.items():
+        counts = data[GENERATION_COUNT].sel(condition=name).values
+        simulated = counts[counts > 0]
+        stopped = simulated[simulated < experiment.evolution.generations]
+        if stopped.size:
+            texts.append(
+                f"{name}: {stopped.size} of {simulated.size}, after "
+                f"{format_range(stopped.tolist())} generations"
+            )
+    if not texts:
+        return ""
+    return (
+        f"{'; '.join(texts)}. In figures, tables and assays, a stopped run keeps the values of its "
+        "last generation. The last generations of a run are those before its end."
+    )
 
 
 def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]:

@@ -1,8 +1,10 @@
 """Measure the fitness of populations by generation, at the start and at the end of a run.
 
 The functions take a dataset with the dimensions (condition, run, generation, agent). Missing runs
-are NaN, in the input and in the result. Fitness is the energy of the items that an agent eats
-during its lifetime. In Le (2019) each item gives 1, so fitness is the number of items.
+are NaN, in the input and in the result. A run that stopped before its last generation has the value
+of its last simulated generation in the later ones, until the longest run of its condition ends.
+Fitness is the energy of the items that an agent eats during its lifetime. In Le (2019) each item
+gives 1, so fitness is the number of items.
 
 References
 ----------
@@ -19,6 +21,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
+
+from baldwinlab.core.variables import GENERATION_COUNT
 
 AgentValues = npt.NDArray[Any]  # [generation, agent]
 Curve = Callable[[xr.Dataset], xr.DataArray]
@@ -108,7 +112,21 @@ def _reduce_agents(
         # Reduce one run at a time: intermediate arrays of all runs would be as large as the study.
         for run in np.ndindex(agents.shape[:-2]):
             result.values[run] = reduce(agents.values[run])
-    return result
+    return _hold_last(result)
+
+
+def _hold_last(values: xr.DataArray) -> xr.DataArray:
+    """Repeat the last value of each run that stopped, until the longest run of its condition ends.
+
+    Without these values, the mean over runs would change whenever a run stops.
+    """
+    if GENERATION_COUNT not in values.coords or "run" not in values[GENERATION_COUNT].dims:
+        return values
+    count = values[GENERATION_COUNT]
+    has_stopped = (values["generation"] >= count) & (count > 0)
+    is_held = has_stopped & (values["generation"] < count.max("run"))
+    last_values = values.isel(generation=(count - 1).clip(min=0)).drop_vars("generation")
+    return values.where(~is_held, last_values).transpose(*values.dims)
 
 
 def _count_agents(values: AgentValues) -> AgentValues:
@@ -168,7 +186,8 @@ def final(dataset: xr.Dataset, measure: str, last: int = 10) -> xr.DataArray:
         "best", "mean" or "share".
     last
         Number of final generations, at least 1. A condition with fewer generations is averaged
-        over all of them. Each condition ends with its last stored generation.
+        over all of them. Each condition ends with its last stored generation, and a run that
+        stopped ends with its last simulated generation.
 
     Returns
     -------
@@ -182,7 +201,30 @@ def final(dataset: xr.Dataset, measure: str, last: int = 10) -> xr.DataArray:
     ValueError
         If `last` is below 1.
     """
-    return _average_window(MEASURES[measure](dataset), last, from_end=True)
+    return average_last(MEASURES[measure](dataset), last)
+
+
+def average_last(values: xr.DataArray, last: int) -> xr.DataArray:
+    """Average values over the last generations of each run.
+
+    Parameters
+    ----------
+    values
+        Values with the dimensions `run` and `generation`; NaN for missing generations.
+    last
+        Number of final generations, at least 1, as in `final`.
+
+    Returns
+    -------
+    xarray.DataArray
+        The averages, without the dimension `generation`.
+
+    Raises
+    ------
+    ValueError
+        If `last` is below 1.
+    """
+    return _average_window(values, last, from_end=True)
 
 
 def initial(dataset: xr.Dataset, measure: str, first: int = 10) -> xr.DataArray:
@@ -216,6 +258,9 @@ def _average_window(values: xr.DataArray, length: int, from_end: bool) -> xr.Dat
     if length < 1:
         raise ValueError(f"a window of {length} generations: it must have at least 1")
     is_present = values.notnull().any("run")
+    if GENERATION_COUNT in values.coords:
+        # A stopped run ends before the other runs of its condition.
+        is_present = is_present & (values["generation"] < values[GENERATION_COUNT])
     # Conditions end at different generations, so count only generations with a value.
     position = is_present.cumsum("generation")
     n_skipped = is_present.sum("generation") - length

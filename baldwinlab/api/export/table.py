@@ -94,12 +94,15 @@ class Table:
     @property
     def rows(self) -> int:
         """Return the number of rows."""
-        experiments = self.study.experiments
-        rows_of_run = {
-            name: experiments[name].evolution.generations * experiments[name].population.size
-            for name in self._runs
-        }
-        return sum(rows_of_run[name] * len(runs) for name, runs in self._runs.items())
+        n_rows = 0
+        for name, runs in self._runs.items():
+            experiment = self.study.experiments[name]
+            n_generations = experiment.evolution.generations * len(runs)
+            if experiment.may_stop:
+                sizes = [self.study.record(name, run).sizes["generation"] for run in runs]
+                n_generations = sum(sizes)
+            n_rows += n_generations * experiment.population.size
+        return n_rows
 
     @property
     def attributes(self) -> dict[str, Any]:

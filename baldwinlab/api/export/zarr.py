@@ -46,7 +46,7 @@ class Layout(NamedTuple):
     runs : mapping of str to array of int32
         Numbers of the stored runs, by condition.
     has_gaps : bool
-        Whether conditions differ in their runs, generations or agents.
+        Whether conditions differ in their runs, generations or agents, or runs can stop.
     conditions : array of intp
         Numbers of the conditions in the study, in the shape of the dataset's condition dimensions.
     """
@@ -132,7 +132,8 @@ def _make_layout(study: StudyStore) -> Layout:
         {dim: (dim, values, data[dim].attrs) for dim, values in coords.items()}
     )
     has_missing_runs = any(len(numbers) < len(coords["run"]) for numbers in runs.values())
-    has_gaps = has_missing_runs or len(generations) > 1 or len(agents) > 1
+    may_stop = any(experiment.may_stop for experiment in experiments)
+    has_gaps = has_missing_runs or may_stop or len(generations) > 1 or len(agents) > 1
     sizes = {str(dim): size for dim, size in (*data.sizes.items(), *frame.sizes.items())}
     return Layout(
         frame=frame,

@@ -37,7 +37,7 @@ from baldwinlab.api.publish.plan import ReportPlan, can_replay
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.models.miniworld.appearance import describe_appearance
-from baldwinlab.simulation.replay import replay
+from baldwinlab.simulation.replay import count_generations, replay
 from baldwinlab.studies.assays import storage
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.open import open_conditions
@@ -233,5 +233,5 @@ def _replay_emergence(plan: ReportPlan, data: xr.Dataset) -> list[xr.Dataset]:
             energy=energy,
             force=True,
         )
-        for generation in emergence_generations(experiment.evolution.generations)
+        for generation in emergence_generations(count_generations(energy))
     ]

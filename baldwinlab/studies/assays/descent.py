@@ -37,8 +37,15 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     effective_numbers = np.full(shape, np.nan)
     if sample.experiment.evolution.inheritance != "none":
         for run_index, record in enumerate(sample.records):
-            ages[run_index] = common_ancestor_ages(record.parents.values)
-            effective_numbers[run_index] = effective_ancestors(record.parents.values)
+            # A run that stopped keeps the values of its last generation.
+            n_missing = shape[1] - record.sizes["generation"]
+            for values, compute in (
+                (ages, common_ancestor_ages),
+                (effective_numbers, effective_ancestors),
+            ):
+                values[run_index] = np.pad(
+                    compute(record.parents.values), (0, n_missing), mode="edge"
+                )
     return {"common_ancestor_age": ages, "effective_ancestors": effective_numbers}
 
 

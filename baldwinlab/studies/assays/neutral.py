@@ -78,7 +78,10 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
         if is_compared:
             index = compared.index(generation)
             _compare(sample, generation, genomes, learners, energy[index])
-        genomes = _next_controls(sample, control, generation, genomes, learners)
+        children = _next_controls(sample, control, generation, genomes, learners)
+        # The control of a run that stopped does not evolve further than the run.
+        continues = sample.has_generation(generation + 1)
+        genomes = np.where(continues[:, None, None, None], children, genomes)
     run_dimension = 3
     return {"energy": np.moveaxis(energy, run_dimension, 0)}
 

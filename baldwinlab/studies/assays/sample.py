@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.core.variables import STOP_ATTRIBUTE
 from baldwinlab.evolution import GenerationKey, Genome, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
@@ -67,9 +68,15 @@ class Sample:
     control: Sample | None = None
 
     def genomes(self, generation: int) -> Genome:
-        """Return the genomes of a generation [run, agent, module, weight]."""
+        """Return the genomes of a generation [run, agent, module, weight].
+
+        A run that stopped before has the genomes of its last generation.
+        """
         return np.stack(
-            [restore_genomes(self.experiment, record, generation) for record in self.records]
+            [
+                restore_genomes(self.experiment, record, _limit_generation(record, generation))
+                for record in self.records
+            ]
         )
 
     def random_genomes(self) -> Genome:
@@ -84,8 +91,14 @@ class Sample:
         )
 
     def energy(self, generation: int) -> Energy:
-        """Return the stored energy of a generation."""
-        return np.stack([record.energy.values[generation] for record in self.records])
+        """Return the stored energy of a generation, or of the last one if a run stopped before."""
+        return np.stack(
+            [record.energy.values[_limit_generation(record, generation)] for record in self.records]
+        )
+
+    def has_generation(self, generation: int) -> npt.NDArray[np.bool_]:
+        """Return for each run whether it has a generation, and did not stop before."""
+        return np.array([generation < record.sizes["generation"] for record in self.records])
 
     def simulate(self, experiment: Experiment, generation: int, genomes: Genome) -> Outcomes:
         """Simulate genomes in the worlds of a generation with the settings of `experiment`."""
@@ -105,8 +118,11 @@ class Sample:
     def require_stored_energy(self, generation: int, energy: Energy) -> None:
         """Raise StudyError if the energy of a generation differs from the stored one."""
         stored_energy = self.energy(generation)
-        for run, simulated, stored in zip(self.runs, energy, stored_energy, strict=True):
-            if not np.array_equal(simulated, stored):
+        has_generation = self.has_generation(generation)
+        for run, simulated, stored, is_stored in zip(
+            self.runs, energy, stored_energy, has_generation, strict=True
+        ):
+            if is_stored and not np.array_equal(simulated, stored):
                 path = record_path(self.directory, self.experiment.name, run)
                 verb = "eat" if isinstance(self.experiment, Experiment) else "gain"
                 raise StudyError(
@@ -119,6 +135,12 @@ class Sample:
         self.report_progress(
             len(self.runs) * self.experiment.steps * self.experiment.population.size
         )
+
+
+def _limit_generation(record: xr.Dataset, generation: int) -> int:
+    """Return a generation, or the last one of the record if the run stopped before."""
+    last = record.sizes["generation"] - 1
+    return min(generation, last) if STOP_ATTRIBUTE in record.attrs else generation
 
 
 def first_middle_last(generations: int) -> list[int]:
