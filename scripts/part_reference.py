@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -103,7 +103,7 @@ def kinds() -> list[type[Part]]:
 
 
 def _is_kind(value: Any) -> bool:
-    return isinstance(value, type) and issubclass(value, Part) and value is not Part
+    return isinstance(value, type) and Part in value.__bases__
 
 
 def _stem(kind: type[Part]) -> str:
@@ -354,8 +354,8 @@ Rules for custom parts:
 - A model uses `FOUNDER` for founders and `LIFE` for lifetimes.
 - The hooks of selection and variation get their random numbers as arguments.
 - Two calls with the same purpose, index and draw return the same numbers.
-  For further independent streams, use purposes from {rng.FIRST_CUSTOM} on.
-  The package never uses them.
+  For further independent streams, compute a purpose from a name: `POSITION = purpose("my-walls: position")`.
+  The package itself uses no purpose from {rng.FIRST_CUSTOM} on.
 - `philox` returns four words of 32 bits. `unit` converts a word to a float32 in [0, 1).
 """
 
@@ -418,8 +418,27 @@ def helpers() -> str:
         if description:
             text += f"\n## {name}\n\n{_short(value)}{description}\n"
         else:
-            text += f"\n{format_name(name, value)}"
+            text += f"\n{format_name(name, value)}{_hooks_of_base(value)}"
     return text
+
+
+def _hooks_of_base(value: Any) -> str:
+    """Return the hooks that a base class of parts adds to its kind."""
+    if not isinstance(value, type) or not issubclass(value, Part):
+        return ""
+    added = [
+        name
+        for name, hook in vars(value).items()
+        if isinstance(hook, staticmethod) and name not in hook_names(_kind_of(value))
+    ]
+    return "".join(
+        f"\n### {value.__name__}.{name}\n\n{format_function(getattr(value, name), name)}"
+        for name in added
+    )
+
+
+def _kind_of(part: type[Part]) -> type[Part]:
+    return next(base for base in part.__mro__ if _is_kind(base))
 
 
 def helper_names() -> list[str]:
@@ -433,8 +452,13 @@ def constant_descriptions() -> dict[str, str]:
         **{name: f"Purpose of random numbers: {text}." for name, _, text in streams()},
         "PER_AGENT_DIMS": "Dimensions of a variable with one value per agent and generation.",
         "Field": "Function of pydantic: default, limits and description of a setting.",
+        "ENERGY_ARRAYS": "Arrays of a part that calls `update_energy`.",
+        "ENERGY_VALUES": "Derived values of a part that calls `energy_in_life`.",
+        "LAYER_VALUES": "Derived values of a part that calls `for_each_synapse`.",
     }
 
 
 def _short(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return f"Names: {', '.join(f'`{name}`' for name in value)}. "
     return "" if callable(value) else f"Value `{value!r}`. "

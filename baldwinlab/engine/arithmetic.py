@@ -162,7 +162,18 @@ FAR_TAIL_DENOMINATOR: Coefficients = (
 
 @compiled
 def sigmoid(z: Value) -> Value:
-    """Return the logistic function of a float32 or a SIMD block, in (0, 1)."""
+    """Return the logistic function 1 / (1 + exp(-z)), within 2.4e-7.
+
+    Parameters
+    ----------
+    z : float32, or a SIMD block
+        Any number. The function is constant below -15.5 and above 15.5.
+
+    Returns
+    -------
+    float32, or a SIMD block
+        A number in (0, 1).
+    """
     z = clamp(z, SIGMOID_LIMIT)
     s = z * z
     p = P0 + s * (P1 + s * (P2 + s * (P3 + s * P4)))
@@ -174,7 +185,15 @@ def sigmoid(z: Value) -> Value:
 def share_of_turn(u: np.float32, v: np.float32) -> np.float32:
     """Return the angle of (u, v) from the u axis toward the v axis, as a share of a turn.
 
-    The result is in [0, 1], with an error below 1e-7. It is 0 for (0, 0).
+    Parameters
+    ----------
+    u, v : float32
+        Coordinates.
+
+    Returns
+    -------
+    float32
+        The share in [0, 1], with an error below 1e-7. It is 0 for (0, 0).
 
     References
     ----------
@@ -232,7 +251,17 @@ def power_of_two(exponent: np.int64) -> np.float64:
 
 @compiled
 def logarithm(x: float) -> float:
-    """Return the natural logarithm, within 1 ulp; -inf for 0, and NaN for negative numbers.
+    """Return the natural logarithm.
+
+    Parameters
+    ----------
+    x : float64
+        Any number.
+
+    Returns
+    -------
+    float64
+        The logarithm, within 1 ulp. It is -inf for 0, and NaN for negative numbers.
 
     References
     ----------
@@ -265,7 +294,17 @@ def logarithm(x: float) -> float:
 
 @compiled
 def power_of_ten(x: float) -> float:
-    """Return 10 to the power x, within 2 ulp.
+    """Return 10 to the power x.
+
+    Parameters
+    ----------
+    x : float64
+        Exponent.
+
+    Returns
+    -------
+    float64
+        The power, within 2 ulp.
 
     References
     ----------

@@ -10,6 +10,7 @@ Source: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random num
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any, Final
 
 import numpy as np
@@ -41,6 +42,9 @@ SPECIES_OF_CHILD: Final = 21  # index: child; draw: 0
 MODULE_WEIGHTS: Final = 64
 # the first of the purposes that only custom parts use
 FIRST_CUSTOM: Final = 1024
+# Range of the purposes that have a name, see `purpose`.
+FIRST_NAMED: Final = 2**16
+END_NAMED: Final = 2**31
 
 Word = Any  # 32 bits: np.uint32, or an integer that fits
 
@@ -51,6 +55,30 @@ _W1 = np.uint32(0xBB67AE85)
 _LOW = np.uint64(0xFFFFFFFF)
 _SHIFT = np.uint64(32)
 _UNIT = np.float32(2.0**-24)
+
+
+def purpose(name: str) -> int:
+    """Return the purpose of the random numbers of a custom part.
+
+    The purpose is a hash of the name, above the purposes of the package. Two names have the same
+    purpose with a probability of 5e-10.
+
+    Parameters
+    ----------
+    name : str
+        Name, for example that of the part and of the random numbers: "my-walls: position".
+
+    Returns
+    -------
+    int
+        Fourth argument of `philox`, from 65536 on. It is the same on all machines.
+
+    Examples
+    --------
+    >>> POSITION = purpose("my-walls: position")
+    """
+    digest = hashlib.sha256(name.encode()).digest()
+    return FIRST_NAMED + int.from_bytes(digest[:8], "little") % (END_NAMED - FIRST_NAMED)
 
 
 @compiled

@@ -137,7 +137,20 @@ def put(array: Any, row: int, lane: Lane, value: Value) -> None:
 
 
 def clamp(value: Value, limit: np.float32) -> Value:
-    """Return `value` limited to [-limit, limit]."""
+    """Return `value` limited to [-limit, limit].
+
+    Parameters
+    ----------
+    value : float32, or a SIMD block
+        Any number.
+    limit : float32
+        Maximum absolute value.
+
+    Returns
+    -------
+    float32, or a SIMD block
+        The limited number.
+    """
     return min(max(value, -limit), limit)
 
 
@@ -162,7 +175,18 @@ def lookup(table: Any, index: Value) -> Value:
 
 
 def square_root(value: Value) -> Value:
-    """Return the square root, rounded as in IEEE 754."""
+    """Return the square root, rounded as in IEEE 754.
+
+    Parameters
+    ----------
+    value : float32, float64 or a SIMD block
+        Number of at least 0.
+
+    Returns
+    -------
+    float, or a SIMD block
+        The root. Plain Python returns a float64: write `np.float32(square_root(value))`.
+    """
     # Numba compiles `math.sqrt` to a call of libm.
     return math.sqrt(value)
 

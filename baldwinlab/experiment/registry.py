@@ -69,6 +69,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "sense": {
         "compass": f"{_MINIWORLD}.senses.binary:Compass",
         "energy": f"{_MINIWORLD}.senses.real_valued:EnergySense",
+        "food-rays": f"{_MINIWORLD}.senses.food_rays:FoodRays",
         "last-action": f"{_MINIWORLD}.senses.binary:LastAction",
         "nearest": f"{_MINIWORLD}.senses.real_valued:Nearest",
         "neighbours": f"{_MINIWORLD}.senses.binary:Neighbours",

@@ -13,11 +13,17 @@ from pydantic import Field
 
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.variables import PER_AGENT_DIMS, Variable
-from baldwinlab.engine.arithmetic import normal_quantile
+from baldwinlab.engine.arithmetic import (
+    logarithm,
+    normal_quantile,
+    power_of_ten,
+    share_of_turn,
+    sigmoid,
+)
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import per_agent, per_world
-from baldwinlab.engine.rng import FOUNDER, LIFE, philox, uniforms, unit
-from baldwinlab.engine.simd import any_of, choose, get, negated, put, simd_block
+from baldwinlab.engine.rng import FOUNDER, LIFE, philox, purpose, uniforms, unit
+from baldwinlab.engine.simd import any_of, choose, clamp, get, negated, put, simd_block, square_root
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.experiment.file import File
 from baldwinlab.parts.births_and_deaths import bear, die, find_free_slot
@@ -27,6 +33,7 @@ from baldwinlab.parts.genes import Gene
 from baldwinlab.parts.inheritance import Inheritance
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.loading import Source, load_entry_points, load_file, sources_of
+from baldwinlab.parts.model_helpers import MODEL_HELPERS, load_model_helper
 from baldwinlab.parts.model_part import LifeResults, Measure, Model
 from baldwinlab.parts.networks import Network, backward, forward
 from baldwinlab.parts.part import Part
@@ -34,12 +41,14 @@ from baldwinlab.parts.renamed import missing_name_error
 from baldwinlab.parts.selection import Selection
 from baldwinlab.parts.senses import Sense
 from baldwinlab.parts.stop import Stop
+from baldwinlab.parts.synapses import LAYER_VALUES, SynapticRule, for_each_synapse
 from baldwinlab.parts.variation import Variation
 from baldwinlab.parts.views import GridView, MatrixView, PathView, View
 from baldwinlab.parts.world_features import ItemRegion, WorldFeature
 
 __all__ = [
     "FOUNDER",
+    "LAYER_VALUES",
     "LIFE",
     "PER_AGENT_DIMS",
     "Body",
@@ -64,6 +73,7 @@ __all__ = [
     "Sense",
     "Source",
     "Stop",
+    "SynapticRule",
     "Variable",
     "Variation",
     "View",
@@ -72,25 +82,36 @@ __all__ = [
     "backward",
     "bear",
     "choose",
+    "clamp",
     "compiled",
     "die",
     "find_free_slot",
+    "for_each_synapse",
     "forward",
     "get",
     "load_entry_points",
     "load_file",
+    "logarithm",
     "negated",
     "normal_quantile",
     "per_agent",
     "per_world",
     "philox",
+    "power_of_ten",
+    "purpose",
     "put",
+    "share_of_turn",
+    "sigmoid",
     "simd_block",
     "sources_of",
+    "square_root",
     "uniforms",
     "unit",
+    *MODEL_HELPERS,
 ]
 
 
 def __getattr__(name: str) -> Any:
+    if name in MODEL_HELPERS:
+        return load_model_helper(name)
     raise missing_name_error(__name__, name)

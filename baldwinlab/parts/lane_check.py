@@ -32,6 +32,8 @@ PER_AGENT_HOOKS: Final = (
     "load_genes",
     "init_agent",
     "learn",
+    "compute_change",
+    "change_synapse",
 )
 # Arguments of hooks that are arrays of agents.
 AGENT_ARRAYS: Final = (

@@ -78,6 +78,9 @@ class Part(Fields, metaclass=PartMeta):
         Genes of the part by name. In hooks of a lifetime, `part.NAME` is an array [1, lane] with
         the gene of each agent. In hooks of evolution, `part.NAME` is the index of the gene in the
         first module of a genome.
+    adds_hooks : bool
+        True for a base class of parts whose static methods are further hooks, such as
+        `SynapticRule`.
     Compiled : type
         NamedTuple class of the first argument of the hooks.
     """
@@ -88,6 +91,7 @@ class Part(Fields, metaclass=PartMeta):
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {}
     required_settings: ClassVar[Mapping[str, Any]] = {}
     genes: ClassVar[Mapping[str, Gene]] = {}
+    adds_hooks: ClassVar[bool] = False
     Compiled: ClassVar[type]
 
     def __init_subclass__(cls, name: str = "", **options: Any) -> None:
@@ -145,7 +149,7 @@ class Part(Fields, metaclass=PartMeta):
 
 
 def hook_names(kind: type[Part]) -> list[str]:
-    """Return the names of the hooks of a kind.
+    """Return the names of the hooks of a kind, and of the base classes that add hooks to it.
 
     Parameters
     ----------
@@ -157,8 +161,7 @@ def hook_names(kind: type[Part]) -> list[str]:
     list of str
         Names in the order of their definition.
     """
-    base = _kind_of(kind)
-    return [name for name, value in vars(base).items() if isinstance(value, staticmethod)]
+    return list(_default_hooks(kind))
 
 
 def overridden_hooks(part: type[Part]) -> list[str]:
@@ -174,8 +177,8 @@ def overridden_hooks(part: type[Part]) -> list[str]:
     list of str
         Names in the order of the kind.
     """
-    base = _kind_of(part)
-    return [name for name in hook_names(part) if getattr(part, name) is not getattr(base, name)]
+    defaults = _default_hooks(part)
+    return [name for name, default in defaults.items() if getattr(part, name) is not default]
 
 
 def numeric_fields(part: type[Part]) -> list[str]:
@@ -231,8 +234,8 @@ def compiled_values(part: Part, experiment: Any, allocate: Callable[[Array], Any
 
 def _require_signatures(part: type[Part]) -> None:
     """Raise TypeError if a hook of a part does not have the arguments of its kind."""
-    for name in hook_names(part):
-        required = [*inspect.signature(getattr(_kind_of(part), name)).parameters]
+    for name, default in _default_hooks(part).items():
+        required = [*inspect.signature(default).parameters]
         attribute = vars(part).get(name)
         if attribute is not None and not isinstance(attribute, staticmethod):
             raise TypeError(
@@ -246,6 +249,13 @@ def _require_signatures(part: type[Part]) -> None:
             )
 
 
-def _kind_of(part: type[Part]) -> type[Part]:
-    """Return the base class of a part that is its kind."""
-    return next(base for base in part.__mro__ if Part in base.__bases__)
+def _default_hooks(part: type[Part]) -> dict[str, Callable[..., Any]]:
+    """Return the default of each hook by name: of the kind, then of bases that add hooks."""
+    defaults: dict[str, Callable[..., Any]] = {}
+    for base in reversed(part.__mro__):
+        is_kind = Part in base.__bases__
+        if is_kind or vars(base).get("adds_hooks"):
+            for name, value in vars(base).items():
+                if isinstance(value, staticmethod):
+                    defaults.setdefault(name, getattr(base, name))
+    return defaults

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from baldwinlab.engine.phases import hook
+from baldwinlab.engine.jit import register
+from baldwinlab.engine.phases import hook, part_class
 from baldwinlab.parts.part import Part
 
 
@@ -78,10 +79,31 @@ def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> 
     """
 
 
+def _count_inputs(part: Any) -> Any:
+    """Return the number of inputs of a sense, from the first argument of its hooks."""
+    inputs = type(part).part.inputs
+    return part.n_inputs if isinstance(inputs, property) else len(inputs)
+
+
+def _choose_count_inputs(part: Any) -> Any:
+    """Return `_count_inputs` for a type of sense: a constant, or the value of the part."""
+    inputs = part_class(part).inputs
+    if isinstance(inputs, property):
+        return lambda part: part.n_inputs
+    n_inputs = len(inputs)
+    return lambda part: n_inputs
+
+
+count_inputs = register(_count_inputs, _choose_count_inputs)
+
+
 class Sense(Part):
     """Sense of an agent, which writes inputs of its network.
 
     An input of a binary sense is 0 or 1. An input of a continuous sense is a real number in [0, 1].
+
+    If the number of inputs follows from the settings of the part, `inputs` and `sectors` are
+    properties. Hooks then read the number of inputs as `part.n_inputs`.
 
     Attributes
     ----------
@@ -109,3 +131,9 @@ class Sense(Part):
     sense: ClassVar[Any] = staticmethod(sense.default)
     measure: ClassVar[Any] = staticmethod(measure.default)
     prepare_senses: ClassVar[Any] = staticmethod(prepare_senses.default)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, name: str = "", **options: Any) -> None:
+        if isinstance(cls.inputs, property):
+            cls.derived = {**cls.derived, "n_inputs": lambda part, experiment: len(part.inputs)}
+        super().__pydantic_init_subclass__(name=name, **options)

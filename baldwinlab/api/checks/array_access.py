@@ -22,6 +22,7 @@ from baldwinlab.api.checks.fixture import part_label
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.engine import poison
 from baldwinlab.parts.part import Part, overridden_hooks
+from baldwinlab.parts.senses import count_inputs
 
 AXIS_NOUNS: Final = {1: (("entry", "entries"),), 2: (("row", "rows"), ("column", "columns"))}
 """Singular and plural of the entries along each axis, by number of dimensions."""
@@ -230,7 +231,7 @@ def _list_outputs(part: Any, hook: str, values: Mapping[str, Any]) -> dict[str, 
     """Return the arrays that a hook must fill, by name."""
     if hook == "measure":
         lane = values["world"] * values["model"].agents + values["agent"]
-        rows = slice(values["first"], values["first"] + len(part.inputs))
+        rows = slice(values["first"], values["first"] + count_inputs(values["part"]))
         return {"state.activations": np.asarray(values["state"].activations)[rows, lane]}
     if hook == "inherit":
         # A genome can have further genes after those of the action module.

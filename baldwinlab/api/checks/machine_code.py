@@ -106,8 +106,10 @@ def _argument_types(group: PartGroup, part: type[Part]) -> dict[str, Any]:
         }
         return {name: numba.typeof(value) for name, value in arguments.items()}
     state = make_state(group.experiment, 1)
-    floats = dict.fromkeys(("x", "y", "dx", "dy", "rate"), types.float32)
-    integers = dict.fromkeys(("world", "agent", "lane", "step", "first", "units"), types.int64)
+    float_names = ("x", "y", "dx", "dy", "rate", "weight")
+    integer_names = ("world", "agent", "lane", "step", "first", "units", "synapse")
+    floats = dict.fromkeys(float_names, types.float32)
+    integers = dict.fromkeys(integer_names, types.int64)
     array_names = ("weights", "activations", "errors", "targets")
     arrays = {name: numba.typeof(getattr(state, name)) for name in array_names}
     return {

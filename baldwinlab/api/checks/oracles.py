@@ -140,7 +140,7 @@ def _compare_sense(group: PartGroup, part: Any) -> str:
     are_same = _are_close if part.is_continuous else _are_alike
     for step in record_steps(group, part):
         for number, agent in enumerate(step.sensing):
-            inputs = agent.inputs[first : first + len(part.inputs)]
+            inputs = agent.inputs[first : first + len(senses[index].inputs)]
             label = f"in step {step.number}, agent {number}: inputs"
             if not all(0 <= value <= 1 for value in inputs):
                 raise FailsError(f"{label} are {inputs}: each must be at least 0 and at most 1")

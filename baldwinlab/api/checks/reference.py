@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -123,6 +123,29 @@ class Naive:
             ]
             layers.append([1 / (1 + math.exp(-total)) for total in sums])
         return layers
+
+    def synapses(self, agent: Any) -> Iterator[tuple[list[float], int, float, float]]:
+        """Yield every weight of the action module of an agent, with its activations.
+
+        Parameters
+        ----------
+        agent : Agent
+            The agent. Its network is feed-forward.
+
+        Yields
+        ------
+        row : list of float
+            Weights of a source unit. An oracle changes the weight `row[unit]`.
+        unit : int
+            Number of the target unit in its layer.
+        x, y : float
+            Activations of the source unit and of the target unit.
+        """
+        units = self.units(agent.action_module, agent.inputs)
+        for layer, sources, targets in zip(agent.action_module, units, units[1:], strict=False):
+            for x, row in zip(sources + [1.0] * self.biases, layer, strict=True):
+                for unit, y in enumerate(targets):
+                    yield row, unit, x, y
 
     def think(self, module: Module, inputs: Sequence[float]) -> list[float]:
         """Return the outputs of a module.

@@ -34,7 +34,9 @@ class OracleSignature(NamedTuple):
 PARENTS_RESULT: Final = "it returns two parents of each child"
 ORACLES: Final = {
     "learning rule": OracleSignature(
-        "part, agents, agent, naive", "it changes agent.action_module", ("observe_others", "learn")
+        "part, agents, agent, naive",
+        "it changes agent.action_module",
+        ("observe_others", "learn", "compute_change", "change_synapse"),
     ),
     "network": OracleSignature("part, agent, naive", "it returns the outputs", ("forward",)),
     "body": OracleSignature("part, agent, naive", "it changes agent", ("choose_action", "move")),

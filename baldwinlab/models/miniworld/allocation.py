@@ -54,7 +54,18 @@ def _allocate_array(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]
 
 
 def item_regions(experiment: Experiment) -> tuple[ItemRegion, ...]:
-    """Return all regions of items: first the food of the world, then the items of features."""
+    """Return all regions of items: first the food of the world, then the items of features.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        The experiment, as a function of `derived` gets it.
+
+    Returns
+    -------
+    tuple of ItemRegion
+        Kind, edges, number and energy of the items. The index is the region in hooks.
+    """
     food = tuple(
         ItemRegion(
             kind=FOOD,
@@ -72,7 +83,18 @@ def item_regions(experiment: Experiment) -> tuple[ItemRegion, ...]:
 
 
 def item_kinds(experiment: Experiment) -> tuple[str, ...]:
-    """Return the kinds of items by number. Kind 0 is food, even if there is no food."""
+    """Return the kinds of items by number. Kind 0 is food, even if there is no food.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        The experiment, as a function of `derived` gets it.
+
+    Returns
+    -------
+    tuple of str
+        Names of the kinds. The index is the value in `model.region_kind`.
+    """
     return tuple(dict.fromkeys([FOOD, *(region.kind for region in item_regions(experiment))]))
 
 
@@ -94,7 +116,18 @@ def choose_population(experiment: Experiment) -> type[FixedPopulation]:
 
 
 def kind_number(kind: str) -> Callable[[Any, Experiment], int]:
-    """Return a function for `derived` of a part, which returns the number of a kind, or -1."""
+    """Return a function for `derived` of a part: the number of a kind of items.
+
+    Parameters
+    ----------
+    kind : str
+        Name of the kind, for example "food".
+
+    Returns
+    -------
+    Callable
+        Function of (part, experiment). It returns the number, or -1 without such items.
+    """
     return lambda part, experiment: (
         item_kinds(experiment).index(kind) if kind in item_kinds(experiment) else -1
     )

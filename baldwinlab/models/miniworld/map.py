@@ -41,14 +41,40 @@ is_movement_blocked = for_each(blocks_movement, False, combine_masks)
 
 @compiled
 def wrap_position(position: Value, span: np.float32) -> Value:
-    """Return a position wrapped into [0, span). It can be outside by at most one `span`."""
+    """Return a coordinate wrapped into [0, span), on the torus.
+
+    Parameters
+    ----------
+    position : float32, or a SIMD block
+        Coordinate, in units of length. It can be outside by at most one `span`.
+    span : float32
+        Width or height of the map.
+
+    Returns
+    -------
+    float32, or a SIMD block
+        The coordinate on the map.
+    """
     position = choose(position < ZERO, position + span, position)
     return choose(position < span, position, position - span)
 
 
 @compiled
 def shortest_difference(difference: Value, span: np.float32) -> Value:
-    """Return the shortest difference of two positions on a circle of length `span`."""
+    """Return the shortest difference of two coordinates on the torus.
+
+    Parameters
+    ----------
+    difference : float32, or a SIMD block
+        Difference of two coordinates on the map, in units of length.
+    span : float32
+        Width or height of the map.
+
+    Returns
+    -------
+    float32, or a SIMD block
+        The difference in [-span / 2, span / 2].
+    """
     half = span * HALF
     difference = choose(difference > half, difference - span, difference)
     return choose(difference < -half, difference + span, difference)

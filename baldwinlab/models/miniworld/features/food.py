@@ -3,9 +3,6 @@
 The features are our interpretations, and not the worlds of papers. Drifting food and slow regrowth
 have no single source.
 
-An absent item has a position off the map. Its x is `ABSENT_X` times the width of the map. No agent
-can sense or touch it there.
-
 References
 ----------
 P. M. Todd and G. F. Miller, "Exploring adaptive agency II: simulating the evolution of associative
@@ -23,14 +20,13 @@ import numpy as np
 
 from baldwinlab.engine.phases import Array
 from baldwinlab.models.miniworld.features.boxes import Coordinate, require_on_map
+from baldwinlab.models.miniworld.item_changes import ABSENT_X, is_on_map, was_eaten
 from baldwinlab.models.miniworld.items import place_item, sort_into_cells
 from baldwinlab.models.miniworld.map import is_placement_blocked, wrap_position
 from baldwinlab.parts import Field, ItemRegion, WorldFeature, choose, compiled, per_world
 
 ZERO = np.float32(0)
 ONE = np.float32(1)
-# x of an absent item, in widths of the map. No image of the map has agents within sight of it.
-ABSENT_X = np.float32(-3)
 Count = Annotated[int, Field(ge=0, le=1_000_000)]
 Energy = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]
 Patch = tuple[Coordinate, Coordinate, Coordinate, Coordinate, Count, Energy]
@@ -113,8 +109,7 @@ class DriftingFood(WorldFeature, name="drifting-food"):
             is_food = model.region_kind[region] == 0
             if is_food:
                 for item in range(model.region_items[region], model.region_items[region + 1]):
-                    # Absent items have negative coordinates.
-                    if state.item_x[world, item] >= ZERO:
+                    if is_on_map(state, world, item):
                         x = _drift(
                             state.item_x[world, item], part.velocity_x, left, width, model.width
                         )
@@ -159,7 +154,7 @@ class SlowRegrowth(WorldFeature, name="slow-regrowth"):
         for region in range(model.regions.shape[0]):
             has_changed = False
             for item in range(model.region_items[region], model.region_items[region + 1]):
-                if state.touched[world, item] == step:
+                if was_eaten(state, world, item, step):
                     part.x[world, item] = state.item_x[world, item]
                     part.due[world, item] = step + part.delay
                     state.item_x[world, item] = ABSENT_X * model.width
@@ -220,6 +215,6 @@ class RegionsInTurn(WorldFeature, name="regions-in-turn"):
                 for item in range(model.region_items[region], model.region_items[region + 1]):
                     if region != full_region:
                         state.item_x[world, item] = ABSENT_X * model.width
-                    elif state.item_x[world, item] < ZERO:
+                    elif not is_on_map(state, world, item):
                         place_item(model, state, world, region, item)
                 sort_into_cells(model, state, world, region)

@@ -36,18 +36,14 @@ import numpy as np
 from pydantic import Field
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.phases import Array, hook, per_agent
+from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import Lane, Value, clamp, get, put
-from baldwinlab.models.miniworld.learning.hebbian import LAYER_VALUES
-from baldwinlab.models.miniworld.learning.oracle_synapses import list_synapses
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.parts.learning_rules import LearningRule
+from baldwinlab.parts.synapses import MAX_WEIGHT, SynapticRule, for_each_synapse
 
 ZERO = np.float32(0)
 ONE = np.float32(1)
 TWO = np.float32(2)
-# Maximum absolute value of a weight.
-MAX_WEIGHT = np.float32(10)
 # Modules of the genome that contain the coefficients.
 COEFFICIENT_MODULES: Final = ("A", "B", "C", "D")
 N_COEFFICIENTS: Final = len(COEFFICIENT_MODULES)
@@ -59,35 +55,6 @@ def _gate_value(state: State, lane: Lane) -> Value:
     return TWO * get(state.targets, 0, lane) - ONE
 
 
-@hook
-def compute_change(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
-    """Return the change of a weight per rate, between units with activations x and y."""
-
-
-@compiled
-def _update_weights(part: Any, state: State, rate: Value, lane: Lane) -> None:
-    """Change every weight by `compute_change`, layer by layer."""
-    source = 0
-    weight = 0
-    for layer in range(part.sizes.size - 1):
-        inputs = part.sizes[layer]
-        outputs = part.sizes[layer + 1]
-        for i in range(inputs + int(part.biases)):
-            for unit in range(outputs):
-                y = get(state.activations, source + inputs + unit, lane)
-                # A bias has the activation 1.
-                x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
-                change = compute_change(part, weight, x, y, lane)
-                put(
-                    state.weights,
-                    weight,
-                    lane,
-                    clamp(get(state.weights, weight, lane) + rate * change, MAX_WEIGHT),
-                )
-                weight += 1
-        source += inputs
-
-
 def _oracle_change(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> None:
     """Compute the update of all four rules in plain Python."""
     is_inherited = "a" in agent.arrays
@@ -96,7 +63,7 @@ def _oracle_change(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> None
     else:
         coefficients = repeat([float(value) for value in (part.a, part.b, part.c, part.d)])
     for (row, unit, x, y), (a, b, c, d) in zip(
-        list_synapses(naive, agent), coefficients, strict=is_inherited
+        naive.synapses(agent), coefficients, strict=is_inherited
     ):
         changed_weight = row[unit] + agent.rate * gate * (a * x * y + b * x + c * y + d)
         row[unit] = min(max(changed_weight, -float(MAX_WEIGHT)), float(MAX_WEIGHT))
@@ -107,7 +74,7 @@ def _oracle_gate(agent: Any, naive: Any) -> float:
     return float(2 * naive.think(agent.reinforcement_module, agent.inputs)[0] - 1)
 
 
-class _FixedCoefficients(LearningRule):
+class _FixedCoefficients(SynapticRule):
     """Base of the rules with coefficients as fields."""
 
     a: float = Field(
@@ -116,10 +83,11 @@ class _FixedCoefficients(LearningRule):
     b: float = Field(0.0, ge=-1, le=1, description="B, coefficient of the source activation.")
     c: float = Field(0.0, ge=-1, le=1, description="C, coefficient of the target activation.")
     d: float = Field(0.0, ge=-1, le=1, description="D, constant term.")
-    derived: ClassVar[Mapping[str, Any]] = LAYER_VALUES
 
     @staticmethod
-    def compute_change(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
+    def compute_change(
+        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
+    ) -> Value:
         return part.a * x * y + part.b * x + part.c * y + part.d
 
 
@@ -132,10 +100,6 @@ class ABCD(_FixedCoefficients, name="abcd"):
     ----------
     Soltoggio et al. 2008.
     """
-
-    @staticmethod
-    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _update_weights(part, state, get(state.rate, 0, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
@@ -155,14 +119,14 @@ class Modulated(_FixedCoefficients, name="modulated"):
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _update_weights(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
+        for_each_synapse(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
         _oracle_change(part, agent, naive, _oracle_gate(agent, naive))
 
 
-class _EvolvedCoefficients(LearningRule):
+class _EvolvedCoefficients(SynapticRule):
     """Base of the rules with coefficients as genes: the last four modules of the genome."""
 
     encoding: Literal["network", "connection"] = Field(
@@ -175,7 +139,7 @@ class _EvolvedCoefficients(LearningRule):
     # Coefficients, in [-1, 1].
     arrays: ClassVar[Mapping[str, Array]] = {name: per_agent("weights") for name in "abcd"}
     derived: ClassVar[Mapping[str, Any]] = {
-        **LAYER_VALUES,
+        **SynapticRule.derived,
         "is_per_connection": lambda part, experiment: part.encoding == "connection",
     }
 
@@ -192,9 +156,11 @@ class _EvolvedCoefficients(LearningRule):
             put(part.d, weight, lane, clamp(get(genes, gene + 3 * weights, lane), ONE))
 
     @staticmethod
-    def compute_change(part: Any, weight: int, x: Value, y: Value, lane: Lane) -> Any:
-        change = get(part.a, weight, lane) * x * y + get(part.b, weight, lane) * x
-        return change + get(part.c, weight, lane) * y + get(part.d, weight, lane)
+    def compute_change(
+        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
+    ) -> Value:
+        change = get(part.a, synapse, lane) * x * y + get(part.b, synapse, lane) * x
+        return change + get(part.c, synapse, lane) * y + get(part.d, synapse, lane)
 
 
 class EvolvedABCD(_EvolvedCoefficients, name="evolved-abcd"):
@@ -209,10 +175,6 @@ class EvolvedABCD(_EvolvedCoefficients, name="evolved-abcd"):
     """
 
     modules: ClassVar[tuple[str, ...]] = ("action", *COEFFICIENT_MODULES)
-
-    @staticmethod
-    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _update_weights(part, state, get(state.rate, 0, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
@@ -232,7 +194,7 @@ class EvolvedModulated(_EvolvedCoefficients, name="evolved-modulated"):
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _update_weights(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
+        for_each_synapse(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:

@@ -30,9 +30,8 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import Lane, Value, choose, get, put
-from baldwinlab.models.miniworld.learning.oracle_synapses import list_synapses
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.parts.learning_rules import LearningRule
+from baldwinlab.parts.synapses import SynapticRule, compute_change
 
 ZERO = np.float32(0)
 ONE = np.float32(1)
@@ -43,12 +42,6 @@ HEBB = 0
 POSTSYNAPTIC = 1
 PRESYNAPTIC = 2
 COVARIANCE = 3
-
-# Derived values of a rule that visits all weights.
-LAYER_VALUES: Mapping[str, Any] = {
-    "sizes": lambda part, experiment: np.array(experiment.layer_sizes, np.int64),
-    "biases": lambda part, experiment: experiment.network.biases,
-}
 
 
 @compiled
@@ -66,36 +59,11 @@ def compute_strength_change(rule: int, w: Value, x: Value, y: Value) -> Value:
     return (ONE - w) * x * y + ZERO * w
 
 
-@compiled
-def _update_strengths(part: Any, state: State, rule: int, lane: Lane) -> None:
-    """Change every weight by a rule, layer by layer."""
-    rate = get(state.rate, 0, lane)
-    source = 0
-    weight = 0
-    for layer in range(part.sizes.size - 1):
-        inputs = part.sizes[layer]
-        outputs = part.sizes[layer + 1]
-        for i in range(inputs + int(part.biases)):
-            for unit in range(outputs):
-                y = get(state.activations, source + inputs + unit, lane)
-                # A bias has the activation 1.
-                x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
-                sign = get(part.signs, weight, lane)
-                strength = get(state.weights, weight, lane) * sign
-                strength = strength + rate * compute_strength_change(rule, strength, x, y)
-                # Rounding can exceed the limits.
-                strength = choose(strength < ZERO, ZERO, choose(strength > ONE, ONE, strength))
-                put(state.weights, weight, lane, sign * strength)
-                weight += 1
-        source += inputs
-
-
-class _StrengthRule(LearningRule):
-    """Base of the rules of strengths."""
+class _StrengthRule(SynapticRule):
+    """Base of the rules of strengths. `compute_change` returns the change of a strength."""
 
     # 1 or -1: signs of the weights at birth.
     arrays: ClassVar[Mapping[str, Array]] = {"signs": per_agent("weights")}
-    derived: ClassVar[Mapping[str, Any]] = LAYER_VALUES
 
     def check(self, experiment: Any) -> None:
         rate = experiment.learning.rate
@@ -119,11 +87,24 @@ class _StrengthRule(LearningRule):
             part.signs[weight, lane] = -ONE if weight_at_birth < ZERO else ONE
             state.weights[weight, lane] = min(max(weight_at_birth, -ONE), ONE)
 
+    @staticmethod
+    def change_synapse(
+        part: Any, state: State, rate: Value, synapse: int, x: Value, y: Value, lane: Lane
+    ) -> None:
+        """Change the strength of a weight, and limit it to [0, 1]."""
+        sign = get(part.signs, synapse, lane)
+        strength = get(state.weights, synapse, lane) * sign
+        change = compute_change(part, state, synapse, strength, x, y, lane)
+        strength = strength + rate * change
+        # Rounding can exceed the limits.
+        strength = choose(strength < ZERO, ZERO, choose(strength > ONE, ONE, strength))
+        put(state.weights, synapse, lane, sign * strength)
+
 
 def _oracle_update(rule: int, agent: Any, naive: Any) -> None:
     """Compute the update of a rule in plain Python."""
     signs = iter(agent.arrays["signs"])
-    for row, unit, x, y in list_synapses(naive, agent):
+    for row, unit, x, y in naive.synapses(agent):
         sign = next(signs)
         w = row[unit] * sign
         f = np.tanh(4 * (1 - abs(x - y)) - 2)
@@ -147,8 +128,10 @@ class Hebb(_StrengthRule, name="hebb"):
     """
 
     @staticmethod
-    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _update_strengths(part, state, HEBB, lane)
+    def compute_change(
+        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
+    ) -> Value:
+        return compute_strength_change(HEBB, weight, x, y)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
@@ -164,8 +147,10 @@ class Postsynaptic(_StrengthRule, name="postsynaptic"):
     """
 
     @staticmethod
-    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _update_strengths(part, state, POSTSYNAPTIC, lane)
+    def compute_change(
+        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
+    ) -> Value:
+        return compute_strength_change(POSTSYNAPTIC, weight, x, y)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
@@ -181,8 +166,10 @@ class Presynaptic(_StrengthRule, name="presynaptic"):
     """
 
     @staticmethod
-    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _update_strengths(part, state, PRESYNAPTIC, lane)
+    def compute_change(
+        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
+    ) -> Value:
+        return compute_strength_change(PRESYNAPTIC, weight, x, y)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
@@ -198,8 +185,10 @@ class Covariance(_StrengthRule, name="covariance"):
     """
 
     @staticmethod
-    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _update_strengths(part, state, COVARIANCE, lane)
+    def compute_change(
+        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
+    ) -> Value:
+        return compute_strength_change(COVARIANCE, weight, x, y)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:

@@ -24,7 +24,7 @@ from pydantic import Field
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import Lane, Value, choose, get, put
-from baldwinlab.models.miniworld.allocation import eaten_energies
+from baldwinlab.models.miniworld.energy import ENERGY_VALUES
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import backward, forward
@@ -165,9 +165,7 @@ class Reward(_ReinforcementRule, name="reward"):
         description="Learning rate after a loss of energy, relative to the rate after a gain.",
     )
     arrays: ClassVar[Mapping[str, Array]] = REINFORCEMENT_ARRAYS | {"gained_energy": per_agent(1)}
-    derived: ClassVar[Mapping[str, Any]] = {
-        "energies": lambda part, experiment: np.array(eaten_energies(experiment), np.float32)
-    }
+    derived: ClassVar[Mapping[str, Any]] = ENERGY_VALUES
 
     @staticmethod
     def observe_others(

@@ -15,9 +15,10 @@ from typing import Any, ClassVar
 from baldwinlab.engine.phases import Array
 from baldwinlab.models.miniworld.allocation import kind_number
 from baldwinlab.models.miniworld.map import shortest_difference
+from baldwinlab.models.miniworld.senses.agent_scan import AgentSense
 from baldwinlab.models.miniworld.senses.sight import pack_sectors, sense_items, test_sectors
 from baldwinlab.models.miniworld.state import HEADING_COUNT
-from baldwinlab.parts import Sense, per_agent, per_world
+from baldwinlab.parts import Sense, per_agent
 
 Sectors = tuple[tuple[float, float] | None, ...]
 # Number of headings in a quarter turn.
@@ -42,7 +43,7 @@ class PatchSight(Sense, name="patch"):
         return naive.visible_sectors(agent, [item for item in items if item.kind == "patch"])
 
 
-class Neighbours(Sense, name="neighbours"):
+class Neighbours(AgentSense, name="neighbours"):
     """Three binary inputs: another agent in the left, front and right sector.
 
     The sense uses the positions at the start of the step. With the sequential update, it uses the
@@ -51,16 +52,6 @@ class Neighbours(Sense, name="neighbours"):
 
     inputs: ClassVar[tuple[str, ...]] = ("agent left", "agent in front", "agent right")
     sectors: ClassVar[Sectors] = ((315, 345), (345, 15), (15, 45))
-    # x and y of all agents of a world.
-    arrays: ClassVar[Mapping[str, Array]] = {"positions": per_world(2, "agents")}
-
-    @staticmethod
-    def prepare_senses(part: Any, model: Any, state: Any, world: int, step: int) -> None:
-        for agent in range(model.agents):
-            for axis in range(2):
-                part.positions[world, axis, agent] = state.positions[
-                    axis, world * model.agents + agent
-                ]
 
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:

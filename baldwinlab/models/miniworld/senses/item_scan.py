@@ -35,7 +35,26 @@ def record_item(
     dx: np.float32,
     dy: np.float32,
 ) -> None:
-    """Per agent, at (x, y): use an item (dx, dy) away, within `model.visual_radius`."""
+    """Use an item in range.
+
+    Per agent, for each item within `model.visual_radius`, when the sense calls `record_items`. A
+    feature can hide the item, see `is_within_sight`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    lane : int
+        Column of the agent that senses.
+    x, y : float32
+        Position of the agent that senses, in units of length.
+    dx, dy : float32
+        Offset of the item, in units of length.
+    """
 
 
 @compiled
@@ -74,7 +93,19 @@ def _record_region_items(
 
 @compiled
 def record_items(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
-    """Per agent: call `record_item` for all items in range of the kind of the part."""
+    """Call `record_item` for each item of a kind within `model.visual_radius`.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        The first argument of a hook. `part.number` is the number of the kind, see `kind_number`.
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world, agent : int
+        Indices of the world and of the agent in it.
+    """
     lane = world * model.agents + agent
     is_near_items = state.near[0, lane] > HALF
     for region in range(model.regions.shape[0] if is_near_items else 0):
@@ -87,7 +118,10 @@ def record_items(part: Any, model: MiniWorldModel, state: State, world: int, age
 
 
 class ItemSense(Sense):
-    """Base of the senses that record the items of a kind with `record_items`."""
+    """Base of the senses that read the items of a kind, with `record_items` and `record_item`.
+
+    The setting `target_kind` chooses the kind.
+    """
 
     target_kind: str = Field(FOOD, description="Kind of the sensed items.")
     only_items: ClassVar[bool] = True
@@ -95,6 +129,8 @@ class ItemSense(Sense):
     derived: ClassVar[Mapping[str, Any]] = {
         "number": lambda part, experiment: kind_number(part.target_kind)(part, experiment)
     }
+
+    record_item: ClassVar[Any] = staticmethod(record_item.default)
 
     def check(self, experiment: Any) -> None:
         kinds = item_kinds(experiment)

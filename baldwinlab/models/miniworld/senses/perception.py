@@ -16,7 +16,7 @@ from baldwinlab.models.miniworld.items import nearest_image
 from baldwinlab.models.miniworld.lookup import look_up_outputs
 from baldwinlab.models.miniworld.map import shortest_difference
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.parts.senses import measure, sense
+from baldwinlab.parts.senses import count_inputs, measure, sense
 
 ZERO = np.float32(0)
 HALF = np.float32(0.5)
@@ -52,7 +52,7 @@ def _sense_all(senses: Any, model: Any, state: Any, world: int, agent: int) -> i
     first_bit = 0
     for sense_part in senses:
         code |= sense(sense_part, model, state, world, agent) << first_bit
-        first_bit += len(type(sense_part).part.inputs)
+        first_bit += count_inputs(sense_part)
     return code
 
 
@@ -62,10 +62,9 @@ def _choose_sense_all(senses: Any, model: Any, state: Any, world: Any, agent: An
         return lambda senses, model, state, world, agent: sense(
             senses[0], model, state, world, agent
         )
-    n_first_inputs = len(part_class(senses[0]).inputs)
     return lambda senses, model, state, world, agent: (
         sense(senses[0], model, state, world, agent)
-        | (sense_all(senses[1:], model, state, world, agent) << n_first_inputs)
+        | (sense_all(senses[1:], model, state, world, agent) << count_inputs(senses[0]))
     )
 
 
@@ -74,11 +73,11 @@ sense_all = register(_sense_all, _choose_sense_all)
 
 @compiled
 def _write_bits(
-    sense_part: Any, n_inputs: int, model: Any, state: Any, world: int, agent: int, first_row: int
+    sense_part: Any, model: Any, state: Any, world: int, agent: int, first_row: int
 ) -> None:
-    """Set the `n_inputs` inputs of a binary sense, from `first_row` on."""
+    """Set the inputs of a binary sense, from `first_row` on."""
     code = sense(sense_part, model, state, world, agent)
-    for k in range(n_inputs):
+    for k in range(count_inputs(sense_part)):
         state.activations[first_row + k, world * model.agents + agent] = np.float32((code >> k) & 1)
 
 
@@ -90,10 +89,8 @@ def _write_inputs(
         if type(sense_part).part.is_continuous:
             measure(sense_part, model, state, world, agent, first_row)
         else:
-            _write_bits(
-                sense_part, len(type(sense_part).part.inputs), model, state, world, agent, first_row
-            )
-        first_row += len(type(sense_part).part.inputs)
+            _write_bits(sense_part, model, state, world, agent, first_row)
+        first_row += count_inputs(sense_part)
 
 
 def _choose_write_inputs(
@@ -102,16 +99,14 @@ def _choose_write_inputs(
     """Return `_write_inputs` for the types of `senses`, one call per sense."""
     if len(senses) == 0:
         return lambda senses, model, state, world, agent, first_row: None
-    part = part_class(senses[0])
-    n_inputs = len(part.inputs)
-    is_continuous = part.is_continuous
+    is_continuous = part_class(senses[0]).is_continuous
 
     def write(senses: Any, model: Any, state: Any, world: int, agent: int, first_row: int) -> None:
         if is_continuous:
             measure(senses[0], model, state, world, agent, first_row)
         else:
-            _write_bits(senses[0], n_inputs, model, state, world, agent, first_row)
-        write_inputs(senses[1:], model, state, world, agent, first_row + n_inputs)
+            _write_bits(senses[0], model, state, world, agent, first_row)
+        write_inputs(senses[1:], model, state, world, agent, first_row + count_inputs(senses[0]))
 
     return write
 

@@ -27,7 +27,7 @@ from pydantic import Field
 from baldwinlab.engine.arithmetic import share_of_turn
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import square_root
-from baldwinlab.models.miniworld.allocation import eaten_energies
+from baldwinlab.models.miniworld.energy import ENERGY_VALUES, energy_in_life
 from baldwinlab.models.miniworld.senses.item_scan import ItemSense, record_items
 from baldwinlab.models.miniworld.senses.sight import select_visible
 from baldwinlab.models.miniworld.state import HEADING_COUNT, MiniWorldModel, State
@@ -224,21 +224,14 @@ class EnergySense(Sense, name="energy"):
     inputs: ClassVar[tuple[str, ...]] = ("own energy",)
     sectors: ClassVar[tuple[None, ...]] = (None,)
     is_continuous: ClassVar[bool] = True
-    derived: ClassVar[Mapping[str, Any]] = {
-        "energies": lambda part, experiment: np.array(eaten_energies(experiment), np.float32)
-    }
+    derived: ClassVar[Mapping[str, Any]] = ENERGY_VALUES
 
     @staticmethod
     def measure(
         part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
     ) -> None:
         lane = world * model.agents + agent
-        gained_energy = ZERO
-        for region in range(part.energies.size):
-            gained_energy += part.energies[region] * np.float32(
-                state.eaten_in_life[region, lane] - state.eaten_before[region, lane]
-            )
-        gained_energy = max(gained_energy, ZERO)
+        gained_energy = max(energy_in_life(part, state, lane), ZERO)
         state.activations[first, lane] = gained_energy / (gained_energy + part.half_saturation)
 
     @staticmethod

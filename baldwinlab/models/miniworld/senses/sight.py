@@ -90,6 +90,32 @@ select_visible = select_by_type(_exclude_hidden, _exclude_nothing)
 
 
 @compiled
+def is_within_sight(
+    model: MiniWorldModel, state: State, x: np.float32, y: np.float32, dx: Value, dy: Value
+) -> Mask:
+    """Return whether an agent sees an item or agent: in range, and not behind a wall.
+
+    Parameters
+    ----------
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    x, y : float32
+        Position of the agent that senses, in units of length.
+    dx, dy : float32, or a SIMD block
+        Offset of the item or agent, in units of length.
+
+    Returns
+    -------
+    bool, or a mask
+        True if the distance is at most `model.visual_radius` and no feature blocks sight.
+    """
+    in_range = dx * dx + dy * dy <= model.visual_radius * model.visual_radius
+    return select_visible(state.features, model, x, y, dx, dy, in_range)
+
+
+@compiled
 def test_sectors(
     model: MiniWorldModel,
     state: State,
@@ -104,8 +130,7 @@ def test_sectors(
     v = dy * model.cosine[heading] - dx * model.sine[heading]
     sector_edge = u * TAN_15
     across = abs(v)
-    in_range = dx * dx + dy * dy <= model.visual_radius * model.visual_radius
-    visible = select_visible(state.features, model, x, y, dx, dy, in_range)
+    visible = is_within_sight(model, state, x, y, dx, dy)
     front = visible & ((across < sector_edge) if model.open_boundaries else (across <= sector_edge))
     side = visible & (across > sector_edge) & (across < u)
     return side & (v < ZERO), front, side & (v > ZERO)
@@ -232,9 +257,25 @@ def _scan_region(model: MiniWorldModel, state: State, world: int, region: int, l
 
 @compiled
 def sense_items(model: MiniWorldModel, state: State, world: int, agent: int, kind: int) -> int:
-    """Return the sectors with items of a kind, as bits. `kind` is the number of the kind.
+    """Return the sectors with items of a kind, as bits: 1 left, 2 front, 4 right.
 
-    Set `alert` if an item is near enough to be touched after the next move.
+    Set `state.alert` if an item is near enough to be touched after the next move.
+
+    Parameters
+    ----------
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world, agent : int
+        Indices of the world and of the agent in it.
+    kind : int
+        Number of the kind, see `kind_number`.
+
+    Returns
+    -------
+    int
+        Sum of the bits of the sectors that contain a visible item.
     """
     lane = world * model.agents + agent
     bits = 0

@@ -1,0 +1,131 @@
+"""Changes of items by world features: place, remove, and find the items eaten in a step.
+
+Each function keeps the grid of the region correct, so the next step senses the changed item.
+
+An absent item has a position off the map. Its x is `ABSENT_X` times the width of the map. No agent
+can sense or touch it there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.models.miniworld.items import place_item, sort_into_cells
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
+
+ZERO = np.float32(0)
+# x of an absent item, in widths of the map. No image of the map has agents within sight of it.
+ABSENT_X = np.float32(-3)
+
+
+@compiled
+def place_item_at(
+    model: MiniWorldModel,
+    state: State,
+    world: int,
+    region: int,
+    item: int,
+    x: np.float32,
+    y: np.float32,
+) -> None:
+    """Place an item of a region at a position.
+
+    It takes time proportional to the number of items in the region.
+
+    Parameters
+    ----------
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world, region, item : int
+        Indices of the world, of the region and of the item. The items of a region are
+        `model.region_items[region]` to `model.region_items[region + 1] - 1`.
+    x, y : float32
+        Position in the region, in units of length.
+    """
+    state.item_x[world, item] = x
+    state.item_y[world, item] = y
+    sort_into_cells(model, state, world, region)
+
+
+@compiled
+def place_item_randomly(
+    model: MiniWorldModel, state: State, world: int, region: int, item: int
+) -> None:
+    """Place an item at a uniform position of its region, where no feature blocks it.
+
+    The position is the next of the item, as if it reappears after it was eaten.
+
+    Parameters
+    ----------
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world, region, item : int
+        Indices of the world, of the region and of the item.
+    """
+    place_item(model, state, world, region, item)
+    sort_into_cells(model, state, world, region)
+
+
+@compiled
+def remove_item(model: MiniWorldModel, state: State, world: int, region: int, item: int) -> None:
+    """Remove an item from the map. Its y does not change.
+
+    Parameters
+    ----------
+    model : MiniWorldModel
+        Constants of the lifetime. Read only.
+    state : State
+        Arrays of the step, and the other parts.
+    world, region, item : int
+        Indices of the world, of the region and of the item.
+    """
+    place_item_at(
+        model, state, world, region, item, ABSENT_X * model.width, state.item_y[world, item]
+    )
+
+
+@compiled
+def is_on_map(state: State, world: int, item: int) -> bool:
+    """Return whether an item is on the map.
+
+    Parameters
+    ----------
+    state : State
+        Arrays of the step, and the other parts.
+    world, item : int
+        Indices of the world and of the item.
+
+    Returns
+    -------
+    bool
+        False after `remove_item`.
+    """
+    return bool(state.item_x[world, item] >= ZERO)
+
+
+@compiled
+def was_eaten(state: State, world: int, item: int, step: int) -> bool:
+    """Return whether an item was eaten in this step.
+
+    An eaten item already has its next position when the hook `end_step` is called.
+
+    Parameters
+    ----------
+    state : State
+        Arrays of the step, and the other parts.
+    world, item : int
+        Indices of the world and of the item.
+    step : int
+        Step of the lifetime, from 0.
+
+    Returns
+    -------
+    bool
+        True from the eating to the end of the step.
+    """
+    return bool(state.touched[world, item] == step)

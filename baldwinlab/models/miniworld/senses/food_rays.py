@@ -1,0 +1,142 @@
+"""Rays of a number and an angle that the experiment chooses, and the first food on each ray.
+
+The sense is our interpretation of the proximity sensors of S. Nolfi and D. Floreano, Evolutionary
+Robotics (2000).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from baldwinlab.engine.phases import Array, per_agent
+from baldwinlab.engine.simd import square_root
+from baldwinlab.models.miniworld.allocation import N_DIGITS, kind_number
+from baldwinlab.models.miniworld.senses.item_scan import record_items
+from baldwinlab.models.miniworld.senses.sight import is_within_sight
+from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
+from baldwinlab.parts.senses import Sense
+
+ZERO = np.float32(0)
+ONE = np.float32(1)
+# Half the width of the sector in which a drawing shows a ray, in degrees.
+HALF_SECTOR = 2.0
+
+
+class FoodRays(Sense, name="food-rays"):
+    """One real-valued input per ray: the first food item on the ray.
+
+    The rays are numbered from left to right. Neighboring rays have equal angles between them, and
+    the middle of the rays is the heading. An input is 1 - distance / `senses.visual_radius`, and 0
+    if the ray meets no item. All rays meet an item that contains the agent.
+
+    References
+    ----------
+    Nolfi and Floreano 2000.
+    """
+
+    rays: int = Field(5, ge=1, le=64, description="Number of rays, and of inputs.")
+    angle: float = Field(
+        108.0, ge=0, lt=360, description="Angle between the first and the last ray, in degrees."
+    )
+    item_radius: float = Field(
+        5.0, gt=0, le=100_000, description="Radius of an item for a ray, in units of length."
+    )
+    only_items: ClassVar[bool] = True
+    is_continuous: ClassVar[bool] = True
+    # Squared distance of the nearest item on each ray. The rays are some of all inputs.
+    arrays: ClassVar[Mapping[str, Array]] = {"nearest": per_agent("inputs")}
+    derived: ClassVar[Mapping[str, Any]] = {
+        "number": kind_number(FOOD),
+        "cosine": lambda part, experiment: _round_each(math.cos, part.ray_degrees),
+        "sine": lambda part, experiment: _round_each(math.sin, part.ray_degrees),
+    }
+
+    @property
+    def ray_degrees(self) -> tuple[float, ...]:
+        """Angle of each ray from the heading, in degrees clockwise."""
+        gap = self.angle / max(self.rays - 1, 1)
+        return tuple((ray - (self.rays - 1) / 2) * gap for ray in range(self.rays))
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of the inputs, from left to right."""
+        return tuple(f"ray {ray + 1}" for ray in range(self.rays))
+
+    @property
+    def sectors(self) -> tuple[tuple[float, float], ...]:
+        """Sector of each ray, for drawings."""
+        return tuple(
+            ((degrees - HALF_SECTOR) % 360, (degrees + HALF_SECTOR) % 360)
+            for degrees in self.ray_degrees
+        )
+
+    @staticmethod
+    def record_item(
+        part: Any,
+        model: MiniWorldModel,
+        state: State,
+        lane: int,
+        x: np.float32,
+        y: np.float32,
+        dx: np.float32,
+        dy: np.float32,
+    ) -> None:
+        squared_distance = dx * dx + dy * dy
+        contains_agent = squared_distance <= part.item_radius * part.item_radius
+        is_visible = is_within_sight(model, state, x, y, dx, dy)
+        heading = int(state.heading[0, lane])
+        # Coordinates of the item along and across the heading.
+        ahead = dx * model.cosine[heading] + dy * model.sine[heading]
+        right = dy * model.cosine[heading] - dx * model.sine[heading]
+        for ray in range(part.n_inputs if is_visible else 0):
+            # Coordinates of the item along and across the ray.
+            u = ahead * part.cosine[ray] + right * part.sine[ray]
+            v = right * part.cosine[ray] - ahead * part.sine[ray]
+            if (
+                abs(v) <= part.item_radius
+                and (u >= ZERO or contains_agent)
+                and squared_distance < part.nearest[ray, lane]
+            ):
+                part.nearest[ray, lane] = squared_distance
+
+    @staticmethod
+    def measure(
+        part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
+    ) -> None:
+        lane = world * model.agents + agent
+        squared_range = model.visual_radius * model.visual_radius
+        for ray in range(part.n_inputs):
+            part.nearest[ray, lane] = squared_range
+        record_items(part, model, state, world, agent)
+        for ray in range(part.n_inputs):
+            distance = np.float32(square_root(part.nearest[ray, lane])) / model.visual_radius
+            state.activations[first + ray, lane] = max(ONE - distance, ZERO)
+
+    @staticmethod
+    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
+        food = [item for item in items if item.kind == FOOD]
+
+        def ray_input(ray: int) -> float:
+            ray_degrees = math.degrees(math.atan2(part.sine[ray], part.cosine[ray]))
+            nearest = float(naive.visual_radius)
+            for item in food:
+                distance = naive.distance(agent, item)
+                angle = math.radians(naive.bearing(agent, item) - ray_degrees)
+                is_on_line = abs(distance * math.sin(angle)) <= part.item_radius
+                if is_on_line and (math.cos(angle) >= 0 or distance <= part.item_radius):
+                    nearest = min(nearest, distance)
+            return 1 - nearest / float(naive.visual_radius)
+
+        return [ray_input(ray) for ray in range(part.n_inputs)]
+
+
+def _round_each(function: Any, degrees: tuple[float, ...]) -> npt.NDArray[np.float32]:
+    """Return the cosine or sine of each angle. Rounding makes it equal on all machines."""
+    values = [round(function(math.radians(angle)), N_DIGITS) + 0.0 for angle in degrees]
+    return np.array(values, np.float32)

@@ -1,0 +1,53 @@
+"""Public helpers of `baldwinlab.parts` that the MiniWorld model defines.
+
+The package of parts is below the models, so it imports no model. A helper is imported when a part
+imports its name, as the registry imports a built-in part when an experiment chooses it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any, Final
+
+_MINIWORLD: Final = "baldwinlab.models.miniworld"
+MODEL_HELPERS: Final[Mapping[str, str]] = {
+    "AgentSense": f"{_MINIWORLD}.senses.agent_scan",
+    "ENERGY_ARRAYS": f"{_MINIWORLD}.energy",
+    "ENERGY_VALUES": f"{_MINIWORLD}.energy",
+    "ItemSense": f"{_MINIWORLD}.senses.item_scan",
+    "energy_in_life": f"{_MINIWORLD}.energy",
+    "is_on_map": f"{_MINIWORLD}.item_changes",
+    "is_within_sight": f"{_MINIWORLD}.senses.sight",
+    "item_kinds": f"{_MINIWORLD}.allocation",
+    "item_regions": f"{_MINIWORLD}.allocation",
+    "kind_number": f"{_MINIWORLD}.allocation",
+    "place_item_at": f"{_MINIWORLD}.item_changes",
+    "place_item_randomly": f"{_MINIWORLD}.item_changes",
+    "record_agents": f"{_MINIWORLD}.senses.agent_scan",
+    "record_items": f"{_MINIWORLD}.senses.item_scan",
+    "remove_item": f"{_MINIWORLD}.item_changes",
+    "reset_energy": f"{_MINIWORLD}.energy",
+    "sense_items": f"{_MINIWORLD}.senses.sight",
+    "shortest_difference": f"{_MINIWORLD}.map",
+    "update_energy": f"{_MINIWORLD}.energy",
+    "was_eaten": f"{_MINIWORLD}.item_changes",
+    "wrap_position": f"{_MINIWORLD}.map",
+}
+"""Modules of the helpers, by the name of the helper."""
+
+
+def load_model_helper(name: str) -> Any:
+    """Return a helper of the MiniWorld model.
+
+    Parameters
+    ----------
+    name : str
+        Name of the helper, a key of `MODEL_HELPERS`.
+
+    Returns
+    -------
+    Any
+        The function, class or constant.
+    """
+    return getattr(import_module(MODEL_HELPERS[name]), name)

@@ -1,0 +1,143 @@
+"""Learning rules that change each weight by an expression of the activations of its units.
+
+A *synapse* is a weight of the action module, with its source unit and its target unit.
+`SynapticRule` calls `compute_change` for every synapse. A Hebbian rule is then one expression:
+
+    class Oja(SynapticRule, name="oja"):
+        @staticmethod
+        def compute_change(part, state, synapse, weight, x, y, lane):
+            return y * (x - y * weight)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Final
+
+import numpy as np
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.phases import hook
+from baldwinlab.engine.simd import Lane, Value, clamp, get, put
+from baldwinlab.parts.learning_rules import LearningRule
+
+ZERO = np.float32(0)
+ONE = np.float32(1)
+MAX_WEIGHT = np.float32(10)
+"""Maximum absolute value of a weight that a `SynapticRule` changes."""
+LAYER_VALUES: Final[Mapping[str, Any]] = {
+    "sizes": lambda part, experiment: np.array(experiment.layer_sizes, np.int64),
+    "biases": lambda part, experiment: experiment.network.biases,
+}
+"""Derived values of a part that calls `for_each_synapse`."""
+
+
+@hook
+def compute_change(
+    part: Any, state: Any, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
+) -> Value:
+    """Return the change of a weight, per learning rate.
+
+    Per agent, for each synapse in each step in which the agent learns.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    state : State
+        Arrays of the step, and the other parts.
+    synapse : int
+        Number of the weight, the row in `state.weights`.
+    weight : float32, or a SIMD block
+        The weight.
+    x, y : float32, or a SIMD block
+        Activations of the source unit and of the target unit. The source of a bias has the
+        activation 1.
+    lane : Lane
+        Column of an agent, or a SIMD block.
+
+    Returns
+    -------
+    float32, or a SIMD block
+        The change. The learning rate of the agent multiplies it. 0 by default.
+    """
+    return ZERO * weight
+
+
+@hook
+def change_synapse(
+    part: Any, state: Any, rate: Value, synapse: int, x: Value, y: Value, lane: Lane
+) -> None:
+    """Change a weight by `rate * compute_change(...)`.
+
+    Per agent, for each synapse. By default, the new weight is limited to [-10, 10].
+
+    Parameters
+    ----------
+    part : NamedTuple
+        Numeric settings, derived values and arrays of the part.
+    state : State
+        Arrays of the step, and the other parts.
+    rate : float32, or a SIMD block
+        Factor of the change.
+    synapse : int
+        Number of the weight, the row in `state.weights`.
+    x, y : float32, or a SIMD block
+        Activations of the source unit and of the target unit. The source of a bias has the
+        activation 1.
+    lane : Lane
+        Column of an agent, or a SIMD block.
+    """
+    weight = get(state.weights, synapse, lane)
+    change = compute_change(part, state, synapse, weight, x, y, lane)
+    put(state.weights, synapse, lane, clamp(weight + rate * change, MAX_WEIGHT))
+
+
+@compiled
+def for_each_synapse(part: Any, state: Any, rate: Value, lane: Lane) -> None:
+    """Call `change_synapse` of a rule for each weight of the action module, layer by layer.
+
+    Parameters
+    ----------
+    part : NamedTuple
+        The first argument of a hook of a `SynapticRule`.
+    state : State
+        Arrays of the step, and the other parts.
+    rate : float32, or a SIMD block
+        Factor of the changes, for example `get(state.rate, 0, lane)`.
+    lane : Lane
+        Column of an agent, or a SIMD block.
+    """
+    source = 0
+    synapse = 0
+    for layer in range(part.sizes.size - 1):
+        inputs = part.sizes[layer]
+        outputs = part.sizes[layer + 1]
+        for i in range(inputs + int(part.biases)):
+            for unit in range(outputs):
+                y = get(state.activations, source + inputs + unit, lane)
+                # A bias has the activation 1.
+                x = get(state.activations, source + i, lane) if i < inputs else y * ZERO + ONE
+                change_synapse(part, state, rate, synapse, x, y, lane)
+                synapse += 1
+        source += inputs
+
+
+class SynapticRule(LearningRule):
+    """Base of the learning rules that change each weight by an expression of its activations.
+
+    A rule defines the hook `compute_change`. Weights are limited to [-10, 10]. A rule with other
+    limits defines the hook `change_synapse`. A rule with other derived values includes those of
+    this class: `derived = {**SynapticRule.derived, ...}`.
+    """
+
+    adds_hooks: ClassVar[bool] = True
+    derived: ClassVar[Mapping[str, Any]] = LAYER_VALUES
+
+    compute_change: ClassVar[Any] = staticmethod(compute_change.default)
+    change_synapse: ClassVar[Any] = staticmethod(change_synapse.default)
+
+    @staticmethod
+    def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
+        """Call `change_synapse` for each weight, with the learning rate of the agent."""
+        for_each_synapse(part, state, get(state.rate, 0, lane), lane)
