@@ -20,6 +20,7 @@ from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
 from baldwinlab.analysis.statistics.contrasts import COMPARISON_COLUMNS, Contrast
 from baldwinlab.analysis.statistics.csv import to_csv
+from baldwinlab.analysis.statistics.proportions import estimate_probability
 from baldwinlab.analysis.statistics.rules import RULES, RUN_STATISTICS
 from baldwinlab.analysis.statistics.sample_sizes import (
     PlannedTest,
@@ -29,7 +30,12 @@ from baldwinlab.analysis.statistics.sample_sizes import (
 from baldwinlab.analysis.statistics.summary import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.analysis.statistics.survival import compare_survival
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.papers.claims import FIRST_GENERATIONS, Claim, ClaimComparison
+from baldwinlab.papers.claims import (
+    FIRST_GENERATIONS,
+    PROBABILITY_RULES,
+    Claim,
+    ClaimComparison,
+)
 
 STATISTICS_COLUMNS = ("claim", *COMPARISON_COLUMNS)
 
@@ -177,6 +183,11 @@ def _measure_comparison(comparison: ClaimComparison, samples: Samples) -> statis
             effect=float(summarize(values)),
             low=nan,
             high=nan,
+        )
+    if comparison.rule in PROBABILITY_RULES:
+        probability, low, high = estimate_probability(values.values)
+        return _describe_single_sample(
+            n_runs=values.size, median=median, effect=probability, low=low, high=high
         )
     low, high = statistics.median_interval(values.values)
     return _describe_single_sample(

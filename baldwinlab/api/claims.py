@@ -13,7 +13,6 @@ from baldwinlab.analysis.claims import describe_claims_too_few, evaluate_samples
 from baldwinlab.api.tables import make_claims_table
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
-from baldwinlab.experiment import Experiment
 from baldwinlab.papers import PaperError, load, load_stored_paper
 from baldwinlab.papers.claims import Claim, read_claims
 from baldwinlab.papers.paper import require_existing_names
@@ -41,11 +40,7 @@ class CustomClaims:
         mapping or None
             The measures by name; None if the model is not loaded.
         """
-        experiment = self.study.experiments[name]
-        if isinstance(experiment, Experiment):
-            return {}
-        model = experiment.loaded_model
-        return None if model is None else model.measures
+        return self.study.experiments[name].measures
 
 
 def evaluate_claims(

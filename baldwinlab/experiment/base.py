@@ -6,7 +6,7 @@ next to the setting that chooses the part (`class_builder`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache, lru_cache, reduce
 from itertools import pairwise
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import Field, ValidationError, create_model, model_validator
 
+from baldwinlab.core.measures import Measure
 from baldwinlab.experiment import paths, registry
 from baldwinlab.experiment.added_parts import check_added_parts
 from baldwinlab.experiment.class_builder import (
@@ -50,6 +51,7 @@ from baldwinlab.experiment.species import (
     normalize_settings,
     require_valid_species,
 )
+from baldwinlab.experiment.species_measures import SPECIES_MEASURES
 from baldwinlab.experiment.tables import Evolution, ModelName, Name, Population, Record
 
 
@@ -159,6 +161,15 @@ class BaseExperiment(Fields):
         with suppress(ExperimentError):
             return None if self.model == "miniworld" else self.model_part
         return None
+
+    @property
+    def measures(self) -> Mapping[str, Measure] | None:
+        """Measures of a run of this experiment, or None if its model is not loaded."""
+        species_measures = SPECIES_MEASURES if self.population.species else {}
+        if self.model == "miniworld":
+            return species_measures
+        model = self.loaded_model
+        return None if model is None else {**model.measures, **species_measures}
 
     @property
     def learns(self) -> bool:

@@ -20,6 +20,7 @@ FIRST_GENERATIONS = "first"
 Rule = Literal[
     "greater", "lower", "close", "survives_longer", "zero",
     "at_least", "within", "mean_within", "mean_at_most", "every_at_most", "every_at_least",
+    "probability_above", "probability_below", "probability_equals",
 ]  # fmt: skip
 # Measures of every model. A model can declare more measures in `measures`.
 COMMON_MEASURES = ("best", "mean", "share", "most")
@@ -64,7 +65,25 @@ RULES: Mapping[Rule, str] = {
     "every_at_least": (
         "Holds if the value is at least {bound} in every run. Otherwise it does not hold."
     ),
+    "probability_above": (
+        "Holds if the 95 % Clopper-Pearson interval of the probability is above {bound}. Does not "
+        "hold if the interval is below. Otherwise undecided."
+    ),
+    "probability_below": (
+        "Holds if the 95 % Clopper-Pearson interval of the probability is below {bound}. Does not "
+        "hold if the interval is above. Otherwise undecided."
+    ),
+    "probability_equals": (
+        "Holds if the 95 % Clopper-Pearson interval of the probability contains {bound}. Otherwise "
+        "it does not hold."
+    ),
 }
+PROBABILITY_RULES: tuple[Rule, ...] = (
+    "probability_above",
+    "probability_below",
+    "probability_equals",
+)
+"""Rules for a measure that is 0 or 1 in every run. The probability is that of 1."""
 _RULES_WITH_TWO_BOUNDS: tuple[Rule, ...] = ("within", "mean_within")
 _RULES_WITH_ONE_BOUND: tuple[Rule, ...] = (
     "at_least",
@@ -95,7 +114,12 @@ class ClaimComparison(DeclaredTable):
 
     @model_validator(mode="after")
     def _refuse_unused_keys(self) -> Self:
-        rules_with_bound = (*_RULES_WITH_TWO_BOUNDS, *_RULES_WITH_ONE_BOUND, "close")
+        rules_with_bound = (
+            *_RULES_WITH_TWO_BOUNDS,
+            *_RULES_WITH_ONE_BOUND,
+            *PROBABILITY_RULES,
+            "close",
+        )
         if self.bound is not None and self.rule not in rules_with_bound:
             rules = ", ".join(rules_with_bound)
             raise ValueError(
@@ -129,6 +153,14 @@ class ClaimComparison(DeclaredTable):
         requirements |= dict.fromkeys(
             _RULES_WITH_ONE_BOUND,
             (isinstance(self.bound, float) and not self.b, "a bound, and no b"),
+        )
+        is_special_measure = self.measure not in COMMON_MEASURES
+        requirements |= dict.fromkeys(
+            PROBABILITY_RULES,
+            (
+                isinstance(self.bound, float) and not self.b and is_special_measure,
+                "a measure that is 0 or 1, a bound, and no b",
+            ),
         )
         if self.paired and not self.b:
             raise ValueError("paired runs need a and b")

@@ -251,15 +251,15 @@ class Paper:
         )
 
     def measures(self, name: str) -> Mapping[str, Any] | None:
-        """Return the measures that the model of an experiment adds to `COMMON_MEASURES`.
+        """Return the measures that an experiment adds to `COMMON_MEASURES`.
 
-        The result is None if the parts of the experiment are not loaded.
+        Its model and its species add measures. The result is None if the parts of the experiment
+        are not loaded.
         """
         try:
-            model = self.experiment(name).loaded_model
+            return self.experiment(name).measures
         except (ExperimentError, PaperError):
             return None
-        return {} if model is None else model.measures
 
     def study_names(self) -> list[str]:
         """Return the names of the experiments of the study, in order."""

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.core.measures import Measure
 from baldwinlab.core.variables import Variable
 from baldwinlab.parts.part import Part
 from baldwinlab.parts.views import View
@@ -55,26 +56,6 @@ class LifeResults(NamedTuple):
     learned: npt.NDArray[np.float32] | None
     records: Mapping[str, npt.NDArray[Any]]
     final_population: FinalPopulation | None = None
-
-
-class Measure(NamedTuple):
-    """Number that summarizes a run, for figures and for claims of papers.
-
-    Attributes
-    ----------
-    meaning : str
-        Description with unit.
-    of : Callable
-        Function that returns an array (run) from the stored runs, a dataset (run, generation,
-        agent). NaN: no value.
-    censored : Callable or None
-        For a duration: function that returns a bool array (run) from the stored runs. True: the
-        duration is longer than the observed value.
-    """
-
-    meaning: str
-    of: Callable[[xr.Dataset], xr.DataArray]
-    censored: Callable[[xr.Dataset], xr.DataArray] | None = None
 
 
 class Model(Part):

@@ -266,6 +266,70 @@ def number_at_least(comparison: Comparison, p_holm: float, bound: Bound) -> Verd
     return number_within(comparison, p_holm, (bound, math.inf))
 
 
+def probability_above(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a probability is above `bound`.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only the interval of the effect is used, which is the probability.
+    p_holm
+        Not used.
+    bound
+        The probability that the claim compares.
+
+    Returns
+    -------
+    Verdict
+        The claim holds if the interval is above the bound, and does not hold if it is below.
+        Otherwise it is undecided.
+    """
+    if comparison.low > bound:
+        return HOLDS
+    return FAILS if comparison.high < bound else UNDECIDED
+
+
+def probability_below(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a probability is below `bound`; see `probability_above`.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only the interval of the effect is used, which is the probability.
+    p_holm
+        Not used.
+    bound
+        The probability that the claim compares.
+
+    Returns
+    -------
+    Verdict
+        The opposite of the verdict of `probability_above`.
+    """
+    opposites = {HOLDS: FAILS, FAILS: HOLDS, UNDECIDED: UNDECIDED}
+    return opposites[probability_above(comparison, p_holm, bound)]
+
+
+def probability_equals(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
+    """Decide the claim that a probability does not differ from `bound`.
+
+    Parameters
+    ----------
+    comparison
+        The comparison; only the interval of the effect is used, which is the probability.
+    p_holm
+        Not used.
+    bound
+        The expected probability.
+
+    Returns
+    -------
+    Verdict
+        The claim holds if the interval contains the bound. Otherwise it does not hold.
+    """
+    return HOLDS if comparison.low <= bound <= comparison.high else FAILS
+
+
 RULES: Mapping[str, Callable[[Comparison, float, Bound], Verdict]] = {
     "greater": greater,
     "lower": lower,
@@ -278,6 +342,9 @@ RULES: Mapping[str, Callable[[Comparison, float, Bound], Verdict]] = {
     "mean_at_most": number_at_most,
     "every_at_most": number_at_most,
     "every_at_least": number_at_least,
+    "probability_above": probability_above,
+    "probability_below": probability_below,
+    "probability_equals": probability_equals,
 }
 P_VALUE_RULES = ("greater", "lower", "survives_longer")
 """The rules whose verdict depends on the p-value."""

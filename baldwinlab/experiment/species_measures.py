@@ -1,0 +1,61 @@
+"""Measures of runs with several species: fixation, and the number of generations until it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final
+
+from baldwinlab.core.measures import Measure
+
+# Commands that show presets do not load xarray, which takes time.
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def compute_first_species_share(runs: xr.Dataset) -> xr.DataArray:
+    """Return the share of agents of the first species, [run, generation]; NaN without data."""
+    species = runs["species"]
+    has_data = species.notnull().all("agent")
+    return (species == 0).mean("agent").where(has_data)
+
+
+def compute_fixation(runs: xr.Dataset) -> xr.DataArray:
+    """Return 1 for each run in which the first species is fixed at the end, else 0.
+
+    A run may end before the last generation of the dataset. Later generations have no data.
+    """
+    return (_final_share(runs) == 1) * 1.0
+
+
+def is_unresolved(runs: xr.Dataset) -> xr.DataArray:
+    """Return 1 for each run in which neither fixation nor loss of the first species occurred."""
+    share = _final_share(runs)
+    return ((share > 0) & (share < 1)) * 1.0
+
+
+def count_generations_to_end(runs: xr.Dataset) -> xr.DataArray:
+    """Return the first generation without or with only the first species; NaN if unresolved."""
+    share = compute_first_species_share(runs)
+    is_end = (share == 0) | (share == 1)
+    return is_end.argmax("generation").where(is_end.any("generation"))
+
+
+def _final_share(runs: xr.Dataset) -> xr.DataArray:
+    """Return the share of the first species in the last generation with data, [run]."""
+    share = compute_first_species_share(runs)
+    last = share.notnull().sum("generation") - 1
+    return share.isel(generation=last)
+
+
+SPECIES_MEASURES: Final[Mapping[str, Measure]] = {
+    "fixation": Measure(
+        "1 if all agents at the end of the run are of the first species, else 0", compute_fixation
+    ),
+    "unresolved": Measure(
+        "1 if the first species is neither fixed nor lost at the end of the run, else 0",
+        is_unresolved,
+    ),
+    "fixation-or-loss": Measure(
+        "first generation in which the first species is fixed or lost", count_generations_to_end
+    ),
+}

@@ -1,0 +1,57 @@
+"""Intervals of probabilities, compared with the definition of Clopper and Pearson."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from baldwinlab.analysis.statistics.comparisons import Comparison
+from baldwinlab.analysis.statistics.proportions import estimate_probability, proportion_interval
+from baldwinlab.analysis.statistics.rules import RULES
+
+
+@pytest.mark.parametrize(("successes", "runs"), [(0, 20), (1, 20), (10, 20), (20, 20)])
+def test_the_ends_of_an_interval_have_a_tail_of_2_5_percent(successes: int, runs: int) -> None:
+    low, high = proportion_interval(successes, runs)
+    assert (
+        low == 0
+        if successes == 0
+        else stats.binom.sf(successes - 1, runs, low) == pytest.approx(0.025)
+    )
+    assert (
+        high == 1
+        if successes == runs
+        else stats.binom.cdf(successes, runs, high) == pytest.approx(0.025)
+    )
+
+
+def test_a_probability_is_the_share_of_runs() -> None:
+    probability, low, high = estimate_probability(np.array([1.0, 0, 0, 0]))
+    assert probability == 0.25
+    assert (low, high) == proportion_interval(1, 4)
+
+
+def test_a_measure_of_a_probability_is_0_or_1() -> None:
+    with pytest.raises(ValueError, match="must be 0 or 1"):
+        estimate_probability(np.array([0.0, 0.5]))
+
+
+@pytest.mark.parametrize(
+    ("interval", "above", "below", "equal"),
+    [
+        ((0.1, 0.2), "holds", "does not hold", "does not hold"),
+        ((0.01, 0.02), "does not hold", "holds", "does not hold"),
+        ((0.01, 0.2), "undecided", "undecided", "holds"),
+    ],
+)
+def test_the_interval_decides_a_claim_about_a_probability(
+    interval: tuple[float, float], above: str, below: str, equal: str
+) -> None:
+    nan = float("nan")
+    low, high = interval
+    numbers = Comparison(20, 0, 0.0, nan, (low + high) / 2, low, high, nan, nan, nan)
+    verdicts = [
+        RULES[f"probability_{name}"](numbers, nan, 0.05) for name in ("above", "below", "equals")
+    ]
+    assert verdicts == [above, below, equal]
