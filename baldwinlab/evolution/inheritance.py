@@ -17,6 +17,8 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.inheritance import Inheritance, assign_teachers, inherit
 
+# [module, weight].
+OneGenome = npt.NDArray[np.float32]
 # [weight], of the action module.
 Weights = npt.NDArray[np.float32]
 # Index of the reinforcement module, if the genome has one. The action module has the index 0.
@@ -41,17 +43,20 @@ class Darwinian(Inheritance, name="darwinian"):
         return experiment.evolution.lamarckian_share > 0
 
     @staticmethod
-    def inherit(part: Any, innate: Weights, learned: Weights, inherited: Weights) -> None:
+    def inherit(
+        part: Any, innate_genome: OneGenome, learned: Weights, inherited_genome: OneGenome
+    ) -> None:
         for weight in range(learned.size):
-            weighted_innate = (1.0 - part.share) * np.float64(innate[weight])
+            weighted_innate = (1.0 - part.share) * np.float64(innate_genome[0, weight])
             acquired = np.float64(np.float32(part.share) * learned[weight])
-            inherited[weight] = np.float32(weighted_innate + acquired)
+            inherited_genome[0, weight] = np.float32(weighted_innate + acquired)
 
     @staticmethod
-    def oracle(part: Any, innate: Any, learned: Any) -> Any:
+    def oracle(part: Any, innate_genome: Any, learned: Any) -> Any:
+        innate_weights = innate_genome[0][: len(learned)]
         return [
             innate_weight + part.share * (learned_weight - innate_weight)
-            for innate_weight, learned_weight in zip(innate, learned, strict=True)
+            for innate_weight, learned_weight in zip(innate_weights, learned, strict=True)
         ]
 
 
@@ -72,16 +77,12 @@ def apply_inheritance(experiment: BaseExperiment, genome: Genome, learned: Genom
     part = experiment.part("evolution.inheritance")
     if learned is None or not part.wants_learned(experiment):
         return genome
-    # Inheritance changes the action module and, if the genome has one, the reinforcement module.
-    # They are the first modules.
-    n_changed_modules = 2 if "reinforcement" in experiment.modules else 1
-    innate_modules = np.ascontiguousarray(genome[:, :n_changed_modules])
-    inherited_modules = innate_modules.copy()
-    poison.fill(inherited_modules[:, 0, : learned.shape[1]])
+    innate = np.ascontiguousarray(genome)
+    inherited = innate.copy()
+    poison.fill(inherited[:, 0, : learned.shape[1]])
     compiled_part, code = breeding_part(experiment, "inheritance")
-    cached_jit(inherit_all, code)(compiled_part, innate_modules, learned, inherited_modules)
-    inherited = genome.copy()
-    inherited[:, :n_changed_modules] = inherited_modules
+    has_teachers = "reinforcement" in experiment.modules
+    cached_jit(inherit_all, code)(compiled_part, has_teachers, innate, learned, inherited)
     return inherited
 
 
@@ -110,11 +111,13 @@ def remap_parents(origin: Parents, parents: Parents) -> None:
             parents[child, 1] = origin[second, ancestor_index]
 
 
-def inherit_all(part: Any, genome: Genome, learned: Genome, inherited: Genome) -> None:
-    """Fill the action modules of `inherited`, and its reinforcement modules if it has them."""
+def inherit_all(
+    part: Any, has_teachers: bool, genome: Genome, learned: Genome, inherited: Genome
+) -> None:
+    """Fill the action modules of `inherited`, and its reinforcement modules if it has teachers."""
     for agent in range(learned.shape[0]):
-        inherit(part, genome[agent, 0], learned[agent], inherited[agent, 0])
-        if genome.shape[1] > REINFORCEMENT_MODULE:
+        inherit(part, genome[agent], learned[agent], inherited[agent])
+        if has_teachers:
             taught = inherited[agent, REINFORCEMENT_MODULE]
             assign_teachers(part, genome[agent, 0], learned[agent], taught)
 

@@ -44,5 +44,5 @@ class SocialHeredity(Darwinian, name="social-heredity"):
             taught[weight] = learned[weight]
 
     @staticmethod
-    def oracle(part: Any, innate: Any, learned: Any) -> Any:
-        return Darwinian.oracle(part, innate, learned), learned
+    def oracle(part: Any, innate_genome: Any, learned: Any) -> Any:
+        return Darwinian.oracle(part, innate_genome, learned), learned

@@ -9,8 +9,8 @@ from baldwinlab.parts.part import Part
 
 
 @hook
-def inherit(part: Any, innate: Any, learned: Any, inherited: Any) -> None:
-    """Compute the action module that the children of an agent inherit.
+def inherit(part: Any, innate_genome: Any, learned: Any, inherited_genome: Any) -> None:
+    """Compute the genome that the children of an agent inherit.
 
     Per agent, between two generations. The simulation calls it if `wants_learned` returns True.
 
@@ -18,12 +18,14 @@ def inherit(part: Any, innate: Any, learned: Any, inherited: Any) -> None:
     ----------
     part : NamedTuple
         Numeric settings and derived values of the part.
-    innate : array, float32 [weight]
-        Action module of the agent at birth. Read only.
+    innate_genome : array, float32 [module, weight]
+        Genome of the agent at birth, with all modules and genes. Read only. Module 0 is the action
+        module. `innate_genome[0, part.NAME]` is the gene NAME of the part.
     learned : array, float32 [weight]
-        Action module of the agent at death. Read only.
-    inherited : array, float32 [weight]
-        Output: the inherited action module.
+        Action module of the agent at death, without genes. Read only.
+    inherited_genome : array, float32 [module, weight]
+        Output: the inherited genome, which is a copy of `innate_genome` except for the weights of
+        the action module. The hook must write these weights, and may change other entries.
     """
 
 

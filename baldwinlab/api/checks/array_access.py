@@ -235,7 +235,8 @@ def _list_outputs(part: Any, hook: str, values: Mapping[str, Any]) -> dict[str, 
         return {"state.activations": np.asarray(values["state"].activations)[rows, lane]}
     if hook == "inherit":
         # A genome can have further genes after those of the action module.
-        return {"inherited": np.asarray(values["inherited"])[: values["learned"].size]}
+        inherited_genome = np.asarray(values["inherited_genome"])
+        return {"inherited_genome[0]": inherited_genome[0, : values["learned"].size]}
     if hook not in OUTPUT_ARRAYS:
         return {}
     if hook in VARIATION_HOOKS and part.genes:

@@ -241,8 +241,8 @@ def compare_variation(group: PartGroup, part: Any) -> None:
 def compare_inheritance(group: PartGroup, part: Any) -> None:
     """Compare an inheritance with its oracle.
 
-    `oracle(part, innate, learned)` returns the inherited module, [weight]. For a part with
-    `assign_teachers`, it returns the inherited module and the teacher.
+    `oracle(part, innate_genome, learned)` returns the inherited weights of the action module. For
+    a part with `assign_teachers`, it returns these weights and the teacher, [weight].
 
     Parameters
     ----------
@@ -260,11 +260,14 @@ def compare_inheritance(group: PartGroup, part: Any) -> None:
     for number, values, arrays, lists in _draw_rounds(group, part):
         genome = np.stack([arrays["innate"], arrays["taught"]])[None]
         inherited = genome.copy()
-        cached_jit(inherit_all, code)(values, genome, arrays["learned"][None].copy(), inherited)
-        expected = part.oracle(values, lists["innate"], lists["learned"])
+        n_learned = min(group.experiment.weight_count, genome.shape[2])
+        learned = arrays["learned"][:n_learned]
+        cached_jit(inherit_all, code)(values, True, genome, learned[None].copy(), inherited)
+        expected = part.oracle(values, genome[0].tolist(), learned.tolist())
         if "assign_teachers" not in overridden_hooks(part):
-            expected = (expected, lists["taught"])
-        _require_close(inherited[0], expected, f"in round {number}, the inherited genome")
+            expected = (expected, lists["taught"][:n_learned])
+        inherited_weights = inherited[0, :, :n_learned]
+        _require_close(inherited_weights, expected, f"in round {number}, the inherited genome")
 
 
 def compare_fitness(group: PartGroup, part: Any) -> None:

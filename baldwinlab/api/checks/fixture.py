@@ -240,6 +240,7 @@ def breeding_arguments(
         "gate": float(random.random()),
         "innate": innate[0],
         "learned": random.normal(size=weights).astype(np.float32),
-        "inherited": np.zeros(weights, np.float32),
+        "innate_genome": innate,
+        "inherited_genome": innate.copy(),
         "taught": innate[-1].copy(),
     }

@@ -66,7 +66,7 @@ ORACLES: Final = {
         ("vary", "vary_population"),
     ),
     "inheritance": OracleSignature(
-        "part, innate, learned",
+        "part, innate_genome, learned",
         "it returns the inherited module (with `assign_teachers`: and the teacher)",
         ("inherit", "assign_teachers"),
     ),

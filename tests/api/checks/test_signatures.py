@@ -35,7 +35,7 @@ HOOKS = {
     "select_with_genomes": ("Selection", SELECT_WITH_GENOMES),
     "variation": ("Variation", "def vary(part, fitter, second, draws, gate, child)"),
     "vary_population": ("Variation", VARY_POPULATION),
-    "inheritance": ("Inheritance", "def inherit(part, innate, learned, inherited)"),
+    "inheritance": ("Inheritance", "def inherit(part, innate_genome, learned, inherited_genome)"),
     "fitness": ("Fitness", "def evaluate(part, energy, cost, fitness)"),
 }
 """The class and a hook, by key of `ORACLES`."""

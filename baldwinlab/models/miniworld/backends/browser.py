@@ -252,13 +252,12 @@ def breed(population: BrowserPopulation) -> None:
     _copy_genomes(population.genome, population.inherited)
     if population.learns and population.wants_learned:
         for agent in range(population.genome.shape[0]):
-            innate = population.genome[agent, 0]
+            innate = population.genome[agent]
             learned = population.learned[agent]
-            inherit(population.inheritance, innate, learned, population.inherited[agent, 0])
+            inherit(population.inheritance, innate, learned, population.inherited[agent])
             if _has_teachers(population):
-                assign_teachers(
-                    population.inheritance, innate, learned, population.inherited[agent, 1]
-                )
+                taught = population.inherited[agent, 1]
+                assign_teachers(population.inheritance, innate[0], learned, taught)
     _draw_parents_of_children(population)
     if population.fault[0] == 0:
         key = GenerationKey(population.seed, population.run, population.generation + 1)
