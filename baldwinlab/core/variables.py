@@ -82,7 +82,6 @@ SPECIES_VARIABLE = Variable(
 # Variables in the records of every model.
 COMMON_RECORD_VARIABLES = ("energy", "parents", "kept_genome")
 
-
 # Variables in the records of experiments whose agents can die during a lifetime.
 DEATH_VARIABLES: Mapping[str, Variable] = {
     "alive": Variable(
@@ -104,6 +103,8 @@ def record_variables(experiment: Any) -> Mapping[str, Variable]:
         combined = {"species": SPECIES_VARIABLE}
         for member in members:
             combined |= record_variables(member)
+        if experiment.has_deaths:
+            combined |= DEATH_VARIABLES
         return combined
     return dict(_model_variables(experiment)) | _gene_variables(experiment)
 

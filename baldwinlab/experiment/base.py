@@ -184,6 +184,15 @@ class BaseExperiment(Fields):
         return False
 
     @property
+    def has_deaths(self) -> bool:
+        """Whether agents can die during a lifetime without being replaced."""
+        return False
+
+    def find_diet_faults(self) -> list[str]:
+        """Return a sentence for each setting that names a missing kind of items or species."""
+        return []
+
+    @property
     def may_stop(self) -> bool:
         """Whether a run can end before its last generation."""
         return any(segment.evolution.stop != "none" for _, segment in self.segments())
@@ -399,6 +408,8 @@ def validate(tree: Any, lenient: bool = False) -> Any:
         require_valid_schedule(experiment)
         if experiment.population.species:
             require_valid_species(experiment)
+        if faults := experiment.find_diet_faults():
+            raise ExperimentError("\n".join(faults))
             experiment = _with_valid_species(experiment)
     return experiment
 

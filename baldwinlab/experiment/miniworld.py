@@ -17,7 +17,7 @@ from pydantic import Field, field_validator, model_validator
 
 from baldwinlab.experiment.base import BaseExperiment
 from baldwinlab.experiment.fields import Fields, refuse_fields
-from baldwinlab.experiment.registry import PartChoice
+from baldwinlab.experiment.registry import PartChoice, table_name
 from baldwinlab.experiment.schedule import SCHEDULE_FIELD, Change
 from baldwinlab.experiment.species import change_tables, combine_modules
 from baldwinlab.experiment.tables import Evolution, Name, Population, Record
@@ -320,6 +320,42 @@ class Experiment(BaseExperiment):
         return any(feature.allows_deaths for feature in self.parts("world.features")) or any(
             member.eats.prey for member in self.species_experiments()
         )
+
+    def find_diet_faults(self) -> list[str]:
+        """Return a sentence for each setting that names a missing kind of items or species."""
+        features = self.parts("world.features")
+        kinds = ["food", *(region.kind for feature in features for region in feature.items())]
+        faults = [
+            f"eats.items = {list(self.eats.items or ())}: must be among the kinds of items: "
+            f"{', '.join(dict.fromkeys(kinds))}"
+            for kind in self.eats.items or ()
+            if kind not in kinds
+        ][:1]
+        names = [species.name for species in self.population.species]
+        if names and self.lifetime.update == "sequential":
+            faults.append(
+                "lifetime.update = 'sequential': species share the simultaneous update; use "
+                "'simultaneous' or remove population.species"
+            )
+        for number, member in enumerate(self.species_experiments()):
+            for path, name in member.named_species():
+                location = f"population.species.{number}.{path} = {name!r}"
+                if name not in names:
+                    faults.append(f"{location}: must be one of {', '.join(names)}")
+                elif name in kinds:
+                    faults.append(f"{location}: a kind of items has this name; rename the species")
+        return faults
+
+    def named_species(self) -> list[tuple[str, str]]:
+        """Return path and value of each setting that names a species."""
+        settings = [
+            (f"eats.prey.{number}.species", prey.species)
+            for number, prey in enumerate(self.eats.prey)
+        ]
+        for sense in self.parts("senses.kinds"):
+            if target := getattr(sense, "target", ""):
+                settings.append((f"senses.{table_name(sense.name)}.target", target))
+        return settings
 
     @property
     def learning_steps(self) -> int:

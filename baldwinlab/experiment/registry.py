@@ -76,6 +76,8 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "patch": f"{_MINIWORLD}.senses.binary:PatchSight",
         "rays": f"{_MINIWORLD}.senses.real_valued:Rays",
         "smell": f"{_MINIWORLD}.senses.real_valued:Smell",
+        "species-in-sight": f"{_MINIWORLD}.senses.species_sight:SpeciesInSight",
+        "species-nearness": f"{_MINIWORLD}.senses.species_sight:SpeciesNearness",
         "touch": f"{_MINIWORLD}.senses.binary:Touch",
     },
     "body": {

@@ -15,8 +15,9 @@ from baldwinlab.experiment.fields import ExperimentError
 from baldwinlab.experiment.miniworld import Experiment
 from baldwinlab.experiment.paths import look_up
 
-COMPETE: Final = "evolution.compete"
-"""Setting that only experiments with species use."""
+PREY: Final = "eats.prey"
+SPECIES_SETTINGS: Final = ("evolution.compete", PREY)
+"""Settings that only experiments with species use."""
 
 
 def list_unused_settings(experiment: BaseExperiment) -> dict[str, str]:
@@ -27,11 +28,13 @@ def list_unused_settings(experiment: BaseExperiment) -> dict[str, str]:
         return {
             path: reason
             for path, reason in unused[0].items()
-            if path != COMPETE and all(path in reasons for reasons in unused)
+            if path not in SPECIES_SETTINGS and all(path in reasons for reasons in unused)
         }
-    no_competition = {COMPETE: "population.species = []"}
+    no_species = dict.fromkeys(SPECIES_SETTINGS, "population.species = []")
+    if not isinstance(experiment, Experiment):
+        del no_species[PREY]
     return (
-        no_competition
+        no_species
         | _unused_mutation_settings(experiment)
         | (_unused_miniworld_settings(experiment) if isinstance(experiment, Experiment) else {})
     )
