@@ -410,6 +410,7 @@ def validate(tree: Any, lenient: bool = False) -> Any:
             require_valid_species(experiment)
         if faults := experiment.find_diet_faults():
             raise ExperimentError("\n".join(faults))
+        if experiment.population.species:
             experiment = _with_valid_species(experiment)
     return experiment
 
