@@ -37,6 +37,7 @@ from baldwinlab.parts.model_helpers import MODEL_HELPERS, load_model_helper
 from baldwinlab.parts.model_part import LifeResults, Measure, Model
 from baldwinlab.parts.networks import Network, backward, forward
 from baldwinlab.parts.part import Part
+from baldwinlab.parts.random_numbers import draw_unit
 from baldwinlab.parts.renamed import missing_name_error
 from baldwinlab.parts.selection import Selection
 from baldwinlab.parts.senses import Sense
@@ -85,6 +86,7 @@ __all__ = [
     "clamp",
     "compiled",
     "die",
+    "draw_unit",
     "find_free_slot",
     "for_each_synapse",
     "forward",
