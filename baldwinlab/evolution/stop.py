@@ -31,7 +31,9 @@ def summarize_fitness(is_mean: bool, fitness: Fitness) -> float:
 class TargetFitness(Stop, name="target-fitness"):
     """End a run when the fitness of its population reaches a target."""
 
-    target: float = Field(description="Fitness at which a run ends.")
+    target: float = Field(
+        100.0, ge=-1e9, le=1e9, description="Fitness at which a run ends, in units of fitness."
+    )
     statistic: Literal["mean", "maximum"] = Field(
         "mean", description="Statistic of the fitness of a generation that must reach the target."
     )

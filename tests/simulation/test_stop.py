@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import baldwinlab as bl
-from baldwinlab.experiment import BaseExperiment, ExperimentError
+from baldwinlab.experiment import BaseExperiment, ExperimentError, assign
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.simulate import simulate, simulate_histories
 
@@ -113,9 +113,9 @@ def test_a_schedule_changes_the_target() -> None:
     assert simulate(scheduled, seed=3).sizes["generation"] == 5
 
 
-def test_a_target_is_required() -> None:
-    with pytest.raises(ExperimentError, match=r"evolution\.target_fitness"):
-        bl.load("evo/A").replace(evolution={"stop": "target-fitness"})
+def test_the_target_can_be_assigned_with_the_choice_of_the_stop() -> None:
+    settings = ["evolution.stop=target-fitness", "evolution.target_fitness.target=7"]
+    assert assign(bl.load("evo/A"), settings).part("evolution.stop").target == 7
 
 
 def test_an_unknown_stop_is_refused_with_the_available_names() -> None:
