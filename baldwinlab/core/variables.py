@@ -19,6 +19,7 @@ DIMENSION_MEANINGS: Mapping[str, str] = {
     "generation": "number of the generation, from 0",
     "agent": "number of the agent in its generation",
     "parent": "first or second parent",
+    "window": "first step of the window",
 }
 
 
@@ -92,6 +93,26 @@ DEATH_VARIABLES: Mapping[str, Variable] = {
     ),
 }
 
+_SERIES_DIMS = ("generation", "window")
+TIME_SERIES_VARIABLES: Mapping[str, Variable] = {
+    "agents_alive": Variable(
+        _SERIES_DIMS, np.float64, "agents", "number of agents alive at the end of the window"
+    ),
+    "births": Variable(
+        _SERIES_DIMS, np.float64, "agents", "number of births during life in the window"
+    ),
+    "energy_gained": Variable(
+        _SERIES_DIMS, np.float64, "energy", "energy of the items that all agents ate in the window"
+    ),
+}
+"""Variables of `record.every`: sums over the agents of a run, means over repeated lifetimes."""
+
+
+def window_coordinates(experiment: Any) -> dict[str, Any]:
+    """Return the coordinate of the windows of `record.every`; without it, an empty dict."""
+    every = getattr(experiment.record, "every", None)
+    return {} if every is None else {"window": np.arange(0, experiment.steps, every, np.int32)}
+
 
 def record_variables(experiment: Any) -> Mapping[str, Variable]:
     """Return the variables of the records of an experiment by name.
@@ -155,6 +176,15 @@ def _model_variables(experiment: Any) -> Mapping[str, Variable]:
         f"{prey.species}_eaten": food_eaten._replace(meaning=f"agents of {prey.species} eaten")
         for prey in experiment.eats.prey
     }
+    if experiment.lifetime.repeats > 1:
+        added_variables = {
+            name: variable._replace(
+                dtype=np.float64, meaning=f"{variable.meaning}, mean over the lifetimes"
+            )
+            for name, variable in ({"food_eaten": food_eaten} | added_variables).items()
+        }
+    if experiment.record.every is not None:
+        added_variables |= TIME_SERIES_VARIABLES
     return dict(RECORD_VARIABLES) | added_variables
 
 

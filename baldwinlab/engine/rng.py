@@ -36,6 +36,7 @@ LIFE: Final = 12  # lifetimes of a model or part; index: agent; draw: chosen by 
 AGE: Final = 13  # index: agent; draw: 0
 FOUNDER_SAMPLE: Final = 14  # index: agent of a genome file; draw: number of the file
 GENES: Final = 15  # genes of parts; index: child; draw: gene
+WORLD: Final = 16  # keys of the worlds of a run; index: repeat; draw: world
 SPECIES_SEED: Final = 20  # seed of a species; index: species; draw: 0
 SPECIES_OF_CHILD: Final = 21  # index: child; draw: 0
 # 64 + the number of a further module in the genome; index: agent; draw: weight

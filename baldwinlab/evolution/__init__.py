@@ -5,7 +5,7 @@ do both.
 """
 
 from baldwinlab.evolution.breeding import breed, make_generation
-from baldwinlab.evolution.fitness import compute_learning_cost, fitness, sum_energy
+from baldwinlab.evolution.fitness import compute_learning_cost, fitness, mean_fitness, sum_energy
 from baldwinlab.evolution.founders import draw_genomes, make_founders, require_founders
 from baldwinlab.evolution.inheritance import (
     apply_inheritance,
@@ -36,6 +36,7 @@ __all__ = [
     "is_stopped",
     "make_founders",
     "make_generation",
+    "mean_fitness",
     "needs_simulation",
     "remap_parents",
     "require_founders",

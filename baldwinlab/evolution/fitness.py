@@ -15,6 +15,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.fitness import Fitness as FitnessPart
 from baldwinlab.parts.fitness import evaluate
+from baldwinlab.parts.model_part import LifeResults
 
 
 class Energy(FitnessPart, name="energy"):
@@ -69,6 +70,36 @@ def fitness(experiment: BaseExperiment, energy: Fitness, cost: Fitness) -> Fitne
             f"evolution.fitness = {experiment.evolution.fitness!r} gave no number for some agents"
         )
     return agent_fitness
+
+
+def mean_fitness(experiment: BaseExperiment, results: LifeResults, run_index: int) -> Fitness:
+    """Return the fitness of the agents of a run, the mean over their lifetimes.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+    results : LifeResults
+        Results of a batch of runs.
+    run_index : int
+        Index of the run in the batch.
+
+    Returns
+    -------
+    Fitness
+        Fitness, [agent].
+
+    Raises
+    ------
+    ValueError
+        If the part gives NaN, or no value, for an agent.
+    """
+    lifetimes = results.lifetimes or (results,)
+    values = [
+        fitness(experiment, lifetime.energy[run_index], lifetime.cost[run_index])
+        for lifetime in lifetimes
+    ]
+    return values[0] if len(values) == 1 else np.mean(values, axis=0)
 
 
 def evaluate_agents(part: Any, energy: Fitness, cost: Fitness, fitness: Fitness) -> None:

@@ -142,6 +142,10 @@ class BaseExperiment(Fields):
         """Yield each species with its experiment."""
         return zip(self.population.species, self.species_experiments(), strict=True)
 
+    def find_conflicts(self) -> list[str]:
+        """Return a sentence for each setting that other settings or parts exclude."""
+        return []
+
     def to_dict(self) -> dict[str, Any]:
         """Return all settings as nested dicts."""
         return self.model_dump(mode="json")
@@ -405,6 +409,8 @@ def validate(tree: Any, lenient: bool = False) -> Any:
     experiment = _make_experiment(upgraded_tree, lenient)
     if not lenient:
         check_added_parts(experiment)
+        if conflicts := experiment.find_conflicts():
+            raise ExperimentError("\n".join(conflicts))
         require_valid_schedule(experiment)
         if experiment.population.species:
             require_valid_species(experiment)

@@ -21,6 +21,7 @@ from baldwinlab.experiment.registry import PartChoice, table_name
 from baldwinlab.experiment.schedule import SCHEDULE_FIELD, Change
 from baldwinlab.experiment.species import change_tables, combine_modules
 from baldwinlab.experiment.tables import Evolution, Name, Population, Record
+from baldwinlab.experiment.world_conflicts import find_world_conflicts
 
 Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
 SenseName = Annotated[str, PartChoice("sense")]
@@ -250,11 +251,52 @@ class Lifetime(Fields):
     steps: int = Field(
         5000, ge=1, le=MAX_LIFETIME_STEPS, description="Number of steps of a lifetime."
     )
+    repeats: int = Field(
+        1,
+        ge=1,
+        le=1000,
+        description=(
+            "Number of lifetimes of each agent, each in another world. Fitness is their mean."
+        ),
+    )
     update: Literal["simultaneous", "sequential"] = Field(
         "simultaneous",
         description=(
             "Order of the agents in a step. simultaneous: all agents together; "
             "sequential: one agent after another (R7)."
+        ),
+    )
+
+
+class WorldPopulation(Population):
+    """Agents, and their distribution over worlds."""
+
+    worlds: int = Field(
+        1,
+        ge=1,
+        le=1_000_000,
+        description=(
+            "Number of worlds with equal shares of the agents. population.size: each agent alone."
+        ),
+    )
+
+    @model_validator(mode="after")
+    def _require_equal_worlds(self) -> Self:
+        if self.size % self.worlds:
+            rule = f"must divide population.size = {self.size}"
+            refuse_fields([("worlds", self.worlds, rule)])
+        return self
+
+
+class WorldRecord(Record):
+    """Stored genomes and time series."""
+
+    every: int | None = Field(
+        None,
+        ge=1,
+        le=MAX_LIFETIME_STEPS,
+        description=(
+            "Length of the windows of time series within a lifetime, in steps. Not set: none."
         ),
     )
 
@@ -270,7 +312,7 @@ class Experiment(BaseExperiment):
     name: Name = "experiment"
     model: Literal["miniworld"] = Field("miniworld", description="Model: what a lifetime is.")
     world: World = World()
-    population: Population = Population()
+    population: WorldPopulation = WorldPopulation()
     senses: Senses = Senses()
     contact: Contact = Contact()
     eats: Eats = Eats()
@@ -279,7 +321,7 @@ class Experiment(BaseExperiment):
     learning: Learning = Learning()
     evolution: Evolution = Evolution()
     lifetime: Lifetime = Lifetime()
-    record: Record = Record()
+    record: WorldRecord = WorldRecord()
     schedule: tuple[Change, ...] = SCHEDULE_FIELD
 
     @model_validator(mode="after")
@@ -310,9 +352,18 @@ class Experiment(BaseExperiment):
         return self.lifetime.steps
 
     @property
+    def agents_per_world(self) -> int:
+        """Number of agents of a world."""
+        return self.population.size // self.population.worlds
+
+    @property
     def births_in_life(self) -> bool:
         """Whether agents are born during the lifetimes of other agents."""
         return any(feature.allows_births for feature in self.parts("world.features"))
+
+    def find_conflicts(self) -> list[str]:
+        """Return a sentence for each setting of worlds and lifetimes that others exclude."""
+        return find_world_conflicts(self)
 
     @property
     def has_deaths(self) -> bool:

@@ -19,7 +19,12 @@ from baldwinlab.experiment.paths import iterate_settings, parse_assignment
 
 # Tables and fields that cannot change during a run: its size, its records, the layout of genomes.
 FIXED_TABLES: Final = ("name", "model", "population", "record", "schedule", "network")
-FIXED_FIELDS: Final = ("evolution.generations", "evolution.founders", "lifetime.steps")
+FIXED_FIELDS: Final = (
+    "evolution.generations",
+    "evolution.founders",
+    "lifetime.steps",
+    "lifetime.repeats",
+)
 
 
 class Change(Fields, extra="allow"):

@@ -49,6 +49,8 @@ class LifeResults(NamedTuple):
         Further recorded variables by name, each [run, agent].
     final_population : FinalPopulation or None
         Agents at the end of the lifetime, if agents were born during it.
+    lifetimes : tuple of LifeResults
+        Results of each lifetime, if agents have several. The fields above are then their means.
     """
 
     energy: npt.NDArray[np.float64]
@@ -56,6 +58,7 @@ class LifeResults(NamedTuple):
     learned: npt.NDArray[np.float32] | None
     records: Mapping[str, npt.NDArray[Any]]
     final_population: FinalPopulation | None = None
+    lifetimes: tuple[LifeResults, ...] = ()
 
 
 class Model(Part):

@@ -18,10 +18,10 @@ from baldwinlab.evolution import (
     GenerationKey,
     Genome,
     apply_inheritance,
-    fitness,
     is_stopped,
     make_founders,
     make_generation,
+    mean_fitness,
     remap_parents,
 )
 from baldwinlab.evolution.genes import gene_values
@@ -117,9 +117,11 @@ class History:
         self.n_generations = last
 
     def _allocate(self, name: str, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Return the array of a variable; `values` [..., agent] give its type and its agents."""
-        n_agents = values.shape[1]
-        shape = (self.experiment.evolution.generations, n_agents)
+        """Return the array of a variable; `values` [..., agent] give its type and its shape.
+
+        The values of a time series are [..., window].
+        """
+        shape = (self.experiment.evolution.generations, values.shape[1])
         return self._records.setdefault(name, np.zeros(shape, values.dtype))
 
     def add(self, generation: int, results: LifeResults, run_index: int) -> None:
@@ -144,14 +146,12 @@ class History:
         for name, values in results.records.items():
             self._allocate(name, values)[generation] = values[run_index]
         self._record_genes(generation)
-        energy = results.energy[run_index]
-        cost = results.cost[run_index]
         if self.species is None:
-            self._fitness[generation] = fitness(settings, energy, cost)
+            self._fitness[generation] = mean_fitness(settings, results, run_index)
         else:
             self._allocate("species", self.species[None])[generation] = self.species
             self._fitness[generation] = compute_species_fitness(
-                settings, self.species, energy, cost
+                settings, self.species, results.energy[run_index], results.cost[run_index]
             )
         self._require_expected_fitness(generation)
         self.is_stopped = is_stopped(settings, (), self._fitness[generation], generation)
@@ -267,6 +267,7 @@ class History:
             module=list(self.experiment.modules),
             weight=np.arange(n_weights, dtype=np.int32),
             kept_generation=np.array(list(self._saved_genomes), np.int32),
+            **variables.window_coordinates(experiment),
         )
         genome_dataset = variables.make_dataset(declared, {"kept_genome": genomes}, attributes={})
         return labelled.assign(genome_dataset.data_vars)

@@ -23,11 +23,13 @@ from baldwinlab.core.variables import (
     Variable,
     record_variables,
     trace_variables,
+    window_coordinates,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.species import ACROSS
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.allocation import array_dimensions, state_bytes
+from baldwinlab.models.miniworld.world_layout import count_worlds
 
 # Bytes of compiled code and of the compiler.
 ENGINE_BYTES: Final = 200 * 2**20
@@ -83,6 +85,7 @@ def _table_sizes(experiment: BaseExperiment) -> dict[str, int]:
         "generation": experiment.evolution.generations,
         "agent": experiment.population.size,
         "parent": len(PARENT_NAMES),
+        **{dim: len(values) for dim, values in window_coordinates(experiment).items()},
     }
 
 
@@ -123,10 +126,16 @@ def simulation_bytes(experiment: BaseExperiment, n_worlds: int) -> int:
     size = {"size": experiment.population.size}
     if experiment.evolution.compete == ACROSS:
         members = tuple(member.replace(population=size) for member in members)
+    n_lifetimes = n_worlds
+    if isinstance(experiment, Experiment):
+        # Each repeat of a lifetime has a copy of the genomes.
+        n_lifetimes *= experiment.lifetime.repeats
     world_bytes = sum(
-        state_bytes(member, n_worlds) for member in members if isinstance(member, Experiment)
+        state_bytes(member, n_worlds * count_worlds(member))
+        for member in members
+        if isinstance(member, Experiment)
     )
-    return world_bytes + GENOME_COPIES * n_worlds * _genome_bytes(experiment)
+    return world_bytes + GENOME_COPIES * n_lifetimes * _genome_bytes(experiment)
 
 
 def _batch_bytes(experiment: BaseExperiment, n_worlds: int) -> int:

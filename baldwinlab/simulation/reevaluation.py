@@ -14,7 +14,13 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.core.variables import as_record
-from baldwinlab.evolution import GenerationKey, Genome, fitness, make_generation, needs_simulation
+from baldwinlab.evolution import (
+    GenerationKey,
+    Genome,
+    make_generation,
+    mean_fitness,
+    needs_simulation,
+)
 from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models import make_simulator
@@ -89,10 +95,7 @@ def collect_outcomes(experiment: Experiment, batch: CpuBatch, genomes: Genome) -
 def _make_outcomes(
     experiment: BaseExperiment, results: model_part.LifeResults, genomes: Genome
 ) -> Outcomes:
-    fitness_of_runs = [
-        fitness(experiment, energy, cost)
-        for energy, cost in zip(results.energy, results.cost, strict=True)
-    ]
+    fitness_of_runs = [mean_fitness(experiment, results, run) for run in range(len(genomes))]
     first_module = genomes[:, :, 0, : experiment.weight_count]
     return Outcomes(
         energy=np.stack(fitness_of_runs),

@@ -97,7 +97,8 @@ def concat_conditions(
     data = data.assign_coords(condition=list(names)).assign_coords(factors)
     for name in data.data_vars:
         data[name].attrs = _common_attributes(name, datasets)
-    for name, meaning in DIMENSION_MEANINGS.items():
+    for name in DIMENSION_MEANINGS.keys() & data.coords.keys():
+        meaning = DIMENSION_MEANINGS[name]
         data[name].attrs = {"long_name": meaning}
     # The encoding of the records has integer types, which cannot store missing values.
     data = data.drop_encoding()

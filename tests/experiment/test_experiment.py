@@ -173,7 +173,10 @@ def test_assignments_change_fields_by_their_path() -> None:
     ("assignment", "message"),
     [
         ("lifetime.steps", "must be path=value"),
-        ("lifetime.step=3", "lifetime.step: there is no 'step' here; there are: steps, update"),
+        (
+            "lifetime.step=3",
+            "lifetime.step: there is no 'step' here; there are: steps, repeats, update",
+        ),
         ("world.food.4.count=3", "there is no '4' here; there are: 0"),
         ("lifetime.steps.more=3", "there is no 'more' here; there are: none"),
         ("lifetime.steps=many", "lifetime.steps = 'many'"),

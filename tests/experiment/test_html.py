@@ -26,6 +26,7 @@ def test_every_field_has_a_row_with_its_value_and_meaning() -> None:
     assert set(rows_by_path) == field_paths(tomllib.loads(to_toml(experiment))) | {
         "learning.steps",
         "eats.items",
+        "record.every",
     }
     # TOML has no null value.
     assert rows_by_path["learning.steps"].value == "not set"

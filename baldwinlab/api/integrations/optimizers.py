@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.errors import RefusedError, require_positive
-from baldwinlab.evolution import GenerationKey, draw_genomes, fitness
+from baldwinlab.evolution import GenerationKey, draw_genomes, mean_fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.choice import CPU
@@ -101,7 +101,8 @@ class Problem:
         """Return the names of the numbers that describe the behavior of an agent.
 
         The numbers of a forager are its final position, `x` and `y`. In other models they are the
-        recorded variables.
+        recorded variables. With several lifetimes (`lifetime.repeats`), the position is that of the
+        first lifetime.
         """
         if isinstance(self.experiment, Experiment):
             return ("x", "y")
@@ -195,10 +196,7 @@ class Problem:
         self, runs: Sequence[int], generation: int, genomes: Genomes
     ) -> tuple[Numbers, Numbers]:
         lives, behavior = self._simulate(runs, generation, genomes)
-        values = [
-            fitness(self.experiment, energy, cost)
-            for energy, cost in zip(lives.energy, lives.cost, strict=True)
-        ]
+        values = [mean_fitness(self.experiment, lives, run) for run in range(len(genomes))]
         return np.concatenate(values), behavior
 
     def _simulate(

@@ -145,7 +145,7 @@ def _scanned_fraction(region: ItemRegion, experiment: Experiment) -> float:
             *_region_size(region),
             region.count,
             experiment.senses.visual_radius,
-            experiment.population.size,
+            experiment.agents_per_world,
         )
     )
 
@@ -160,7 +160,7 @@ class GridSettings(NamedTuple):
 def grid_settings(experiment: Experiment) -> GridSettings:
     """Return the grid settings of an experiment with one species."""
     return GridSettings(
-        visual_radius=experiment.senses.visual_radius, agents=experiment.population.size
+        visual_radius=experiment.senses.visual_radius, agents=experiment.agents_per_world
     )
 
 
@@ -237,7 +237,7 @@ def make_model(
     has_unsensed_kind = not sensed_kinds.issuperset(region.kind for region in regions)
     return MiniWorldModel(
         worlds=worlds,
-        agents=experiment.population.size,
+        agents=experiment.agents_per_world,
         width=np.float32(world.width),
         height=np.float32(world.height),
         start=np.array([world.start.x, world.start.y, world.start.radius], np.float32),
@@ -279,7 +279,7 @@ def array_dimensions(experiment: Experiment, grid: GridSettings | None = None) -
     items = sum(region.count for region in regions)
     cells = sum(math.prod(_grid_shape(region, grid)) for region in regions)
     return {
-        "agents": experiment.population.size,
+        "agents": experiment.agents_per_world,
         "modules": len(experiment.modules),
         "genome length": experiment.genome_length,
         "fixed weights": count_fixed_weights(experiment),
@@ -302,7 +302,7 @@ def _shape_function(
     experiment: Experiment, worlds: int, grid: GridSettings | None = None
 ) -> Callable[[Array], tuple[int, ...]]:
     """Return a function that computes the shape of a declared array in a batch of worlds."""
-    lanes = _count_blocks(worlds * experiment.population.size) * WIDTH
+    lanes = _count_blocks(worlds * experiment.agents_per_world) * WIDTH
     sizes = array_dimensions(experiment, grid)
 
     def shape(array: Array) -> tuple[int, ...]:
@@ -391,7 +391,7 @@ def make_state(
         features=tuple(map(compile_part, experiment.parts("world.features"))),
         population=make_population(population_class, experiment, allocate, **population_values),
     )
-    poison_state(state, worlds * experiment.population.size)
+    poison_state(state, worlds * experiment.agents_per_world)
     return state
 
 

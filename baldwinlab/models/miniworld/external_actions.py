@@ -72,7 +72,8 @@ class SteeredBatch:
         Raises
         ------
         RefusedError
-            The experiment has the sequential update, or births during life.
+            The experiment has the sequential update, births during life, several worlds, or
+            several lifetimes.
         """
         if experiment.births_in_life:
             raise RefusedError(
@@ -81,6 +82,11 @@ class SteeredBatch:
         if experiment.lifetime.update == "sequential":
             raise RefusedError(
                 'external actions do not apply: lifetime.update = "sequential". Use "simultaneous"'
+            )
+        if experiment.population.worlds * experiment.lifetime.repeats > 1:
+            raise RefusedError(
+                "external actions do not apply: population.worlds and lifetime.repeats must be 1, "
+                "because an environment is one world"
             )
         without_learning = experiment.replace(
             learning={"rule": "none"}, evolution={"lamarckian_share": 0}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,9 @@ from baldwinlab.models.miniworld.allocation import (
 )
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, Batch
 from baldwinlab.models.miniworld.population import FixedPopulation
+from baldwinlab.models.miniworld.repeated_lifetimes import combine_lifetimes
 from baldwinlab.models.miniworld.state import FOOD, State
+from baldwinlab.models.miniworld.time_series import simulate_windows
 from baldwinlab.parts.model_part import FinalPopulation, LifeResults
 
 
@@ -34,16 +36,49 @@ class MiniWorldSimulator:
 
     def simulate(self, generation: int, genomes: npt.NDArray[np.float32]) -> LifeResults:
         self._batch.begin(generation, genomes)
-        self._batch.simulate(0, self._experiment.lifetime.steps)
-        return collect_results(self._experiment, self._batch, genomes)
+        if self._experiment.record.every is None:
+            self._batch.simulate(0, self._experiment.lifetime.steps)
+            return collect_results(self._experiment, self._batch, genomes)
+        series = simulate_windows(self._experiment, self._batch, len(genomes))
+        results = collect_results(self._experiment, self._batch, genomes)
+        return results._replace(records={**results.records, **series})
 
 
 def collect_results(
     experiment: Experiment, batch: Batch, genomes: npt.NDArray[np.float32]
 ) -> LifeResults:
     """Return the results of a batch that began with `genomes` [run, agent, module, weight]."""
+    n_runs = len(genomes)
     eaten = batch.eaten_in_life()
+    learned_weights = batch.weights() if experiment.learns else None
+    lifetimes = []
+    for repeat in range(len(eaten) // n_runs):
+        # The populations of a batch are ordered by repeat, then by run.
+        populations = slice(repeat * n_runs, (repeat + 1) * n_runs)
+        learned = None if learned_weights is None else learned_weights[populations]
+        outcomes = _Outcomes(repeat, eaten[populations], learned)
+        lifetimes.append(_collect_lifetime(experiment, batch, genomes, outcomes))
+    return combine_lifetimes(lifetimes)
+
+
+class _Outcomes(NamedTuple):
+    """Outcomes of one of the repeated lifetimes: eaten items, learned weights, [run, agent, ...]"""
+
+    repeat: int
+    eaten: npt.NDArray[np.int32]
+    learned: npt.NDArray[np.float32] | None
+
+
+def _collect_lifetime(
+    experiment: Experiment,
+    batch: Batch,
+    genomes: npt.NDArray[np.float32],
+    outcomes: _Outcomes,
+) -> LifeResults:
+    """Return the results of one lifetime of each agent."""
+    repeat, eaten, learned_weights = outcomes
     shape = genomes.shape[:2]
+    first_lane = repeat * math.prod(shape)
     final_population = None
     added_records: dict[str, Any] = {}
     steps_learned: Sequence[Any] = [None] * len(genomes)
@@ -55,11 +90,10 @@ def collect_results(
         genomes = final_population.genome
         added_records["born"] = state.birth_count[runs].copy()
     if choose_population(experiment) is not FixedPopulation:
-        steps_learned = reshape_lanes(batch.state.population.steps_learned, shape)
+        steps_learned = reshape_lanes(batch.state.population.steps_learned, shape, first_lane)
     if experiment.has_deaths:
-        added_records |= read_death_records(batch.state, shape)
+        added_records |= read_death_records(batch.state, shape, first_lane)
     item_energies = np.array(eaten_energies(experiment) or [0.0], np.float64)
-    learned_weights = batch.weights() if experiment.learns else None
     weights_by_run = [None] * len(genomes) if learned_weights is None else learned_weights
     costs = [
         compute_learning_cost(experiment, genome, weights, steps)
@@ -92,14 +126,19 @@ def eaten_by_kind(
     return records
 
 
-def read_death_records(state: State, shape: tuple[int, ...]) -> dict[str, npt.NDArray[np.int32]]:
+def read_death_records(
+    state: State, shape: tuple[int, ...], first_lane: int = 0
+) -> dict[str, npt.NDArray[np.int32]]:
     """Return the records of deaths by variable, [run, agent]."""
     return {
-        "alive": reshape_lanes(state.alive, shape).astype(np.int32),
-        "age": reshape_lanes(state.population.age, shape),
+        "alive": reshape_lanes(state.alive, shape, first_lane).astype(np.int32),
+        "age": reshape_lanes(state.population.age, shape, first_lane),
     }
 
 
-def reshape_lanes(values: npt.NDArray[Any], shape: tuple[int, ...]) -> npt.NDArray[Any]:
-    """Return a copy of an array [1, lane] as [run, agent]."""
-    return values[0, : math.prod(shape)].reshape(shape).copy()
+def reshape_lanes(
+    values: npt.NDArray[Any], shape: tuple[int, ...], first_lane: int = 0
+) -> npt.NDArray[Any]:
+    """Return a copy of an array [1, lane], from a first lane on, as [run, agent]."""
+    lanes = slice(first_lane, first_lane + math.prod(shape))
+    return values[0, lanes].reshape(shape).copy()

@@ -20,6 +20,7 @@ from baldwinlab.models.miniworld.allocation import (
 )
 from baldwinlab.models.miniworld.lookup import choose_lookup
 from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simultaneous
+from baldwinlab.models.miniworld.world_layout import make_world_layout
 
 
 def code_key(experiment: Experiment) -> tuple[Any, ...]:
@@ -49,24 +50,29 @@ def _entry_point(experiment: Experiment) -> Any:
 class CpuBatch:
     """Several runs of one experiment, simulated one generation at a time. Runs are independent."""
 
-    def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
-        self.model = make_model(experiment, len(runs))
-        self.state = make_state(experiment, len(runs))
-        self.state.keys[:] = [(seed, run) for run in runs]
+    def __init__(
+        self, experiment: Experiment, seed: int, runs: Sequence[int], world: int | None = None
+    ) -> None:
+        """Allocate the worlds of a layout (`make_world_layout`)."""
+        self._layout = make_world_layout(experiment, seed, runs, world)
+        n_worlds = len(self._layout.keys)
+        self.model = make_model(experiment, n_worlds)
+        self.state = make_state(experiment, n_worlds)
+        self.state.keys[:] = self._layout.keys
         self._dispatcher = cached_jit(
             _entry_point(experiment), list_hooks(self.state), short_loops=True
         )
         self._function = self._dispatcher
-        self._shape = (len(runs), experiment.population.size)
+        self._shape = self._layout.shape
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
         """Initialize a generation.
 
-        `genomes` is [world, agent, module, weight], with `experiment.genome_length` weights.
+        `genomes` is [run, agent, module, weight], with `experiment.genome_length` weights.
         """
         poison_state(self.state, math.prod(self._shape))
         self.state.generation[0] = generation
-        self.state.genome[:] = genomes
+        self.state.genome[:] = self._layout.distribute(genomes)
         is_start = True
         arguments = self.model, self.state, is_start, 0, 0
         self._function(*arguments)
@@ -84,14 +90,17 @@ class CpuBatch:
         return np.stack([self.state.item_x, self.state.item_y], axis=-1)
 
     def eaten_in_life(self) -> npt.NDArray[np.int32]:
-        """Return the items eaten in this lifetime, [world, agent, region]."""
-        worlds, agents = self._shape
-        return self.state.eaten_in_life[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
+        """Return the items eaten in this lifetime, [population, agent, region].
+
+        The populations are those of `WorldLayout.shape`.
+        """
+        lanes = slice(math.prod(self._shape))
+        return self.state.eaten_in_life[:, lanes].T.reshape(*self._shape, -1).copy()
 
     def weights(self) -> npt.NDArray[np.float32]:
-        """Return the current weights of the action module, [world, agent, weight]."""
-        worlds, agents = self._shape
-        return self.state.weights[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
+        """Return the current weights of the action module, [population, agent, weight]."""
+        lanes = slice(math.prod(self._shape))
+        return self.state.weights[:, lanes].T.reshape(*self._shape, -1).copy()
 
 
 def compile_simulation(experiment: Experiment) -> None:

@@ -21,6 +21,7 @@ from baldwinlab.models.miniworld.backends.cuda_kernels import (
     make_simulation_kernel,
 )
 from baldwinlab.models.miniworld.state import State
+from baldwinlab.models.miniworld.world_layout import make_world_layout
 
 # Approximate number of threads in a block. A barrier then waits for few threads, and worlds of 20
 # agents fill complete warps.
@@ -84,28 +85,30 @@ class CudaBatch:
     """
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
-        agents = experiment.population.size
+        agents = experiment.agents_per_world
         if reason := unavailable_reason():
             raise ValueError(reason)
         if agents > MAX_AGENTS:
             raise ValueError(
                 f"backend cuda simulates at most {MAX_AGENTS} agents in a world: "
-                f"population.size = {agents}"
+                f"population.size / population.worlds = {agents}"
             )
         # A claim is twice the number of a turn (`cuda_kernels.py`).
         max_claim = 2 * agents * experiment.lifetime.steps
         if max_claim >= 2**31:
             raise ValueError(
-                "backend cuda counts turns in 32 bits: lifetime.steps * population.size must be "
-                "less than 2**30"
+                "backend cuda counts turns in 32 bits: lifetime.steps * population.size / "
+                "population.worlds must be less than 2**30"
             )
-        worlds_in_block = worlds_in_thread_block(agents, len(runs))
-        n_blocks = math.ceil(len(runs) / worlds_in_block)
+        self._layout = make_world_layout(experiment, seed, runs)
+        n_worlds = len(self._layout.keys)
+        worlds_in_block = worlds_in_thread_block(agents, n_worlds)
+        n_blocks = math.ceil(n_worlds / worlds_in_block)
         padded_worlds = n_blocks * worlds_in_block
         self.model = make_model(experiment, padded_worlds)
         self._host = make_state(experiment, padded_worlds)
-        self._host.keys[: len(runs)] = [(seed, run) for run in runs]
-        self._shape = (len(runs), agents)
+        self._host.keys[:n_worlds] = self._layout.keys
+        self._shape = self._layout.shape
         self._stream = cuda.stream()
         threads_in_block = worlds_in_block * agents
         self._launch = (n_blocks, threads_in_block, self._stream)
@@ -134,10 +137,10 @@ class CudaBatch:
         return self._host
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
-        """Initialize a generation. `genomes` is [world, agent, module, weight]."""
+        """Initialize a generation. `genomes` is [run, agent, module, weight]."""
         # The genomes of the previous generation can still be in transfer.
         self._stream.synchronize()
-        self._genomes[: len(genomes)] = genomes
+        self._genomes[: len(self._layout.keys)] = self._layout.distribute(genomes)
         self._state.genome.copy_to_device(self._genomes, self._stream)
         self._state.generation.copy_to_device(np.array([generation], np.uint32), self._stream)
         with without_contraction():
@@ -156,19 +159,19 @@ class CudaBatch:
     def items(self) -> npt.NDArray[np.float32]:
         """Return the positions of the items, [world, item, (x, y)]."""
         state = self.state
-        worlds = self._shape[0]
-        return np.stack([state.item_x[:worlds], state.item_y[:worlds]], axis=-1)
+        worlds = slice(len(self._layout.keys))
+        return np.stack([state.item_x[worlds], state.item_y[worlds]], axis=-1)
 
     def eaten_in_life(self) -> npt.NDArray[np.int32]:
-        """Wait for the steps. Return the items eaten in this lifetime, [world, agent, region]."""
-        worlds, agents = self._shape
+        """Wait for the steps. Return the eaten items, [population, agent, region]."""
         self._state.eaten_in_life.copy_to_host(self._host.eaten_in_life, self._stream)
         self._stream.synchronize()
-        return self._host.eaten_in_life[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
+        lanes = slice(math.prod(self._shape))
+        return self._host.eaten_in_life[:, lanes].T.reshape(*self._shape, -1).copy()
 
     def weights(self) -> npt.NDArray[np.float32]:
-        """Wait for the steps. Return the weights of the action module, [world, agent, weight]."""
-        worlds, agents = self._shape
+        """Wait for the steps. Return the action modules, [population, agent, weight]."""
         self._state.weights.copy_to_host(self._host.weights, self._stream)
         self._stream.synchronize()
-        return self._host.weights[:, : worlds * agents].T.reshape(worlds, agents, -1).copy()
+        lanes = slice(math.prod(self._shape))
+        return self._host.weights[:, lanes].T.reshape(*self._shape, -1).copy()

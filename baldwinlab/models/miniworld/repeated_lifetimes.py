@@ -1,0 +1,29 @@
+"""Results of agents with several lifetimes (`lifetime.repeats`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from baldwinlab.parts.model_part import LifeResults
+
+
+def combine_lifetimes(lifetimes: Sequence[LifeResults]) -> LifeResults:
+    """Return the means of the results of several lifetimes of the same agents.
+
+    The learned weights are those of the first lifetime. A single lifetime is returned unchanged.
+    """
+    first = lifetimes[0]
+    if len(lifetimes) == 1:
+        return first
+    records = {
+        name: np.mean([results.records[name] for results in lifetimes], axis=0, dtype=np.float64)
+        for name in first.records
+    }
+    return first._replace(
+        energy=np.mean([results.energy for results in lifetimes], axis=0),
+        cost=np.mean([results.cost for results in lifetimes], axis=0),
+        records=records,
+        lifetimes=tuple(lifetimes),
+    )
