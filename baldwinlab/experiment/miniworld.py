@@ -19,9 +19,9 @@ from baldwinlab.experiment.base import BaseExperiment
 from baldwinlab.experiment.fields import Fields, refuse_fields
 from baldwinlab.experiment.registry import PartChoice, table_name
 from baldwinlab.experiment.schedule import SCHEDULE_FIELD, Change
+from baldwinlab.experiment.several_worlds import find_world_conflicts
 from baldwinlab.experiment.species import change_tables, combine_modules
 from baldwinlab.experiment.tables import Evolution, Name, Population, Record
-from baldwinlab.experiment.world_conflicts import find_world_conflicts
 
 Coordinate = Annotated[float, Field(ge=0, le=1_000_000)]
 SenseName = Annotated[str, PartChoice("sense")]

@@ -62,6 +62,10 @@ FIELD_RULES: Final = (
 )
 
 
+# Settings that only the engine in Python supports.
+PYTHON_ONLY_PATHS: Final = ("population.worlds", "lifetime.repeats", "record.every")
+
+
 def list_choosable_parts(experiment: Experiment) -> dict[str, list[str]]:
     """Return the parts that the page lets a user choose, by the path of the field.
 
@@ -84,7 +88,7 @@ def make_form_schema(experiment: Experiment) -> Any:
     schema = make_schema(type(experiment))
     choosable_parts = list_choosable_parts(experiment)
     part_fields = choosing_fields(type(experiment))
-    fixed_paths = ["model", "record.genome_every"]
+    fixed_paths = ["model", "record.genome_every", *PYTHON_ONLY_PATHS]
     fixed_paths += [path for path, _, _ in part_fields if path not in choosable_parts]
     if any(added_choices(experiment)):
         fixed_paths += ["name", "lifetime.update", *_list_compiled_fields(experiment)]

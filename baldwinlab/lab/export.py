@@ -13,6 +13,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.paths import look_up
+from baldwinlab.experiment.several_worlds import has_several_worlds
 from baldwinlab.lab import single_page
 from baldwinlab.lab.appearance_template import make_appearance_template
 from baldwinlab.lab.browser_form import FIELD_RULES, list_choosable_parts, make_form_schema
@@ -70,6 +71,11 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
             raise RefusedError(
                 f"{experiment.name} cannot run in a browser: it has a schedule or founders, which"
                 " only the engine in Python supports"
+            )
+        if has_several_worlds(experiment) or experiment.record.every is not None:
+            raise RefusedError(
+                f"{experiment.name} cannot run in a browser: population.worlds, lifetime.repeats"
+                " or record.every is set, which only the engine in Python supports"
             )
     supported = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
     check_seed(seed)

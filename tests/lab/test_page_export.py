@@ -138,7 +138,7 @@ def test_missing_settings_are_those_of_the_page(page: Page, exported_file: Path)
         ),
         (
             {"seed": 1, "experiment": {"lifetime": {"step": 1}}},
-            "lifetime.step: there is no such field; there are: steps, update",
+            "lifetime.step: there is no such field; there are: steps, repeats, update",
         ),
         (
             {"seed": 1, "experiment": {"world": {"width": 300}}},

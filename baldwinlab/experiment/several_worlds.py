@@ -5,6 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 
+def has_several_worlds(experiment: Any) -> bool:
+    """Return whether a generation of an experiment of MiniWorld has several simulated worlds."""
+    return bool(experiment.population.worlds * experiment.lifetime.repeats > 1)
+
+
 def find_world_conflicts(experiment: Any) -> list[str]:
     """Return a sentence for each setting of worlds and lifetimes that other settings exclude.
 
