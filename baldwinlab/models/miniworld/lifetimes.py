@@ -62,7 +62,7 @@ def collect_results(
 
 
 class _Outcomes(NamedTuple):
-    """Outcomes of one of the repeated lifetimes: eaten items, learned weights, [run, agent, ...]"""
+    """Number of a repeat, and its eaten items and learned weights, [run, agent, ...]."""
 
     repeat: int
     eaten: npt.NDArray[np.int32]
