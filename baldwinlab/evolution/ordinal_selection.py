@@ -9,6 +9,11 @@ References
    each.
 .. [3] D. Floreano and J. Urzelai, "Evolutionary robots with on-line self-organization and
    behavioral fitness", Neural Networks 13 (2000): the setting `two_parent_share` of `best-copies`.
+.. [4] J. E. Baker, "Adaptive selection methods for genetic algorithms", Proceedings of the 1st
+   International Conference on Genetic Algorithms (1985): `rank`.
+.. [5] H.-P. Schwefel, "Numerical optimization of computer models", Wiley (1981): `mu-plus-lambda`.
+.. [6] H.-G. Beyer and H.-P. Schwefel, "Evolution strategies: a comprehensive introduction", Natural
+   Computing 1 (2002): `mu-plus-lambda`.
 """
 
 from __future__ import annotations
@@ -19,6 +24,7 @@ from baldwinlab.evolution.rng_key import Fitness, Parents, Uniforms
 from baldwinlab.evolution.roulette_wheel import draw_index, spin, spin_oracle
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.parts import Field, Selection
+from baldwinlab.parts.breeding import ITSELF
 
 
 class Tournament(Selection, name="tournament"):
@@ -177,10 +183,71 @@ class BestCopies(Selection, name="best-copies"):
         return pairs
 
 
+class MuPlusLambda(Selection, name="mu-plus-lambda"):
+    """The mu fittest agents survive, and are the parents of lambda children.
+
+    Both parents of a child are random survivors. mu + lambda is the size of the population. The
+    fitness of survivors is evaluated again in each generation. Ties are broken at random.
+
+    References
+    ----------
+    Schwefel 1981; Beyer and Schwefel 2002.
+    """
+
+    survivor_share: float = Field(
+        0.125,
+        gt=0,
+        lt=1,
+        description=(
+            "Share mu / (mu + lambda) of the population that survives; at least one agent "
+            "survives, and at least one is a child."
+        ),
+    )
+
+    @staticmethod
+    def select(
+        part: Any,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
+        n_agents = parents.shape[0]
+        # The sum with 0.5 is rounded down, so the product is rounded to the nearest integer.
+        n_survivors = min(n_agents - 1, int(part.survivor_share * n_agents + 0.5))
+        n_survivors = max(1, n_survivors)
+        for agent in range(fitness.size):
+            shares[agent] = -fitness[agent]
+        # `mark_survivors` breaks ties by the same numbers.
+        sort_by(shares, uniforms[:, 1, 3], order)
+        for child in range(n_agents):
+            if child < n_survivors:
+                parents[child, 0] = order[child]
+                parents[child, 1] = ITSELF
+            else:
+                for parent in range(2):
+                    rank = draw_index(n_survivors, uniforms[child, 0, parent])
+                    parents[child, parent] = order[rank]
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        n_agents = len(fitness)
+        order = sorted(range(n_agents), key=lambda agent: (-fitness[agent], uniforms[agent][1][3]))
+        mu = max(1, min(n_agents - 1, int(part.survivor_share * n_agents + 0.5)))
+        survivors = order[:mu]
+        children = [[survivors[int(draw * mu)] for draw in draws[0][:2]] for draws in uniforms[mu:]]
+        return [[survivor, ITSELF] for survivor in survivors] + children
+
+
 class Rank(Selection, name="rank"):
     """Probability proportional to the rank, 1 for the lowest fitness.
 
     Equal agents share the mean of their ranks.
+
+    References
+    ----------
+    Baker 1985.
     """
 
     @staticmethod

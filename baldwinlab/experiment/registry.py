@@ -119,6 +119,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "best-copies": f"{_EVOLUTION}.ordinal_selection:BestCopies",
         "expected-offspring": f"{_EVOLUTION}.proportional_selection:ExpectedOffspring",
         "larger-tournament": f"{_EVOLUTION}.ordinal_selection:LargerTournament",
+        "mu-plus-lambda": f"{_EVOLUTION}.ordinal_selection:MuPlusLambda",
         "outcrossing": f"{_EVOLUTION}.proportional_selection:Outcrossing",
         "species": f"{_EVOLUTION}.neat.operators:Species",
     },

@@ -49,7 +49,7 @@ from baldwinlab.parts import Field, Selection, Variation
 from baldwinlab.parts.breeding import ITSELF, copy_genome
 
 
-def _genome_part(experiment: Any) -> Any:
+def genome_part(experiment: Any) -> Any:
     """Return the part that defines the format of genomes: a network or a model."""
     return (
         experiment.part("network.kind")
@@ -60,7 +60,7 @@ def _genome_part(experiment: Any) -> Any:
 
 def require_graphs(experiment: Any, setting: str) -> None:
     """Raise ValueError if genomes are not graphs. `setting` needs graphs; it is in the message."""
-    if not _genome_part(experiment).has_graph_genomes:
+    if not genome_part(experiment).has_graph_genomes:
         raise ValueError(
             f"{setting} needs genomes that are graphs: those of network.kind = 'neat', or of the "
             "models neat-xor, neat-poles and neat-poles-without-velocities"
@@ -231,7 +231,7 @@ class Neat(Variation, name="neat"):
         "blind": lambda part, experiment: experiment.evolution.selection == "neutral",
         # Whether new links may close loops.
         "loops": lambda part, experiment: bool(
-            getattr(_genome_part(experiment), "has_loops", False)
+            getattr(genome_part(experiment), "has_loops", False)
         ),
         # Number of inputs of an agent of MiniWorld, bias included.
         "inputs": lambda part, experiment: len(getattr(experiment, "inputs", ())) + 1,
