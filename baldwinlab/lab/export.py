@@ -67,10 +67,10 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
                 f"{experiment.name} cannot run in a browser: its model {experiment.model} is"
                 " simulated in Python"
             )
-        if experiment.schedule or experiment.evolution.founders:
+        if experiment.schedule or experiment.evolution.founders or experiment.may_stop:
             raise RefusedError(
-                f"{experiment.name} cannot run in a browser: it has a schedule or founders, which"
-                " only the engine in Python supports"
+                f"{experiment.name} cannot run in a browser: it has a schedule, founders or a stop,"
+                " which only the engine in Python supports"
             )
         if has_several_worlds(experiment) or experiment.record.every is not None:
             raise RefusedError(

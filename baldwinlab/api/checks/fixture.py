@@ -236,6 +236,8 @@ def breeding_arguments(
         "genome": genome,
         "children": genome.copy(),
         "key": GenerationKey(0, 0, 1),
+        "lifetimes": (),
+        "generation": 1,
         "count": 1,
         "gate": float(random.random()),
         "innate": innate[0],
