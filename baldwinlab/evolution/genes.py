@@ -18,7 +18,7 @@ from baldwinlab.engine import rng
 from baldwinlab.engine.arithmetic import normal_quantile, power_of_ten
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
-from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment import BaseExperiment, registry
 from baldwinlab.parts.breeding import ITSELF
 from baldwinlab.parts.genes import MUTATIONS
 
@@ -55,9 +55,14 @@ class GeneTable(NamedTuple):
         return slice(self.first, self.first + len(self.values))
 
 
-@lru_cache(maxsize=64)
 def make_gene_table(experiment: BaseExperiment) -> GeneTable:
     """Return the genes of parts of an experiment as a table. It has no rows without genes."""
+    return _make_gene_table(experiment, registry.count_changes())
+
+
+@lru_cache(maxsize=64)
+def _make_gene_table(experiment: BaseExperiment, n_changes: int) -> GeneTable:
+    """Return the table of genes. `n_changes` counts the changes of the custom parts."""
     rows = [
         (gene.low, gene.high, gene.size, gene.rate, MUTATIONS.index(gene.mutation))
         for gene in experiment.genes.values()
@@ -97,8 +102,11 @@ def gene_values(experiment: BaseExperiment, genome: Genome) -> dict[str, npt.NDA
     genome : array, float32 [agent, module, weight]
         Genomes of the agents.
     """
-    first = experiment.genome_length - len(experiment.gene_names)
-    return {name: genome[:, 0, first + number] for number, name in enumerate(experiment.gene_names)}
+    names = experiment.gene_names
+    if not names:
+        return {}
+    first = experiment.genome_length - len(names)
+    return {name: genome[:, 0, first + number] for number, name in enumerate(names)}
 
 
 def set_initial_genes(experiment: BaseExperiment, genome: Genome) -> None:

@@ -8,6 +8,7 @@ learning therefore uses the first entries of the genomes of its learners.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any, Final
 
 from baldwinlab.experiment import paths, registry
@@ -28,7 +29,8 @@ def list_gene_names(experiment: Any) -> list[str]:
     experiment : BaseExperiment
         The experiment.
     """
-    return [name for _, part in _parts_with_genes(experiment) for name in part.genes]
+    parts = _list_parts_with_genes(experiment, registry.count_changes())
+    return [name for _, part in parts for name in part.genes]
 
 
 def resolve_genes(experiment: Any) -> dict[str, Any]:
@@ -45,7 +47,7 @@ def resolve_genes(experiment: Any) -> dict[str, Any]:
         If a gene has an invalid number, or two parts have a gene of the same name.
     """
     genes: dict[str, Any] = {}
-    for path, part_class in _parts_with_genes(experiment):
+    for path, part_class in _list_parts_with_genes(experiment, registry.count_changes()):
         (part,) = (part for part in experiment.parts(path) if isinstance(part, part_class))
         for name, gene in part.genes.items():
             if name in genes:
@@ -85,7 +87,17 @@ def check_genes(experiment: Any) -> None:
         )
 
 
-def _parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
+@lru_cache(maxsize=256)
+def _list_parts_with_genes(experiment: Any, n_changes: int) -> list[tuple[str, Any]]:
+    """Return the result of `_find_parts_with_genes`.
+
+    `n_changes` counts the changes of the custom parts, because a cached result must not outlive
+    the classes of its parts.
+    """
+    return list(_find_parts_with_genes(experiment))
+
+
+def _find_parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
     """Yield path and class of each loaded part with genes, in the order of the genome."""
     fields = choosing_fields(type(experiment))
     ordered_fields = sorted(fields, key=lambda field: _rank(field[0]))

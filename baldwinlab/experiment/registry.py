@@ -142,6 +142,8 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "stop": {"target-fitness": f"{_EVOLUTION}.stop:TargetFitness"},
 }
 _CUSTOM_PARTS: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
+# Kind and name of each custom part that was added or removed, in order.
+_CHANGES: list[tuple[str, str]] = []
 
 
 class PartChoice(NamedTuple):
@@ -219,11 +221,18 @@ def is_built_in(kind: str, name: str, module: str) -> bool:
 def add(kind: str, name: str, part: type) -> None:
     """Register a custom part. It replaces a custom part of the same name."""
     _CUSTOM_PARTS[kind][name] = part
+    _CHANGES.append((kind, name))
 
 
 def remove(kind: str, name: str) -> None:
     """Remove a custom part."""
     _CUSTOM_PARTS[kind].pop(name, None)
+    _CHANGES.append((kind, name))
+
+
+def count_changes() -> int:
+    """Return the number of changes of the custom parts, for caches of results about parts."""
+    return len(_CHANGES)
 
 
 def unknown_part_message(kind: str, name: str) -> str:

@@ -42,7 +42,7 @@ else:
 
 
 # Kinds of parts whose hooks create generations. They have no arrays of agents.
-BREEDING_KINDS: Final = ("selection", "variation", "inheritance", "fitness")
+BREEDING_KINDS: Final = ("selection", "variation", "inheritance", "fitness", "stop")
 
 
 class PartMeta(FieldsMeta):

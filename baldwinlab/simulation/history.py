@@ -187,13 +187,16 @@ class History:
 
     def _record_genes(self, generation: int) -> None:
         """Record the genes of parts. They are NaN for a species that does not have them."""
+        names = self.experiment.gene_names
+        if not names:
+            return
         species = self.species
         groups = [(self.experiment, slice(None))]
         if species is not None:
             members = iterate_members(self.experiment, species)
             groups = [(member.experiment, member.agents) for member in members]
         missing = np.full(len(self.genome), np.nan, np.float32)
-        genes = {name: missing.copy() for name in self.experiment.gene_names}
+        genes = {name: missing.copy() for name in names}
         for experiment, agents in groups:
             for name, values in gene_values(experiment, self.genome[agents]).items():
                 genes[name][agents] = values

@@ -19,7 +19,7 @@ from baldwinlab.experiment.registry import table_name
 from baldwinlab.models.miniworld.allocation import make_state
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.model_part import Model
-from baldwinlab.parts.part import Part
+from baldwinlab.parts.part import BREEDING_KINDS, Part
 
 CHOICE_PATHS: Final = {kind: path for path, kind, _ in choosing_fields(Experiment)} | {
     "model": "model"
@@ -27,7 +27,6 @@ CHOICE_PATHS: Final = {kind: path for path, kind, _ in choosing_fields(Experimen
 """The setting that chooses the part, by kind of part."""
 LISTED_KINDS: Final = ("sense", "world feature")
 """Kinds of part of which an experiment can have several."""
-BREEDING_KINDS: Final = ("selection", "variation", "inheritance", "fitness", "stop")
 WORLD_SETTINGS: Final[Mapping[str, Any]] = {
     "name": "check",
     "world": {

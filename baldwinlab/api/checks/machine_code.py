@@ -11,7 +11,7 @@ import numpy as np
 from numba import types
 
 from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.fixture import BREEDING_KINDS, PartGroup, breeding_arguments, part_values
+from baldwinlab.api.checks.fixture import PartGroup, breeding_arguments, part_values
 from baldwinlab.engine.compile_errors import compile_error
 from baldwinlab.engine.jit import OPTIONS
 from baldwinlab.engine.numba_internals.dispatchers import (
@@ -21,7 +21,7 @@ from baldwinlab.engine.numba_internals.dispatchers import (
     NumbaError,
 )
 from baldwinlab.models.miniworld.allocation import make_model, make_state
-from baldwinlab.parts.part import Part, overridden_hooks
+from baldwinlab.parts.part import BREEDING_KINDS, Part, overridden_hooks
 
 DECLARED_SYMBOL: Final = re.compile(r"^declare [^\n]*?@\"?([\w.$]+)\"?\(", re.MULTILINE)
 FLOAT64_INSTRUCTION: Final = re.compile(

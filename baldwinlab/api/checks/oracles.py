@@ -14,12 +14,12 @@ import numpy as np
 
 from baldwinlab.api.checks.evolution import compare_breeding
 from baldwinlab.api.checks.findings import FailsError, NotCheckedError
-from baldwinlab.api.checks.fixture import BREEDING_KINDS, PartGroup, part_label, part_values
+from baldwinlab.api.checks.fixture import PartGroup, part_label, part_values
 from baldwinlab.api.checks.oracle_data import Agent
 from baldwinlab.api.checks.oracle_steps import make_naive, record_steps
 from baldwinlab.api.checks.signatures import require_signature, verified_hooks
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
-from baldwinlab.parts.part import overridden_hooks
+from baldwinlab.parts.part import BREEDING_KINDS, overridden_hooks
 
 TOLERANCE: Final = 1e-5
 """Tolerance of float32 relative to float64, for weights and outputs of about 1."""

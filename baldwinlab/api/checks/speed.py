@@ -7,7 +7,6 @@ from typing import Any, Final
 
 from baldwinlab.api.checks.findings import NotCheckedError
 from baldwinlab.api.checks.fixture import (
-    BREEDING_KINDS,
     CHOICE_PATHS,
     SEED,
     PartGroup,
@@ -17,7 +16,7 @@ from baldwinlab.experiment import assign
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.registry import BUILT_IN
 from baldwinlab.papers.presets import load
-from baldwinlab.parts.part import Part
+from baldwinlab.parts.part import BREEDING_KINDS, Part
 from baldwinlab.simulation.simulate import simulate_batch
 
 BASELINES: Final = {"learning rule": "self-taught"}

@@ -34,6 +34,7 @@ HOOKS = {
     "selection": ("Selection", "def select(part, fitness, uniforms, shares, order, parents)"),
     "select_with_genomes": ("Selection", SELECT_WITH_GENOMES),
     "variation": ("Variation", "def vary(part, fitter, second, draws, gate, child)"),
+    "variation with genes": ("Variation", "def vary(part, fitter, second, draws, gate, child)"),
     "vary_population": ("Variation", VARY_POPULATION),
     "inheritance": ("Inheritance", "def inherit(part, innate_genome, learned, inherited_genome)"),
     "fitness": ("Fitness", "def evaluate(part, energy, cost, fitness)"),
@@ -45,15 +46,16 @@ def write_class(kind: str, *methods: str, name: str = "some-part") -> str:
     """Return a file with a part whose static methods do nothing."""
     base, hook = HOOKS[kind]
     bodies = "".join(f"@staticmethod\n{method}:\n    pass\n" for method in (hook, *methods))
-    head = f"from baldwinlab.parts import {base}\n\nclass Part({base}, name={name!r}):\n"
-    return head + indent(bodies, "    ")
+    head = f"from baldwinlab.parts import Gene, {base}\n\nclass Part({base}, name={name!r}):\n"
+    genes = "genes = {'size': Gene(initial=1, low=1, high=2)}\n" if "genes" in kind else ""
+    return head + indent(genes + bodies, "    ")
 
 
 @pytest.mark.parametrize("kind", ORACLES)
 def test_an_oracle_with_wrong_arguments_is_refused_with_the_expected_ones(
     write_part: Write, kind: str
 ) -> None:
-    arguments = "(part, fitness, agent, a, b, c)"
+    arguments = "(part, fitness, agent, a, b, c, d)"
     wrong = f"def oracle{arguments}"
     (part,) = parts_in(load_file(write_part(write_class(kind, wrong))))
     expected = f"oracle({ORACLES[kind].arguments})"

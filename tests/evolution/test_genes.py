@@ -1,0 +1,196 @@
+"""Inheritance and mutation of genes of parts agree with theory; runs record and restore them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy.stats import binomtest, kstest
+
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.evolution import GenerationKey, breed, draw_genomes
+from baldwinlab.evolution.genes import trim_genomes
+from baldwinlab.experiment import Experiment, ExperimentError, registry
+from baldwinlab.parts import Gene, Inheritance, LearningRule, get, put
+from baldwinlab.simulation.branch import evolve_genomes
+from baldwinlab.simulation.history import History
+from baldwinlab.simulation.simulate import continue_histories, simulate
+from tests.worlds import make_small_experiment
+
+N_AGENTS = 2000
+SIGNIFICANCE = 1e-4
+
+
+@pytest.fixture(autouse=True)
+def _remove_parts() -> Iterator[None]:
+    yield
+    for kind, name in [("learning rule", "decay"), ("inheritance", "evolved-share")]:
+        registry.remove(kind, name)
+
+
+def declare_decay(gene: Gene) -> None:
+    """Declare a learning rule in which weights decay at the rate of a gene."""
+
+    class Decay(LearningRule, name="decay"):
+        genes: ClassVar[Mapping[str, Gene]] = {"decay": gene}
+
+        @staticmethod
+        def learn(part: Any, model: Any, state: Any, step: int, lane: Any) -> None:
+            for weight in range(state.weights.shape[0]):
+                value = get(state.weights, weight, lane)
+                put(state.weights, weight, lane, value - get(part.decay, 0, lane) * value)
+
+
+def decaying_experiment(gene: Gene, **changes: Any) -> Experiment:
+    declare_decay(gene)
+    return make_small_experiment("evo", learning={"rule": "decay"}, **changes)
+
+
+def breed_genes(gene: Gene, parent_genes: npt.ArrayLike) -> tuple[npt.NDArray[Any], Any]:
+    """Return the genes of children [child] and of their parents [child, 2], without selection."""
+    experiment = decaying_experiment(
+        gene, population={"size": N_AGENTS}, evolution={"selection": "neutral"}
+    )
+    genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
+    index = experiment.gene_index("decay")
+    genome[:, 0, index] = parent_genes
+    children, parents = breed(experiment, genome, np.zeros(N_AGENTS), GenerationKey(1, 0, 1))
+    return children[:, 0, index], genome[parents, 0, index]
+
+
+def test_a_gene_without_mutation_comes_from_either_parent_with_equal_probability() -> None:
+    gene = Gene(initial=0, low=0, high=N_AGENTS, mutation="none")
+    genes, genes_of_parents = breed_genes(gene, np.arange(N_AGENTS))
+    has_two_parents = genes_of_parents[:, 0] != genes_of_parents[:, 1]
+    is_first = genes[has_two_parents] == genes_of_parents[has_two_parents, 0]
+    is_second = genes[has_two_parents] == genes_of_parents[has_two_parents, 1]
+    assert np.all(is_first ^ is_second)
+    assert binomtest(int(is_first.sum()), len(is_first)).pvalue > SIGNIFICANCE
+
+
+def test_the_logarithm_of_a_log_normal_gene_changes_by_a_normal_number() -> None:
+    gene = Gene(initial=1, low=1e-6, high=1e6, size=0.3)
+    genes, _ = breed_genes(gene, 1.0)
+    assert kstest(np.log(genes), "norm", (0, 0.3)).pvalue > SIGNIFICANCE
+
+
+def test_a_normal_gene_changes_by_a_normal_number_and_stays_in_its_range() -> None:
+    gene = Gene(initial=0, low=-1, high=9, mutation="normal", size=0.5)
+    genes, _ = breed_genes(gene, 0.0)
+    assert genes.min() == -1
+    inside = genes[genes > -1]
+    assert kstest(inside, "truncnorm", (-2, np.inf, 0, 0.5)).pvalue > SIGNIFICANCE
+
+
+def test_the_rate_of_a_gene_is_the_probability_of_its_mutation() -> None:
+    gene = Gene(initial=1, low=0.1, high=10, size=0.3, rate=0.2)
+    genes, _ = breed_genes(gene, 1.0)
+    assert binomtest(int((genes != 1).sum()), N_AGENTS, 0.2).pvalue > SIGNIFICANCE
+
+
+def test_survivors_have_the_genes_of_their_parent() -> None:
+    experiment = decaying_experiment(
+        Gene(initial=0.1, low=0.01, high=1, size=1), evolution={"elite": 2}
+    )
+    genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
+    fitness = np.arange(float(len(genome)))
+    children, parents = breed(experiment, genome, fitness, GenerationKey(1, 0, 1))
+    assert np.array_equal(children[:2], genome[parents[:2, 0]])
+    assert (children[2:, 0, -1] != genome[parents[2:, 0], 0, -1]).all()
+
+
+def test_a_rule_reads_the_gene_of_each_agent_and_the_run_records_it() -> None:
+    gene = Gene(initial=0.02, low=0.001, high=1, size=1, unit="1/step", help="decay of weights")
+    run = simulate(decaying_experiment(gene))
+    genes = run.gene_decay
+    assert np.array_equal(genes.values, run.genome.values[:, :, 0, -1])
+    assert (genes.values[0] == np.float32(0.02)).all()
+    assert len(np.unique(genes.values[-1])) > 1
+    assert genes.attrs == {"units": "1/step", "long_name": "decay of weights"}
+
+
+def test_births_during_life_inherit_and_mutate_genes() -> None:
+    experiment = decaying_experiment(Gene(initial=0.1, low=0.01, high=1, size=0.5))
+    births = {"max_age": 30, "initial_energy": 0.1}
+    run = simulate(
+        experiment.replace(
+            world={"features": ["births-and-deaths"], "births_and_deaths": births},
+            evolution={"generations": 2},
+        )
+    )
+    assert run.born.values[0].sum() > 0
+    genes = run.gene_decay.values[1]
+    assert ((genes >= np.float32(0.01)) & (genes <= 1)).all()
+
+
+def test_an_extended_run_has_the_genes_of_a_long_run() -> None:
+    experiment = decaying_experiment(Gene(initial=0.1, low=0.01, high=1))
+    long = experiment.replace(evolution={"generations": 6})
+    short_history = History(experiment, 1, 0)
+    continue_histories([short_history])
+    extended_history = History(long, 1, 0, record=short_history.record())
+    continue_histories([extended_history])
+    assert extended_history.dataset().identical(simulate(long, seed=1))
+
+
+def test_a_schedule_changes_settings_of_an_experiment_with_genes() -> None:
+    experiment = make_small_experiment("evo", evolution={"variation": "self-adaptive"})
+    changes = [{"generation": 1, "evolution.selection": "neutral"}]
+    run = simulate(experiment.replace(schedule=changes))
+    assert (run.gene_step_size > 0).all()
+
+
+def test_a_schedule_that_removes_genes_is_refused() -> None:
+    experiment = make_small_experiment("evo", evolution={"variation": "self-adaptive"})
+    changes = [{"generation": 1, "evolution.variation": "gaussian"}]
+    with pytest.raises(ExperimentError, match="the genomes would have the modules action with"):
+        experiment.replace(schedule=changes)
+
+
+def test_a_branch_without_learning_has_no_genes_of_the_rule() -> None:
+    experiment = decaying_experiment(Gene(initial=0.1, low=0.01, high=1))
+    genome = draw_genomes(experiment, GenerationKey(0, 0, 0))
+    innate = experiment.without_learning()
+    used = trim_genomes(genome, innate)
+    assert used.shape[2] == experiment.genome_length - 1
+    branch = evolve_genomes(innate, 0, [0], range(2), used[None])
+    assert branch.genomes.shape == (1, *used.shape)
+
+
+def test_a_founder_with_a_gene_outside_its_range_is_refused(tmp_path: Path) -> None:
+    experiment = make_small_experiment("evo", evolution={"variation": "self-adaptive"})
+    genome = draw_genomes(experiment, GenerationKey(0, 0, 0))
+    genome[3, 0, -1] = 20
+    path = tmp_path / "founders.npy"
+    np.save(path, genome)
+    with pytest.raises(RefusedError) as refused:
+        simulate(experiment.replace(evolution={"founders": [{"path": str(path)}]}))
+    assert str(refused.value) == (
+        f"{path}: the gene 'step_size' of agent 3 is 20, outside its range from 0.0001 to 10 in "
+        "evo/A"
+    )
+
+
+def test_the_share_of_lamarckian_inheritance_can_be_a_gene() -> None:
+    class EvolvedShare(Inheritance, name="evolved-share"):
+        genes: ClassVar[Mapping[str, Gene]] = {
+            "share": Gene(initial=0.5, low=0, high=1, mutation="normal", size=0.1)
+        }
+
+        @staticmethod
+        def inherit(part: Any, innate_genome: Any, learned: Any, inherited_genome: Any) -> None:
+            share = innate_genome[0, part.share]
+            for weight in range(learned.size):
+                change = learned[weight] - innate_genome[0, weight]
+                inherited_genome[0, weight] = innate_genome[0, weight] + share * change
+
+    experiment = make_small_experiment(
+        "evo+self-taught", evolution={"inheritance": "evolved-share"}
+    )
+    run = simulate(experiment)
+    assert (run.gene_share.values[0] == 0.5).all()
+    assert np.unique(run.gene_share.values[1]).size > 1

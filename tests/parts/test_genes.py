@@ -1,0 +1,133 @@
+"""Declarations of genes: their ranges, their values, and the errors of invalid ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from baldwinlab.experiment import Experiment, ExperimentError, registry
+from baldwinlab.parts import Field, Gene, Selection, Variation, WorldFeature, per_agent
+from baldwinlab.parts.learning_rules import LearningRule
+from tests.worlds import make_small_experiment
+
+
+@pytest.fixture
+def declare() -> Any:
+    """Return a function that declares a part with genes, and remove the parts afterwards."""
+    parts: list[Any] = []
+
+    def declare_part(kind: Any, genes: Any, **attributes: Any) -> Any:
+        part = type("Part", (kind,), {"genes": genes, **attributes}, name="part-with-genes")
+        parts.append(part)
+        return part
+
+    yield declare_part
+    for part in parts:
+        registry.remove(part.kind, part.name)
+
+
+def choose(field: str) -> Experiment:
+    table, name = field.split(".")
+    return make_small_experiment("evo", **{table: {name: "part-with-genes"}})
+
+
+Declare = Callable[..., Any]
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"low": 2, "high": 1}, "low = 2 must be at most high = 1, both finite"),
+        ({"initial": 20}, "initial = 20 must be from low = 0.1 to high = 10"),
+        ({"low": 0}, "low = 0 must be above 0 for a log-normal mutation"),
+        ({"high": math.inf}, "low = 0.1 must be at most high = inf, both finite"),
+        ({"rate": 2}, "rate = 2 must be from 0 to 1"),
+        ({"size": -1}, "size = -1 must be finite and at least 0"),
+        ({"mutation": "normal"}, "mutation = 'normal' needs a size"),
+        ({"mutation": "uniform"}, "mutation = 'uniform' must be one of none, normal, log-normal"),
+    ],
+)
+def test_a_gene_with_an_invalid_number_is_refused_in_one_sentence(
+    values: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ValueError, match="gene: ") as refused:
+        Gene(**{"initial": 1, "low": 0.1, "high": 10} | values)
+    assert str(refused.value).startswith(f"gene: {message}")
+
+
+def test_a_setting_that_gives_an_initial_value_outside_the_range_is_refused(
+    declare: Declare,
+) -> None:
+    gene = Gene(initial="start", low=1, high=2)
+    start = Field(5.0, ge=0, le=10, description="Initial value.")
+    declare(Variation, {"size": gene}, __annotations__={"start": float}, start=start)
+    with pytest.raises(ExperimentError) as refused:
+        choose("evolution.variation")
+    assert str(refused.value) == (
+        "evolution.variation = 'part-with-genes': the gene 'size' has initial = 5 must be from "
+        "low = 1 to high = 2"
+    )
+
+
+def test_the_default_size_of_a_log_normal_mutation_follows_from_the_number_of_weights(
+    declare: Declare,
+) -> None:
+    declare(Variation, {"size": Gene(initial=1, low=0.5, high=2)})
+    experiment = choose("evolution.variation")
+    assert experiment.genes["size"].size == 1 / math.sqrt(2 * experiment.weight_count)
+
+
+def test_genes_lengthen_the_genome_and_are_in_the_order_of_their_names(declare: Declare) -> None:
+    gene = Gene(initial=1, low=0.5, high=2)
+    declare(Variation, {"second": gene, "first": gene})
+    experiment = choose("evolution.variation")
+    weights = experiment.weight_count
+    assert experiment.genome_length == weights + 2
+    assert experiment.gene_names == ("first", "second")
+    assert experiment.gene_index("second") == weights + 1
+
+
+def test_genes_of_the_learning_rule_are_the_last_ones_and_end_with_learning(
+    declare: Declare,
+) -> None:
+    gene = Gene(initial=1, low=0.5, high=2)
+    declare(LearningRule, {"decay": gene})
+    experiment = choose("learning.rule").replace(evolution={"variation": "self-adaptive"})
+    assert experiment.gene_names == ("step_size", "decay")
+    assert experiment.without_learning().gene_names == ("step_size",)
+
+
+def test_two_parts_with_a_gene_of_the_same_name_are_refused(declare: Declare) -> None:
+    declare(LearningRule, {"step_size": Gene(initial=1, low=0.5, high=2)})
+    with pytest.raises(ExperimentError, match="has the gene 'step_size', which another part has"):
+        choose("learning.rule").replace(evolution={"variation": "self-adaptive"})
+
+
+def test_a_gene_with_the_name_of_another_field_is_refused(declare: Declare) -> None:
+    gene = Gene(initial=1, low=0.5, high=2)
+    with pytest.raises(TypeError, match="'decay' must be an unused name"):
+        declare(LearningRule, {"decay": gene}, arrays={"decay": per_agent("weights")})
+
+
+def test_a_gene_that_is_a_number_is_refused(declare: Declare) -> None:
+    with pytest.raises(TypeError, match="'size' must be a Gene, not 3"):
+        declare(Variation, {"size": 3})
+
+
+def test_genomes_that_are_graphs_cannot_hold_genes(declare: Declare) -> None:
+    declare(WorldFeature, {"decay": Gene(initial=1, low=0.5, high=2)})
+    evolution = {"variation": "neat", "selection": "species"}
+    network = {"kind": "neat", "hidden": [40]}
+    with pytest.raises(ExperimentError, match="has graphs as genomes, which cannot hold genes"):
+        make_small_experiment("evo", network=network, evolution=evolution).replace(
+            world={"features": ["part-with-genes"]}
+        )
+
+
+def test_a_selection_with_genes_has_no_neutral_control(declare: Declare) -> None:
+    declare(Selection, {"preference": Gene(initial=1, low=0.5, high=2)})
+    with pytest.raises(ExperimentError, match="has genes, which 'neutral' does not have"):
+        choose("evolution.selection").neutral_control()
