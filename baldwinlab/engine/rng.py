@@ -11,7 +11,7 @@ Source: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random num
 from __future__ import annotations
 
 import hashlib
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -37,6 +37,7 @@ AGE: Final = 13  # index: agent; draw: 0
 FOUNDER_SAMPLE: Final = 14  # index: agent of a genome file; draw: number of the file
 GENES: Final = 15  # genes of parts; index: child; draw: gene
 WORLD: Final = 16  # keys of the worlds of a run; index: repeat; draw: world
+SELECTION_STREAM: Final = 30  # stream of a selection; index: 0; draw: chosen by the selection
 SPECIES_SEED: Final = 20  # seed of a species; index: species; draw: 0
 SPECIES_OF_CHILD: Final = 21  # index: child; draw: 0
 # 64 + the number of a further module in the genome; index: agent; draw: weight
@@ -128,6 +129,44 @@ def unit(word: Word) -> np.float32:
 def uniform(word: Word) -> np.float64:
     """Convert a random word to a float64 in (0, 1): (word + 1/2) * 2**-32."""
     return (np.float64(word) + 0.5) * 2.0**-32
+
+
+class Stream(NamedTuple):
+    """Key of any number of random numbers. `draw` returns them.
+
+    Attributes
+    ----------
+    seed, run, generation : int
+        Key and generation.
+    purpose : int
+        Purpose, for example `SELECTION_STREAM`.
+    """
+
+    seed: int
+    run: int
+    generation: int
+    purpose: int
+
+
+@compiled
+def draw(stream: Stream, number: int) -> np.float64:
+    """Return a random number of a stream.
+
+    Parameters
+    ----------
+    stream : Stream
+        The stream: an argument of a hook.
+    number : int
+        Number of the draw, 0 to 2**32 - 1. Equal numbers give equal results.
+
+    Returns
+    -------
+    float64
+        Uniform random number in (0, 1).
+    """
+    index = 0
+    words = philox(number, index, stream.generation, stream.purpose, stream.seed, stream.run)
+    return uniform(words[0])
 
 
 @compiled

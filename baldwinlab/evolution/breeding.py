@@ -16,11 +16,16 @@ from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents
 from baldwinlab.evolution.selection import select
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import ITSELF, breeding_part
+from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
 from baldwinlab.parts.variation import vary_population
 
 
 def make_generation(
-    experiment: BaseExperiment, key: GenerationKey, genome: Genome, fitness: Fitness
+    experiment: BaseExperiment,
+    key: GenerationKey,
+    genome: Genome,
+    fitness: Fitness,
+    lifetimes: Lifetimes | None = None,
 ) -> tuple[Genome, Parents]:
     """Return the genomes and the parents of the next generation.
 
@@ -34,6 +39,8 @@ def make_generation(
         Inherited genomes of the parents' generation.
     fitness : Fitness
         Fitness of the parents' generation.
+    lifetimes : Lifetimes, optional
+        Results of the parents' generation, for a selection that reads more than genomes.
 
     Returns
     -------
@@ -55,7 +62,7 @@ def make_generation(
     if parent_settings.part("evolution.inheritance").resamples_genomes:
         no_parents = np.full((len(genome), 2), -1, np.int32)
         return draw_genomes(experiment, key), no_parents
-    return breed(parent_settings, genome, fitness, key)
+    return breed(parent_settings, genome, fitness, key, lifetimes)
 
 
 def _fields_that_change_genomes(experiment: BaseExperiment) -> list[str]:
@@ -71,7 +78,11 @@ def _fields_that_change_genomes(experiment: BaseExperiment) -> list[str]:
 
 
 def breed(
-    experiment: BaseExperiment, genome: Genome, fitness: Fitness, key: GenerationKey
+    experiment: BaseExperiment,
+    genome: Genome,
+    fitness: Fitness,
+    key: GenerationKey,
+    lifetimes: Lifetimes | None = None,
 ) -> tuple[Genome, Parents]:
     """Select parents and make their children.
 
@@ -80,7 +91,9 @@ def breed(
     """
     n_agents, n_modules, n_weights = genome.shape
     uniforms = key.uniforms(rng.SELECTION, (n_agents, 2))
-    parents = select(experiment, fitness, uniforms, genome)
+    if lifetimes is None:
+        lifetimes = make_lifetimes(genome)
+    parents = select(experiment, fitness, uniforms, lifetimes._replace(genome=genome), key)
     # NaN marks a gene that the variation does not write.
     children = np.full_like(genome, np.nan)
     draws = poison.empty((n_modules * n_weights, 4))

@@ -1,4 +1,4 @@
-"""Fitness of agents from their energy and the cost of learning."""
+"""Fitness of agents from the results of their lifetimes, and the cost of learning."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.fitness import Fitness as FitnessPart
 from baldwinlab.parts.fitness import evaluate
+from baldwinlab.parts.lifetimes import Lifetimes, lifetimes_of_run
 from baldwinlab.parts.model_part import LifeResults
 
 
@@ -30,27 +31,27 @@ class Energy(FitnessPart, name="energy"):
     """
 
     @staticmethod
-    def evaluate(part: Any, energy: Fitness, cost: Fitness, fitness: Fitness) -> None:
+    def evaluate(part: Any, lifetimes: Lifetimes, fitness: Fitness) -> None:
         for agent in range(fitness.size):
-            fitness[agent] = max(0.0, energy[agent] - cost[agent])
+            fitness[agent] = max(0.0, lifetimes.energy[agent] - lifetimes.cost[agent])
 
     @staticmethod
-    def oracle(part: Any, energy: Any, cost: Any) -> Any:
+    def oracle(part: Any, lifetimes: Any) -> Any:
         return [
-            max(0.0, agent_energy - agent_cost)
-            for agent_energy, agent_cost in zip(energy, cost, strict=True)
+            max(0.0, energy - cost)
+            for energy, cost in zip(lifetimes.energy, lifetimes.cost, strict=True)
         ]
 
 
-def fitness(experiment: BaseExperiment, energy: Fitness, cost: Fitness) -> Fitness:
+def fitness(experiment: BaseExperiment, lifetimes: Lifetimes) -> Fitness:
     """Compute the fitness of agents with the fitness part of the experiment.
 
     Parameters
     ----------
     experiment : BaseExperiment
         The experiment.
-    energy, cost : Fitness
-        Energy gained and cost of learning, [agent].
+    lifetimes : Lifetimes
+        Results of the lifetimes of the agents.
 
     Returns
     -------
@@ -62,9 +63,9 @@ def fitness(experiment: BaseExperiment, energy: Fitness, cost: Fitness) -> Fitne
     ValueError
         If the part gives NaN, or no value, for an agent.
     """
-    agent_fitness = np.full(len(energy), np.nan)
+    agent_fitness = np.full(len(lifetimes.energy), np.nan)
     part, code = breeding_part(experiment, "fitness")
-    cached_jit(evaluate_agents, code)(part, energy, cost, agent_fitness)
+    cached_jit(evaluate_agents, code)(part, lifetimes, agent_fitness)
     if np.isnan(agent_fitness).any():
         raise ValueError(
             f"evolution.fitness = {experiment.evolution.fitness!r} gave no number for some agents"
@@ -72,7 +73,9 @@ def fitness(experiment: BaseExperiment, energy: Fitness, cost: Fitness) -> Fitne
     return agent_fitness
 
 
-def mean_fitness(experiment: BaseExperiment, results: LifeResults, run_index: int) -> Fitness:
+def mean_fitness(
+    experiment: BaseExperiment, results: LifeResults, run_index: int, genome: Genome
+) -> Fitness:
     """Return the fitness of the agents of a run, the mean over their lifetimes.
 
     Parameters
@@ -83,6 +86,8 @@ def mean_fitness(experiment: BaseExperiment, results: LifeResults, run_index: in
         Results of a batch of runs.
     run_index : int
         Index of the run in the batch.
+    genome : Genome
+        Genomes of the run at birth, [agent, module, weight].
 
     Returns
     -------
@@ -94,17 +99,16 @@ def mean_fitness(experiment: BaseExperiment, results: LifeResults, run_index: in
     ValueError
         If the part gives NaN, or no value, for an agent.
     """
-    lifetimes = results.lifetimes or (results,)
     values = [
-        fitness(experiment, lifetime.energy[run_index], lifetime.cost[run_index])
-        for lifetime in lifetimes
+        fitness(experiment, lifetimes_of_run(experiment, lifetime, run_index, genome))
+        for lifetime in results.lifetimes or (results,)
     ]
     return values[0] if len(values) == 1 else np.mean(values, axis=0)
 
 
-def evaluate_agents(part: Any, energy: Fitness, cost: Fitness, fitness: Fitness) -> None:
+def evaluate_agents(part: Any, lifetimes: Lifetimes, fitness: Fitness) -> None:
     """Call the hook `evaluate` of a fitness part."""
-    evaluate(part, energy, cost, fitness)
+    evaluate(part, lifetimes, fitness)
 
 
 def sum_energy(item_energies: npt.NDArray[np.float64], eaten: npt.NDArray[np.int32]) -> Fitness:

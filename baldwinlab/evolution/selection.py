@@ -13,21 +13,29 @@ interpretations of this section (R4).
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import cached_jit, jit_entry_point
-from baldwinlab.evolution.rng_key import Fitness, Genome, Parents, Uniforms
+from baldwinlab.engine.rng import SELECTION_STREAM, Stream
+from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts.breeding import ITSELF, breeding_part
+from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
 from baldwinlab.parts.selection import mark_survivors, select_with_genomes
+
+FIRST_GENERATION: Final = GenerationKey(seed=0, run=0, generation=0)
 
 
 def select(
-    experiment: BaseExperiment, fitness: Fitness, uniforms: Uniforms, genome: Genome | None = None
+    experiment: BaseExperiment,
+    fitness: Fitness,
+    uniforms: Uniforms,
+    lifetimes: Lifetimes | None = None,
+    key: GenerationKey = FIRST_GENERATION,
 ) -> Parents:
     """Select two parents for each child, the fitter one first.
 
@@ -39,8 +47,10 @@ def select(
         Fitness, [agent].
     uniforms : Uniforms
         Uniform numbers in (0, 1), [child, 2, 4].
-    genome : Genome, optional
-        Genomes, for schemes that read them.
+    lifetimes : Lifetimes, optional
+        Results of the parents' generation, for schemes that read them.
+    key : GenerationKey
+        The run and the generation of the children, for the stream of random numbers.
 
     Returns
     -------
@@ -68,12 +78,14 @@ def select(
         )
     n_agents = fitness.size
     parents = np.full((len(uniforms), 2), -1, np.int32)
-    genomes = np.empty((n_agents, 0, 0), np.float32) if genome is None else genome
+    if lifetimes is None:
+        lifetimes = make_lifetimes(np.empty((n_agents, 0, 0), np.float32))
+    stream = Stream(*key, purpose=SELECTION_STREAM)
     shares = poison.empty(n_agents)
     order = poison.empty(n_agents, np.int64)
     elite = experiment.evolution.elite
     cached_jit(select_parents, code)(
-        scheme, elite, genomes, fitness, uniforms, shares, order, parents
+        scheme, elite, stream, lifetimes, fitness, uniforms, shares, order, parents
     )
     if has_invalid_parent(parents, n_agents):
         raise ValueError(f"{setting} chose a parent that is none of the {n_agents} agents")
@@ -83,7 +95,8 @@ def select(
 def select_parents(
     scheme: Any,
     elite: int,
-    genome: Genome,
+    stream: Stream,
+    lifetimes: Lifetimes,
     fitness: Fitness,
     uniforms: Uniforms,
     shares: Keys,
@@ -91,7 +104,7 @@ def select_parents(
     parents: Parents,
 ) -> None:
     """Fill `parents` by a scheme, the fitter one first. The elite replaces the first children."""
-    select_with_genomes(scheme, genome, fitness, uniforms, shares, order, parents)
+    select_with_genomes(scheme, stream, lifetimes, fitness, uniforms, shares, order, parents)
     mark_survivors(scheme, elite, fitness, uniforms, parents)
     for child in range(parents.shape[0]):
         first = parents[child, 0]

@@ -26,6 +26,7 @@ from baldwinlab.evolution.species import (
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.species import ACROSS
 from baldwinlab.parts.breeding import breeding_part
+from baldwinlab.parts.lifetimes import Lifetimes, select_lifetimes
 
 
 class Offspring(NamedTuple):
@@ -62,13 +63,15 @@ def iterate_members(experiment: BaseExperiment, species: SpeciesIndices) -> Iter
             yield Member(index, member, slice(first, end))
 
 
-def compute_species_fitness(
-    experiment: BaseExperiment, species: SpeciesIndices, energy: Fitness, cost: Fitness
-) -> Fitness:
+def compute_species_fitness(experiment: BaseExperiment, lifetimes: Lifetimes) -> Fitness:
     """Return the fitness of all agents, each by the fitness part of its species."""
-    agent_fitness = np.empty(len(species))
-    for _, member, agents in iterate_members(experiment, species):
-        agent_fitness[agents] = compute_fitness(member, energy[agents], cost[agents])
+    agent_fitness = np.empty(len(lifetimes.energy))
+    for _, member, agents in iterate_members(experiment, lifetimes.species):
+        member_lifetimes = select_lifetimes(lifetimes, agents)
+        used_genomes = cut_genomes(member, member_lifetimes.genome)
+        agent_fitness[agents] = compute_fitness(
+            member, member_lifetimes._replace(genome=used_genomes)
+        )
     return agent_fitness
 
 
@@ -96,7 +99,7 @@ def make_offspring(
     key: GenerationKey,
     genome: Genome,
     fitness: Fitness,
-    species: SpeciesIndices,
+    lifetimes: Lifetimes,
 ) -> Offspring:
     """Return the next generation of a population with several species.
 
@@ -110,8 +113,8 @@ def make_offspring(
         Inherited genomes of the parents' generation.
     fitness : Fitness
         Fitness of the parents' generation.
-    species : SpeciesIndices
-        Species of the parents' generation, in ascending order.
+    lifetimes : Lifetimes
+        Results of the parents' generation. The species are in ascending order.
 
     Returns
     -------
@@ -126,13 +129,18 @@ def make_offspring(
         If a gene is not finite.
     """
     settings = experiment.at(key.generation - 1)
+    species = lifetimes.species
     if settings.evolution.compete == ACROSS:
-        return _breed_across(settings, key, genome, fitness, species)
+        return _breed_across(settings, key, genome, fitness, lifetimes)
     genomes = []
     parents = np.full((len(species), 2), -1, np.int32)
     for index, member, agents in iterate_members(settings, species):
         children, own_parents = make_generation(
-            member, derive_key(key, index), cut_genomes(member, genome[agents]), fitness[agents]
+            member,
+            derive_key(key, index),
+            cut_genomes(member, genome[agents]),
+            fitness[agents],
+            select_lifetimes(lifetimes, agents),
         )
         genomes.append(children)
         # A negative number means that a child has no parent.
@@ -145,7 +153,7 @@ def _breed_across(
     key: GenerationKey,
     genome: Genome,
     fitness: Fitness,
-    species: SpeciesIndices,
+    lifetimes: Lifetimes,
 ) -> Offspring:
     """Select parents from all agents. A child has the species of one parent, at random.
 
@@ -155,10 +163,10 @@ def _breed_across(
     require_finite(experiment, key.previous(), genome, "model", "evolution.inheritance")
     uniforms = key.uniforms(rng.SELECTION, (len(genome), 2))
     # The selection is equal for all species.
-    parents = select(members[0], fitness, uniforms, genome)
+    parents = select(members[0], fitness, uniforms, lifetimes._replace(genome=genome), key)
     survivors = parents[:, 1] < 0
     complete_parents = np.where(survivors[:, None], parents[:, :1], parents)
-    species_of_children = draw_species(key, species, complete_parents)
+    species_of_children = draw_species(key, lifetimes.species, complete_parents)
     order = np.argsort(species_of_children, kind="stable")
     sorted_species = species_of_children[order]
     children = np.empty_like(genome)

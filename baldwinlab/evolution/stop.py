@@ -10,6 +10,7 @@ from baldwinlab.engine.jit import cached_jit, compiled
 from baldwinlab.evolution.rng_key import Fitness
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts.breeding import breeding_part
+from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.stop import Stop, should_stop
 
 
@@ -45,18 +46,18 @@ class TargetFitness(Stop, name="target-fitness"):
     }
 
     @staticmethod
-    def should_stop(part: Any, lifetimes: Any, fitness: Fitness, generation: int) -> bool:
+    def should_stop(part: Any, lifetimes: Lifetimes, fitness: Fitness, generation: int) -> bool:
         return summarize_fitness(part.is_mean, fitness) >= part.threshold
 
     @staticmethod
-    def oracle(part: Any, lifetimes: Any, fitness: Any) -> Any:
+    def oracle(part: Any, lifetimes: Lifetimes, fitness: Any) -> Any:
         *_, last_fitness = fitness
         mean = sum(last_fitness) / len(last_fitness)
         return (mean if part.is_mean else max(last_fitness)) >= part.threshold
 
 
 def is_stopped(
-    experiment: BaseExperiment, lifetimes: Any, fitness: Fitness, generation: int
+    experiment: BaseExperiment, lifetimes: Lifetimes, fitness: Fitness, generation: int
 ) -> bool:
     """Return whether the stop part of an experiment ends a run after a generation.
 
@@ -64,7 +65,7 @@ def is_stopped(
     ----------
     experiment : BaseExperiment
         The experiment, with its settings in this generation.
-    lifetimes : NamedTuple
+    lifetimes : Lifetimes
         Results of the lifetimes.
     fitness : Fitness
         Fitness of the generation, [agent].
@@ -83,6 +84,6 @@ def is_stopped(
     return bool(cached_jit(call_stop, code)(part, lifetimes, fitness, generation))
 
 
-def call_stop(part: Any, lifetimes: Any, fitness: Fitness, generation: int) -> bool:
+def call_stop(part: Any, lifetimes: Lifetimes, fitness: Fitness, generation: int) -> bool:
     """Call the hook `should_stop` of a stop part."""
     return should_stop(part, lifetimes, fitness, generation)  # type: ignore[no-any-return]

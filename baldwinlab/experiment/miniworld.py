@@ -11,11 +11,12 @@ Source: the paper, section "Simulation setup".
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
 from baldwinlab.experiment.base import BaseExperiment
+from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.fields import Fields, refuse_fields
 from baldwinlab.experiment.registry import PartChoice, table_name
 from baldwinlab.experiment.schedule import SCHEDULE_FIELD, Change
@@ -407,6 +408,18 @@ class Experiment(BaseExperiment):
             if target := getattr(sense, "target", ""):
                 settings.append((f"senses.{table_name(sense.name)}.target", target))
         return settings
+
+    @property
+    def part_records(self) -> dict[str, Any]:
+        """The records of all parts: declared arrays by name."""
+        members = self.species_experiments() or (self,)
+        return {
+            name: array
+            for member in members
+            for path, _, _ in choosing_fields(type(member))
+            for part in member.parts(path)
+            for name, array in part.records.items()
+        }
 
     @property
     def learning_steps(self) -> int:

@@ -6,11 +6,12 @@ from typing import Any, ClassVar
 
 from baldwinlab.engine.phases import hook
 from baldwinlab.parts.breeding import Numbers
+from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.part import Part
 
 
 @hook
-def evaluate(part: Any, energy: Numbers, cost: Numbers, fitness: Numbers) -> None:
+def evaluate(part: Any, lifetimes: Lifetimes, fitness: Numbers) -> None:
     """Compute the fitness of all agents.
 
     Per population, at the end of a lifetime.
@@ -19,17 +20,15 @@ def evaluate(part: Any, energy: Numbers, cost: Numbers, fitness: Numbers) -> Non
     ----------
     part : NamedTuple
         Numeric settings and derived values of the part.
-    energy : array, float64 [agent]
-        Energy gained during the lifetime, or the payoff of the model. Read only.
-    cost : array, float64 [agent]
-        Cost of learning, in energy. Read only.
+    lifetimes : Lifetimes
+        Energy, cost of learning, eaten items, final position, records and genomes. Read only.
     fitness : array, float64 [agent]
         Output: fitness of each agent.
     """
 
 
 class Fitness(Part):
-    """Fitness of an agent, from its energy and the cost of learning."""
+    """Fitness of an agent, from the results of its lifetime."""
 
     kind: ClassVar[str] = "fitness"
 

@@ -49,6 +49,10 @@ class LifeResults(NamedTuple):
         Further recorded variables by name, each [run, agent].
     final_population : FinalPopulation or None
         Agents at the end of the lifetime, if agents were born during it.
+    eaten : array, int32 [run, agent, region], or None
+        Eaten items of each region. None without a world.
+    position : array, float32 [run, agent, 2], or None
+        Position at the end, x and y. None without a world.
     lifetimes : tuple of LifeResults
         Results of each lifetime, if agents have several. The fields above are then their means.
     """
@@ -58,6 +62,8 @@ class LifeResults(NamedTuple):
     learned: npt.NDArray[np.float32] | None
     records: Mapping[str, npt.NDArray[Any]]
     final_population: FinalPopulation | None = None
+    eaten: npt.NDArray[np.int32] | None = None
+    position: npt.NDArray[np.float32] | None = None
     lifetimes: tuple[LifeResults, ...] = ()
 
 

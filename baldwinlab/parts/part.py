@@ -68,6 +68,9 @@ class Part(Fields, metaclass=PartMeta):
     arrays : Mapping[str, Array]
         Arrays of the part by name, declared with `per_agent`, `per_lane` or `per_world`. A
         dimension is a number, or "weights", "units", "inputs" or "actions".
+    records : Mapping[str, Array]
+        Arrays of one row per agent that are recorded, declared with `per_agent`. They are 0 at
+        birth. Their values at the end of the lifetime are stored with the run.
     derived : Mapping[str, Callable]
         Functions of (part, experiment) by name. Hooks read the results, numbers or arrays, as
         `part.NAME`.
@@ -88,6 +91,8 @@ class Part(Fields, metaclass=PartMeta):
     kind: ClassVar[str] = ""
     name: ClassVar[str] = ""
     arrays: ClassVar[Mapping[str, Array]] = {}
+    # The records of a model are variables.
+    records: ClassVar[Mapping[str, Any]] = {}
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {}
     required_settings: ClassVar[Mapping[str, Any]] = {}
     genes: ClassVar[Mapping[str, Gene]] = {}

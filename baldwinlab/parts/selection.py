@@ -7,7 +7,9 @@ from typing import Any, ClassVar
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
+from baldwinlab.engine.rng import Stream
 from baldwinlab.parts.breeding import ITSELF, Numbers
+from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.part import Part
 from baldwinlab.parts.variation import vary_population
 
@@ -42,14 +44,15 @@ def select(
 @hook
 def select_with_genomes(
     part: Any,
-    genome: Any,
+    stream: Stream,
+    lifetimes: Lifetimes,
     fitness: Numbers,
     uniforms: Numbers,
     shares: Numbers,
     order: Any,
     parents: Any,
 ) -> None:
-    """Select two parents for each child, with access to the genomes.
+    """Select two parents for each child, with access to genomes and records.
 
     Per population, between two generations. By default it calls `select`.
 
@@ -57,8 +60,10 @@ def select_with_genomes(
     ----------
     part : NamedTuple
         Numeric settings and derived values of the part.
-    genome : array, float32 [agent, module, weight]
-        Genomes of all agents. Read only.
+    stream : Stream
+        Any number of random numbers: `draw(stream, number)`.
+    lifetimes : Lifetimes
+        Energy, cost of learning, eaten items, final position, records and genomes. Read only.
     fitness : array, float64 [agent]
         Fitness of each agent. Read only.
     uniforms : array, float64 [child, 2, 4]

@@ -6,11 +6,12 @@ from typing import Any, ClassVar
 
 from baldwinlab.engine.phases import hook
 from baldwinlab.parts.breeding import Numbers
+from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.part import Part
 
 
 @hook
-def should_stop(part: Any, lifetimes: Any, fitness: Numbers, generation: int) -> bool:
+def should_stop(part: Any, lifetimes: Lifetimes, fitness: Numbers, generation: int) -> bool:
     """Return whether a run stops after this generation.
 
     Per population, after the fitness of a generation has been computed.
@@ -19,7 +20,7 @@ def should_stop(part: Any, lifetimes: Any, fitness: Numbers, generation: int) ->
     ----------
     part : NamedTuple
         Numeric settings and derived values of the part.
-    lifetimes : NamedTuple
+    lifetimes : Lifetimes
         Results of the lifetimes. Read only.
     fitness : array, float64 [agent]
         Fitness of each agent. Read only.

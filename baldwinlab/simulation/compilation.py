@@ -20,14 +20,13 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
-
 from baldwinlab.engine.cache import cache_root
 from baldwinlab.evolution import GenerationKey, draw_genomes, fitness, make_generation
 from baldwinlab.experiment import BaseExperiment, Experiment, validate
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.parts import sources_of
+from baldwinlab.parts.lifetimes import empty_lifetimes
 from baldwinlab.parts.loading import load_text
 from baldwinlab.simulation.simulate import simulate_histories
 
@@ -149,9 +148,9 @@ def _compile_evolution(experiment: Experiment) -> None:
     founder_key = GenerationKey(seed=0, run=0, generation=0)
     child_key = GenerationKey(seed=0, run=0, generation=1)
     genome = draw_genomes(experiment, founder_key)
-    zeros = np.zeros(experiment.population.size)
-    parent_fitness = fitness(experiment, energy=zeros, cost=zeros)
-    make_generation(experiment, child_key, genome, parent_fitness)
+    lifetimes = empty_lifetimes(experiment, genome)
+    parent_fitness = fitness(experiment, lifetimes)
+    make_generation(experiment, child_key, genome, parent_fitness, lifetimes)
 
 
 def _start_compilation(experiments: list[Experiment]) -> subprocess.Popen[bytes]:

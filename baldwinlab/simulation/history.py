@@ -34,6 +34,7 @@ from baldwinlab.evolution.species_breeding import (
 )
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.toml import to_toml
+from baldwinlab.parts.lifetimes import Lifetimes, lifetimes_of_run
 from baldwinlab.parts.model_part import LifeResults
 
 # Parent of an agent without parents.
@@ -146,41 +147,40 @@ class History:
         for name, values in results.records.items():
             self._allocate(name, values)[generation] = values[run_index]
         self._record_genes(generation)
-        if self.species is None:
-            self._fitness[generation] = mean_fitness(settings, results, run_index)
-        else:
+        if self.species is not None:
             self._allocate("species", self.species[None])[generation] = self.species
-            self._fitness[generation] = compute_species_fitness(
-                settings, self.species, results.energy[run_index], results.cost[run_index]
-            )
+        lifetimes = lifetimes_of_run(settings, results, run_index, self.genome, self.species)
+        if self.species is None:
+            self._fitness[generation] = mean_fitness(settings, results, run_index, self.genome)
+        else:
+            self._fitness[generation] = compute_species_fitness(settings, lifetimes)
         self._require_expected_fitness(generation)
-        self.is_stopped = is_stopped(settings, (), self._fitness[generation], generation)
+        self.is_stopped = is_stopped(settings, lifetimes, self._fitness[generation], generation)
         has_offspring = generation < last and not self.is_stopped
         if has_offspring and self.species is not None:
             learned = None if results.learned is None else results.learned[run_index]
-            self._make_offspring(settings, self.species, learned)
+            self._make_offspring(settings, lifetimes, learned)
         elif has_offspring:
             final_population = results.final_population
             learned = None if results.learned is None else results.learned[run_index]
-            genome = self.genome if final_population is None else final_population.genome[run_index]
-            inherited = apply_inheritance(settings, genome, learned)
+            inherited = apply_inheritance(settings, lifetimes.genome, learned)
             key = GenerationKey(self.seed, self.run, generation + 1)
             self.genome, self._parents[generation + 1] = make_generation(
-                self.experiment, key, inherited, self._fitness[generation]
+                self.experiment, key, inherited, self._fitness[generation], lifetimes
             )
             if final_population is not None:
                 remap_parents(final_population.origin[run_index], self._parents[generation + 1])
         self.n_generations = generation + 1
 
     def _make_offspring(
-        self, settings: BaseExperiment, species: SpeciesIndices, learned: Genome | None
+        self, settings: BaseExperiment, lifetimes: Lifetimes, learned: Genome | None
     ) -> None:
         """Make the next generation of a population with several species."""
-        inherited = inherit_within_species(settings, species, self.genome, learned)
+        inherited = inherit_within_species(settings, lifetimes.species, self.genome, learned)
         child_generation = self.n_generations + 1
         key = GenerationKey(self.seed, self.run, child_generation)
         fitness_of_parents = self._fitness[self.n_generations]
-        offspring = make_offspring(self.experiment, key, inherited, fitness_of_parents, species)
+        offspring = make_offspring(self.experiment, key, inherited, fitness_of_parents, lifetimes)
         self.genome = offspring.genome
         self.species = offspring.species
         self._parents[child_generation] = offspring.parents

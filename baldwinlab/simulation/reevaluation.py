@@ -95,7 +95,10 @@ def collect_outcomes(experiment: Experiment, batch: CpuBatch, genomes: Genome) -
 def _make_outcomes(
     experiment: BaseExperiment, results: model_part.LifeResults, genomes: Genome
 ) -> Outcomes:
-    fitness_of_runs = [mean_fitness(experiment, results, run) for run in range(len(genomes))]
+    fitness_of_runs = [
+        mean_fitness(experiment, results, run_index, genome)
+        for run_index, genome in enumerate(genomes)
+    ]
     first_module = genomes[:, :, 0, : experiment.weight_count]
     return Outcomes(
         energy=np.stack(fitness_of_runs),

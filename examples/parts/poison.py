@@ -4,6 +4,8 @@
         senses.kinds='["food", "poison"]' evolution.fitness=above-the-worst
 """
 
+import numpy as np
+
 from baldwinlab.models.miniworld.allocation import kind_number
 from baldwinlab.models.miniworld.senses.sight import sense_items
 from baldwinlab.parts import Field, Fitness, ItemRegion, Sense, WorldFeature
@@ -59,14 +61,16 @@ class AboveTheWorst(Fitness, name="above-the-worst"):
     """
 
     @staticmethod
-    def evaluate(part, energy, cost, fitness):
-        worst = energy[0] - cost[0]
-        for agent in range(energy.size):
-            worst = min(worst, energy[agent] - cost[agent])
-        for agent in range(energy.size):
-            fitness[agent] = energy[agent] - cost[agent] - worst
+    def evaluate(part, lifetimes, fitness):
+        worst = np.inf
+        for agent in range(fitness.size):
+            fitness[agent] = lifetimes.energy[agent] - lifetimes.cost[agent]
+            worst = min(worst, fitness[agent])
+        for agent in range(fitness.size):
+            fitness[agent] -= worst
 
     @staticmethod
-    def oracle(part, energy, cost):
-        balance = [gained - spent for gained, spent in zip(energy, cost, strict=True)]
+    def oracle(part, lifetimes):
+        pairs = zip(lifetimes.energy, lifetimes.cost, strict=True)
+        balance = [gained - spent for gained, spent in pairs]
         return [value - min(balance) for value in balance]

@@ -24,16 +24,17 @@ class Tabled(Fitness, name="tabled"):
     derived = {"worth": read_table}
 
     @staticmethod
-    def evaluate(part, energy, cost, fitness):
-        for agent in range(energy.size):
-            fitness[agent] = energy[agent] - cost[agent]
+    def evaluate(part, lifetimes, fitness):
+        for agent in range(fitness.size):
+            fitness[agent] = lifetimes.energy[agent] - lifetimes.cost[agent]
             if part.worth.size > 0:
                 entry = min(max(int(fitness[agent]), 0), part.worth.size - 1)
                 fitness[agent] = part.worth[entry]
 
     @staticmethod
-    def oracle(part, energy, cost):
-        net = [gained - paid for gained, paid in zip(energy, cost, strict=True)]
+    def oracle(part, lifetimes):
+        pairs = zip(lifetimes.energy, lifetimes.cost, strict=True)
+        net = [gained - paid for gained, paid in pairs]
         worth = list(part.worth)
         if not worth:
             return net

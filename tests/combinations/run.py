@@ -18,6 +18,7 @@ from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.engine import poison
 from baldwinlab.evolution import GenerationKey, fitness
 from baldwinlab.models import make_simulator
+from baldwinlab.parts.lifetimes import lifetimes_of_run
 from baldwinlab.simulation.replay import recompute_genomes
 from baldwinlab.simulation.simulate import simulate_batch
 from tests.combinations.draw import Settings, find_accepted_experiment
@@ -70,7 +71,7 @@ def replay_generation(
         lives = make_simulator(experiment, SEED, [0]).simulate(generation, genome[None])
         results = {name: values[0] for name, values in lives.records.items()}
         results["genome"] = genome
-        results["energy"] = fitness(experiment, lives.energy[0], lives.cost[0])
+        results["energy"] = fitness(experiment, lifetimes_of_run(experiment, lives, 0, genome))
         return results
 
 

@@ -21,6 +21,7 @@ from baldwinlab.evolution import (
 )
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.papers.presets import load
+from baldwinlab.parts.lifetimes import make_lifetimes
 from tests.evolution import oracle
 
 SCHEMES_AND_FITNESS = st.sampled_from(list(registry.BUILT_IN["selection"])).flatmap(
@@ -115,11 +116,12 @@ def test_fitness_equals_the_oracle(regions: int) -> None:
         genome = draw_genomes(experiment, GenerationKey(1, 0, 0))
         learned = draw_genomes(experiment, GenerationKey(2, 0, 0))[:, 0]
         energies = np.array([region["energy"] for region in food] or [0.0])
-        actual = fitness(
-            experiment,
+        lifetimes = make_lifetimes(
+            genome,
             sum_energy(energies, eaten),
             compute_learning_cost(experiment, genome, learned),
         )
+        actual = fitness(experiment, lifetimes)
         expected = oracle.fitness(experiment, eaten, genome, learned)
         assert actual.tobytes() == expected.tobytes()
 

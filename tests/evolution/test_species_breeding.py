@@ -22,6 +22,7 @@ from baldwinlab.evolution.species_breeding import (
     iterate_members,
     make_offspring,
 )
+from baldwinlab.parts.lifetimes import make_lifetimes
 
 KEY = GenerationKey(seed=3, run=2, generation=0)
 CHILD_KEY = KEY._replace(generation=1)
@@ -76,7 +77,9 @@ def test_species_that_compete_within_evolve_as_separate_experiments() -> None:
     founders = make_founders(experiment, KEY)
     species = list_initial_species(experiment)
     energy = np.arange(20.0) % 7
-    offspring = make_offspring(experiment, CHILD_KEY, founders, energy, species)
+    offspring = make_offspring(
+        experiment, CHILD_KEY, founders, energy, make_lifetimes(founders, species=species)
+    )
     assert np.array_equal(offspring.species, species)
     for index, member, agents in iterate_members(experiment, species):
         genome, parents = make_generation(
@@ -98,7 +101,8 @@ def test_each_species_has_its_fitness_and_inheritance() -> None:
     assert (inherited[:8, 0] == 7).all()
     assert np.array_equal(inherited[8:], founders[8:])
     costs = np.arange(20.0)
-    fitness = compute_species_fitness(experiment, species, np.full(20, 30.0), costs)
+    lifetimes = make_lifetimes(founders, np.full(20, 30.0), costs, species=species)
+    fitness = compute_species_fitness(experiment, lifetimes)
     assert np.array_equal(fitness, 30 - costs)
 
 
@@ -106,7 +110,11 @@ def test_without_parents_a_species_has_new_genomes() -> None:
     experiment = make_experiment(learners={"evolution": {"inheritance": "none"}})
     founders = make_founders(experiment, KEY)
     offspring = make_offspring(
-        experiment, CHILD_KEY, founders, np.ones(20), list_initial_species(experiment)
+        experiment,
+        CHILD_KEY,
+        founders,
+        np.ones(20),
+        make_lifetimes(founders, species=list_initial_species(experiment)),
     )
     assert (offspring.parents[:8] == -1).all()
     assert (offspring.parents[8:] >= 8).all()
@@ -116,7 +124,9 @@ def test_a_child_of_competing_species_has_the_species_of_a_parent() -> None:
     experiment = make_experiment(evolution={"compete": "across"})
     species = list_initial_species(experiment)
     founders = make_founders(experiment, KEY)
-    offspring = make_offspring(experiment, CHILD_KEY, founders, np.arange(20.0), species)
+    offspring = make_offspring(
+        experiment, CHILD_KEY, founders, np.arange(20.0), make_lifetimes(founders, species=species)
+    )
     assert (np.diff(offspring.species) >= 0).all()
     species_of_parents = species[offspring.parents]
     assert (species_of_parents == offspring.species[:, None]).any(axis=1).all()
@@ -130,7 +140,9 @@ def test_the_elite_of_competing_species_survives_unchanged() -> None:
     species = list_initial_species(experiment)
     fitness = np.zeros(20)
     fitness[11] = 1
-    offspring = make_offspring(experiment, CHILD_KEY, founders, fitness, species)
+    offspring = make_offspring(
+        experiment, CHILD_KEY, founders, fitness, make_lifetimes(founders, species=species)
+    )
     is_survivor = (offspring.genome == founders[11]).all(axis=(1, 2))
     assert is_survivor.any()
     assert (offspring.species == 1).all()
@@ -144,7 +156,8 @@ def test_identical_species_in_competition_evolve_as_one_species() -> None:
     )
     founders = make_founders(two, KEY)
     fitness = np.arange(20.0) % 5
-    offspring = make_offspring(two, CHILD_KEY, founders, fitness, list_initial_species(two))
+    lifetimes = make_lifetimes(founders, species=list_initial_species(two))
+    offspring = make_offspring(two, CHILD_KEY, founders, fitness, lifetimes)
     genome, parents = make_generation(single, CHILD_KEY, founders, fitness)
     # Children are sorted by species, and are otherwise equal.
     rows = np.concatenate([parents, genome[:, 0]], axis=1)
@@ -170,6 +183,8 @@ def test_the_species_of_a_child_is_that_of_a_random_parent(share: float) -> None
     founders = make_founders(experiment, KEY)
     # Fitness differs between the species, and neutral selection ignores it.
     fitness = np.where(species == 0, share, 1.0)
-    offspring = make_offspring(experiment, CHILD_KEY, founders, fitness, species)
+    offspring = make_offspring(
+        experiment, CHILD_KEY, founders, fitness, make_lifetimes(founders, species=species)
+    )
     standard_error = np.sqrt(0.25 * 0.75 / n_children)
     assert abs((offspring.species == 0).mean() - 0.25) < 4 * standard_error

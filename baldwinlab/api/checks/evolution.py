@@ -8,16 +8,24 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.fixture import N_WEIGHTS, PartGroup, breeding_arguments, part_values
+from baldwinlab.api.checks.fixture import (
+    N_WEIGHTS,
+    PartGroup,
+    breeding_arguments,
+    draw_lifetimes,
+    part_values,
+)
 from baldwinlab.api.checks.signatures import oracle_key
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import cached_jit
+from baldwinlab.engine.rng import Stream
 from baldwinlab.evolution import Fitness, GenerationKey, Genome, breed, draw_genomes, select
 from baldwinlab.evolution.fitness import evaluate_agents
 from baldwinlab.evolution.inheritance import inherit_all
 from baldwinlab.evolution.selection import select_parents
 from baldwinlab.evolution.stop import call_stop
 from baldwinlab.parts.breeding import ITSELF, breeding_part
+from baldwinlab.parts.lifetimes import make_lifetimes
 from baldwinlab.parts.part import overridden_hooks
 
 ROUNDS: Final = 200
@@ -79,19 +87,19 @@ def _draw_rounds(group: PartGroup, part: Any) -> Iterator[Round]:
     random = np.random.default_rng(group.seed)
     values = part_values(group.experiment, part)
     for number in range(ROUNDS):
-        arrays = breeding_arguments(random, *_genome_shape(group.experiment, part))
+        n_weights = _count_weights(group.experiment, part)
+        arrays = breeding_arguments(random, group.experiment, n_weights)
         _draw_genes(group.experiment, random, arrays["genome"])
-        lists = {name: np.asarray(value).tolist() for name, value in arrays.items()}
+        lists = {name: _as_lists(value) for name, value in arrays.items()}
         yield Round(number, values, arrays, lists)
 
 
-def _genome_shape(experiment: Any, part: Any) -> tuple[int, int]:
-    """Return the numbers of modules and weights of a genome in a round.
+def _count_weights(experiment: Any, part: Any) -> int:
+    """Return the number of weights of a module of a genome in a round.
 
     Hooks of a part with genes read the genes at their positions in the genomes of the experiment.
     """
-    n_weights = experiment.genome_length if part.genes else N_WEIGHTS
-    return len(experiment.modules), n_weights
+    return int(experiment.genome_length) if part.genes else N_WEIGHTS
 
 
 def _draw_genes(experiment: Any, random: np.random.Generator, genome: Genome) -> None:
@@ -100,6 +108,13 @@ def _draw_genes(experiment: Any, random: np.random.Generator, genome: Genome) ->
         index = experiment.gene_index(name)
         if index < genome.shape[2]:
             genome[:, 0, index] = random.uniform(gene.low, gene.high, len(genome))
+
+
+def _as_lists(value: Any) -> Any:
+    """Return an argument with lists instead of arrays. A NamedTuple keeps its class."""
+    if isinstance(value, tuple):
+        return type(value)(*map(_as_lists, value))
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def _simulate_generations(group: PartGroup, part: Any) -> Iterator[Generation]:
@@ -116,10 +131,10 @@ def _simulate_generations(group: PartGroup, part: Any) -> Iterator[Generation]:
 
 
 def compare_pairs(group: PartGroup, part: Any) -> None:
-    """Compare a selection that uses genomes with its oracle.
+    """Compare a selection that reads lifetimes with its oracle.
 
-    `oracle(part, genome, fitness, uniforms)` returns two parents for each child. The second parent
-    is `ITSELF` if the first one survives.
+    `oracle(part, stream, lifetimes, fitness, uniforms)` returns two parents for each child. The
+    second parent is `ITSELF` if the first one survives.
 
     Parameters
     ----------
@@ -133,10 +148,15 @@ def compare_pairs(group: PartGroup, part: Any) -> None:
     FailsError
         If the results differ.
     """
+    random = np.random.default_rng(group.seed)
     for experiment, values, genome, fitness, key in _simulate_generations(group, part):
         uniforms = key.uniforms(rng.SELECTION, (POPULATION_SIZE, 2))
-        parents = select(experiment, fitness, uniforms, genome).tolist()
-        pairs = part.oracle(values, genome.tolist(), fitness.tolist(), uniforms.tolist())
+        lifetimes = draw_lifetimes(random, experiment, genome)
+        parents = select(experiment, fitness, uniforms, lifetimes, key).tolist()
+        stream = Stream(*key, purpose=rng.SELECTION_STREAM)
+        pairs = part.oracle(
+            values, stream, _as_lists(lifetimes), fitness.tolist(), uniforms.tolist()
+        )
         expected = _sort_by_fitness(pairs, fitness)
         if parents != expected:
             raise FailsError(
@@ -165,7 +185,7 @@ def compare_children(group: PartGroup, part: Any) -> None:
     """
     for experiment, values, genome, fitness, key in _simulate_generations(group, part):
         uniforms = key.uniforms(rng.SELECTION, (POPULATION_SIZE, 2))
-        parents = select(experiment, fitness, uniforms, genome).tolist()
+        parents = select(experiment, fitness, uniforms, make_lifetimes(genome)).tolist()
         draws = key.uniforms(rng.INHERITANCE, (POPULATION_SIZE, genome[0].size)).tolist()
         expected = part.oracle(values, genome.tolist(), fitness.tolist(), parents, draws)
         children, _ = breed(experiment, genome, fitness, key)
@@ -197,7 +217,7 @@ def compare_selection(group: PartGroup, part: Any) -> None:
     FailsError
         If the results differ.
     """
-    names = ("genome", "fitness", "uniforms", "shares", "order", "parents")
+    names = ("stream", "lifetimes", "fitness", "uniforms", "shares", "order", "parents")
     _, code = breeding_part(group.experiment, "selection")
     for number, values, arrays, lists in _draw_rounds(group, part):
         cached_jit(select_parents, code)(values, 0, *(arrays[name] for name in names))
@@ -273,7 +293,7 @@ def compare_inheritance(group: PartGroup, part: Any) -> None:
 def compare_fitness(group: PartGroup, part: Any) -> None:
     """Compare a fitness with its oracle.
 
-    `oracle(part, energy, cost)` returns the fitness of each agent.
+    `oracle(part, lifetimes)` returns the fitness of each agent.
 
     Parameters
     ----------
@@ -290,8 +310,8 @@ def compare_fitness(group: PartGroup, part: Any) -> None:
     _, code = breeding_part(group.experiment, "fitness")
     for number, values, arrays, lists in _draw_rounds(group, part):
         fitness = arrays["fitness"]
-        cached_jit(evaluate_agents, code)(values, arrays["energy"], arrays["cost"], fitness)
-        expected = part.oracle(values, lists["energy"], lists["cost"])
+        cached_jit(evaluate_agents, code)(values, arrays["lifetimes"], fitness)
+        expected = part.oracle(values, lists["lifetimes"])
         _require_close(fitness, expected, f"in round {number}, fitness")
 
 
@@ -317,9 +337,11 @@ def compare_stop(group: PartGroup, part: Any) -> None:
     lifetimes: list[Any] = []
     fitness: list[list[float]] = []
     for number, _, arrays, lists in _draw_rounds(group, part):
-        lifetimes.append(())
+        lifetimes.append(lists["lifetimes"])
         fitness.append(lists["fitness"])
-        stops = bool(cached_jit(call_stop, code)(values, (), arrays["fitness"], number))
+        stops = bool(
+            cached_jit(call_stop, code)(values, arrays["lifetimes"], arrays["fitness"], number)
+        )
         expected = bool(part.oracle(values, lifetimes, fitness))
         if stops != expected:
             raise FailsError(

@@ -12,12 +12,14 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from baldwinlab.engine.rng import SELECTION_STREAM, Stream
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import BaseExperiment, Experiment, assign, validate
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.models.miniworld.allocation import make_state
 from baldwinlab.parts.breeding import breeding_part
+from baldwinlab.parts.lifetimes import make_lifetimes, record_types
 from baldwinlab.parts.model_part import Model
 from baldwinlab.parts.part import BREEDING_KINDS, Part
 
@@ -198,7 +200,7 @@ def part_values(experiment: Any, part: type[Part], state: Any = None) -> Any:
 
 
 def breeding_arguments(
-    random: np.random.Generator, modules: int, weights: int = N_WEIGHTS
+    random: np.random.Generator, experiment: BaseExperiment, weights: int = N_WEIGHTS
 ) -> dict[str, Any]:
     """Return random arguments of the hooks of reproduction, by name.
 
@@ -206,8 +208,8 @@ def breeding_arguments(
     ----------
     random
         The generator of the random numbers.
-    modules
-        The number of modules of a genome.
+    experiment
+        The experiment that chooses the parts.
     weights
         The number of weights of a module.
 
@@ -217,22 +219,24 @@ def breeding_arguments(
         The arguments, for five agents.
     """
     agents = 5
+    modules = len(experiment.modules)
     # Both parents, the child, and the agent whose genome is inherited.
     genome = random.normal(size=(4, modules, weights)).astype(np.float32)
     fitter, second, child, innate = genome
+    genomes = random.normal(size=(agents, modules, weights)).astype(np.float32)
     return {
         "fitness": np.round(random.uniform(0, 4, agents)),
         "uniforms": random.random((agents, 2, 4)),
         "shares": np.zeros(agents),
         "order": np.zeros(agents, np.int64),
         "parents": np.full((agents, 2), -1, np.int32),
-        "energy": random.uniform(-2, 8, agents),
-        "cost": random.random(agents),
         "fitter": fitter,
         "second": second,
         "child": child,
         "draws": random.random((modules * weights, 4)),
         "genome": genome,
+        "stream": Stream(0, 0, 1, SELECTION_STREAM),
+        "lifetimes": draw_lifetimes(random, experiment, genomes),
         "children": genome.copy(),
         "key": GenerationKey(0, 0, 1),
         "lifetimes": (),
@@ -245,3 +249,34 @@ def breeding_arguments(
         "inherited_genome": innate.copy(),
         "taught": innate[-1].copy(),
     }
+
+
+def draw_lifetimes(random: np.random.Generator, experiment: BaseExperiment, genome: Any) -> Any:
+    """Return random results of lifetimes.
+
+    Parameters
+    ----------
+    random
+        The generator of the random numbers.
+    experiment
+        The experiment, with the names of its records.
+    genome
+        Genomes, [agent, module, weight].
+
+    Returns
+    -------
+    Lifetimes
+        Lifetimes of the agents with these genomes.
+    """
+    n_agents = len(genome)
+    return make_lifetimes(
+        genome,
+        random.uniform(-2, 8, n_agents),
+        random.random(n_agents),
+        eaten=random.integers(0, 9, (n_agents, 2)).astype(np.int32),
+        position=random.uniform(0, 400, (n_agents, 2)).astype(np.float32),
+        records={
+            name: random.uniform(0, 9, n_agents).astype(dtype)
+            for name, dtype in record_types(experiment).items()
+        },
+    )

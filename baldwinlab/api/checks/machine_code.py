@@ -101,7 +101,7 @@ def _compile_to_llvm(group: PartGroup, part: type[Part], name: str) -> str:
 def _argument_types(group: PartGroup, part: type[Part]) -> dict[str, Any]:
     """Return the types of the arguments of hooks, by name."""
     if part.kind in BREEDING_KINDS:
-        arguments = breeding_arguments(np.random.default_rng(0), len(group.experiment.modules)) | {
+        arguments = breeding_arguments(np.random.default_rng(0), group.experiment) | {
             "part": part_values(group.experiment, part)
         }
         return {name: numba.typeof(value) for name, value in arguments.items()}

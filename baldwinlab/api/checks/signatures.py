@@ -52,7 +52,9 @@ ORACLES: Final = {
     ),
     "selection": OracleSignature("part, fitness, uniforms", PARENTS_RESULT, ("select",)),
     "select_with_genomes": OracleSignature(
-        "part, genome, fitness, uniforms", PARENTS_RESULT, ("select", "select_with_genomes")
+        "part, stream, lifetimes, fitness, uniforms",
+        PARENTS_RESULT,
+        ("select", "select_with_genomes"),
     ),
     "variation": OracleSignature(
         "part, fitter, second, draws, gate", "it returns the child", ("vary",)
@@ -71,7 +73,7 @@ ORACLES: Final = {
         ("inherit", "assign_teachers"),
     ),
     "fitness": OracleSignature(
-        "part, energy, cost", "it returns the fitness of each agent", ("evaluate",)
+        "part, lifetimes", "it returns the fitness of each agent", ("evaluate",)
     ),
     "stop": OracleSignature(
         "part, lifetimes, fitness",

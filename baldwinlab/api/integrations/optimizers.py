@@ -195,8 +195,11 @@ class Problem:
     def _evaluate_worlds(
         self, runs: Sequence[int], generation: int, genomes: Genomes
     ) -> tuple[Numbers, Numbers]:
-        lives, behavior = self._simulate(runs, generation, genomes)
-        values = [mean_fitness(self.experiment, lives, run) for run in range(len(genomes))]
+        results, behavior = self._simulate(runs, generation, genomes)
+        values = [
+            mean_fitness(self.experiment, results, world, world_genomes)
+            for world, world_genomes in enumerate(genomes)
+        ]
         return np.concatenate(values), behavior
 
     def _simulate(

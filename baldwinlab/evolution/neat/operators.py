@@ -22,6 +22,7 @@ import numpy as np
 
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.rng import Stream
 from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import (
     LAST_INNOVATION,
@@ -47,6 +48,7 @@ from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.parts import Field, Selection, Variation
 from baldwinlab.parts.breeding import ITSELF, copy_genome
+from baldwinlab.parts.lifetimes import Lifetimes
 
 
 def genome_part(experiment: Any) -> Any:
@@ -126,13 +128,15 @@ class Species(Selection, name="species"):
     @staticmethod
     def select_with_genomes(
         part: Any,
-        genome: Genome,
+        stream: Stream,
+        lifetimes: Lifetimes,
         fitness: Fitness,
         uniforms: Uniforms,
         shares: Keys,
         order: Order,
         parents: Parents,
     ) -> None:
+        genome = lifetimes.genome
         for agent in range(fitness.size):
             shares[agent] = -genome[agent, 0, SPECIES]
         # The order is by species, the oldest last, then by fitness, the fittest last.
@@ -160,8 +164,8 @@ class Species(Selection, name="species"):
             end = end - size
 
     @staticmethod
-    def oracle(part: Any, genome: Any, fitness: Any, uniforms: Any) -> Any:
-        return oracle.parents(part, genome, fitness, uniforms)
+    def oracle(part: Any, stream: Any, lifetimes: Any, fitness: Any, uniforms: Any) -> Any:
+        return oracle.parents(part, lifetimes.genome, fitness, uniforms)
 
 
 @compiled

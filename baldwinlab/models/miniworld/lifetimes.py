@@ -50,22 +50,24 @@ def collect_results(
     """Return the results of a batch that began with `genomes` [run, agent, module, weight]."""
     n_runs = len(genomes)
     eaten = batch.eaten_in_life()
+    positions = batch.positions()
     learned_weights = batch.weights() if experiment.learns else None
     lifetimes = []
     for repeat in range(len(eaten) // n_runs):
         # The populations of a batch are ordered by repeat, then by run.
         populations = slice(repeat * n_runs, (repeat + 1) * n_runs)
         learned = None if learned_weights is None else learned_weights[populations]
-        outcomes = _Outcomes(repeat, eaten[populations], learned)
+        outcomes = _Outcomes(repeat, eaten[populations], positions[populations], learned)
         lifetimes.append(_collect_lifetime(experiment, batch, genomes, outcomes))
     return combine_lifetimes(lifetimes)
 
 
 class _Outcomes(NamedTuple):
-    """Number of a repeat, and its eaten items and learned weights, [run, agent, ...]."""
+    """Number of a repeat, and its results, [run, agent, ...]."""
 
     repeat: int
     eaten: npt.NDArray[np.int32]
+    positions: npt.NDArray[np.float32]
     learned: npt.NDArray[np.float32] | None
 
 
@@ -76,7 +78,7 @@ def _collect_lifetime(
     outcomes: _Outcomes,
 ) -> LifeResults:
     """Return the results of one lifetime of each agent."""
-    repeat, eaten, learned_weights = outcomes
+    repeat, eaten, positions, learned_weights = outcomes
     shape = genomes.shape[:2]
     first_lane = repeat * math.prod(shape)
     final_population = None
@@ -105,6 +107,8 @@ def _collect_lifetime(
         learned=learned_weights,
         records=eaten_by_kind(experiment, eaten) | added_records,
         final_population=final_population,
+        eaten=eaten,
+        position=positions,
     )
 
 

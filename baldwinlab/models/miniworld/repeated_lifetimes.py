@@ -12,7 +12,8 @@ from baldwinlab.parts.model_part import LifeResults
 def combine_lifetimes(lifetimes: Sequence[LifeResults]) -> LifeResults:
     """Return the means of the results of several lifetimes of the same agents.
 
-    The learned weights are those of the first lifetime. A single lifetime is returned unchanged.
+    The learned weights, the eaten items of each region and the final positions are those of the
+    first lifetime. A single lifetime is returned unchanged.
     """
     first = lifetimes[0]
     if len(lifetimes) == 1:

@@ -111,12 +111,12 @@ from baldwinlab.parts import Fitness
 
 class Crashes(Fitness, name="crashes"):
     @staticmethod
-    def evaluate(part, energy, cost, fitness):
+    def evaluate(part, lifetimes, fitness):
         for agent in range(fitness.size):
-            fitness[agent] = energy[agent]
+            fitness[agent] = lifetimes.energy[agent]
 
     @staticmethod
-    def oracle(part, energy, cost):
+    def oracle(part, lifetimes):
         print("printed text")
         {end}
 """

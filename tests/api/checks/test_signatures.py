@@ -22,7 +22,7 @@ from baldwinlab.parts.loading import load_file, parts_in
 Write = Callable[[str], Path]
 
 SELECT_WITH_GENOMES = (
-    "def select_with_genomes(part, genome, fitness, uniforms, shares, order, parents)"
+    "def select_with_genomes(part, stream, lifetimes, fitness, uniforms, shares, order, parents)"
 )
 VARY_POPULATION = "def vary_population(part, key, genome, fitness, parents, draws, children)"
 HOOKS = {
@@ -37,7 +37,8 @@ HOOKS = {
     "variation with genes": ("Variation", "def vary(part, fitter, second, draws, gate, child)"),
     "vary_population": ("Variation", VARY_POPULATION),
     "inheritance": ("Inheritance", "def inherit(part, innate_genome, learned, inherited_genome)"),
-    "fitness": ("Fitness", "def evaluate(part, energy, cost, fitness)"),
+    "fitness": ("Fitness", "def evaluate(part, lifetimes, fitness)"),
+    "stop": ("Stop", "def should_stop(part, lifetimes, fitness, generation)"),
 }
 """The class and a hook, by key of `ORACLES`."""
 
@@ -88,11 +89,11 @@ def test_every_oracle_of_the_package_has_the_arguments_of_its_kind() -> None:
 
 
 def test_an_oracle_that_is_not_a_static_method_is_refused(write_part: Write) -> None:
-    text = write_class("fitness") + "\n    def oracle(self, energy, cost):\n        pass\n"
+    text = write_class("fitness") + "\n    def oracle(self, lifetimes):\n        pass\n"
     (part,) = parts_in(load_file(write_part(text)))
     with pytest.raises(
         FailsError,
-        match=r"oracle is not a static method; it must be .* oracle\(part, energy, cost\)",
+        match=r"oracle is not a static method; it must be .* oracle\(part, lifetimes\)",
     ):
         require_signature(part)
 
@@ -108,7 +109,7 @@ def test_the_message_about_a_wrong_oracle_names_the_hook_that_defines_its_argume
     message = (
         "does not hold: its oracle has the arguments of its kind: selection 'sharing': "
         "oracle has the arguments (part, fitness, uniforms); "
-        "it must be a static method oracle(part, genome, fitness, uniforms), "
+        "it must be a static method oracle(part, stream, lifetimes, fitness, uniforms), "
         "because it has `select_with_genomes`; "
     )
     assert len(failed) == 1
@@ -122,13 +123,13 @@ TWO_PARTS = """
 
     class Verified(Fitness, name="verified"):
         @staticmethod
-        def evaluate(part, energy, cost, fitness):
+        def evaluate(part, lifetimes, fitness):
             for agent in range(fitness.size):
-                fitness[agent] = energy[agent]
+                fitness[agent] = lifetimes.energy[agent]
 
         @staticmethod
-        def oracle(part, energy, cost):
-            return energy
+        def oracle(part, lifetimes):
+            return lifetimes.energy
 
     class Tick(WorldFeature, name="tick"):
         @staticmethod
@@ -188,13 +189,13 @@ def test_an_error_of_an_oracle_names_the_line(write_part: Write, without_compila
 
         class Part(Fitness, name="raises"):
             @staticmethod
-            def evaluate(part, energy, cost, fitness):
+            def evaluate(part, lifetimes, fitness):
                 for agent in range(fitness.size):
-                    fitness[agent] = energy[agent]
+                    fitness[agent] = lifetimes.energy[agent]
 
             @staticmethod
-            def oracle(part, energy, cost):
-                return energy + None
+            def oracle(part, lifetimes):
+                return lifetimes.energy + None
         """
     path = write_part(dedent(text))
     findings = bl.check_part(path, requirements=["oracle"])

@@ -21,6 +21,7 @@ from baldwinlab.evolution.neat.genome import (
 )
 from baldwinlab.evolution.neat.species import MIN_LINKS_FOR_DIVISION, distance
 from baldwinlab.parts.breeding import ITSELF
+from baldwinlab.parts.lifetimes import make_lifetimes
 from tests.evolution.neat.grown import (
     evolved,
     first_network,
@@ -48,7 +49,7 @@ def select_parents(genome: Genome, fitness: Any, generation: int = 1, **species:
         },
     )
     uniforms = GenerationKey(3, 0, generation).uniforms(rng.SELECTION, (len(genome), 2))
-    return select(settings, np.asarray(fitness, float), uniforms, genome)
+    return select(settings, np.asarray(fitness, float), uniforms, make_lifetimes(genome))
 
 
 def count_children(parents: Parents, genome: Genome) -> dict[int, int]:

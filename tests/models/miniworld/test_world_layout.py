@@ -13,6 +13,7 @@ from baldwinlab.evolution import GenerationKey, draw_genomes, fitness, mean_fitn
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
 from baldwinlab.models.miniworld.world_layout import draw_world_keys
+from baldwinlab.parts.lifetimes import make_lifetimes
 from baldwinlab.parts.model_part import LifeResults
 from baldwinlab.simulation.simulate import simulate, simulate_batch
 from tests.small_studies import shorten_preset
@@ -112,11 +113,11 @@ def test_the_results_of_three_lifetimes_are_means_of_separate_lifetimes(worlds: 
     assert np.allclose(results.cost[0], costs_of_lifetimes.mean(axis=0))
     assert np.allclose(results.records["food_eaten"][0], n_eaten.mean(axis=0))
     fitness_of_lifetimes = [
-        fitness(single, energy, cost)
+        fitness(single, make_lifetimes(genomes[0], energy, cost))
         for energy, cost in zip(energies, costs_of_lifetimes, strict=True)
     ]
     mean_of_fitness = np.mean(fitness_of_lifetimes, axis=0)
-    assert np.array_equal(mean_fitness(repeated, results, 0), mean_of_fitness)
+    assert np.array_equal(mean_fitness(repeated, results, 0, genomes[0]), mean_of_fitness)
     # Fitness is at least 0 in each lifetime, so that it differs from the fitness of the means.
     assert (mean_of_fitness > results.energy[0] - results.cost[0]).any()
 

@@ -18,7 +18,14 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled, register
 from baldwinlab.engine.reference import dereference
-from baldwinlab.engine.rng import REINFORCEMENT_WEIGHTS, SELECTION, TEACHER, draw_uniforms
+from baldwinlab.engine.rng import (
+    REINFORCEMENT_WEIGHTS,
+    SELECTION,
+    SELECTION_STREAM,
+    TEACHER,
+    Stream,
+    draw_uniforms,
+)
 from baldwinlab.engine.simd import WIDTH
 from baldwinlab.evolution.breeding import breed_children
 from baldwinlab.evolution.fitness import add_change_cost, sum_region_energy
@@ -45,6 +52,7 @@ from baldwinlab.models.miniworld.lookup import MAX_TABLE_INPUTS
 from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simultaneous
 from baldwinlab.parts.fitness import evaluate
 from baldwinlab.parts.inheritance import assign_teachers, inherit
+from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.networks import forward, links
 from baldwinlab.parts.variation import init_founders as init_founder_genomes
 
@@ -216,6 +224,9 @@ def compute_fitness(model: Any, state: Any, population: BrowserPopulation) -> No
     for agent in range(model.agents):
         population.origin[agent, 0] = state.origin[0, agent, 0]
         population.origin[agent, 1] = state.origin[0, agent, 1]
+        population.position[agent, 0] = state.positions[0, agent]
+        population.position[agent, 1] = state.positions[1, agent]
+        population.species[agent] = 0
         population.fitness[agent] = np.nan
         cost[agent] = 0.0
         for region in range(eaten.shape[1]):
@@ -228,12 +239,27 @@ def compute_fitness(model: Any, state: Any, population: BrowserPopulation) -> No
     sum_region_energy(population.region_energies, eaten, population.gained_energy)
     if population.learns:
         add_change_cost(population.cost_per_change, population.genome, population.learned, cost)
-    evaluate(population.fitness_part, population.gained_energy, cost, population.fitness)
+    lifetimes = _read_lifetimes(population, population.genome)
+    evaluate(population.fitness_part, lifetimes, population.fitness)
     population.fault[0] = 0
     for agent in range(model.agents):
         if np.isnan(population.fitness[agent]):
             population.fault[0] = NAN_FITNESS
             population.fault[1] = agent
+
+
+@compiled
+def _read_lifetimes(population: BrowserPopulation, genome: Any) -> Lifetimes:
+    """Return the results of the simulated lifetimes, with `genome` [agent, module, weight]."""
+    return Lifetimes(
+        energy=population.gained_energy,
+        cost=population.cost,
+        eaten=population.eaten,
+        position=population.position,
+        records=population.records,
+        genome=genome,
+        species=population.species,
+    )
 
 
 def breed(population: BrowserPopulation) -> None:
@@ -330,7 +356,8 @@ def _draw_parents(scheme: Any, population: Any) -> None:
     select_parents(
         scheme,
         population.elite,
-        population.inherited,
+        Stream(population.seed, population.run, population.generation + 1, SELECTION_STREAM),
+        _read_lifetimes(population, population.inherited),
         population.fitness,
         population.uniforms,
         population.shares,

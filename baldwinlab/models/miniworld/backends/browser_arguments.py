@@ -105,6 +105,10 @@ class BrowserPopulation(NamedTuple):
     eaten: Any
     # int32 [kind, agent]: eaten items.
     eaten_by_kind: Any
+    # float32 [agent, 2]: position at the end of the lifetime.
+    position: Any
+    # int32 [agent]: number of the species.
+    species: Any
     # float64 [agent]: energy of the eaten items.
     gained_energy: Any
     # float64 [agent]: cost of learning.
@@ -136,3 +140,5 @@ class BrowserPopulation(NamedTuple):
     variation: Any
     inheritance: Any
     fitness_part: Any
+    # Empty NamedTuple: a page has no records of parts.
+    records: Any

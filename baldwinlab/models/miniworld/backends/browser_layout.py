@@ -48,6 +48,7 @@ from baldwinlab.models.miniworld.backends.browser_leaves import (
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
 from baldwinlab.models.miniworld.state import ARRAYS
 from baldwinlab.parts.breeding import breeding_part
+from baldwinlab.parts.lifetimes import records_class
 from baldwinlab.parts.networks import Network
 from baldwinlab.parts.part import numeric_fields
 
@@ -83,6 +84,7 @@ class ModuleLayout:
             variation=breeding_part(experiment, "variation")[0],
             inheritance=self.inheritance,
             fitness_part=breeding_part(experiment, "fitness")[0],
+            records=records_class(())(),
         )
 
     @property

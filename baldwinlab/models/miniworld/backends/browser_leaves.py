@@ -103,6 +103,8 @@ POPULATION_ARRAYS: Final[Mapping[str, tuple[str, tuple[int | str, ...]]]] = {
     "children": ("f4", ("agents", "modules", "genome length")),
     "learned": ("f4", ("agents", "weights")),
     "eaten": ("i4", ("agents", "regions")),
+    "position": ("f4", ("agents", 2)),
+    "species": ("i4", ("agents",)),
     "eaten_by_kind": ("i4", ("item kinds", "agents")),
     "gained_energy": ("f8", ("agents",)),
     "cost": ("f8", ("agents",)),

@@ -38,6 +38,8 @@ class Batch(Protocol):
 
     def weights(self) -> npt.NDArray[np.float32]: ...
 
+    def positions(self) -> npt.NDArray[np.float32]: ...
+
 
 class Backend(NamedTuple):
     """A backend and its best batch size."""

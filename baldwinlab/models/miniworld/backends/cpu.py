@@ -94,13 +94,20 @@ class CpuBatch:
 
         The populations are those of `WorldLayout.shape`.
         """
-        lanes = slice(math.prod(self._shape))
-        return self.state.eaten_in_life[:, lanes].T.reshape(*self._shape, -1).copy()
+        return self._by_agent(self.state.eaten_in_life)
 
     def weights(self) -> npt.NDArray[np.float32]:
         """Return the current weights of the action module, [population, agent, weight]."""
+        return self._by_agent(self.state.weights)
+
+    def positions(self) -> npt.NDArray[np.float32]:
+        """Return the current positions of the agents, [population, agent, (x, y)]."""
+        return self._by_agent(self.state.positions)
+
+    def _by_agent(self, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return a copy [population, agent, row] of an array [row, lane]."""
         lanes = slice(math.prod(self._shape))
-        return self.state.weights[:, lanes].T.reshape(*self._shape, -1).copy()
+        return array[:, lanes].T.reshape(*self._shape, -1).copy()
 
 
 def compile_simulation(experiment: Experiment) -> None:

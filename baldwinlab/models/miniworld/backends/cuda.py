@@ -164,14 +164,19 @@ class CudaBatch:
 
     def eaten_in_life(self) -> npt.NDArray[np.int32]:
         """Wait for the steps. Return the eaten items, [population, agent, region]."""
-        self._state.eaten_in_life.copy_to_host(self._host.eaten_in_life, self._stream)
-        self._stream.synchronize()
-        lanes = slice(math.prod(self._shape))
-        return self._host.eaten_in_life[:, lanes].T.reshape(*self._shape, -1).copy()
+        return self._by_agent(self._state.eaten_in_life, self._host.eaten_in_life)
 
     def weights(self) -> npt.NDArray[np.float32]:
         """Wait for the steps. Return the action modules, [population, agent, weight]."""
-        self._state.weights.copy_to_host(self._host.weights, self._stream)
-        self._stream.synchronize()
+        return self._by_agent(self._state.weights, self._host.weights)
+
+    def positions(self) -> npt.NDArray[np.float32]:
+        """Wait for the steps. Return the positions of the agents, [population, agent, (x, y)]."""
+        return self._by_agent(self._state.positions, self._host.positions)
+
+    def _by_agent(self, device_array: Any, host_array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return a copy [population, agent, row] of an array [row, lane] on the GPU."""
         lanes = slice(math.prod(self._shape))
-        return self._host.weights[:, lanes].T.reshape(*self._shape, -1).copy()
+        device_array.copy_to_host(host_array, self._stream)
+        self._stream.synchronize()
+        return host_array[:, lanes].T.reshape(*self._shape, -1).copy()

@@ -1,0 +1,189 @@
+"""Results of the lifetimes of a population, which fitness and selection read."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.parts.model_part import LifeResults
+
+RECORDS_PREFIX: Final = "Records("
+
+
+class Lifetimes(NamedTuple):
+    """Results of the lifetimes of a population. Hooks read them, and compiled code accepts them.
+
+    Attributes
+    ----------
+    energy : array, float64 [agent]
+        Energy gained during the lifetime, or the payoff of the model.
+    cost : array, float64 [agent]
+        Cost of learning, in energy.
+    eaten : array, int32 [agent, region]
+        Eaten items of each region. No regions for a model without a world.
+    position : array, float32 [agent, 2]
+        Position at the end, x and y, in units of length. NaN for a model without a world.
+    records : NamedTuple
+        Recorded variables by name, each [agent]: the records of the parts, or of the model.
+    genome : array, float32 [agent, module, weight]
+        Genomes. In `evaluate`, those at birth. In a selection, those that the agents pass on.
+    species : array, int32 [agent]
+        Number of the species.
+    """
+
+    energy: npt.NDArray[np.float64]
+    cost: npt.NDArray[np.float64]
+    eaten: npt.NDArray[np.int32]
+    position: npt.NDArray[np.float32]
+    records: Any
+    genome: npt.NDArray[np.float32]
+    species: npt.NDArray[np.int32]
+
+
+def make_lifetimes(
+    genome: npt.NDArray[np.float32],
+    energy: npt.NDArray[np.float64] | None = None,
+    cost: npt.NDArray[np.float64] | None = None,
+    *,
+    eaten: npt.NDArray[np.int32] | None = None,
+    position: npt.NDArray[np.float32] | None = None,
+    records: Mapping[str, npt.NDArray[Any]] | None = None,
+    species: npt.NDArray[np.int32] | None = None,
+) -> Lifetimes:
+    """Return lifetimes from arrays. A missing array has zeros, and a missing position is NaN.
+
+    Parameters
+    ----------
+    genome, energy, cost, eaten, position, species : array
+        The fields of `Lifetimes`.
+    records : Mapping[str, array]
+        Recorded variables by name, each [agent].
+
+    Returns
+    -------
+    Lifetimes
+        Contiguous arrays of the declared types.
+    """
+    n_agents = len(genome)
+    values = dict(records or {})
+    return Lifetimes(
+        energy=_array_of(energy, np.float64, (n_agents,), 0),
+        cost=_array_of(cost, np.float64, (n_agents,), 0),
+        eaten=_array_of(eaten, np.int32, (n_agents, 0), 0),
+        position=_array_of(position, np.float32, (n_agents, 2), np.nan),
+        records=records_class(tuple(values))(*map(np.ascontiguousarray, values.values())),
+        genome=_array_of(genome, np.float32, genome.shape, 0),
+        species=_array_of(species, np.int32, (n_agents,), 0),
+    )
+
+
+def _array_of(
+    values: npt.NDArray[Any] | None, dtype: Any, shape: tuple[int, ...], fill: float
+) -> npt.NDArray[Any]:
+    if values is None:
+        return np.full(shape, fill, dtype)
+    return np.ascontiguousarray(values, dtype)
+
+
+def lifetimes_of_run(
+    experiment: Any,
+    results: LifeResults,
+    run_index: int,
+    genome: npt.NDArray[np.float32],
+    species: npt.NDArray[np.int32] | None = None,
+) -> Lifetimes:
+    """Return the lifetimes of one run of a batch.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment in the generation of the lifetimes.
+    results : LifeResults
+        Results of the batch.
+    run_index : int
+        Index of the run in the batch.
+    genome : array, float32 [agent, module, weight]
+        Genomes at birth. Those of the agents at the end replace them if agents were born.
+    species : array, int32 [agent], optional
+        Number of the species of each agent.
+
+    Returns
+    -------
+    Lifetimes
+        Lifetimes of the agents.
+    """
+    final_population = results.final_population
+    return make_lifetimes(
+        genome if final_population is None else final_population.genome[run_index],
+        results.energy[run_index],
+        results.cost[run_index],
+        eaten=None if results.eaten is None else results.eaten[run_index],
+        position=None if results.position is None else results.position[run_index],
+        records={
+            name: np.asarray(results.records[name][run_index], dtype)
+            for name, dtype in record_types(experiment).items()
+        },
+        species=species,
+    )
+
+
+def select_lifetimes(lifetimes: Lifetimes, agents: slice) -> Lifetimes:
+    """Return the lifetimes of some agents."""
+    records = lifetimes.records._make(values[agents] for values in lifetimes.records)
+    selected = {
+        name: getattr(lifetimes, name)[agents] for name in Lifetimes._fields if name != "records"
+    }
+    return Lifetimes(records=records, **selected)
+
+
+def empty_lifetimes(experiment: Any, genome: npt.NDArray[np.float32]) -> Lifetimes:
+    """Return lifetimes without energy and with records of 0, for genomes [agent, ...]."""
+    records = {
+        name: np.zeros(len(genome), dtype) for name, dtype in record_types(experiment).items()
+    }
+    n_regions = len(experiment.world.food) if experiment.model == "miniworld" else 0
+    return make_lifetimes(
+        genome, eaten=np.zeros((len(genome), max(1, n_regions)), np.int32), records=records
+    )
+
+
+@lru_cache(maxsize=64)
+def record_types(experiment: Any) -> dict[str, Any]:
+    """Return the types of the records in `Lifetimes` by name.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+
+    Returns
+    -------
+    dict
+        NumPy types of the records of the parts, or of the model.
+    """
+    if experiment.model == "miniworld":
+        return {name: np.dtype(array.dtype) for name, array in experiment.part_records.items()}
+    return {name: variable.dtype for name, variable in experiment.model_part.records.items()}
+
+
+@lru_cache(maxsize=256)
+def records_class(names: tuple[str, ...]) -> Any:
+    """Return the NamedTuple class of records with these names."""
+    records: Any = namedtuple("Records", names)  # type: ignore[misc]
+    # The cache of compiled code identifies the class by its module and this name.
+    records.__module__ = __name__
+    records.__name__ = records.__qualname__ = f"{RECORDS_PREFIX}{','.join(names)})"
+    return records
+
+
+def __getattr__(name: str) -> Any:
+    # Unpickling compiled code reads the classes of records as attributes of this module.
+    if name.startswith(RECORDS_PREFIX):
+        names = name.removeprefix(RECORDS_PREFIX).removesuffix(")")
+        return records_class(tuple(names.split(",")) if names else ())
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
