@@ -13,6 +13,7 @@ from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.suggestions import list_names
 from baldwinlab.core.variables import RUN_VARIABLES, TRACE_VARIABLES
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.species import require_single_species
 from baldwinlab.parts.networks import forward
 from baldwinlab.simulation.reevaluation import make_batch, restore_genomes
 from baldwinlab.studies.records import StudyError
@@ -229,6 +230,7 @@ def _require_forager(experiment: BaseExperiment) -> Experiment:
             f"{experiment.name} has the model {experiment.model!r}; only agents of the model "
             "'miniworld' have a network that can be evaluated"
         )
+    require_single_species(experiment, "the network of an agent")
     return experiment
 
 

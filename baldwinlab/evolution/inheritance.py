@@ -87,8 +87,14 @@ def apply_inheritance(experiment: BaseExperiment, genome: Genome, learned: Genom
 
 
 def needs_simulation(experiment: BaseExperiment) -> bool:
-    """Return whether inheritance depends on lifetimes: learned weights, or births during life."""
-    return experiment.births_in_life or any(
+    """Return whether the genomes of a generation require the simulation of earlier generations.
+
+    Inheritance depends on lifetimes if learned weights are inherited, or agents are born during
+    life. With several species, the species of the agents are simulated with their genomes.
+    """
+    if experiment.population.species or experiment.births_in_life:
+        return True
+    return any(
         segment.part("evolution.inheritance").wants_learned(segment)
         for _, segment in experiment.segments()
     )

@@ -23,6 +23,7 @@ from typing import Any, Final
 
 from pydantic import Field, model_validator
 
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.experiment.fields import ExperimentError, Fields, format_value, to_plain_data
 from baldwinlab.experiment.paths import iterate_settings, nest_settings
 
@@ -209,6 +210,15 @@ def _find_inheritance_faults(members: Sequence[Any]) -> Iterator[str]:
         yield (
             "evolution.compete = 'across': children without parents have no species; choose an "
             "evolution.inheritance with parents, or evolution.compete = 'within'"
+        )
+
+
+def require_single_species(experiment: Any, purpose: str) -> None:
+    """Raise RefusedError if an experiment has species. `purpose` needs an experiment without."""
+    if experiment.population.species:
+        raise RefusedError(
+            f"{experiment.name} has several species: {purpose} needs an experiment without "
+            "population.species"
         )
 
 

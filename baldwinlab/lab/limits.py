@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.allocation import estimate_scanned_items
 from baldwinlab.studies.run import count_agent_steps
 
@@ -58,6 +59,7 @@ def check_size(experiment: BaseExperiment, n_runs: int) -> None:
         raise ValueError(
             f"runs = {n_runs} must be at least 1 and at most {MAX_RUNS} for a live run"
         )
+    require_single_species(experiment, "a live run")
     n_agents = n_runs * experiment.population.size
     _check_run_limit(experiment.evolution.generations, MAX_GENERATIONS, "generations")
     if isinstance(experiment, Experiment):

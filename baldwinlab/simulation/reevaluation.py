@@ -23,6 +23,7 @@ from baldwinlab.evolution import (
 )
 from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.lifetimes import collect_results
@@ -72,6 +73,7 @@ def reevaluate(
         The results. A run gives bit-identical results whatever other runs are in `runs`.
     """
     genomes = trim_genomes(genomes, experiment)
+    require_single_species(experiment, "another simulation of stored agents")
     results = make_simulator(experiment, seed, runs).simulate(generation, genomes)
     settings = experiment.at(generation)
     return _make_outcomes(settings, results, genomes)

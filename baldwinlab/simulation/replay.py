@@ -22,6 +22,7 @@ from baldwinlab.evolution import (
 )
 from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.appearance import appearance_json, describe_appearance
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
@@ -151,13 +152,14 @@ def require_world(experiment: BaseExperiment) -> Experiment:
     Raises
     ------
     RefusedError
-        Its model has no world.
+        Its model has no world, or its population has several species.
     """
     if not isinstance(experiment, Experiment):
         raise RefusedError(
             f"{experiment.name} cannot be replayed: the model {experiment.model} has no world; "
             "only the model miniworld has one"
         )
+    require_single_species(experiment, "a replay")
     return experiment
 
 
@@ -257,7 +259,8 @@ def recompute_genomes(
     Then `energy` and `start` are unused.
     """
     seed, run, generation = key
-    if experiment.part("evolution.inheritance").resamples_genomes:
+    has_species = bool(experiment.population.species)
+    if not has_species and experiment.part("evolution.inheritance").resamples_genomes:
         return draw_genomes(experiment, key)
     if needs_simulation(experiment) and generation > 0:
         shortened = experiment.replace(

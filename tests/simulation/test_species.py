@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,12 @@ import pytest
 import xarray as xr
 
 import baldwinlab as bl
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.variables import record_variables
+from baldwinlab.evolution import GenerationKey, make_founders
 from baldwinlab.evolution.species import derive_seed
 from baldwinlab.simulation.history import History
+from baldwinlab.simulation.reevaluation import reevaluate, restore_genomes
 from baldwinlab.simulation.simulate import continue_histories, simulate, simulate_batch
 
 INNATE = {"name": "innate", "size": 5, "hinton_nowlan": {"guessing": False}}
@@ -109,3 +113,35 @@ def test_a_schedule_applies_to_species_that_do_not_change_the_setting() -> None:
     n_used = run["used"].isel(generation=1)
     assert (n_used.isel(agent=slice(5, None)) == 1).all()
     assert (n_used.isel(agent=slice(5)) > 1).any()
+
+
+@pytest.mark.parametrize("experiment", [NEEDLE, ACROSS])
+def test_genomes_that_are_not_stored_are_recomputed(experiment: Any) -> None:
+    (sparse,) = simulate_batch(experiment.replace(record={"genome_every": 8}), 2, [0])
+    complete = simulate(experiment, seed=2)
+    assert not np.isfinite(sparse["genome"].values[3]).any()
+    restored = restore_genomes(experiment, sparse, 3)
+    np.testing.assert_array_equal(restored, complete["genome"].values[3])
+
+
+def test_species_begin_with_stored_genomes(tmp_path: Path) -> None:
+    path = tmp_path / "genomes.npy"
+    np.save(path, np.full((5, 1, 5), 0.5, np.float32))
+    unset = INNATE | {"evolution": {"founders": [str(path)]}}
+    run = simulate(NEEDLE.replace(population={"species": [unset, GUESSING]}))
+    is_unset = run["unset"].values[0] == 1
+    assert is_unset[:5].all()
+    assert not is_unset[5:].all()
+
+
+def test_a_replay_of_a_population_with_species_is_refused() -> None:
+    species = [{"name": "a", "size": 10}, {"name": "b", "size": 10}]
+    foragers = bl.load("evo/A").replace(population={"species": species})
+    with pytest.raises(RefusedError, match="evo/A has several species: a replay needs"):
+        bl.replay(foragers)
+
+
+def test_another_simulation_of_stored_agents_with_species_is_refused() -> None:
+    genomes = make_founders(NEEDLE, GenerationKey(0, 0, 0))[None]
+    with pytest.raises(RefusedError, match="has several species"):
+        reevaluate(NEEDLE, 0, [0], 0, genomes)

@@ -29,6 +29,7 @@ from baldwinlab.core.file_writing import atomic_path
 from baldwinlab.core.output_paths import EXPORT_MARK, require_writable
 from baldwinlab.evolution import Genome, Parents, needs_simulation
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.species import require_single_species
 from baldwinlab.parts.variation import vary_population
 from baldwinlab.simulation.reevaluation import iterate_genomes
 from baldwinlab.studies.store import StudyStore
@@ -143,6 +144,7 @@ def choose_run(study: StudyStore, condition: str, run: int | None) -> int:
 
 def _require_inherited_genes(experiment: BaseExperiment) -> None:
     """Raise RefusedError if genes do not come from the genomes of the stored parents."""
+    require_single_species(experiment, "a tree sequence")
     reason = ""
     for _, segment in experiment.segments():
         variation = segment.part("evolution.variation")

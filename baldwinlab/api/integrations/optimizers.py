@@ -21,6 +21,7 @@ import numpy.typing as npt
 from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.evolution import GenerationKey, draw_genomes, mean_fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.models.miniworld.lifetimes import collect_results
@@ -212,6 +213,7 @@ class Problem:
             batch.simulate(0, self.experiment.lifetime.steps)
             positions = batch.state.positions[:, :n_agents].T.astype(float)
             return collect_results(self.experiment, batch, genomes), positions
+        require_single_species(self.experiment, "an optimization")
         lives = make_simulator(self.experiment, self.seed, runs).simulate(generation, genomes)
         columns = [np.asarray(lives.records[name], np.float64).ravel() for name in self.behaviors]
         return lives, np.stack(columns, axis=1) if columns else np.empty((n_agents, 0))

@@ -93,7 +93,7 @@ def _emergence_condition(study: StudyStore, paper: Paper | None) -> str | None:
 
 
 def can_replay(study: StudyStore, condition: str) -> bool:
-    """Return whether a condition has the model MiniWorld and its parts are loaded.
+    """Return whether a condition has the model MiniWorld, one species, and loaded parts.
 
     Parameters
     ----------
@@ -107,7 +107,8 @@ def can_replay(study: StudyStore, condition: str) -> bool:
         study.require_parts(condition)
     except ValueError:
         return False
-    return isinstance(study.experiments[condition], Experiment)
+    experiment = study.experiments[condition]
+    return isinstance(experiment, Experiment) and not experiment.population.species
 
 
 def required_memory(plan: ReportPlan) -> Need:
@@ -137,7 +138,7 @@ def replay_memory(experiment: BaseExperiment) -> Need:
     experiment
         The experiment.
     """
-    if not isinstance(experiment, Experiment):
+    if not isinstance(experiment, Experiment) or experiment.population.species:
         return NO_NEED
     n_lives = len(emergence_generations(experiment.evolution.generations))
     return Need(estimate_replay(experiment, n_lives).memory)

@@ -75,6 +75,8 @@ def why_not_applicable(name: str, condition: str, experiments: Mapping[str, Base
             f"the assay {name} simulates complete lifetimes of stored genomes, "
             "but newborns replace agents during life in this experiment"
         )
+    if experiment.population.species and name != "descent":
+        return f"the assay {name} needs a population without species, and {condition} has several"
     if name in ("innate", "descent"):
         return ""
     if name in FORKS:

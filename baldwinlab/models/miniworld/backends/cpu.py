@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from baldwinlab.engine.jit import cached_jit, is_cached, resolve_call
 from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.allocation import (
     choose_population,
     list_hooks,
@@ -54,6 +55,7 @@ class CpuBatch:
         self, experiment: Experiment, seed: int, runs: Sequence[int], world: int | None = None
     ) -> None:
         """Allocate the worlds of a layout (`make_world_layout`)."""
+        require_single_species(experiment, "a batch of one species")
         self._layout = make_world_layout(experiment, seed, runs, world)
         n_worlds = len(self._layout.keys)
         self.model = make_model(experiment, n_worlds)
