@@ -56,6 +56,22 @@ class TargetFitness(Stop, name="target-fitness"):
         return (mean if part.is_mean else max(last_fitness)) >= part.threshold
 
 
+class Fixation(Stop, name="fixation"):
+    """End a run when all agents belong to one species, with `evolution.compete = "across"`."""
+
+    @staticmethod
+    def should_stop(part: Any, lifetimes: Lifetimes, fitness: Fitness, generation: int) -> bool:
+        for agent in range(fitness.size):
+            if lifetimes.species[agent] != lifetimes.species[0]:
+                return False
+        return True
+
+    @staticmethod
+    def oracle(part: Any, lifetimes: Any, fitness: Any) -> Any:
+        *_, last_lifetimes = lifetimes
+        return len(set(last_lifetimes.species)) == 1
+
+
 def is_stopped(
     experiment: BaseExperiment, lifetimes: Lifetimes, fitness: Fitness, generation: int
 ) -> bool:

@@ -139,7 +139,10 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "inheritance": {"social-heredity": f"{_EVOLUTION}.social_heredity:SocialHeredity"},
     "fitness": {},
-    "stop": {"target-fitness": f"{_EVOLUTION}.stop:TargetFitness"},
+    "stop": {
+        "fixation": f"{_EVOLUTION}.stop:Fixation",
+        "target-fitness": f"{_EVOLUTION}.stop:TargetFitness",
+    },
 }
 _CUSTOM_PARTS: dict[str, dict[str, type]] = {kind: {} for kind in BUILT_IN}
 # Kind and name of each custom part that was added or removed, in order.

@@ -31,7 +31,7 @@ ACROSS: Final = "across"
 """Value of `evolution.compete` with one selection over the agents of all species."""
 # Settings that all species of an experiment share.
 SHARED_TABLES: Final = ("model", "population", "record", "schedule", "world", "lifetime")
-SHARED_FIELDS: Final = ("evolution.generations", "evolution.compete")
+SHARED_FIELDS: Final = ("evolution.generations", "evolution.compete", "evolution.stop")
 MAX_SPECIES: Final = 16
 """Maximum number of species of a population."""
 

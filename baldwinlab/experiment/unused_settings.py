@@ -14,10 +14,14 @@ from baldwinlab.experiment.base import BaseExperiment, validate
 from baldwinlab.experiment.fields import ExperimentError
 from baldwinlab.experiment.miniworld import Experiment
 from baldwinlab.experiment.paths import look_up
+from baldwinlab.experiment.species import ACROSS
 
 PREY: Final = "eats.prey"
 SPECIES_SETTINGS: Final = ("evolution.compete", PREY)
 """Settings that only experiments with species use."""
+STOP: Final = "evolution.stop"
+FIXATION: Final = "fixation"
+"""Stop that only experiments with competing species use."""
 
 
 def list_unused_settings(experiment: BaseExperiment) -> dict[str, str]:
@@ -28,16 +32,27 @@ def list_unused_settings(experiment: BaseExperiment) -> dict[str, str]:
         return {
             path: reason
             for path, reason in unused[0].items()
-            if path not in SPECIES_SETTINGS and all(path in reasons for reasons in unused)
-        }
+            if path not in (*SPECIES_SETTINGS, STOP) and all(path in reasons for reasons in unused)
+        } | _unused_stop(experiment)
     no_species = dict.fromkeys(SPECIES_SETTINGS, "population.species = []")
     if not isinstance(experiment, Experiment):
         del no_species[PREY]
     return (
         no_species
+        | _unused_stop(experiment)
         | _unused_mutation_settings(experiment)
         | (_unused_miniworld_settings(experiment) if isinstance(experiment, Experiment) else {})
     )
+
+
+def _unused_stop(experiment: BaseExperiment) -> dict[str, str]:
+    """Return the stop of an experiment if it waits for a fixation that cannot occur."""
+    if experiment.evolution.stop != FIXATION:
+        return {}
+    if not experiment.population.species:
+        return {STOP: "population.species = []"}
+    compete = experiment.evolution.compete
+    return {} if compete == ACROSS else {STOP: f'evolution.compete = "{compete}"'}
 
 
 def list_changed_unused_settings(

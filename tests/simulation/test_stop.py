@@ -121,3 +121,44 @@ def test_the_target_can_be_assigned_with_the_choice_of_the_stop() -> None:
 def test_an_unknown_stop_is_refused_with_the_available_names() -> None:
     with pytest.raises(ExperimentError, match=r"there is no such stop.*target-fitness"):
         bl.load("evo/A").replace(evolution={"stop": "target"})
+
+
+def make_species(**evolution: Any) -> BaseExperiment:
+    species = [{"name": "first", "size": 3}, {"name": "second", "size": 3}]
+    settings = {"generations": 40, "compete": "across"} | evolution
+    return bl.load("hinton-nowlan-1987:guessing").replace(
+        population={"size": 6, "species": species}, evolution=settings
+    )
+
+
+def test_a_run_stops_when_all_agents_are_of_one_species() -> None:
+    runs = range(6)
+    stopped = simulate_histories(make_species(stop="fixation"), 2, runs)
+    lengths = set()
+    for history, complete in zip(stopped, simulate_histories(make_species(), 2, runs), strict=True):
+        is_fixed = [len({*row}) == 1 for row in complete.recorded_values("species").tolist()]
+        n_generations = find_first(is_fixed)
+        require_cut(history.dataset(), complete.dataset(), n_generations)
+        lengths.add(n_generations)
+    assert len(lengths) > 1
+
+
+@pytest.mark.parametrize(
+    ("compete", "reason"),
+    [("", r"population\.species = \[\]"), ("within", r'evolution\.compete = "within"')],
+)
+def test_a_stop_at_a_fixation_that_cannot_occur_is_refused(compete: str, reason: str) -> None:
+    experiment = make_experiment(stop="fixation")
+    if compete:
+        experiment = make_species(stop="fixation", compete=compete)
+    with pytest.raises(ExperimentError, match=rf"evolution\.stop: does nothing with {reason}"):
+        simulate(experiment)
+
+
+def test_all_species_share_the_stop() -> None:
+    species = [
+        {"name": "first", "size": 3, "evolution.stop": "fixation"},
+        {"name": "second", "size": 3},
+    ]
+    with pytest.raises(ExperimentError, match=r"all species share evolution\.stop"):
+        make_species().replace(population={"species": species})

@@ -239,7 +239,6 @@ def breeding_arguments(
         "lifetimes": draw_lifetimes(random, experiment, genomes),
         "children": genome.copy(),
         "key": GenerationKey(0, 0, 1),
-        "lifetimes": (),
         "generation": 1,
         "count": 1,
         "gate": float(random.random()),
