@@ -179,6 +179,11 @@ def _require_halves(experiment: BaseExperiment) -> None:
         raise RefusedError(
             f"population.size = {size} must be even, because each competitor has half of it"
         )
+    if isinstance(experiment, Experiment) and experiment.population.worlds > 1:
+        raise RefusedError(
+            f"population.worlds = {experiment.population.worlds} must be 1, because the "
+            "competitors share a world"
+        )
     if experiment.births_in_life:
         raise RefusedError(
             f"{experiment.name} has births during life, so that an agent does not belong to one "

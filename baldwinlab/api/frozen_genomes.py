@@ -125,7 +125,7 @@ def read_frozen(
     stored = read_genome_file(path)
     base = place_on_map(choose_experiment(stored, path, experiment), map_name)
     _, n_agents, *_ = stored.genome.shape
-    base = base.replace(population={"size": n_agents})
+    base = _resize_population(base, n_agents)
     changed = assign(base, list(assignments))
     if changed.population.size != n_agents:
         raise RefusedError(
@@ -257,12 +257,22 @@ def _load_world(experiment: BaseExperiment, map_name: str) -> object:
     return load(same_learner if same_learner in names else names[0]).world
 
 
+def _resize_population(experiment: BaseExperiment, n_agents: int) -> BaseExperiment:
+    """Return an experiment with another number of agents, which share a world or are alone."""
+    if not isinstance(experiment, Experiment) or n_agents == experiment.population.size:
+        return experiment.replace(population={"size": n_agents})
+    is_alone = experiment.agents_per_world == 1
+    worlds = n_agents if is_alone else 1
+    return experiment.replace(population={"size": n_agents, "worlds": worlds})
+
+
 def replay_frozen(
     frozen: FrozenGenomes,
     *,
     seed: int | None = None,
     run: int | None = None,
     generation: int | None = None,
+    world: int = 0,
     force: bool = False,
 ) -> xr.Dataset:
     """Simulate one lifetime of the genomes of a file, and record every step.
@@ -274,6 +284,8 @@ def replay_frozen(
     seed, run, generation
         The random numbers of the lifetime; those of the origin of the genomes, unless given. Of a
         file with several runs, `run` is required.
+    world
+        Number of a world of the population, from 0.
     force
         Run even if less memory is free than the estimate.
 
@@ -298,5 +310,6 @@ def replay_frozen(
         seed=origin.seed if seed is None else seed,
         run=number,
         generation=origin.generation if generation is None else generation,
+        world=world,
         force=force,
     )

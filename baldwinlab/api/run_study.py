@@ -17,6 +17,7 @@ from baldwinlab.evolution import require_founders
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import CONDITIONS, Factors, StudyKind
 from baldwinlab.models.miniworld.backends.choice import Backend, choose_backend
+from baldwinlab.models.miniworld.world_layout import count_worlds
 from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import check_seed
@@ -166,8 +167,11 @@ def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Bac
     can_use_gpu = is_miniworld and is_local
     if name == "auto" and not can_use_gpu:
         name = "cpu"
-    n_agents = max(experiment.population.size for experiment in request.experiments)
-    return choose_backend(name, request.total_runs, n_agents)
+    if not is_miniworld:
+        return choose_backend(name, request.total_runs)
+    n_agents = max(experiment.agents_per_world for experiment in request.experiments)
+    n_worlds = request.total_runs * min(map(count_worlds, request.experiments))
+    return choose_backend(name, n_worlds, n_agents)
 
 
 def _require_resources(request: StudyRequest, execution: _ExecutionPlan, force: bool) -> None:

@@ -115,6 +115,7 @@ class StudyRuns:
         *,
         run: int,
         generation: int,
+        world: int = 0,
         force: bool = False,
     ) -> xr.Dataset:
         """Simulate one generation of a stored run again, and record every step of its agents.
@@ -127,6 +128,8 @@ class StudyRuns:
             Number of a stored run, from 0.
         generation
             Number of a generation, from 0.
+        world
+            Number of a world of the population, from 0, whose agents are recorded.
         force
             Run even if less memory is free than the estimate.
 
@@ -151,7 +154,13 @@ class StudyRuns:
         energy = self._store.read(condition, run, genomes=False).energy
         require_simulated(experiment, run, generation, energy.sizes["generation"])
         return replay(
-            experiment, seed=self.seed, run=run, generation=generation, energy=energy, force=force
+            experiment,
+            seed=self.seed,
+            run=run,
+            generation=generation,
+            energy=energy,
+            world=world,
+            force=force,
         )
 
     def genomes(

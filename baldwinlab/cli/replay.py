@@ -40,10 +40,11 @@ PICTURE_DPI: Final = 200
 
 
 class StoredGeneration(NamedTuple):
-    """The numbers of a stored run and of one of its generations."""
+    """The numbers of a stored run, of one of its generations and of a world."""
 
     run: int
     generation: int
+    world: int
 
 
 def replay(
@@ -90,6 +91,10 @@ def replay(
         HIDE_DEFAULT,
         Parameter(help="With --genome: seed of the lifetime. Default: the seed of the genomes."),
     ] = None,
+    world: Annotated[
+        int,
+        Parameter(help="Number of a world of the population (`population.worlds`), from 0."),
+    ] = 0,
     map: Annotated[
         str | None,
         HIDE_DEFAULT,
@@ -121,9 +126,8 @@ def replay(
         _require_study_options(directory, run, generation, (seed, map, assignments))
         assert run is not None
         assert generation is not None
-        trace, experiment = _replay_stored(
-            StudyStore(directory), condition, StoredGeneration(run, generation), out, force
-        )
+        life = StoredGeneration(run, generation, world)
+        trace, experiment = _replay_stored(StudyStore(directory), condition, life, out, force)
     else:
         if condition is not None:
             raise RefusedError(f"--condition {condition} applies to a study, not to --genome")
@@ -131,10 +135,12 @@ def replay(
         frozen = read_frozen(genome, experiment_name, map, assignments or [])
         experiment = require_world(frozen.experiment)
         _require_disk_space(experiment, out, force)
-        trace = replay_frozen(frozen, seed=seed, run=run, generation=generation, force=force)
+        trace = replay_frozen(
+            frozen, seed=seed, run=run, generation=generation, world=world, force=force
+        )
     _write_trace(trace, experiment, out)
     console.info(
-        f"{out}: {experiment.lifetime.steps} steps, {experiment.population.size} agents, "
+        f"{out}: {experiment.lifetime.steps} steps, {trace.sizes['agent']} agents, "
         f"{int(trace.eaten.sum())} items eaten"
     )
 
@@ -160,7 +166,9 @@ def _replay_stored(
     # `replay` raises the error for a model without a world.
     if isinstance(experiment, Experiment):
         _require_disk_space(experiment, out, force)
-    trace = Study(store).replay(condition, run=life.run, generation=life.generation, force=force)
+    trace = Study(store).replay(
+        condition, run=life.run, generation=life.generation, world=life.world, force=force
+    )
     return trace, experiment
 
 

@@ -207,6 +207,11 @@ class BaseExperiment(Fields):
         return int(self.model_part.steps)
 
     @property
+    def agent_steps(self) -> int:
+        """Number of agent-steps in one generation of one run."""
+        return self.steps * self.population.size
+
+    @property
     def modules(self) -> tuple[str, ...]:
         """Names of the modules of a genome; with several species, of the longest genome."""
         if members := self.species_experiments():

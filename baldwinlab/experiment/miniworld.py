@@ -353,6 +353,11 @@ class Experiment(BaseExperiment):
         return self.lifetime.steps
 
     @property
+    def agent_steps(self) -> int:
+        """Number of agent-steps in one generation of one run, in all lifetimes."""
+        return self.lifetime.repeats * super().agent_steps
+
+    @property
     def agents_per_world(self) -> int:
         """Number of agents of a world."""
         return self.population.size // self.population.worlds

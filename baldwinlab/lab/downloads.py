@@ -196,7 +196,7 @@ def make_movie(
     if movie_format not in MOVIE_TYPES:
         raise ValueError(f"format = {movie_format!r} must be one of {', '.join(MOVIE_TYPES)}")
     for life in lifetimes:
-        n_agents = life.experiment.population.size
+        n_agents = life.experiment.agents_per_world
         n_steps = life.experiment.lifetime.steps
         if n_agents * n_steps > MAX_MOVIE_AGENT_STEPS:
             raise ValueError(

@@ -50,7 +50,8 @@ def count_uninterrupted_steps(experiment: Experiment, n_runs: int) -> int:
 
 def _estimate_step_work(experiment: Experiment, n_runs: int) -> int:
     work_per_agent = experiment.weight_count + estimate_scanned_items(experiment)
-    return n_runs * experiment.population.size * work_per_agent
+    n_agents = experiment.population.size * experiment.lifetime.repeats
+    return n_runs * n_agents * work_per_agent
 
 
 def check_size(experiment: BaseExperiment, n_runs: int) -> None:
@@ -60,13 +61,13 @@ def check_size(experiment: BaseExperiment, n_runs: int) -> None:
             f"runs = {n_runs} must be at least 1 and at most {MAX_RUNS} for a live run"
         )
     require_single_species(experiment, "a live run")
-    n_agents = n_runs * experiment.population.size
     _check_run_limit(experiment.evolution.generations, MAX_GENERATIONS, "generations")
     if isinstance(experiment, Experiment):
-        n_items = n_runs * sum(region.count for region in experiment.world.food)
+        n_worlds = n_runs * experiment.population.worlds * experiment.lifetime.repeats
+        n_items = n_worlds * sum(region.count for region in experiment.world.food)
         _check_run_limit(n_items, MAX_FOOD_ITEMS, "food items in all runs")
     _check_run_limit(
-        n_agents * experiment.steps * experiment.weight_count,
+        n_runs * experiment.agent_steps * experiment.weight_count,
         MAX_GENERATION_WORK,
         "runs x agents x steps x weights in a generation",
     )

@@ -16,7 +16,7 @@ from baldwinlab.lab import Lab, binary_frames
 from baldwinlab.lab.experiment_form import describe_world
 from baldwinlab.lab.life_query import Life, Span, queue_container
 from baldwinlab.models.miniworld.appearance import describe_appearance
-from baldwinlab.simulation.recorder import ItemMoves, Series, record_batch
+from baldwinlab.simulation.recorder import RECORDED_WORLD, ItemMoves, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch
 
 # Size of a recorded step, without inputs: x and y, heading, action, items eaten, teacher.
@@ -40,11 +40,14 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
 def estimate_bytes_per_step(experiment: Experiment) -> int:
     """Return an upper estimate of the size of one recorded step."""
     bytes_per_agent = BYTES_PER_AGENT_STEP + _count_input_bytes(experiment)
-    return experiment.population.size * bytes_per_agent
+    return experiment.agents_per_world * bytes_per_agent
 
 
 def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
     """Return the container with some steps of a lifetime.
+
+    With several worlds, the container has the agents of world 0. With several lifetimes, it has the
+    first one.
 
     Parameters
     ----------
@@ -83,7 +86,8 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
         **life.key._asdict(),
         **span.make_header(),
         "steps": experiment.lifetime.steps,
-        "agents": experiment.population.size,
+        # Agents of world 0. Each world has other items.
+        "agents": experiment.agents_per_world,
         "items": arrays["item_x"].size,
         **describe_world(experiment),
         "learns": experiment.learns,
@@ -98,8 +102,8 @@ def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
     experiment = life.experiment.at(generation)
     # The batch has a single run.
     genomes = life.load_start_data().genomes[None]
-    batch = make_batch(experiment, seed, [run], generation, genomes)
-    all_agents = slice(experiment.population.size)
+    batch = make_batch(experiment, seed, [run], generation, genomes, world=RECORDED_WORLD)
+    all_agents = slice(experiment.agents_per_world)
     # Positions are recorded before a step, and actions and their results after it. A time is the
     # number of simulated steps.
     times_before_steps = range(span.first, span.stop)
@@ -118,7 +122,7 @@ def _record_arrays(life: Life, span: Span) -> dict[str, npt.NDArray[Any]]:
         "eaten_in_life": Series("eaten_in_life", times_after_steps, all_agents, np.uint32),
     }
     if experiment.part("learning.rule").teacher_array:
-        agent_index_type = _choose_unsigned_type(experiment.population.size)
+        agent_index_type = _choose_unsigned_type(experiment.agents_per_world)
         series["teacher"] = Series("teacher", times_after_steps, all_agents, agent_index_type)
     record_batch(batch, [moves, *series.values()])
     arrays = {name: recorder.values for name, recorder in series.items()}

@@ -71,7 +71,7 @@ class SweepPlan(NamedTuple):
         """Estimate the duration on this machine, from one simulated generation of a point."""
         point = self.points[0]
         n_worlds = min(self.sweep.runs, CPU.worlds)
-        agent_steps_per_generation = n_worlds * point.steps * point.population.size
+        agent_steps_per_generation = n_worlds * point.agent_steps
         n_generations = self.agent_steps / agent_steps_per_generation
         simulation_seconds = _measure_generation(point, n_worlds) * n_generations
         writing_seconds = SECONDS_PER_RECORD * self.n_runs

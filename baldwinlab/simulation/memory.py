@@ -238,8 +238,11 @@ def estimate_tables(stored: PlannedRuns) -> Need:
 
 
 def estimate_replay(experiment: Experiment, n_lives: int = 1) -> Need:
-    """Estimate the traces of `n_lives` lifetimes. The trace of one lifetime is stored."""
-    sizes = dimension_sizes(experiment)
+    """Estimate the traces of `n_lives` lifetimes. The trace of one lifetime is stored.
+
+    A trace has the agents of one world.
+    """
+    sizes = dimension_sizes(experiment) | {"agent": experiment.agents_per_world}
     trace_bytes = sum(variable_bytes(trace_variables(experiment), sizes).values())
     n_traces = n_lives + TRACE_COPIES
     memory = ENGINE_BYTES + simulation_bytes(experiment, n_worlds=1) + n_traces * trace_bytes

@@ -27,6 +27,7 @@ from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.lifetimes import collect_results
+from baldwinlab.models.miniworld.world_layout import agents_of_world
 from baldwinlab.parts import model_part
 from baldwinlab.simulation.replay import recompute_genomes, require_simulated
 
@@ -80,11 +81,22 @@ def reevaluate(
 
 
 def make_batch(
-    experiment: Experiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome
+    experiment: Experiment,
+    seed: int,
+    runs: Sequence[int],
+    generation: int,
+    genomes: Genome,
+    *,
+    world: int | None = None,
 ) -> CpuBatch:
-    """Return a batch of the given genomes before its first step. See `reevaluate`."""
+    """Return a batch of the given genomes before its first step. See `reevaluate`.
+
+    With `world`, the batch has only this world of each population, in the first lifetime.
+    """
     settings = experiment.at(generation)
-    batch = CpuBatch(settings, seed, runs)
+    if world is not None:
+        genomes = genomes[:, agents_of_world(settings, world)]
+    batch = CpuBatch(settings, seed, runs, world)
     batch.begin(generation, trim_genomes(genomes, settings))
     return batch
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.core import variables
-from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.resources import Need, require_resources
 from baldwinlab.core.variables import STOP_ATTRIBUTE
 from baldwinlab.evolution import (
@@ -26,6 +26,7 @@ from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.appearance import appearance_json, describe_appearance
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
+from baldwinlab.models.miniworld.world_layout import agents_of_world
 from baldwinlab.simulation.history import provenance_attributes
 from baldwinlab.simulation.memory import estimate_replay, estimate_simulation
 from baldwinlab.simulation.recorder import Series, record_batch
@@ -41,6 +42,7 @@ def replay(
     run: int = 0,
     generation: int = 0,
     energy: xr.DataArray | None = None,
+    world: int = 0,
     force: bool = False,
 ) -> xr.Dataset:
     """Simulate one lifetime of a run, and record every step.
@@ -59,6 +61,9 @@ def replay(
         Number of the generation, from 0.
     energy
         Array (generation, agent) of the same run. With it, earlier generations are not simulated.
+    world
+        Number of a world of the population, from 0. The trace has the agents of this world, in the
+        first of their lifetimes.
     force
         Run even if less memory is free than the estimate.
 
@@ -66,18 +71,19 @@ def replay(
     -------
     xarray.Dataset
         The variables of `baldwinlab.core.variables.TRACE_VARIABLES`, with the dimensions `step` and
-        `agent`.
+        `agent`. With several worlds, the coordinate `agent` has the numbers of the agents in the
+        population.
 
     Raises
     ------
     ArgumentError
-        The seed or the number of the run is out of range.
+        The seed or the number of the run or of the world is out of range.
     RefusedError
         The model has no world, the experiment has no such generation, the run stops before it, or
         too little memory is free.
     """
     check_seed(seed, run)
-    require_world(experiment)
+    _require_world_number(require_world(experiment), world)
     if not 0 <= generation < experiment.evolution.generations:
         raise RefusedError(
             f"generation = {generation} must be at least 0 and less than "
@@ -95,7 +101,7 @@ def replay(
     )
     key = GenerationKey(seed, run, generation)
     genome = recompute_genomes(experiment, key, energy)
-    return _trace_lifetime(experiment, genome, key)
+    return _trace_lifetime(experiment, genome, key, world)
 
 
 def replay_genomes(
@@ -105,6 +111,7 @@ def replay_genomes(
     seed: int = 0,
     run: int = 0,
     generation: int = 0,
+    world: int = 0,
     force: bool = False,
 ) -> xr.Dataset:
     """Simulate one lifetime of given genomes, and record every step.
@@ -117,6 +124,8 @@ def replay_genomes(
         The genomes of all agents, [agent, module, weight].
     seed, run, generation
         The key of the random numbers, each 0 to 2**31 - 1.
+    world
+        Number of a world of the population, from 0.
     force
         Run even if less memory is free than the estimate.
 
@@ -128,17 +137,25 @@ def replay_genomes(
     Raises
     ------
     ArgumentError
-        The seed or the number of the run or of the generation is out of range.
+        The seed or the number of the run, of the generation or of the world is out of range.
     RefusedError
         The model has no world, or too little memory is free.
     """
     check_seed(seed, run)
     check_seed(generation)
     experiment = require_world(experiment)
+    _require_world_number(experiment, world)
     key = GenerationKey(seed, run, generation)
     need = _estimate_need(experiment, earlier_generations=0)
     require_resources(f"a lifetime of {experiment.name}", need, force=force)
-    return _trace_lifetime(experiment, genome, key)
+    return _trace_lifetime(experiment, genome, key, world)
+
+
+def _require_world_number(experiment: Experiment, world: int) -> None:
+    """Raise ArgumentError if a population does not have this world."""
+    last = experiment.population.worlds - 1
+    if not 0 <= world <= last:
+        raise ArgumentError("world", world, f"must be a whole number from 0 to {last}")
 
 
 def require_world(experiment: BaseExperiment) -> Experiment:
@@ -163,12 +180,15 @@ def require_world(experiment: BaseExperiment) -> Experiment:
     return experiment
 
 
-def _trace_lifetime(experiment: Experiment, genome: Genome, key: GenerationKey) -> xr.Dataset:
-    """Simulate the lifetime of `genome` [agent, module, weight] and return its trace."""
+def _trace_lifetime(
+    experiment: Experiment, genome: Genome, key: GenerationKey, world: int
+) -> xr.Dataset:
+    """Simulate one world of the population `genome` [agent, module, weight], return its trace."""
     seed, run, generation = key
     settings = experiment.at(generation)
-    genome = trim_genomes(genome, settings)
-    batch = CpuBatch(settings, seed, [run])
+    agents = agents_of_world(settings, world)
+    genome = trim_genomes(genome[agents], settings)
+    batch = CpuBatch(settings, seed, [run], world=world)
     genomes_of_batch = genome[None]
     batch.begin(generation, genomes_of_batch)
     arrays = _record_steps(settings, batch)
@@ -183,9 +203,13 @@ def _trace_lifetime(experiment: Experiment, genome: Genome, key: GenerationKey) 
         "appearance": appearance_json(settings),
     }
     trace = variables.make_dataset(variables.trace_variables(settings), arrays, attributes)
-    return trace.assign_coords(
+    trace = trace.assign_coords(
         side=list(describe_appearance(settings).inputs), module=list(settings.modules)
     )
+    if settings.population.worlds == 1:
+        return trace
+    agent_numbers = np.arange(agents.start, agents.stop, dtype=np.int32)
+    return trace.assign_coords(agent=agent_numbers).assign_attrs(world=world)
 
 
 def _estimate_need(experiment: Experiment, earlier_generations: int) -> Need:
@@ -282,7 +306,7 @@ def recompute_genomes(
 
 def _record_steps(experiment: Experiment, batch: CpuBatch) -> dict[str, npt.NDArray[Any]]:
     """Simulate a lifetime and return the recorded arrays, [step, ...]."""
-    agents = slice(experiment.population.size)
+    agents = slice(experiment.agents_per_world)
     steps = experiment.lifetime.steps
     # Positions are read before a step. Inputs, outputs and results are read after the step.
     times_before = range(steps)

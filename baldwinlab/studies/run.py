@@ -71,14 +71,18 @@ class RunTask(NamedTuple):
     @property
     def agent_steps_per_generation(self) -> int:
         """Number of agent-steps in one generation of one run."""
-        return self.experiment.steps * self.experiment.population.size
+        return self.experiment.agent_steps
 
     def run(
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> None:
         """Simulate the runs in batches of the backend's size. See `Task`."""
-        for first in range(0, len(self.runs), backend.worlds):
-            batch_runs = self.runs[first : first + backend.worlds]
+        batch_size = backend.worlds
+        if isinstance(self.experiment, Experiment):
+            # A batch has a world for each repeat of a lifetime.
+            batch_size = max(1, batch_size // self.experiment.lifetime.repeats)
+        for first in range(0, len(self.runs), batch_size):
+            batch_runs = self.runs[first : first + batch_size]
             self._replace(runs=batch_runs)._simulate_batch(
                 seed, directory, backend, report_progress
             )
@@ -131,7 +135,7 @@ def count_omitted_generations(history: History) -> int:
 
 def count_agent_steps(experiment: Experiment) -> int:
     """Return the number of agent-steps in one run."""
-    return experiment.evolution.generations * experiment.steps * experiment.population.size
+    return experiment.evolution.generations * experiment.agent_steps
 
 
 def find_missing_runs(

@@ -74,7 +74,8 @@ function drawTrack(pen, { life, selectedAgent }, { top, width, row, pixelRatio, 
   for (const part of life.parts.values()) {
     const barAt = (step) => Math.floor(((step / steps) * width) / barWidth);
     part.meals.forEach((count, index) => (bars[barAt(part.first + index)] += count));
-    for (let step = part.first + 1; selectedAgent !== null && step <= part.last; step++) {
+    const isShown = selectedAgent !== null && selectedAgent < part.agents;
+    for (let step = part.first + 1; isShown && step <= part.last; step++) {
       if (part.countEaten(step, selectedAgent) > part.countEaten(step - 1, selectedAgent))
         selectedBars.add(barAt(step - 1));
     }

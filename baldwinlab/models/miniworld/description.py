@@ -33,10 +33,14 @@ def _describe_map(experiment: Experiment, appearance: Appearance) -> str:
     for kind in appearance.item_kinds:
         counts[kind.name] = counts.get(kind.name, 0) + kind.number
     items = " and ".join(f"{number:,} items of {name}" for name, number in counts.items())
-    agents = experiment.population.size
+    agents = experiment.agents_per_world
+    worlds = experiment.population.worlds
+    repeats = experiment.lifetime.repeats
     steps = experiment.lifetime.steps
     return _join_sentences(
         f"{agents:,} agents are born in the dashed circle and live {steps:,} steps.",
+        f"A population has {worlds:,} worlds. The first one is shown." if worlds > 1 else "",
+        f"An agent has {repeats:,} lifetimes. The first one is shown." if repeats > 1 else "",
         f"The tinted regions contain {items}." if items else "",
         "An eaten item reappears at a random position in its region." if items else "",
         *(_summary_of_part(feature) for feature in experiment.parts("world.features")),

@@ -98,7 +98,7 @@ def _agent_steps_of_run(
 ) -> int:
     experiment = study.experiments[condition]
     lives = sum(get_assay(name, generations).count_lives(study, condition) for name in names)
-    return lives * experiment.steps * experiment.population.size
+    return lives * experiment.agent_steps
 
 
 def _experiments_to_compile(

@@ -132,9 +132,7 @@ class Sample:
 
     def report_generation(self) -> None:
         """Report the agent-steps of one simulated generation."""
-        self.report_progress(
-            len(self.runs) * self.experiment.steps * self.experiment.population.size
-        )
+        self.report_progress(len(self.runs) * self.experiment.agent_steps)
 
 
 def _limit_generation(record: xr.Dataset, generation: int) -> int:

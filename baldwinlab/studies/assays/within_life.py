@@ -54,9 +54,11 @@ def _measure_newborns(
     sample: Sample, generation: int, genomes: Genome
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Measure the items eaten [run, window, agent] and the step of the first meal [run, agent]."""
-    steps = sample.experiment.lifetime.steps
+    # Agents with several lifetimes are observed in the first one.
+    experiment = sample.experiment.replace(lifetime={"repeats": 1})
+    steps = experiment.lifetime.steps
     n_runs, n_agents = genomes.shape[:2]
-    batch = make_batch(sample.experiment, sample.seed, sample.runs, generation, genomes)
+    batch = make_batch(experiment, sample.seed, sample.runs, generation, genomes)
     recorded_steps = [*range(0, steps, WINDOW_STEPS), steps]
     eaten = Series("eaten_in_life", recorded_steps, slice(n_runs * n_agents))
     first_meal = FirstTime(lambda batch: np.any(batch.eaten_in_life(), axis=-1), recorded_steps)

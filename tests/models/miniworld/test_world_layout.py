@@ -9,12 +9,14 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from baldwinlab.core.errors import ArgumentError
 from baldwinlab.evolution import GenerationKey, draw_genomes, fitness, mean_fitness
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
 from baldwinlab.models.miniworld.world_layout import draw_world_keys
 from baldwinlab.parts.lifetimes import make_lifetimes
 from baldwinlab.parts.model_part import LifeResults
+from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_batch
 from tests.small_studies import shorten_preset
 
@@ -152,3 +154,22 @@ def test_the_worlds_of_a_run_have_different_keys_and_the_first_one_has_the_key_o
     assert len({tuple(key) for key in keys.reshape(-1, 2).tolist()}) == 3 * 2 * 4
     # A world has the same key with more worlds and more repeats.
     assert np.array_equal(draw_world_keys(SEED, [8], repeats=2, worlds=3)[:, 0], keys[:2, 1, :3])
+
+
+@pytest.mark.parametrize("world", [0, 2])
+def test_a_replay_shows_the_agents_and_the_items_of_one_world(world: int) -> None:
+    experiment = small_experiment(population={"worlds": 3})
+    run = simulate(experiment, seed=SEED)
+    trace = replay(experiment, seed=SEED, generation=2, world=world)
+    assert trace["agent"].values.tolist() == [2 * world, 2 * world + 1]
+    assert trace.attrs["world"] == world
+    eaten = run["food_eaten"].sel(generation=2, agent=trace["agent"])
+    assert np.array_equal(trace["eaten"].sum("step"), eaten)
+    # An item moves in the step in which an agent of the same world eats it.
+    has_moved = (np.diff(trace["item_x"], axis=0) != 0).sum(axis=1)
+    assert np.array_equal(has_moved, trace["eaten"].sum("agent").values[:-1])
+
+
+def test_a_replay_refuses_a_world_that_a_population_does_not_have() -> None:
+    with pytest.raises(ArgumentError, match=r"world = 3 must be a whole number from 0 to 2"):
+        replay(small_experiment(population={"worlds": 3}), world=3)
