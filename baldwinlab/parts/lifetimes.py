@@ -25,9 +25,11 @@ class Lifetimes(NamedTuple):
     cost : array, float64 [agent]
         Cost of learning, in energy.
     eaten : array, int32 [agent, region]
-        Eaten items of each region. No regions for a model without a world.
+        Eaten items of each region. No regions for a model without a world. In a selection, those of
+        all lifetimes, if agents have several (`lifetime.repeats`).
     position : array, float32 [agent, 2]
-        Position at the end, x and y, in units of length. NaN for a model without a world.
+        Position at the end, x and y, in units of length. NaN for a model without a world. In a
+        selection, that of the first lifetime.
     records : NamedTuple
         Recorded variables by name, each [agent]: the records of the parts, or of the model.
     genome : array, float32 [agent, module, weight]
@@ -167,7 +169,12 @@ def record_types(experiment: Any) -> dict[str, Any]:
         NumPy types of the records of the parts, or of the model.
     """
     if experiment.model == "miniworld":
-        return {name: np.dtype(array.dtype) for name, array in experiment.part_records.items()}
+        # The records of several lifetimes are means.
+        has_means = experiment.lifetime.repeats > 1
+        return {
+            name: np.dtype(np.float64 if has_means else array.dtype)
+            for name, array in experiment.part_records.items()
+        }
     return {name: variable.dtype for name, variable in experiment.model_part.records.items()}
 
 
