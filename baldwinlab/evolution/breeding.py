@@ -89,11 +89,27 @@ def breed(
     A survivor is the only parent of itself: both entries of `parents` are the survivor. `key` is
     the key of the children's generation. The function raises the errors of `make_generation`.
     """
-    n_agents, n_modules, n_weights = genome.shape
-    uniforms = key.uniforms(rng.SELECTION, (n_agents, 2))
+    uniforms = key.uniforms(rng.SELECTION, (len(genome), 2))
     if lifetimes is None:
         lifetimes = make_lifetimes(genome)
     parents = select(experiment, fitness, uniforms, lifetimes._replace(genome=genome), key)
+    children = make_children(experiment, key, genome, fitness, parents)
+    return apply_teacher_control(experiment, children, key), parents
+
+
+def make_children(
+    experiment: BaseExperiment,
+    key: GenerationKey,
+    genome: Genome,
+    fitness: Fitness,
+    parents: Parents,
+) -> Genome:
+    """Return the children of `parents` by the variation of an experiment.
+
+    In `parents`, each `ITSELF` is replaced by the survivor. The function raises RefusedError if a
+    gene is not finite.
+    """
+    _, n_modules, n_weights = genome.shape
     # NaN marks a gene that the variation does not write.
     children = np.full_like(genome, np.nan)
     draws = poison.empty((n_modules * n_weights, 4))
@@ -103,7 +119,7 @@ def breed(
     cached_jit(breed_children, code)(variation, key, genome, fitness, parents, draws, children)
     children[:, 0, make_gene_table(experiment).genes] = genes
     require_finite(experiment, key, children, "evolution.variation")
-    return apply_teacher_control(experiment, children, key), parents
+    return children
 
 
 def breed_children(

@@ -7,12 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from baldwinlab.engine import poison, rng
-from baldwinlab.engine.jit import cached_jit
-from baldwinlab.evolution.breeding import breed_children, make_generation
+from baldwinlab.engine import rng
+from baldwinlab.evolution.breeding import make_children, make_generation
 from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.fitness import fitness as compute_fitness
-from baldwinlab.evolution.genes import inherit_genes, make_gene_table
 from baldwinlab.evolution.inheritance import apply_inheritance, apply_teacher_control
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents
 from baldwinlab.evolution.selection import select
@@ -25,7 +23,7 @@ from baldwinlab.evolution.species import (
 )
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.species import ACROSS
-from baldwinlab.parts.breeding import breeding_part
+from baldwinlab.parts.breeding import ITSELF
 from baldwinlab.parts.lifetimes import Lifetimes, select_lifetimes
 
 
@@ -164,31 +162,14 @@ def _breed_across(
     uniforms = key.uniforms(rng.SELECTION, (len(genome), 2))
     # The selection is equal for all species.
     parents = select(members[0], fitness, uniforms, lifetimes._replace(genome=genome), key)
-    survivors = parents[:, 1] < 0
-    complete_parents = np.where(survivors[:, None], parents[:, :1], parents)
+    # The second parent of a survivor is the survivor, too.
+    complete_parents = np.where(parents == ITSELF, parents[:, :1], parents)
     species_of_children = draw_species(key, lifetimes.species, complete_parents)
     order = np.argsort(species_of_children, kind="stable")
     sorted_species = species_of_children[order]
     children = np.empty_like(genome)
     for index, member, agents in iterate_members(experiment, sorted_species):
-        varied = _vary(member, key, genome, fitness, parents)[order[agents]]
+        all_children = make_children(member, key, genome, fitness, parents.copy())
+        varied = all_children[order[agents]]
         children[agents] = apply_teacher_control(member, varied, derive_key(key, index))
     return Offspring(children, complete_parents[order], sorted_species)
-
-
-def _vary(
-    member: BaseExperiment, key: GenerationKey, genome: Genome, fitness: Fitness, parents: Parents
-) -> Genome:
-    """Return the children of all parents by the variation of a species."""
-    # NaN marks a gene that the variation does not write.
-    children = np.full_like(genome, np.nan)
-    _, n_modules, n_weights = genome.shape
-    draws = poison.empty((n_modules * n_weights, 4))
-    variation, code = breeding_part(member, "variation")
-    genes = inherit_genes(member, key, genome, parents, children)
-    cached_jit(breed_children, code)(
-        variation, key, genome, fitness, parents.copy(), draws, children
-    )
-    children[:, 0, make_gene_table(member).genes] = genes
-    require_finite(member, key, children, "evolution.variation")
-    return children

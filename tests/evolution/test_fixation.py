@@ -14,6 +14,7 @@ import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, make_founders
 from baldwinlab.evolution.species import list_initial_species
 from baldwinlab.evolution.species_breeding import make_offspring
+from baldwinlab.parts.lifetimes import make_lifetimes
 
 N_AGENTS = 6
 N_INVADERS = 2
@@ -47,7 +48,8 @@ def simulate_shares(selection: str, generations: int) -> npt.NDArray[np.float64]
             shares[run, generation] = (species == 0).mean()
             fitness = 1.0 + (genome == 1).sum(axis=(1, 2))
             child_key = key._replace(generation=generation + 1)
-            genome, _, species = make_offspring(experiment, child_key, genome, fitness, species)
+            lifetimes = make_lifetimes(genome, species=species)
+            genome, _, species = make_offspring(experiment, child_key, genome, fitness, lifetimes)
     return shares
 
 
