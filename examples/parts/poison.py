@@ -6,9 +6,15 @@
 
 import numpy as np
 
-from baldwinlab.models.miniworld.allocation import kind_number
-from baldwinlab.models.miniworld.senses.sight import sense_items
-from baldwinlab.parts import Field, Fitness, ItemRegion, Sense, WorldFeature
+from baldwinlab.parts import (
+    Field,
+    Fitness,
+    ItemRegion,
+    Sense,
+    WorldFeature,
+    kind_number,
+    sense_items,
+)
 
 
 class Poison(WorldFeature, name="poison"):

@@ -40,3 +40,10 @@ def test_fields_that_a_third_party_part_compiles_are_constant_on_the_page() -> N
 def test_the_maximum_size_of_an_evolved_topology_is_constant_on_the_page() -> None:
     tables = make_form_schema(load("worlds-and-minds:evo/A", "neat"))["$defs"]
     assert "const" in find_fields(tables, "Network")["hidden"]
+
+
+def test_the_number_of_inputs_of_a_sense_is_constant_on_the_page() -> None:
+    experiment = assign(load("evo/A"), ['senses.kinds=["food-rays"]'])
+    rays = find_fields(make_form_schema(experiment)["$defs"], "FoodRays")
+    assert "const" in rays["rays"]
+    assert "const" not in rays["item_radius"]

@@ -12,12 +12,21 @@ from matplotlib.colors import to_hex, to_rgba_array
 
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.palette import GREEN, PURPLE
+from baldwinlab.api.checks import check_part
 from baldwinlab.experiment import ExperimentError, assign, registry
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.presets import load
-from baldwinlab.parts import PartError, load_file, sources_of
+from baldwinlab.parts import (
+    PartError,
+    is_on_map,
+    load_file,
+    place_item_randomly,
+    remove_item,
+    sources_of,
+)
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
+from tests.models.miniworld.plain import draw_founders, simulate_steps
 from tests.worlds import make_small_experiment
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
@@ -40,6 +49,63 @@ def with_settings(condition: str, *assignments: str, **changes: Any) -> Any:
 def test_every_example_is_short() -> None:
     for path in EXAMPLES.glob("*.py"):
         assert len(path.read_text("utf-8").splitlines()) <= 110, path.name
+
+
+@pytest.mark.parametrize("name", ["hebbian_rule", "logistic_regrowth"])
+def test_the_example_of_a_helper_has_at_most_60_lines(name: str) -> None:
+    assert len((EXAMPLES / f"{name}.py").read_text("utf-8").splitlines()) <= 60
+
+
+@pytest.mark.parametrize("name", ["hebbian_rule", "logistic_regrowth"])
+def test_the_example_of_a_helper_fulfills_the_contract(name: str, in_plain_python: None) -> None:
+    requirements = ("fields", "limits", "signature", "bounds", "oracle")
+    findings = check_part(EXAMPLES / f"{name}.py", requirements=requirements)
+    assert [str(finding) for finding in findings if finding.holds is False] == []
+
+
+def test_the_rule_of_oja_normalizes_the_weights_of_a_unit(in_plain_python: None) -> None:
+    """With constant inputs x and output y, the weights converge to x / y."""
+    rule = registry.find_class("learning rule", "oja")
+    weight = np.float32(0.1)
+    for _ in range(2000):
+        weight += np.float32(0.1) * rule.compute_change(None, None, 0, weight, 0.4, 0.8, 0)
+    assert weight == pytest.approx(0.4 / 0.8, abs=1e-4)
+
+
+def test_the_number_of_items_grows_logistically(in_plain_python: None) -> None:
+    """The mean growth per step is rate * n * (1 - n / K) while no agent is near the food."""
+    experiment = with_settings(
+        "evo",
+        'world.features=["logistic-regrowth"]',
+        "world.food=[]",
+        'world.logistic_regrowth.rows=["##", "##"]',
+        "world.logistic_regrowth.side=40",
+        "world.logistic_regrowth.rate=0.05",
+        lifetime={"steps": 200},
+    )
+    batch = simulate_steps(experiment, draw_founders(experiment), 1)
+    n_items = batch.state.item_x.shape[1]
+    assert n_items == 32
+    feature = registry.find_class("world feature", "logistic-regrowth")
+    growths = []
+    for step in range(1, 200):
+        present = 8
+        for item in range(n_items):
+            # Regions have eight items each. Three quarters of the items are absent.
+            if item % 4:
+                remove_item(batch.model, batch.state, 0, item // 8, item)
+            elif not is_on_map(batch.state, 0, item):
+                place_item_randomly(batch.model, batch.state, 0, item // 8, item)
+        batch.state.touched[:] = -1
+        feature.end_step(batch.state.features[0], batch.model, batch.state, 0, step)
+        growths.append(sum(is_on_map(batch.state, 0, item) for item in range(n_items)) - present)
+    expected = 0.05 * 8 * (1 - 8 / 32)
+    assert np.mean(growths) == pytest.approx(expected, abs=4 * np.sqrt(expected / len(growths)))
+
+
+def test_a_map_of_characters_larger_than_the_world_is_refused() -> None:
+    with pytest.raises(ExperimentError, match="the cells must fit on the map of the world"):
+        with_settings("evo", 'world.features=["logistic-regrowth"]')
 
 
 def test_the_example_of_the_rule_of_the_paper_is_bit_identical_to_the_built_in_rule() -> None:
@@ -193,7 +259,7 @@ def test_a_file_without_a_valid_part_is_refused_in_a_sentence(tmp_path: Path) ->
         assert "\n" not in str(refusal.value)
     with pytest.raises(PartError, match="cannot read the part"):
         load_file(tmp_path / "missing.py")
-    with pytest.raises(ExperimentError, match="'none', 'self-taught'"):
+    with pytest.raises(ExperimentError, match="there is no such learning rule; .*'none'"):
         with_settings("evo", "learning.rule=mine")
 
 
