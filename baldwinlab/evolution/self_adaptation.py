@@ -31,7 +31,7 @@ MAX_STEP_SIZE = 10.0
 
 
 class SelfAdaptive(Variation, name="self-adaptive"):
-    """Each weight from either parent; mutation adds N(0, `step_size`), a gene of the child.
+    """Each weight from either parent; then normal mutation with an inherited step size.
 
     References
     ----------

@@ -52,7 +52,8 @@ def check_added_parts(experiment: Any) -> None:
                     part.check(experiment)
                 except ValueError as error:
                     raise ExperimentError(str(error)) from None
-    check_genes(experiment)
+    if kinds_with_added_parts:
+        check_genes(experiment)
     if "selection" in kinds_with_added_parts:
         _require_separate_groups(experiment)
 

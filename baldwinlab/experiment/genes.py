@@ -107,7 +107,9 @@ def _find_parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
             continue
         value, _ = paths.look_up(experiment, path)
         for name in (value,) if isinstance(value, str) else value:
-            if registry.is_available(kind, name):
+            # The parts in BUILT_IN have no genes. Their classes would load the engine.
+            is_built_in = name in registry.BUILT_IN[kind]
+            if not is_built_in and registry.is_available(kind, name):
                 part = registry.find_class(kind, name)
                 if part.genes:
                     yield path, part

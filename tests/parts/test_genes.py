@@ -16,7 +16,7 @@ from tests.worlds import make_small_experiment
 
 @pytest.fixture
 def declare() -> Any:
-    """Return a function that declares a part with genes, and remove the parts afterwards."""
+    """Return a function that declares a part with genes, and remove the parts at the end."""
     parts: list[Any] = []
 
     def declare_part(kind: Any, genes: Any, **attributes: Any) -> Any:
