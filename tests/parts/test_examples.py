@@ -276,3 +276,9 @@ def test_the_file_of_a_part_may_have_any_name(tmp_path: Path) -> None:
     path.write_bytes((EXAMPLES / "champion.py").read_bytes())
     load_file(path)
     assert "champion" in registry.names("selection")
+
+
+def test_step_sizes_of_the_self_adaptive_example_evolve() -> None:
+    run = simulate(with_settings("evo", "evolution.variation=my-self-adaptive"))
+    assert (run.gene_step_size.values[0] == np.float32(0.1)).all()
+    assert np.unique(run.gene_step_size.values[-1]).size > 1
