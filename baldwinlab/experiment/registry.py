@@ -118,7 +118,9 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "selection": {
         "best-copies": f"{_EVOLUTION}.ordinal_selection:BestCopies",
         "expected-offspring": f"{_EVOLUTION}.proportional_selection:ExpectedOffspring",
+        "fitness-sharing": f"{_EVOLUTION}.fitness_sharing:FitnessSharing",
         "larger-tournament": f"{_EVOLUTION}.ordinal_selection:LargerTournament",
+        "lexicase": f"{_EVOLUTION}.lexicase:Lexicase",
         "mu-plus-lambda": f"{_EVOLUTION}.ordinal_selection:MuPlusLambda",
         "outcrossing": f"{_EVOLUTION}.proportional_selection:Outcrossing",
         "species": f"{_EVOLUTION}.neat.operators:Species",

@@ -1,0 +1,155 @@
+"""Lexicase selection, which compares agents on several cases in random order.
+
+References
+----------
+.. [1] L. Spector, "Assessment of problem modality by differential performance of lexicase selection
+   in genetic programming", GECCO Companion (2012).
+.. [2] T. Helmuth, L. Spector and J. Matheson, "Solving uncompromising problems with lexicase
+   selection", IEEE Transactions on Evolutionary Computation 19 (2015).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from baldwinlab.engine.jit import compiled, register
+from baldwinlab.engine.rng import Stream, draw
+from baldwinlab.evolution.rng_key import Fitness, Parents, Uniforms
+from baldwinlab.evolution.roulette_wheel import draw_index
+from baldwinlab.evolution.sorting import Keys, Order
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.parts import Selection
+from baldwinlab.parts.lifetimes import Lifetimes
+
+
+def _read_record(records: Any, number: Any, agent: Any) -> Any:
+    """Return the value of an agent in the record `number` of a tuple of arrays [agent]."""
+    return np.float64(records[number][agent])
+
+
+def _choose_record_source(records: Any, number: Any, agent: Any) -> Any:
+    # The records have different types, so compiled code compares their numbers one by one.
+    if len(records) == 0:
+        return lambda records, number, agent: 0.0
+    if len(records) == 1:
+        return lambda records, number, agent: np.float64(records[0][agent])
+    return lambda records, number, agent: (
+        np.float64(records[0][agent])
+        if number == 0
+        else read_record(records[1:], number - 1, agent)
+    )
+
+
+read_record = register(_read_record, _choose_record_source)
+
+
+@compiled
+def _read_case(lifetimes: Lifetimes, case: Any, agent: Any) -> float:
+    """Return the value of an agent in a case: eaten items of a region, or a record."""
+    n_regions = lifetimes.eaten.shape[1]
+    if case < n_regions:
+        return np.float64(lifetimes.eaten[agent, case])
+    value = read_record(lifetimes.records, case - n_regions, agent)
+    # A record without a value is the lowest value.
+    return -math.inf if math.isnan(value) else value
+
+
+@compiled
+def _find_next_case(stream: Stream, first_draw: int, n_cases: int, previous: int) -> int:
+    """Return the case after `previous` in the random order of the cases. -1 precedes the first."""
+    next_case = -1
+    for case in range(n_cases):
+        key = draw(stream, first_draw + case)
+        is_later = previous < 0
+        if previous >= 0:
+            previous_key = draw(stream, first_draw + previous)
+            is_later = key > previous_key or (key == previous_key and case > previous)
+        if is_later and (next_case < 0 or key < draw(stream, first_draw + next_case)):
+            next_case = case
+    return next_case
+
+
+@compiled
+def _keep_best(lifetimes: Lifetimes, case: int, candidates: Order, count: int) -> int:
+    """Move the best of the first `count` candidates to the front, and return their number."""
+    best = -math.inf
+    for index in range(count):
+        best = max(best, _read_case(lifetimes, case, candidates[index]))
+    n_best = 0
+    for index in range(count):
+        agent = candidates[index]
+        if _read_case(lifetimes, case, agent) == best:
+            candidates[n_best] = agent
+            n_best += 1
+    return n_best
+
+
+class Lexicase(Selection, name="lexicase"):
+    """The best agent on cases in random order: items eaten of each region, and each record.
+
+    The cases of a parent have a random order. All agents are candidates. In each case, the
+    candidates with the highest value remain. A random one of the last candidates is the parent.
+    Fitness has no effect. A record must be higher for a better agent.
+
+    References
+    ----------
+    Spector 2012; Helmuth, Spector and Matheson 2015.
+    """
+
+    def check(self, experiment: BaseExperiment) -> None:
+        if experiment.model != "miniworld" and not experiment.model_part.records:
+            raise ValueError(
+                f"evolution.selection = 'lexicase' needs cases, and the model {experiment.model} "
+                "records no variables: choose another selection, such as 'tournament'"
+            )
+
+    @staticmethod
+    def select_with_genomes(
+        part: Any,
+        stream: Stream,
+        lifetimes: Lifetimes,
+        fitness: Fitness,
+        uniforms: Uniforms,
+        shares: Keys,
+        order: Order,
+        parents: Parents,
+    ) -> None:
+        n_cases = lifetimes.eaten.shape[1] + len(lifetimes.records)
+        n_draws = n_cases + 1
+        for child in range(parents.shape[0]):
+            for parent in range(2):
+                first_draw = (2 * child + parent) * n_draws
+                for agent in range(fitness.size):
+                    order[agent] = agent
+                count = fitness.size
+                case = _find_next_case(stream, first_draw, n_cases, -1)
+                while case >= 0 and count > 1:
+                    count = _keep_best(lifetimes, case, order, count)
+                    case = _find_next_case(stream, first_draw, n_cases, case)
+                # The last draw chooses between equal candidates.
+                index = draw_index(count, draw(stream, first_draw + n_cases))
+                parents[child, parent] = order[index]
+
+    @staticmethod
+    def oracle(part: Any, stream: Any, lifetimes: Any, fitness: Any, uniforms: Any) -> Any:
+        agents = range(len(fitness))
+        regions = [list(case) for case in zip(*lifetimes.eaten, strict=True)]
+        records = [
+            [-math.inf if math.isnan(value) else value for value in record]
+            for record in lifetimes.records
+        ]
+        cases = regions + records
+
+        def choose(number: int) -> int:
+            first_draw = number * (len(cases) + 1)
+            keys = [draw(stream, first_draw + case) for case in range(len(cases))]
+            candidates = list(agents)
+            for case in sorted(range(len(cases)), key=lambda case: keys[case]):
+                best = max(cases[case][agent] for agent in candidates)
+                candidates = [agent for agent in candidates if cases[case][agent] == best]
+            return candidates[int(draw(stream, first_draw + len(cases)) * len(candidates))]
+
+        return [[choose(2 * child), choose(2 * child + 1)] for child in range(len(uniforms))]

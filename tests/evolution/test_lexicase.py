@@ -1,0 +1,106 @@
+"""Lexicase selection agrees with theory."""
+
+from __future__ import annotations
+
+from itertools import permutations
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from scipy.stats import chisquare
+
+from baldwinlab.engine import rng
+from baldwinlab.evolution import GenerationKey, Parents, select
+from baldwinlab.experiment import ExperimentError
+from baldwinlab.models.slope_climbers import SlopeClimbers
+from baldwinlab.papers.presets import load
+from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
+from baldwinlab.simulation.simulate import simulate
+from tests.worlds import make_small_experiment
+
+ROUNDS = 400
+
+
+def draw_parents(lifetimes: Lifetimes, generation: int) -> Parents:
+    key = GenerationKey(5, 0, generation)
+    n_agents = len(lifetimes.energy)
+    uniforms = key.uniforms(rng.SELECTION, (n_agents, 2))
+    experiment = load("evo/A").replace(evolution={"selection": "lexicase"})
+    return select(experiment, np.zeros(n_agents), uniforms, lifetimes, key)
+
+
+def count_parents(lifetimes: Lifetimes) -> npt.NDArray[np.int64]:
+    """Return how often each agent is a parent in many rounds."""
+    draws = [draw_parents(lifetimes, generation).ravel() for generation in range(1, ROUNDS + 1)]
+    return np.bincount(np.concatenate(draws), minlength=len(lifetimes.energy))
+
+
+def selection_probabilities(cases: Any) -> npt.NDArray[np.float64]:
+    """Return the exact probability of each agent, from all orders of the cases [case][agent].
+
+    Source: W. La Cava, T. Helmuth, L. Spector and J. H. Moore, "A probabilistic and multi-objective
+    analysis of lexicase selection", Evolutionary Computation 27 (2019).
+    """
+    probabilities = np.zeros(len(cases[0]))
+    orders = list(permutations(cases))
+    for order in orders:
+        candidates = list(range(len(probabilities)))
+        for case in order:
+            best = max(case[agent] for agent in candidates)
+            candidates = [agent for agent in candidates if case[agent] == best]
+        probabilities[candidates] += 1 / (len(orders) * len(candidates))
+    return probabilities
+
+
+def make_cases(eaten: Any, **records: Any) -> Lifetimes:
+    """Return lifetimes with the eaten items [region][agent] and records [agent]."""
+    n_agents = len(eaten[0])
+    return make_lifetimes(
+        np.zeros((n_agents, 1, 1), np.float32),
+        eaten=np.array(eaten, np.int32).T,
+        records={name: np.array(values, np.float32) for name, values in records.items()},
+    )
+
+
+def test_the_frequencies_of_parents_equal_the_exact_probabilities() -> None:
+    eaten = [[5, 0, 3, 5, 0, 2], [0, 5, 3, 0, 5, 2]]
+    records = {"distance": [1, 1, 9, 2, 1, 2], "age": [4, 4, 4, 4, 4, 9]}
+    expected = selection_probabilities([*eaten, *records.values()])
+    counts = count_parents(make_cases(eaten, **records))
+    assert (counts[expected == 0] == 0).all()
+    possible = expected > 0
+    assert chisquare(counts[possible], expected[possible] * counts.sum()).pvalue > 0.001
+
+
+def test_an_agent_that_is_second_in_all_cases_is_never_a_parent() -> None:
+    """Its mean over the cases is the highest, but it is the best in no case."""
+    counts = count_parents(make_cases([[9, 0, 8], [0, 9, 8]]))
+    assert counts[2] == 0
+    assert chisquare(counts[:2]).pvalue > 0.001
+
+
+def test_agents_that_are_equal_in_all_cases_are_equally_frequent_parents() -> None:
+    assert chisquare(count_parents(make_cases([[3, 3, 3, 1]]))[:3]).pvalue > 0.001
+
+
+def test_a_record_without_a_value_is_the_lowest_value() -> None:
+    nothing = [[0, 0, 0]]
+    counts = count_parents(make_cases(nothing, distance=[np.nan, -5.0, np.nan]))
+    assert counts.tolist() == [0, counts.sum(), 0]
+    all_missing = count_parents(make_cases(nothing, distance=[np.nan] * 3))
+    assert chisquare(all_missing).pvalue > 0.001
+
+
+def test_the_parents_of_a_run_are_the_best_of_one_region() -> None:
+    """With one region of food, lexicase selects an agent with the most items."""
+    run = simulate(make_small_experiment("evo", evolution={"selection": "lexicase"}), seed=3)
+    for generation in (1, 2):
+        eaten = run.food_eaten.values[generation - 1]
+        assert (eaten[run.parents.values[generation]] == eaten.max()).all()
+
+
+def test_a_model_without_cases_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SlopeClimbers, "records", {})
+    with pytest.raises(ExperimentError, match="'lexicase' needs cases, and the model"):
+        load("slope-climbers").replace(evolution={"selection": "lexicase"})
