@@ -80,6 +80,8 @@ SPECIES_VARIABLE = Variable(
     PER_AGENT_DIMS, np.int32, "1", "index of the species of the agent, in the order of the settings"
 )
 
+# Names of the arrays of a run, with which an extension of the run begins.
+RUN_ARRAY_PREFIX = "run_array."
 # Variables in the records of every model.
 COMMON_RECORD_VARIABLES = ("energy", "parents", "kept_genome")
 
@@ -162,6 +164,12 @@ def _model_variables(experiment: Any) -> Mapping[str, Variable]:
     added_variables = {
         f"{kind}_eaten": food_eaten._replace(meaning=f"items of {kind} eaten in life")
         for kind in item_kinds
+    }
+    added_variables |= {
+        name: Variable(
+            PER_AGENT_DIMS, np.dtype(array.dtype).type, array.unit, array.help or f"record {name}"
+        )
+        for name, array in experiment.part_records.items()
     }
     if experiment.births_in_life:
         added_variables["born"] = Variable(
@@ -374,9 +382,17 @@ def as_run(record: xr.Dataset) -> xr.Dataset:
     genome = record.kept_genome.rename(kept_generation="generation").reindex(
         generation=record.generation
     )
-    return record.drop_vars(["kept_genome", "kept_generation"]).assign(
-        genome=genome.astype(np.float32)
+    return (
+        without_run_arrays(record)
+        .drop_vars(["kept_genome", "kept_generation"])
+        .assign(genome=genome.astype(np.float32))
     )
+
+
+def without_run_arrays(record: xr.Dataset) -> xr.Dataset:
+    """Return a record without the arrays of its run."""
+    names = [name for name in record.data_vars if str(name).startswith(RUN_ARRAY_PREFIX)]
+    return record.drop_vars(names)
 
 
 def make_dataset(

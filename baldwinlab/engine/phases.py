@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from baldwinlab.engine.jit import compiled, register
 from baldwinlab.engine.numba_internals.lowering import named_tuple_class
@@ -113,42 +113,68 @@ def hook_functions(holder: type) -> tuple[Callable[..., Any], ...]:
     return tuple(getattr(holder, name) for name in names)
 
 
+RECORD_TYPES: Final = ("float32", "int32")
+"""Types of the records of parts."""
+RUN_ARRAY_TYPES: Final = ("float64", "float32", "int32")
+"""Types of the arrays of a run, which records can store."""
+
+
 class Array(NamedTuple):
     """Declaration of an array of a part or of the step, from which backends derive its layout.
 
     Attributes
     ----------
     owner : str
-        "agent": [*rows, lane]. "lane": [lane, *rows]. "world": [world, *rows]. "batch": [*rows].
+        "agent": [*rows, lane]. "lane": [lane, *rows]. "world": [world, *rows]. "batch" and "run":
+        [*rows].
     rows : tuple of int or str
         Sizes: numbers, or names of dimensions.
     dtype : str
         Type of the entries.
     fill : float or None
         Initial value, set once for all generations. None: undefined.
+    unit : str
+        Unit of a record, "1" for a number without unit.
+    help : str
+        Meaning of a record, a noun phrase.
     """
 
     owner: str
     rows: tuple[int | str, ...] = ()
     dtype: str = "float32"
     fill: float | None = None
+    unit: str = "1"
+    help: str = ""
 
 
-def per_agent(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:
+def per_agent(
+    *rows: int | str,
+    dtype: str = "float32",
+    fill: float | None = None,
+    unit: str = "1",
+    help: str = "",
+) -> Array:
     """Declare an array [row, lane] with a column for each agent.
 
     Parameters
     ----------
     *rows : int or str
         Sizes of the other dimensions: numbers, or "weights", "units", "inputs", "actions".
-        One row by default.
+        One row by default. The first argument can be the type instead: `per_agent("int32")`.
     dtype : str
         Type of the entries. SIMD blocks need "float32".
     fill : float or None
         Initial value, set once. None: undefined, so that each lifetime must write an entry
         before it reads it.
+    unit : str
+        Unit of a record.
+    help : str
+        Meaning of a record, a noun phrase.
     """
-    return Array("agent", rows or (1,), dtype, fill)
+    if rows and rows[0] in RECORD_TYPES:
+        dtype = str(rows[0])
+        rows = rows[1:]
+    return Array("agent", rows or (1,), dtype, fill, unit, help)
 
 
 def per_lane(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:
@@ -162,3 +188,27 @@ def per_lane(*rows: int | str, dtype: str = "float32", fill: float | None = None
 def per_world(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:
     """Declare an array [world, *rows]. The parameters are those of `per_agent`."""
     return Array("world", rows or (1,), dtype, fill)
+
+
+def per_run(*rows: int | str, dtype: str = "float64", fill: float = 0.0) -> Array:
+    """Declare an array [*rows] of a run, which hooks of evolution read and write.
+
+    Its content is stored in checkpoints and records.
+
+    Parameters
+    ----------
+    *rows : int or str
+        Sizes: numbers, or names of integer settings of the part. One number by default.
+    dtype : str
+        Type of the entries: "float64", "float32" or "int32".
+    fill : float
+        Value at the beginning of a run.
+
+    Raises
+    ------
+    ValueError
+        If records cannot store the type.
+    """
+    if dtype not in RUN_ARRAY_TYPES:
+        raise ValueError(f"per_run: dtype = {dtype!r} must be one of {', '.join(RUN_ARRAY_TYPES)}")
+    return Array("run", rows or (1,), dtype, fill)

@@ -14,6 +14,7 @@ from baldwinlab.evolution.inheritance import (
     has_parent_teachers,
     needs_simulation,
     remap_parents,
+    selects_by_lifetimes,
 )
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.evolution.selection import select
@@ -41,5 +42,6 @@ __all__ = [
     "remap_parents",
     "require_founders",
     "select",
+    "selects_by_lifetimes",
     "sum_energy",
 ]

@@ -15,7 +15,7 @@ from baldwinlab.evolution.inheritance import apply_teacher_control
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
 from baldwinlab.evolution.selection import select
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.breeding import ITSELF, breeding_part
+from baldwinlab.parts.breeding import ITSELF, RunArrays, breeding_part
 from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
 from baldwinlab.parts.variation import vary_population
 
@@ -26,6 +26,7 @@ def make_generation(
     genome: Genome,
     fitness: Fitness,
     lifetimes: Lifetimes | None = None,
+    run_arrays: RunArrays | None = None,
 ) -> tuple[Genome, Parents]:
     """Return the genomes and the parents of the next generation.
 
@@ -41,6 +42,8 @@ def make_generation(
         Fitness of the parents' generation.
     lifetimes : Lifetimes, optional
         Results of the parents' generation, for a selection that reads more than genomes.
+    run_arrays : RunArrays, optional
+        Arrays of the run. The selection and the variation change them.
 
     Returns
     -------
@@ -62,7 +65,7 @@ def make_generation(
     if parent_settings.part("evolution.inheritance").resamples_genomes:
         no_parents = np.full((len(genome), 2), -1, np.int32)
         return draw_genomes(experiment, key), no_parents
-    return breed(parent_settings, genome, fitness, key, lifetimes)
+    return breed(parent_settings, genome, fitness, key, lifetimes, run_arrays)
 
 
 def _fields_that_change_genomes(experiment: BaseExperiment) -> list[str]:
@@ -83,6 +86,7 @@ def breed(
     fitness: Fitness,
     key: GenerationKey,
     lifetimes: Lifetimes | None = None,
+    run_arrays: RunArrays | None = None,
 ) -> tuple[Genome, Parents]:
     """Select parents and make their children.
 
@@ -92,8 +96,9 @@ def breed(
     uniforms = key.uniforms(rng.SELECTION, (len(genome), 2))
     if lifetimes is None:
         lifetimes = make_lifetimes(genome)
-    parents = select(experiment, fitness, uniforms, lifetimes._replace(genome=genome), key)
-    children = make_children(experiment, key, genome, fitness, parents)
+    lifetimes = lifetimes._replace(genome=genome)
+    parents = select(experiment, fitness, uniforms, lifetimes, key, run_arrays)
+    children = make_children(experiment, key, genome, fitness, parents, run_arrays)
     return apply_teacher_control(experiment, children, key), parents
 
 
@@ -103,6 +108,7 @@ def make_children(
     genome: Genome,
     fitness: Fitness,
     parents: Parents,
+    run_arrays: RunArrays | None = None,
 ) -> Genome:
     """Return the children of `parents` by the variation of an experiment.
 
@@ -113,7 +119,7 @@ def make_children(
     # NaN marks a gene that the variation does not write.
     children = np.full_like(genome, np.nan)
     draws = poison.empty((n_modules * n_weights, 4))
-    variation, code = breeding_part(experiment, "variation")
+    variation, code = breeding_part(experiment, "variation", run_arrays)
     # The variation can read the genes of parts, and cannot change them.
     genes = inherit_genes(experiment, key, genome, parents, children)
     cached_jit(breed_children, code)(variation, key, genome, fitness, parents, draws, children)

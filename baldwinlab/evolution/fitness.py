@@ -12,7 +12,7 @@ from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.engine.simd import square_root
 from baldwinlab.evolution.rng_key import Fitness, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.breeding import breeding_part
+from baldwinlab.parts.breeding import RunArrays, breeding_part
 from baldwinlab.parts.fitness import Fitness as FitnessPart
 from baldwinlab.parts.fitness import evaluate
 from baldwinlab.parts.lifetimes import Lifetimes, lifetimes_of_run
@@ -43,7 +43,9 @@ class Energy(FitnessPart, name="energy"):
         ]
 
 
-def fitness(experiment: BaseExperiment, lifetimes: Lifetimes) -> Fitness:
+def fitness(
+    experiment: BaseExperiment, lifetimes: Lifetimes, run_arrays: RunArrays | None = None
+) -> Fitness:
     """Compute the fitness of agents with the fitness part of the experiment.
 
     Parameters
@@ -52,6 +54,8 @@ def fitness(experiment: BaseExperiment, lifetimes: Lifetimes) -> Fitness:
         The experiment.
     lifetimes : Lifetimes
         Results of the lifetimes of the agents.
+    run_arrays : RunArrays, optional
+        Arrays of the run. The part changes them.
 
     Returns
     -------
@@ -64,7 +68,7 @@ def fitness(experiment: BaseExperiment, lifetimes: Lifetimes) -> Fitness:
         If the part gives NaN, or no value, for an agent.
     """
     agent_fitness = np.full(len(lifetimes.energy), np.nan)
-    part, code = breeding_part(experiment, "fitness")
+    part, code = breeding_part(experiment, "fitness", run_arrays)
     cached_jit(evaluate_agents, code)(part, lifetimes, agent_fitness)
     if np.isnan(agent_fitness).any():
         raise ValueError(
@@ -74,7 +78,11 @@ def fitness(experiment: BaseExperiment, lifetimes: Lifetimes) -> Fitness:
 
 
 def mean_fitness(
-    experiment: BaseExperiment, results: LifeResults, run_index: int, genome: Genome
+    experiment: BaseExperiment,
+    results: LifeResults,
+    run_index: int,
+    genome: Genome,
+    run_arrays: RunArrays | None = None,
 ) -> Fitness:
     """Return the fitness of the agents of a run, the mean over their lifetimes.
 
@@ -88,6 +96,8 @@ def mean_fitness(
         Index of the run in the batch.
     genome : Genome
         Genomes of the run at birth, [agent, module, weight].
+    run_arrays : RunArrays, optional
+        Arrays of the run. The part changes them.
 
     Returns
     -------
@@ -100,7 +110,7 @@ def mean_fitness(
         If the part gives NaN, or no value, for an agent.
     """
     values = [
-        fitness(experiment, lifetimes_of_run(experiment, lifetime, run_index, genome))
+        fitness(experiment, lifetimes_of_run(experiment, lifetime, run_index, genome), run_arrays)
         for lifetime in results.lifetimes or (results,)
     ]
     return values[0] if len(values) == 1 else np.mean(values, axis=0)

@@ -14,8 +14,9 @@ from baldwinlab.evolution.founders import PURPOSE_BY_MODULE, draw_normal
 from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
 from baldwinlab.evolution.sorting import Order, sort_by
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.breeding import breeding_part
+from baldwinlab.parts.breeding import breeding_part, has_run_arrays
 from baldwinlab.parts.inheritance import Inheritance, assign_teachers, inherit
+from baldwinlab.parts.selection import select_with_genomes
 
 # [module, weight].
 OneGenome = npt.NDArray[np.float32]
@@ -89,15 +90,30 @@ def apply_inheritance(experiment: BaseExperiment, genome: Genome, learned: Genom
 def needs_simulation(experiment: BaseExperiment) -> bool:
     """Return whether the genomes of a generation require the simulation of earlier generations.
 
-    Inheritance depends on lifetimes if learned weights are inherited, or agents are born during
-    life. With several species, the species of the agents are simulated with their genomes.
+    They do if learned weights are inherited, agents are born during life, the selection reads
+    results of lifetimes, or a part of reproduction has arrays of the run. With several species, the
+    species of the agents are simulated with their genomes.
     """
     if experiment.population.species or experiment.births_in_life:
         return True
     return any(
         segment.part("evolution.inheritance").wants_learned(segment)
+        or selects_by_lifetimes(segment)
         for _, segment in experiment.segments()
     )
+
+
+def selects_by_lifetimes(experiment: BaseExperiment) -> bool:
+    """Return whether reproduction reads results of lifetimes, or arrays of the run."""
+    members = experiment.species_experiments() or (experiment,)
+    return any(_reads_lifetimes(member) for member in members)
+
+
+def _reads_lifetimes(experiment: BaseExperiment) -> bool:
+    selection = type(experiment.part("evolution.selection"))
+    reads_lifetimes = selection.select_with_genomes is not select_with_genomes.default
+    parts = [experiment.part(f"evolution.{field}") for field in ("selection", "variation")]
+    return (reads_lifetimes and not selection.reads_only_genomes) or any(map(has_run_arrays, parts))
 
 
 @jit_entry_point

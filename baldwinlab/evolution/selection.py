@@ -23,7 +23,7 @@ from baldwinlab.engine.rng import SELECTION_STREAM, Stream
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Parents, Uniforms
 from baldwinlab.evolution.sorting import Keys, Order
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.parts.breeding import ITSELF, breeding_part
+from baldwinlab.parts.breeding import ITSELF, RunArrays, breeding_part
 from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
 from baldwinlab.parts.selection import mark_survivors, select_with_genomes
 
@@ -36,6 +36,7 @@ def select(
     uniforms: Uniforms,
     lifetimes: Lifetimes | None = None,
     key: GenerationKey = FIRST_GENERATION,
+    run_arrays: RunArrays | None = None,
 ) -> Parents:
     """Select two parents for each child, the fitter one first.
 
@@ -51,6 +52,8 @@ def select(
         Results of the parents' generation, for schemes that read them.
     key : GenerationKey
         The run and the generation of the children, for the stream of random numbers.
+    run_arrays : RunArrays, optional
+        Arrays of the run. The scheme changes them.
 
     Returns
     -------
@@ -63,7 +66,7 @@ def select(
     ValueError
         If a fitness is not valid for the scheme, or a selected agent does not exist.
     """
-    scheme, code = breeding_part(experiment, "selection")
+    scheme, code = breeding_part(experiment, "selection", run_arrays)
     minimum = type(scheme).part.minimum_fitness
     setting = f"evolution.selection = {experiment.evolution.selection!r}"
     agent = find_invalid_fitness(fitness, minimum)

@@ -23,8 +23,15 @@ from baldwinlab.evolution.species import (
 )
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.species import ACROSS
-from baldwinlab.parts.breeding import ITSELF
+from baldwinlab.parts.breeding import ITSELF, RunArrays
 from baldwinlab.parts.lifetimes import Lifetimes, select_lifetimes
+
+SpeciesArrays = dict[int, RunArrays]
+"""Arrays of the run by index of the species."""
+
+
+def _arrays_of(arrays_of_species: SpeciesArrays | None, index: int) -> RunArrays | None:
+    return None if arrays_of_species is None else arrays_of_species.setdefault(index, {})
 
 
 class Offspring(NamedTuple):
@@ -61,7 +68,9 @@ def iterate_members(experiment: BaseExperiment, species: SpeciesIndices) -> Iter
             yield Member(index, member, slice(first, end))
 
 
-def compute_species_fitness(experiment: BaseExperiment, lifetimes: Lifetimes) -> Fitness:
+def compute_species_fitness(
+    experiment: BaseExperiment, lifetimes: Lifetimes, arrays_of_species: SpeciesArrays | None = None
+) -> Fitness:
     """Return the fitness of all agents, each by the fitness part of its species."""
     agent_fitness = np.empty(len(lifetimes.energy))
     for _, member, agents in iterate_members(experiment, lifetimes.species):
@@ -98,6 +107,7 @@ def make_offspring(
     genome: Genome,
     fitness: Fitness,
     lifetimes: Lifetimes,
+    arrays_of_species: SpeciesArrays | None = None,
 ) -> Offspring:
     """Return the next generation of a population with several species.
 
@@ -113,6 +123,8 @@ def make_offspring(
         Fitness of the parents' generation.
     lifetimes : Lifetimes
         Results of the parents' generation. The species are in ascending order.
+    arrays_of_species : SpeciesArrays, optional
+        Arrays of the run by species. The parts change them.
 
     Returns
     -------
@@ -129,7 +141,9 @@ def make_offspring(
     settings = experiment.at(key.generation - 1)
     species = lifetimes.species
     if settings.evolution.compete == ACROSS:
-        return _breed_across(settings, key, genome, fitness, lifetimes)
+        return _breed_across(
+            settings, key, genome, fitness, lifetimes, _arrays_of(arrays_of_species, 0)
+        )
     genomes = []
     parents = np.full((len(species), 2), -1, np.int32)
     for index, member, agents in iterate_members(settings, species):
@@ -139,6 +153,7 @@ def make_offspring(
             cut_genomes(member, genome[agents]),
             fitness[agents],
             select_lifetimes(lifetimes, agents),
+            _arrays_of(arrays_of_species, index),
         )
         genomes.append(children)
         # A negative number means that a child has no parent.
@@ -152,6 +167,7 @@ def _breed_across(
     genome: Genome,
     fitness: Fitness,
     lifetimes: Lifetimes,
+    run_arrays: RunArrays | None,
 ) -> Offspring:
     """Select parents from all agents. A child has the species of one parent, at random.
 
@@ -161,7 +177,9 @@ def _breed_across(
     require_finite(experiment, key.previous(), genome, "model", "evolution.inheritance")
     uniforms = key.uniforms(rng.SELECTION, (len(genome), 2))
     # The selection is equal for all species.
-    parents = select(members[0], fitness, uniforms, lifetimes._replace(genome=genome), key)
+    parents = select(
+        members[0], fitness, uniforms, lifetimes._replace(genome=genome), key, run_arrays
+    )
     # The second parent of a survivor is the survivor, too.
     complete_parents = np.where(parents == ITSELF, parents[:, :1], parents)
     species_of_children = draw_species(key, lifetimes.species, complete_parents)

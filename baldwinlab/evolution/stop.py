@@ -9,7 +9,7 @@ from pydantic import Field
 from baldwinlab.engine.jit import cached_jit, compiled
 from baldwinlab.evolution.rng_key import Fitness
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.parts.breeding import breeding_part
+from baldwinlab.parts.breeding import RunArrays, breeding_part
 from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.stop import Stop, should_stop
 
@@ -73,7 +73,11 @@ class Fixation(Stop, name="fixation"):
 
 
 def is_stopped(
-    experiment: BaseExperiment, lifetimes: Lifetimes, fitness: Fitness, generation: int
+    experiment: BaseExperiment,
+    lifetimes: Lifetimes,
+    fitness: Fitness,
+    generation: int,
+    run_arrays: RunArrays | None = None,
 ) -> bool:
     """Return whether the stop part of an experiment ends a run after a generation.
 
@@ -87,6 +91,8 @@ def is_stopped(
         Fitness of the generation, [agent].
     generation : int
         Number of the generation, from 0.
+    run_arrays : RunArrays, optional
+        Arrays of the run. The part changes them.
 
     Returns
     -------
@@ -96,7 +102,7 @@ def is_stopped(
     # Most experiments have no stop part, and need no compiled code for it.
     if experiment.evolution.stop == NoStop.name:
         return False
-    part, code = breeding_part(experiment, "stop")
+    part, code = breeding_part(experiment, "stop", run_arrays)
     return bool(cached_jit(call_stop, code)(part, lifetimes, fitness, generation))
 
 

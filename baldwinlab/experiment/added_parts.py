@@ -10,10 +10,14 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from baldwinlab.core.variables import COMMON_RECORD_VARIABLES, RECORD_VARIABLES
 from baldwinlab.experiment import paths, registry
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.fields import ExperimentError, Fields
 from baldwinlab.experiment.genes import check_genes
+
+# Names that a record of a part cannot have.
+COMMON_VARIABLES = (*COMMON_RECORD_VARIABLES, *RECORD_VARIABLES, "born", "alive", "age", "species")
 
 
 def custom_choices(experiment: Fields) -> Iterator[tuple[str, str]]:
@@ -54,6 +58,8 @@ def check_added_parts(experiment: Any) -> None:
                     raise ExperimentError(str(error)) from None
     if kinds_with_added_parts:
         check_genes(experiment)
+    if kinds_with_added_parts and not experiment.species_experiments():
+        _require_valid_records(experiment)
     if "selection" in kinds_with_added_parts:
         _require_separate_groups(experiment)
 
@@ -66,3 +72,39 @@ def _require_separate_groups(experiment: Any) -> None:
             "separately, and "
             f"{' and '.join(mixing)} would mix them: leave it out, or choose another selection"
         )
+
+
+def _require_valid_records(experiment: Any) -> None:
+    """Raise ExperimentError for a record with a used name, and for a read of a missing record."""
+    is_miniworld = experiment.model == "miniworld"
+    chosen_parts = [
+        (path, part)
+        for path, kind, _ in choosing_fields(type(experiment))
+        if kind != "model"
+        for part in experiment.parts(path)
+    ]
+    taken_names = set(COMMON_VARIABLES) if is_miniworld else set(experiment.model_part.records)
+    available = set[str]() if is_miniworld else set(taken_names)
+    for path, part in chosen_parts:
+        label = f"{path} = {part.name!r}"
+        if part.records and not is_miniworld:
+            raise ExperimentError(
+                f"{label} has records, which only the model 'miniworld' has; the model is "
+                f"{experiment.model!r}"
+            )
+        for name in part.records:
+            if name in taken_names:
+                raise ExperimentError(
+                    f"{label}: another part or the model has a variable {name!r}, too; rename the "
+                    "record"
+                )
+        taken_names |= set(part.records)
+        available |= set(part.records)
+    for path, part in chosen_parts:
+        for name in part.read_records:
+            if name not in available:
+                declared = ", ".join(sorted(available)) or "none"
+                raise ExperimentError(
+                    f"{path} = {part.name!r} reads the record {name!r}, which no part of the "
+                    f"experiment declares; declared records: {declared}"
+                )

@@ -416,11 +416,12 @@ class Experiment(BaseExperiment):
 
     @property
     def part_records(self) -> dict[str, Any]:
-        """The records of all parts: declared arrays by name."""
-        members = self.species_experiments() or (self,)
+        """The records of all parts in all generations: declared arrays by name."""
+        segments = [segment for _, segment in self.segments()]
         return {
             name: array
-            for member in members
+            for segment in segments
+            for member in segment.species_experiments() or (segment,)
             for path, _, _ in choosing_fields(type(member))
             for part in member.parts(path)
             for name, array in part.records.items()

@@ -10,7 +10,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab.evolution import Parents, find_teachers, make_generation
+from baldwinlab.evolution import Parents, find_teachers, make_generation, selects_by_lifetimes
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, binary_frames
 from baldwinlab.lab.life_query import (
@@ -248,15 +248,15 @@ def _find_relatives(
 ) -> dict[str, Any]:
     """Return an agent's parents (the fitter one first), the agents that teach it, and its children.
 
-    `fitness` [agent] determines which agents reproduce. With births during life, the relatives are
-    unknown.
+    `fitness` [agent] determines which agents reproduce. The relatives are
+    unknown with births during life, and if the selection reads results of lifetimes.
     """
     experiment = life.experiment
     key = life.key
     parents = None
     teachers = None
     children = list[int]()
-    if experiment.births_in_life:
+    if experiment.births_in_life or selects_by_lifetimes(experiment):
         return {"parents": parents, "teachers": teachers, "children": children}
     if key.generation > 0:
         parent_pairs = _find_parents(life, start)

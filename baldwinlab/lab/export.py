@@ -22,6 +22,7 @@ from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import built_in_experiments, load_module
 from baldwinlab.models.miniworld.description import list_topics
 from baldwinlab.papers import presets
+from baldwinlab.parts.breeding import uses_run_arrays
 from baldwinlab.simulation.simulate import check_seed
 
 # The module that the page starts with.
@@ -78,6 +79,11 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
             raise RefusedError(
                 f"{experiment.name} cannot run in a browser: population.worlds, lifetime.repeats"
                 " or record.every is set, which only the engine in Python supports"
+            )
+        if experiment.part_records or uses_run_arrays(experiment):
+            raise RefusedError(
+                f"{experiment.name} cannot run in a browser: its parts have records or arrays of"
+                " the run, which only the engine in Python supports"
             )
     supported = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
     check_seed(seed)

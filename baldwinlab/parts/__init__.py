@@ -21,8 +21,8 @@ from baldwinlab.engine.arithmetic import (
     sigmoid,
 )
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.phases import per_agent, per_world
-from baldwinlab.engine.rng import FOUNDER, LIFE, philox, purpose, uniforms, unit
+from baldwinlab.engine.phases import per_agent, per_run, per_world
+from baldwinlab.engine.rng import FOUNDER, LIFE, Stream, draw, philox, purpose, uniforms, unit
 from baldwinlab.engine.simd import any_of, choose, clamp, get, negated, put, simd_block, square_root
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.experiment.file import File
@@ -32,6 +32,7 @@ from baldwinlab.parts.fitness import Fitness
 from baldwinlab.parts.genes import Gene
 from baldwinlab.parts.inheritance import Inheritance
 from baldwinlab.parts.learning_rules import LearningRule
+from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.loading import Source, load_entry_points, load_file, sources_of
 from baldwinlab.parts.model_helpers import MODEL_HELPERS, load_model_helper
 from baldwinlab.parts.model_part import LifeResults, Measure, Model
@@ -63,6 +64,7 @@ __all__ = [
     "ItemRegion",
     "LearningRule",
     "LifeResults",
+    "Lifetimes",
     "MatrixView",
     "Measure",
     "Model",
@@ -74,6 +76,7 @@ __all__ = [
     "Sense",
     "Source",
     "Stop",
+    "Stream",
     "SynapticRule",
     "Variable",
     "Variation",
@@ -83,6 +86,7 @@ __all__ = [
     "backward",
     "bear",
     "choose",
+    "draw",
     "clamp",
     "compiled",
     "die",
@@ -97,6 +101,7 @@ __all__ = [
     "negated",
     "normal_quantile",
     "per_agent",
+    "per_run",
     "per_world",
     "philox",
     "power_of_ten",

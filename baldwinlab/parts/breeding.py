@@ -18,6 +18,8 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.parts.part import compiled_values
 
 Numbers = npt.NDArray[np.float64]
+RunArrays = dict[str, npt.NDArray[Any]]
+"""Arrays of a run by name: KIND.PART.ARRAY."""
 # Value of the second parent that marks a survivor: the child is the unchanged first parent.
 ITSELF: Final = -2
 
@@ -38,8 +40,9 @@ def copy_genome(genome: Any, into: Any) -> None:
             into[module, weight] = genome[module, weight]
 
 
-@lru_cache(maxsize=64)
-def breeding_part(experiment: Any, field: str) -> tuple[Any, tuple[Callable[..., Any], ...]]:
+def breeding_part(
+    experiment: Any, field: str, run_arrays: RunArrays | None = None
+) -> tuple[Any, tuple[Callable[..., Any], ...]]:
     """Return the first argument of the hooks of a part that creates generations, and its code.
 
     Parameters
@@ -49,18 +52,47 @@ def breeding_part(experiment: Any, field: str) -> tuple[Any, tuple[Callable[...,
     field : str
         Field of the table `evolution` that names the part: "selection", "variation",
         "inheritance", "fitness" or "stop".
+    run_arrays : dict, optional
+        Arrays of the run by name. Missing arrays of the part are added to it. By default the part
+        has new arrays.
 
     Returns
     -------
     values : NamedTuple
-        Numeric settings and derived values of the part: the first argument of its hooks.
+        Numeric settings, derived values and arrays of the run: the first argument of its hooks.
+        An array of agents or of their world is None.
     code : tuple of Callable
         Type of `values` and all hooks, for the compiler.
     """
+    values, code = _compile_part(experiment, field)
     part = experiment.part(f"evolution.{field}")
-    values = compiled_values(part, experiment, _no_arrays)
+    declared = {name: array for name, array in part.arrays.items() if array.owner == "run"}
+    if not declared:
+        return values, code
+    stored = {} if run_arrays is None else run_arrays
+    arrays = {}
+    for name, array in declared.items():
+        key = f"{field}.{part.name}.{name}"
+        if key not in stored:
+            shape = [getattr(part, row) if isinstance(row, str) else row for row in array.rows]
+            stored[key] = np.full(shape, array.fill, array.dtype)
+        arrays[name] = stored[key]
+    return values._replace(**arrays), code
+
+
+@lru_cache(maxsize=64)
+def _compile_part(experiment: Any, field: str) -> tuple[Any, tuple[Callable[..., Any], ...]]:
+    part = experiment.part(f"evolution.{field}")
+    values = compiled_values(part, experiment, lambda array: None)
     return values, (part.Compiled, *type(part).hooks())
 
 
-def _no_arrays(array: Any) -> Any:
-    raise TypeError("a part that creates generations must not declare arrays")
+def has_run_arrays(part: Any) -> bool:
+    """Return whether a part has arrays of the run, whose owner is "run"."""
+    return any(array.owner == "run" for array in part.arrays.values())
+
+
+def uses_run_arrays(experiment: Any) -> bool:
+    """Return whether a part of the evolution of an experiment has arrays of the run."""
+    fields = ("selection", "variation", "inheritance", "fitness", "stop")
+    return any(has_run_arrays(experiment.part(f"evolution.{field}")) for field in fields)

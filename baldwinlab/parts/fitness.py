@@ -8,6 +8,7 @@ from baldwinlab.engine.phases import hook
 from baldwinlab.parts.breeding import Numbers
 from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.part import Part
+from baldwinlab.parts.world_features import end_step
 
 
 @hook
@@ -33,3 +34,4 @@ class Fitness(Part):
     kind: ClassVar[str] = "fitness"
 
     evaluate: ClassVar[Any] = staticmethod(evaluate.default)
+    end_step: ClassVar[Any] = staticmethod(end_step.default)

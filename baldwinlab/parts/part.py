@@ -33,6 +33,7 @@ from baldwinlab.experiment import registry
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.parts.genes import FIRST_GENE, Gene, add_gene_arrays, require_valid_genes
 from baldwinlab.parts.lane_check import require_lane_isolation
+from baldwinlab.parts.records import add_record_arrays, list_read_records
 from baldwinlab.parts.renamed import refuse_old_names
 
 if TYPE_CHECKING:
@@ -71,6 +72,8 @@ class Part(Fields, metaclass=PartMeta):
     records : Mapping[str, Array]
         Arrays of one row per agent that are recorded, declared with `per_agent`. They are 0 at
         birth. Their values at the end of the lifetime are stored with the run.
+    read_records : tuple of str
+        Names of the records that the hooks of the part read. Set from their source.
     derived : Mapping[str, Callable]
         Functions of (part, experiment) by name. Hooks read the results, numbers or arrays, as
         `part.NAME`.
@@ -93,6 +96,7 @@ class Part(Fields, metaclass=PartMeta):
     arrays: ClassVar[Mapping[str, Array]] = {}
     # The records of a model are variables.
     records: ClassVar[Mapping[str, Any]] = {}
+    read_records: ClassVar[tuple[str, ...]] = ()
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {}
     required_settings: ClassVar[Mapping[str, Any]] = {}
     genes: ClassVar[Mapping[str, Gene]] = {}
@@ -111,6 +115,9 @@ class Part(Fields, metaclass=PartMeta):
         is_built_in = registry.is_built_in(cls.kind, name, cls.__module__)
         _require_signatures(cls)
         cls.name = name
+        if cls.kind != "model":
+            add_record_arrays(cls)
+        cls.read_records = list_read_records(cls)
         taken_names = dict.fromkeys([*cls.model_fields, *cls.derived]) | dict(cls.arrays)
         require_valid_genes(cls, taken_names)
         cls.genes = dict(sorted(cls.genes.items()))

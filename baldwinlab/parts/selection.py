@@ -12,6 +12,7 @@ from baldwinlab.parts.breeding import ITSELF, Numbers
 from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.part import Part
 from baldwinlab.parts.variation import vary_population
+from baldwinlab.parts.world_features import end_step
 
 
 @hook
@@ -151,15 +152,21 @@ class Selection(Part):
     has_groups : bool
         True if both parents of a child come from the group of the child, such as one half of the
         population.
+    reads_only_genomes : bool
+        True if `select_with_genomes` reads no results of lifetimes except `lifetimes.genome`, and
+        the part has no arrays of the run. The selection of stored generations can then be repeated
+        without their lifetimes.
     """
 
     kind: ClassVar[str] = "selection"
     minimum_fitness: ClassVar[float] = -math.inf
     has_groups: ClassVar[bool] = False
+    reads_only_genomes: ClassVar[bool] = False
 
     select: ClassVar[Any] = staticmethod(select.default)
     select_with_genomes: ClassVar[Any] = staticmethod(select_with_genomes.default)
     mark_survivors: ClassVar[Any] = staticmethod(mark_survivors.default)
+    end_step: ClassVar[Any] = staticmethod(end_step.default)
 
     @classmethod
     def mixing_settings(cls, experiment: Any) -> list[str]:

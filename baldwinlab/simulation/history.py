@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import platform
 from typing import Any, NamedTuple
 
@@ -27,6 +28,7 @@ from baldwinlab.evolution import (
 from baldwinlab.evolution.genes import gene_values
 from baldwinlab.evolution.species import SpeciesIndices, list_initial_species
 from baldwinlab.evolution.species_breeding import (
+    SpeciesArrays,
     compute_species_fitness,
     inherit_within_species,
     iterate_members,
@@ -85,6 +87,9 @@ class History:
         self.species: SpeciesIndices | None = None
         if experiment.population.species:
             self.species = list_initial_species(experiment)
+        # Arrays of the run, by species, and their copies from before the last generation.
+        self._run_arrays: SpeciesArrays = {}
+        self._run_arrays_before: SpeciesArrays = {}
         # Fitness of the last generation of the record, which is simulated again.
         self._expected_fitness: npt.NDArray[np.float64] | None = None
         if record is not None:
@@ -114,6 +119,7 @@ class History:
         self.genome = self._saved_genomes.pop(last)
         if self.species is not None:
             self.species = record["species"].values[last].astype(np.int32)
+        self._run_arrays = read_run_arrays(record)
         self._expected_fitness = record["energy"].values[last]
         self.n_generations = last
 
@@ -149,13 +155,21 @@ class History:
         self._record_genes(generation)
         if self.species is not None:
             self._allocate("species", self.species[None])[generation] = self.species
+        self._run_arrays_before = copy.deepcopy(self._run_arrays)
+        run_arrays = self._run_arrays.setdefault(0, {})
         lifetimes = lifetimes_of_run(settings, results, run_index, self.genome, self.species)
         if self.species is None:
-            self._fitness[generation] = mean_fitness(settings, results, run_index, self.genome)
+            self._fitness[generation] = mean_fitness(
+                settings, results, run_index, self.genome, run_arrays
+            )
         else:
-            self._fitness[generation] = compute_species_fitness(settings, lifetimes)
+            self._fitness[generation] = compute_species_fitness(
+                settings, lifetimes, self._run_arrays
+            )
         self._require_expected_fitness(generation)
-        self.is_stopped = is_stopped(settings, lifetimes, self._fitness[generation], generation)
+        self.is_stopped = is_stopped(
+            settings, lifetimes, self._fitness[generation], generation, run_arrays
+        )
         has_offspring = generation < last and not self.is_stopped
         if has_offspring and self.species is not None:
             learned = None if results.learned is None else results.learned[run_index]
@@ -166,7 +180,7 @@ class History:
             inherited = apply_inheritance(settings, lifetimes.genome, learned)
             key = GenerationKey(self.seed, self.run, generation + 1)
             self.genome, self._parents[generation + 1] = make_generation(
-                self.experiment, key, inherited, self._fitness[generation], lifetimes
+                self.experiment, key, inherited, self._fitness[generation], lifetimes, run_arrays
             )
             if final_population is not None:
                 remap_parents(final_population.origin[run_index], self._parents[generation + 1])
@@ -180,7 +194,9 @@ class History:
         child_generation = self.n_generations + 1
         key = GenerationKey(self.seed, self.run, child_generation)
         fitness_of_parents = self._fitness[self.n_generations]
-        offspring = make_offspring(self.experiment, key, inherited, fitness_of_parents, lifetimes)
+        offspring = make_offspring(
+            self.experiment, key, inherited, fitness_of_parents, lifetimes, self._run_arrays
+        )
         self.genome = offspring.genome
         self.species = offspring.species
         self._parents[child_generation] = offspring.parents
@@ -273,7 +289,31 @@ class History:
             **variables.window_coordinates(experiment),
         )
         genome_dataset = variables.make_dataset(declared, {"kept_genome": genomes}, attributes={})
-        return labelled.assign(genome_dataset.data_vars)
+        run_arrays = store_run_arrays(self._run_arrays_before)
+        return labelled.assign(genome_dataset.data_vars).assign(run_arrays)
+
+
+def store_run_arrays(arrays_of_species: SpeciesArrays) -> dict[str, xr.Variable]:
+    """Return the arrays of a run as variables of its record, which `read_run_arrays` reads."""
+    return {
+        name: xr.Variable([f"{name}_{axis}" for axis in range(array.ndim)], array)
+        for species, arrays in arrays_of_species.items()
+        for key, array in arrays.items()
+        for name in [f"{variables.RUN_ARRAY_PREFIX}{species}.{key}"]
+    }
+
+
+def read_run_arrays(record: xr.Dataset) -> SpeciesArrays:
+    """Return the arrays of the run from before the last generation of a record."""
+    arrays_of_species: SpeciesArrays = {}
+    for name in map(str, record.data_vars):
+        if name.startswith(variables.RUN_ARRAY_PREFIX):
+            species, _, key = name.removeprefix(variables.RUN_ARRAY_PREFIX).partition(".")
+            arrays = arrays_of_species.setdefault(int(species), {})
+            # A record can be read only, and in another byte order.
+            values = record[name].values
+            arrays[key] = values.astype(values.dtype.newbyteorder("="))
+    return arrays_of_species
 
 
 def provenance_attributes(experiment: BaseExperiment, seed: int, run: int) -> dict[str, Any]:

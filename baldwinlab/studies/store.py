@@ -40,7 +40,7 @@ from baldwinlab.core.files import (
 )
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.suggestions import suggest
-from baldwinlab.core.variables import as_run
+from baldwinlab.core.variables import as_run, without_run_arrays
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.studies import part_sources
@@ -204,7 +204,8 @@ class StudyStore:
         record = self.record(condition, run)
         if genomes:
             return as_run(record)
-        return record.drop_dims("kept_generation").drop_vars(["module", "weight"])
+        without_genomes = record.drop_dims("kept_generation").drop_vars(["module", "weight"])
+        return without_run_arrays(without_genomes)
 
     def record(self, condition: str, run: int) -> xr.Dataset:
         """Read one run in its stored form.

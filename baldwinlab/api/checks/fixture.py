@@ -192,11 +192,11 @@ def part_values(experiment: Any, part: type[Part], state: Any = None) -> Any:
     NamedTuple
         The fields, derived values and arrays of the part.
     """
-    if part.kind in BREEDING_KINDS:
+    if part.kind in BREEDING_KINDS and state is None:
         return breeding_part(experiment, part.kind)[0]
     state = make_state(experiment, 1) if state is None else state
     parts = (state.network, state.rule, state.body, *state.senses, *state.features)
-    return next(values for values in parts if type(values).part is part)
+    return next(values for values in (*parts, *state.recorders) if type(values).part is part)
 
 
 def breeding_arguments(

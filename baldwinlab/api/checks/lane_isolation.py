@@ -165,6 +165,8 @@ def _list_arrays(state: Any) -> Iterator[_OwnedArray]:
         *state.features,
         state.population,
     )
-    for values in parts:
+    for values in (*parts, *state.recorders):
         for name, array in type(values).part.arrays.items():
+            if array.owner == "run":
+                continue
             yield _OwnedArray(name, array.owner, getattr(values, name))

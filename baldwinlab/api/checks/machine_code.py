@@ -73,7 +73,8 @@ def check_arithmetic(group: PartGroup) -> str:
                     f"{hook} calls {symbol}, which differs between machines; "
                     "use baldwinlab.engine.arithmetic"
                 )
-        allows_float64 = part.kind in BREEDING_KINDS or getattr(part, "allows_births", False)
+        is_of_evolution = part.kind in BREEDING_KINDS and name != "end_step"
+        allows_float64 = is_of_evolution or getattr(part, "allows_births", False)
         if not allows_float64 and FLOAT64_INSTRUCTION.search(code):
             raise FailsError(f"{hook} calculates in float64: {_explain_float64(code)}")
     return ""
@@ -89,7 +90,7 @@ def _compile_to_llvm(group: PartGroup, part: type[Part], name: str) -> str:
     """Return the LLVM code of a hook for a single lane."""
     function: Any = getattr(part, name)
     compiled = numba.njit(**UNWRAPPED, **OPTIONS)(function)
-    argument_types = _argument_types(group, part)
+    argument_types = _argument_types(group, part, name)
     try:
         names = inspect.signature(function).parameters
         compiled.compile(tuple(argument_types[argument] for argument in names))
@@ -98,9 +99,9 @@ def _compile_to_llvm(group: PartGroup, part: type[Part], name: str) -> str:
     return str(compiled.inspect_llvm(compiled.signatures[0]))
 
 
-def _argument_types(group: PartGroup, part: type[Part]) -> dict[str, Any]:
-    """Return the types of the arguments of hooks, by name."""
-    if part.kind in BREEDING_KINDS:
+def _argument_types(group: PartGroup, part: type[Part], hook: str) -> dict[str, Any]:
+    """Return the types of the arguments of a hook, by name."""
+    if part.kind in BREEDING_KINDS and hook != "end_step":
         arguments = breeding_arguments(np.random.default_rng(0), group.experiment) | {
             "part": part_values(group.experiment, part)
         }

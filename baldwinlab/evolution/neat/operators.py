@@ -81,6 +81,7 @@ class Species(Selection, name="species"):
     """
 
     minimum_fitness: ClassVar[float] = 0.0
+    reads_only_genomes: ClassVar[bool] = True
     survival_threshold: float = Field(
         0.2,
         ge=0,

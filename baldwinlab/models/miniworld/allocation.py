@@ -32,7 +32,7 @@ from baldwinlab.models.miniworld.state import (
     State,
 )
 from baldwinlab.parts.breeding import breeding_part
-from baldwinlab.parts.part import Part, compiled_values
+from baldwinlab.parts.part import Part, compiled_values, overridden_hooks
 from baldwinlab.parts.world_features import ItemRegion
 
 # A color of `baldwinlab.analysis.palette`.
@@ -324,6 +324,7 @@ def state_bytes(experiment: Experiment, worlds: int) -> int:
     part_arrays: list[Mapping[str, Array]] = [
         type(part).arrays for path in paths for part in experiment.parts(path)
     ]
+    part_arrays += [type(part).arrays for part in list_recorders(experiment)]
     arrays = [
         array
         for declared_arrays in (
@@ -333,6 +334,7 @@ def state_bytes(experiment: Experiment, worlds: int) -> int:
             *part_arrays,
         )
         for array in declared_arrays.values()
+        if array.owner != "run"
     ]
     return sum(math.prod(array_shape(array)) * np.dtype(array.dtype).itemsize for array in arrays)
 
@@ -360,6 +362,25 @@ def make_population(
     )
 
 
+def list_recorders(experiment: Experiment) -> list[Part]:
+    """Return the fitness and selection parts with the hook `end_step`."""
+    parts = [experiment.part(f"evolution.{field}") for field in ("fitness", "selection")]
+    return [part for part in parts if "end_step" in overridden_hooks(type(part))]
+
+
+def read_part_records(
+    state: State, shape: tuple[int, ...], first_lane: int = 0
+) -> dict[str, npt.NDArray[Any]]:
+    """Return the records of all parts by name, [run, agent], from a first lane on."""
+    parts = [state.network, state.rule, state.body, *state.senses, *state.features]
+    lanes = slice(first_lane, first_lane + math.prod(shape))
+    return {
+        name: getattr(part, name)[0, lanes].reshape(shape).copy()
+        for part in [*parts, *state.recorders]
+        for name in type(part).part.records
+    }
+
+
 def make_state(
     experiment: Experiment,
     worlds: int,
@@ -374,8 +395,9 @@ def make_state(
     array_shape = _shape_function(experiment, worlds, grid)
     population_class = population_class or choose_population(experiment)
 
-    def allocate(array: Array) -> npt.NDArray[Any]:
-        return _allocate_array(array_shape(array), array)
+    def allocate(array: Array) -> Any:
+        # Hooks of a lifetime have no arrays of the run.
+        return None if array.owner == "run" else _allocate_array(array_shape(array), array)
 
     def compile_part(part: Part) -> Any:
         return compiled_values(part, experiment, allocate)
@@ -389,6 +411,7 @@ def make_state(
         body=compile_part(experiment.part("motor.body")),
         senses=tuple(map(compile_part, experiment.parts("senses.kinds"))),
         features=tuple(map(compile_part, experiment.parts("world.features"))),
+        recorders=tuple(map(compile_part, list_recorders(experiment))),
         population=make_population(population_class, experiment, allocate, **population_values),
     )
     poison_state(state, worlds * experiment.agents_per_world)
@@ -422,11 +445,16 @@ def poison_state(state: State, agents: int) -> None:
 def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
     """Return the state and its parts with their declared arrays, by name prefix."""
     holders: dict[str, tuple[Any, Mapping[str, Array]]] = {"": (state, ARRAYS)}
-    for name in ("lookup", "network", "rule", "body", "senses", "features", "population"):
+    fields = ("lookup", "network", "rule", "body", "senses", "features", "recorders", "population")
+    for name in fields:
         value = getattr(state, name)
-        parts = value if name in ("senses", "features") else [value]
+        parts = value if name in ("senses", "features", "recorders") else [value]
         for number, part in enumerate(parts):
-            holders[f"{name}[{number}]."] = part, type(part).part.arrays
+            arrays = type(part).part.arrays
+            holders[f"{name}[{number}]."] = (
+                part,
+                {key: array for key, array in arrays.items() if array.owner != "run"},
+            )
     return holders
 
 
@@ -453,6 +481,7 @@ def list_hooks(state: State) -> tuple[Any, ...]:
         state.body,
         *state.senses,
         *state.features,
+        *state.recorders,
         state.population,
     ]
     # Fields of parts can contain further parts.

@@ -15,6 +15,7 @@ from baldwinlab.models.miniworld.population import agent_number, newborn_number,
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.genes import load_part_genes
 from baldwinlab.parts.learning_rules import init_agent, load_genes
+from baldwinlab.parts.records import clear_part_records
 from baldwinlab.parts.world_features import init_world
 
 init_features = for_each_part(init_world)
@@ -55,6 +56,20 @@ def reset_senses(state: State, lane: int) -> None:
     state.near[0, lane] = ONE
 
 
+clear_records_of_parts = for_each_part(clear_part_records)
+
+
+@compiled
+def clear_records(state: State, lane: int) -> None:
+    """Set the records of all parts to 0 for an agent."""
+    clear_part_records(state.network, lane)
+    clear_part_records(state.rule, lane)
+    clear_part_records(state.body, lane)
+    clear_records_of_parts(state.senses, lane)
+    clear_records_of_parts(state.features, lane)
+    clear_records_of_parts(state.recorders, lane)
+
+
 @compiled
 def init_agent_state(model: MiniWorldModel, state: State, world: int, agent: int) -> None:
     """Initialize the arrays of an agent at the start of a lifetime."""
@@ -64,6 +79,7 @@ def init_agent_state(model: MiniWorldModel, state: State, world: int, agent: int
     for region in range(state.eaten_in_life.shape[0]):
         state.eaten_in_life[region, lane] = 0
         state.eaten_before[region, lane] = 0
+    clear_records(state, lane)
     start_life(state.population, state, lane)
     state.birth_count[world, agent] = 0
     state.origin[world, agent, 0] = agent
@@ -108,6 +124,7 @@ def replace_agent(model: MiniWorldModel, state: State, world: int, agent: int, n
     reset_senses(state, lane)
     for region in range(state.eaten_in_life.shape[0]):
         state.eaten_before[region, lane] = state.eaten_in_life[region, lane]
+    clear_records(state, lane)
     start_life(state.population, state, lane)
     state.birth_count[world, agent] += 1
     load_genes(state.rule, model, state, state.genes, lane)

@@ -16,6 +16,7 @@ from baldwinlab.models.miniworld.allocation import (
     eaten_energies,
     item_kinds,
     item_regions,
+    read_part_records,
 )
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, Batch
 from baldwinlab.models.miniworld.population import FixedPopulation
@@ -95,6 +96,8 @@ def _collect_lifetime(
         steps_learned = reshape_lanes(batch.state.population.steps_learned, shape, first_lane)
     if experiment.has_deaths:
         added_records |= read_death_records(batch.state, shape, first_lane)
+    if experiment.part_records:
+        added_records |= read_part_records(batch.state, shape, first_lane)
     item_energies = np.array(eaten_energies(experiment) or [0.0], np.float64)
     weights_by_run = [None] * len(genomes) if learned_weights is None else learned_weights
     costs = [

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from baldwinlab.evolution.fitness import compute_learning_cost, sum_energy
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import eaten_energies
+from baldwinlab.models.miniworld.allocation import eaten_energies, read_part_records
 from baldwinlab.models.miniworld.backends.choice import Backend
 from baldwinlab.models.miniworld.backends.species import SpeciesBatch, SpeciesView
 from baldwinlab.models.miniworld.lifetimes import (
@@ -132,6 +132,8 @@ def _collect_species(
     records: dict[str, npt.NDArray[Any]] = dict(eaten_by_kind(member, eaten))
     if has_deaths:
         records |= read_death_records(view.state, shape)
+    if member.part_records:
+        records |= read_part_records(view.state, shape)
     steps_learned = reshape_lanes(view.state.population.steps_learned, shape)
     energies = np.array(eaten_energies(member) or [0.0], np.float64)
     return [

@@ -78,6 +78,7 @@ def _end_species_step(species: Any, step: int) -> None:
     remove_eaten_agents(model, state)
     for world in range(model.worlds):
         end_step_of_features(state.population.stepped_features, model, state, world, step)
+        end_step_of_features(state.recorders, model, state, world, step)
     publish_agents(model, state)
 
 

@@ -222,6 +222,8 @@ class State(NamedTuple):
         The senses, a tuple of parts.
     features
         The world features, a tuple of parts.
+    recorders
+        The fitness and selection parts with the hook `end_step`, a tuple of parts.
     population
         The deaths, diets and species of the agents (`population.py`).
     """
@@ -266,6 +268,7 @@ class State(NamedTuple):
     body: Any
     senses: Any
     features: Any
+    recorders: Any
     population: Any
 
 

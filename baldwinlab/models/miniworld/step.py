@@ -253,6 +253,7 @@ def simulate_simultaneous(
         take_step(agents, model, state, step)
         for world in range(model.worlds):
             end_step_of_features(state.features, model, state, world, step)
+            end_step_of_features(state.recorders, model, state, world, step)
 
 
 def simulate_sequential(
@@ -273,3 +274,4 @@ def simulate_sequential(
                 take_step(single_agent(model, world, agent), model, state, step)
                 agent = agent + 1 if agent + 1 < model.agents else 0
             end_step_of_features(state.features, model, state, world, step)
+            end_step_of_features(state.recorders, model, state, world, step)

@@ -15,6 +15,7 @@ from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.allocation import (
     choose_population,
     list_hooks,
+    list_recorders,
     make_model,
     make_state,
     poison_state,
@@ -28,6 +29,7 @@ def code_key(experiment: Experiment) -> tuple[Any, ...]:
     """Return the values that select the compiled code of an experiment."""
     parts = [experiment.part(path) for path in ("network.kind", "learning.rule", "motor.body")]
     parts += [*experiment.parts("senses.kinds"), *experiment.parts("world.features")]
+    parts += list_recorders(experiment)
     return (
         *map(type, parts),
         choose_lookup(experiment),

@@ -152,6 +152,7 @@ class _AgentInBlock(_SingleAgentThread):
         if agents.first_agent == 0:
             resort_stale_cells(model, state, agents.first_world)
             end_step_of_features(state.features, model, state, agents.first_world, step)
+            end_step_of_features(state.recorders, model, state, agents.first_world, step)
         cuda.syncthreads()
 
 
@@ -256,6 +257,7 @@ def _simulate_sequential(
             cuda.syncthreads()
         if agent == 0:
             end_step_of_features(state.features, model, state, world, step)
+            end_step_of_features(state.recorders, model, state, world, step)
         cuda.syncthreads()
 
 
@@ -362,7 +364,7 @@ def _needs_barriers(state: State) -> bool:
     """Return whether any part has a hook that is called per world in a step."""
     rule = type(state.rule).part
     senses = [type(sense).part for sense in state.senses]
-    features = [type(feature).part for feature in state.features]
+    features = [type(feature).part for feature in (*state.features, *state.recorders)]
     return (
         rule.observe_others is not observe_others.default
         or any(sense.prepare_senses is not prepare_senses.default for sense in senses)
