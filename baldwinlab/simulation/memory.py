@@ -20,6 +20,7 @@ from baldwinlab.core.resources import NO_NEED, Need, format_bytes
 from baldwinlab.core.variables import (
     PARENT_NAMES,
     RECORD_VARIABLES,
+    TIME_SERIES_VARIABLES,
     Variable,
     record_variables,
     trace_variables,
@@ -224,10 +225,12 @@ def estimate_tables(stored: PlannedRuns) -> Need:
         name: variable for name, variable in RECORD_VARIABLES.items() if name != "kept_genome"
     }
     experiments = [experiment for experiment, n_runs in stored if n_runs]
-    table_bytes = [
-        sum(variable_bytes(declared, _table_sizes(experiment)).values())
-        for experiment in experiments
-    ]
+    table_bytes = []
+    for experiment in experiments:
+        sizes = _table_sizes(experiment)
+        has_series = "window" in sizes
+        variables = declared | TIME_SERIES_VARIABLES if has_series else declared
+        table_bytes.append(sum(variable_bytes(variables, sizes).values()))
     largest_record_bytes = 0
     # The size of a genome is unknown if a part is not loaded.
     with suppress(ExperimentError):

@@ -35,6 +35,12 @@ def test_a_competitor_against_itself_has_a_difference_of_exactly_0(folder: Path,
     np.testing.assert_array_equal(result.lives[:, 0], result.lives[:, 1])
 
 
+def test_competitors_in_several_worlds_are_refused(folder: Path) -> None:
+    several = SHORT | {"population": {"size": 6, "worlds": 2}}
+    with pytest.raises(RefusedError, match=r"population.worlds = 2 must be 1"):
+        bl.compete(folder / "a.nc", folder / "b.nc", set=several, lives=2)
+
+
 def test_swapped_competitors_have_the_opposite_difference(folder: Path) -> None:
     ab = bl.compete(folder / "a.nc", folder / "b.nc", set=SHORT, lives=20)
     ba = bl.compete(folder / "b.nc", folder / "a.nc", set=SHORT, lives=20)

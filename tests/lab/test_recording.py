@@ -149,6 +149,18 @@ def make_life(experiment: Any) -> Life:
     return Life(experiment, key, lambda: StartData(draw_genomes(experiment, key), None))
 
 
+def test_a_recording_of_several_worlds_is_the_replay_of_world_0() -> None:
+    experiment = shorten_preset("evo/A").replace(
+        population={"worlds": 4}, lifetime={"repeats": 2}, evolution={"generations": 1}
+    )
+    header, arrays = binary_frames.unpack(
+        recording.record_life(make_life(experiment), Span(0, 300), {})
+    )
+    trace = replay(experiment)
+    assert header["agents"] == trace.sizes["agent"] == 5
+    check_recording(arrays, trace, 0, 300)
+
+
 def test_a_large_world_is_recorded_in_spans_of_limited_size(
     lab_server: LabServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:

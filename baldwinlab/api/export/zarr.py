@@ -17,7 +17,7 @@ from baldwinlab.api.export.table import FILE_MARK
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path
 from baldwinlab.core.output_paths import enclosing_study
-from baldwinlab.core.variables import PER_AGENT_DIMS
+from baldwinlab.core.variables import PER_AGENT_DIMS, window_coordinates
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.studies.open import concat_conditions, make_empty_dataset
 from baldwinlab.studies.store import StudyStore
@@ -113,6 +113,7 @@ def _convert_texts(frame: xr.Dataset) -> xr.Dataset:
 def _make_layout(study: StudyStore) -> Layout:
     """Read one value of each condition, and return the layout of the dataset."""
     runs = {name: np.array(study.runs(name), np.int32) for name in study.experiments}
+    _require_equal_windows(study)
     samples = [_read_sample(study, name, numbers) for name, numbers in runs.items()]
     data = concat_conditions(study, list(study.experiments), samples)
     data = data.assign({INDEX_COORDINATE: ("condition", np.arange(len(samples)))})
@@ -143,6 +144,20 @@ def _make_layout(study: StudyStore) -> Layout:
         has_gaps=has_gaps,
         conditions=data[INDEX_COORDINATE].values.astype(np.intp),
     )
+
+
+def _require_equal_windows(study: StudyStore) -> None:
+    """Raise RefusedError if the time series of conditions have different windows."""
+    all_starts = [
+        tuple(coordinates["window"])
+        for experiment in study.experiments.values()
+        if (coordinates := window_coordinates(experiment))
+    ]
+    if len({*all_starts}) > 1:
+        raise RefusedError(
+            f"{study.directory}: --format zarr needs equal windows of the time series, so "
+            "record.every and lifetime.steps must be equal in all conditions with time series"
+        )
 
 
 def _read_sample(study: StudyStore, name: str, runs: npt.NDArray[np.int32]) -> xr.Dataset:

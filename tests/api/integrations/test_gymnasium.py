@@ -124,6 +124,14 @@ def test_a_continuous_body_takes_one_number_per_output() -> None:
             lambda: bl.parallel_env(EXPERIMENT.replace(lifetime={"update": "sequential"})),
             'lifetime.update = "sequential"',
         ),
+        (
+            lambda: bl.parallel_env(EXPERIMENT.replace(population={"worlds": 2})),
+            "population.worlds and lifetime.repeats must be 1",
+        ),
+        (
+            lambda: bl.parallel_env(EXPERIMENT.replace(lifetime={"repeats": 2})),
+            "population.worlds and lifetime.repeats must be 1",
+        ),
         (lambda: bl.vector_env(EXPERIMENT).reset(seed=[1, 2]), "seed must be one number"),
         (lambda: bl.parallel_env(EXPERIMENT).step({}), "reset"),
     ],

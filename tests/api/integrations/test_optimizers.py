@@ -34,6 +34,14 @@ def test_genomes_of_a_run_have_the_fitness_that_they_had_in_it() -> None:
     assert np.concatenate(fitness).any()
 
 
+def test_genomes_of_several_worlds_and_lifetimes_have_the_fitness_of_the_run() -> None:
+    several = EXPERIMENT.replace(population={"worlds": 5}, lifetime={"repeats": 2})
+    run = bl.simulate(several, seed=4)
+    problem = bl.make_problem(several, seed=4)
+    result = problem.evaluate(run["genome"].values[1], generation=1)
+    np.testing.assert_array_equal(result.fitness, run["energy"].values[1])
+
+
 def test_founders_are_those_of_the_runs() -> None:
     problem = bl.make_problem(EXPERIMENT, seed=4)
     first = [bl.simulate(EXPERIMENT, seed=4, run=run)["genome"].values[0] for run in range(2)]

@@ -61,10 +61,10 @@ def simulate_worlds(
 
 @pytest.mark.parametrize("name", ["evo/A", "evo+self-taught/A"])
 def test_an_agent_alone_has_the_results_of_a_population_of_size_1(name: str) -> None:
-    alone = small_experiment(name, population={"worlds": N_AGENTS})
+    separate = small_experiment(name, population={"worlds": N_AGENTS})
     single = small_experiment(name, population={"size": 1})
-    genomes = draw(alone)
-    results = simulate_generation(alone, genomes)
+    genomes = draw(separate)
+    results = simulate_generation(separate, genomes)
     keys = draw_world_keys(SEED, [0], repeats=1, worlds=N_AGENTS)[0, 0].tolist()
     for agent, (seed, run) in enumerate(keys):
         lifetime = MiniWorldSimulator(single, seed, [run]).simulate(
@@ -77,12 +77,12 @@ def test_an_agent_alone_has_the_results_of_a_population_of_size_1(name: str) -> 
 
 
 def test_an_agent_alone_does_not_depend_on_the_genomes_of_the_others() -> None:
-    alone = small_experiment(population={"worlds": N_AGENTS})
-    genomes = draw(alone)
+    separate = small_experiment(population={"worlds": N_AGENTS})
+    genomes = draw(separate)
     changed_genomes = genomes.copy()
     changed_genomes[:, 1:] = 0
-    results = simulate_generation(alone, genomes)
-    changed_results = simulate_generation(alone, changed_genomes)
+    results = simulate_generation(separate, genomes)
+    changed_results = simulate_generation(separate, changed_genomes)
     assert changed_results.energy[0, 0] == results.energy[0, 0]
     assert not np.array_equal(changed_results.energy, results.energy)
 

@@ -24,6 +24,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import make_model, make_state, named_arrays
 from baldwinlab.models.miniworld.backends import cpu, cuda, cuda_kernels
 from baldwinlab.models.miniworld.backends.choice import MIN_GPU_WORLDS, Batch, choose_backend
+from baldwinlab.models.miniworld.world_layout import count_worlds
 from baldwinlab.parts import load_file
 from baldwinlab.parts.loading import load_text
 from tests.worlds import make_small_experiment
@@ -93,6 +94,12 @@ def make_experiments() -> list[Experiment]:
         make_small_experiment(
             "evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True}
         ),
+        make_small_experiment(
+            "evo+self-taught",
+            world={"food": FEW_ITEMS},
+            population={"size": 4, "worlds": 2},
+            lifetime={"steps": STEPS, "repeats": 2},
+        ),
     ]
 
 
@@ -149,7 +156,8 @@ def simulate_lifetimes(batch: Batch, experiment: Experiment) -> dict[str, npt.ND
         )
         batch.simulate(0, 4)
         batch.simulate(4, STEPS)
-    arrays = named_arrays(batch.state, *shape[:2])
+    n_worlds = WORLDS * count_worlds(experiment)
+    arrays = named_arrays(batch.state, n_worlds, experiment.agents_per_world)
     # The backends leave different values in these temporary arrays.
     del arrays["errors"]
     del arrays["near_agents"]
