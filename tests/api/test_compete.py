@@ -37,7 +37,7 @@ def test_a_competitor_against_itself_has_a_difference_of_exactly_0(folder: Path,
 
 def test_competitors_in_several_worlds_are_refused(folder: Path) -> None:
     several = SHORT | {"population": {"size": 6, "worlds": 2}}
-    with pytest.raises(RefusedError, match=r"population.worlds = 2 must be 1"):
+    with pytest.raises(BaldwinLabError, match=r"population.worlds = 2 must be 1"):
         bl.compete(folder / "a.nc", folder / "b.nc", set=several, lives=2)
 
 
