@@ -15,6 +15,7 @@ from baldwinlab.core.files import DATA_FILE, read_bytes
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.evolution import Genome
 from baldwinlab.evolution.finite import find_faulty_gene
+from baldwinlab.evolution.genes import require_genes_in_range
 from baldwinlab.evolution.genome_file import StoredGenomes, arrange_genomes, decode_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
 from baldwinlab.experiment.toml import from_toml
@@ -134,6 +135,8 @@ def read_frozen(
         )
     genome = arrange_genomes(stored, str(path), changed)
     require_finite_genes(genome, path, changed)
+    for population in genome:
+        require_genes_in_range(changed, population, str(path))
     attributes = stored.origin
     runs = np.atleast_1d(attributes.get("runs", np.arange(len(genome))))
     origin = Origin(

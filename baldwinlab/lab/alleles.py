@@ -94,7 +94,9 @@ def compute_allele_frequencies(
     """
     allele_values = np.array(list(model_displays.read_alleles(experiment).values()), np.float32)
     # The last axis is that of the alleles.
-    genes_by_locus = (genome.reshape(len(genome), -1, 1) for genome in genomes)
+    # Genes of parts have no alleles.
+    loci = slice(experiment.weight_count)
+    genes_by_locus = (genome[..., loci].reshape(len(genome), -1, 1) for genome in genomes)
     return np.stack(
         [(genes == allele_values).mean(axis=0, dtype=np.float32) for genes in genes_by_locus]
     )
@@ -117,7 +119,7 @@ def _require_alleles(experiment: BaseExperiment, n_generations: int) -> None:
     alleles = model_displays.read_alleles(experiment)
     if not alleles:
         raise MissingError(f"{experiment.name}: the model {experiment.model} declares no alleles")
-    n_loci = len(experiment.modules) * experiment.genome_length
+    n_loci = len(experiment.modules) * experiment.weight_count
     n_frequencies = n_generations * n_loci * len(alleles)
     if n_frequencies * np.dtype(np.float32).itemsize > MAX_RESPONSE_BYTES:
         raise ValueError(

@@ -75,6 +75,11 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
                 f"{experiment.name} cannot run in a browser: it has a schedule, founders or a stop,"
                 " which only the engine in Python supports"
             )
+        if experiment.gene_names:
+            raise RefusedError(
+                f"{experiment.name} cannot run in a browser: its parts have the genes"
+                f" {', '.join(experiment.gene_names)}, which only the engine in Python supports"
+            )
         if has_several_worlds(experiment) or experiment.record.every is not None:
             raise RefusedError(
                 f"{experiment.name} cannot run in a browser: population.worlds, lifetime.repeats"

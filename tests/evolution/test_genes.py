@@ -14,7 +14,9 @@ from scipy.stats import binomtest, kstest
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.evolution.genes import trim_genomes
+from baldwinlab.evolution.genome_file import encode_genomes
 from baldwinlab.experiment import Experiment, ExperimentError, registry
+from baldwinlab.papers.presets import load
 from baldwinlab.parts import Gene, Inheritance, LearningRule, get, put
 from baldwinlab.simulation.branch import evolve_genomes
 from baldwinlab.simulation.history import History
@@ -194,3 +196,28 @@ def test_the_share_of_lamarckian_inheritance_can_be_a_gene() -> None:
     run = simulate(experiment)
     assert (run.gene_share.values[0] == 0.5).all()
     assert np.unique(run.gene_share.values[1]).size > 1
+
+
+def test_founders_with_other_genes_are_refused_by_their_names(tmp_path: Path) -> None:
+    adaptive = make_small_experiment("evo", evolution={"variation": "self-adaptive"})
+    genome = draw_genomes(adaptive, GenerationKey(0, 0, 0))
+    path = tmp_path / "founders.nc"
+    path.write_bytes(encode_genomes(genome[None], adaptive, {}))
+    founders = [{"path": str(path)}]
+    run = simulate(adaptive.replace(evolution={"founders": founders}))
+    assert np.array_equal(run.genome.values[0], genome)
+    without_genes = make_small_experiment("evo", evolution={"founders": founders})
+    with pytest.raises(RefusedError) as refused:
+        simulate(without_genes)
+    assert str(refused.value) == (
+        f"the genomes of {path} do not fit evo/A: their part_genes = ['step_size'], and evo/A has "
+        "part_genes = []"
+    )
+
+
+def test_a_model_without_a_world_breeds_with_genes_and_simulates_without_them() -> None:
+    experiment = load("hinton-nowlan-1987:guessing")
+    changes = {"variation": "self-adaptive", "generations": 2}
+    run = simulate(experiment.replace(evolution=changes, population={"size": 20}))
+    assert run.sizes["weight"] == experiment.weight_count + 1
+    assert (run.gene_step_size > 0).all()

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import installation_command
 from baldwinlab.engine import wasm
 from baldwinlab.evolution import GenerationKey, find_teachers
@@ -189,6 +190,12 @@ def test_an_invalid_export_is_rejected_with_a_message(command: Command, tmp_path
     assert "cannot run in a browser" in outcome.err
     (tmp_path / "mine.html").write_text("a file of the user")
     assert "not written by this command" in command("export", "evo/A", "--out", "mine.html").err
+
+
+def test_a_page_of_an_experiment_with_genes_of_parts_is_refused() -> None:
+    experiment = load("evo/A").replace(evolution={"variation": "self-adaptive"})
+    with pytest.raises(RefusedError, match="its parts have the genes step_size, which only"):
+        render_live_page([experiment], 0)
 
 
 def test_a_custom_part_without_a_linker_is_rejected_before_compilation(

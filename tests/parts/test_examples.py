@@ -259,7 +259,7 @@ def test_a_file_without_a_valid_part_is_refused_in_a_sentence(tmp_path: Path) ->
         assert "\n" not in str(refusal.value)
     with pytest.raises(PartError, match="cannot read the part"):
         load_file(tmp_path / "missing.py")
-    with pytest.raises(ExperimentError, match="there is no such learning rule; .*'none'"):
+    with pytest.raises(ExperimentError, match=r"there is no such learning rule; .*'none'"):
         with_settings("evo", "learning.rule=mine")
 
 
