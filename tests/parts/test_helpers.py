@@ -12,16 +12,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from baldwinlab import parts
 from baldwinlab.api.checks.oracle_steps import make_naive
 from baldwinlab.experiment import registry
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.items import resort_stale_cells
+from baldwinlab.models.miniworld.senses.agent_scan import AgentSense
+from baldwinlab.models.miniworld.senses.item_scan import ItemSense
 from baldwinlab.parts import (
     ENERGY_ARRAYS,
     ENERGY_VALUES,
     LIFE,
-    AgentSense,
-    ItemSense,
     SynapticRule,
     draw_unit,
     get,
@@ -137,6 +138,12 @@ def make_batch(**changes: Any) -> CpuBatch:
     """Return a batch after the first step of a lifetime."""
     experiment = make_small_experiment("evo", lifetime={"steps": 40}, **changes)
     return simulate_steps(experiment, draw_founders(experiment), 1)
+
+
+def test_the_names_of_model_helpers_are_those_of_their_modules() -> None:
+    assert (parts.AgentSense, parts.ItemSense) == (AgentSense, ItemSense)
+    with pytest.raises(AttributeError, match="no attribute 'unknown_helper'"):
+        _ = parts.unknown_helper
 
 
 @given(POSITIONS, POSITIONS)

@@ -64,12 +64,12 @@ class FoodRays(Sense, name="food-rays"):
         return tuple((ray - (self.rays - 1) / 2) * gap for ray in range(self.rays))
 
     @property
-    def inputs(self) -> tuple[str, ...]:
+    def inputs(self) -> tuple[str, ...]:  # type: ignore[override]
         """Names of the inputs, from left to right."""
         return tuple(f"ray {ray + 1}" for ray in range(self.rays))
 
     @property
-    def sectors(self) -> tuple[tuple[float, float], ...]:
+    def sectors(self) -> tuple[tuple[float, float] | None, ...]:  # type: ignore[override]
         """Sector of each ray, for drawings."""
         return tuple(
             ((degrees - HALF_SECTOR) % 360, (degrees + HALF_SECTOR) % 360)

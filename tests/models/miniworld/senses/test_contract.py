@@ -7,10 +7,11 @@ import pytest
 from baldwinlab.api.checks import check_part
 from baldwinlab.models.miniworld.bodies.kinematic import Continuous, Grid, Stay
 from baldwinlab.models.miniworld.senses.binary import Neighbours
+from baldwinlab.models.miniworld.senses.food_rays import FoodRays
 from baldwinlab.models.miniworld.senses.real_valued import EnergySense, Nearest, Rays, Smell
 from baldwinlab.parts import Part
 
-COMBINATION: list[type[Part]] = [Nearest, Smell, EnergySense, Rays, Neighbours, Stay]
+COMBINATION: list[type[Part]] = [Nearest, Smell, EnergySense, Rays, FoodRays, Neighbours, Stay]
 
 
 @pytest.mark.nightly

@@ -134,7 +134,7 @@ class BinaryRays(Sense, name="binary-rays-of-a-test"):
 
     @staticmethod
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
-        return 1 << (part.n_inputs - 1)
+        return int(1 << (part.n_inputs - 1))
 
 
 @pytest.mark.parametrize("count", [2, 3])
