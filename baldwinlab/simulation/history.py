@@ -107,7 +107,10 @@ class History:
         """
         last = record.sizes["generation"] - 1
         declared = variables.record_variables(self.experiment)
-        for name in declared.keys() - variables.COMMON_RECORD_VARIABLES:
+        # The order of the variables is that of an uninterrupted run, so files have equal bytes.
+        for name in map(str, record.data_vars):
+            if name not in declared or name in variables.COMMON_RECORD_VARIABLES:
+                continue
             values = record[name].values
             self._allocate(name, values)[:last] = values[:last]
         self._fitness[:last] = record["energy"].values[:last]
