@@ -10,14 +10,17 @@ Source: the paper, section "Simulation setup".
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from baldwinlab.core.measures import Measure
 from baldwinlab.experiment.base import BaseExperiment
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.fields import Fields, refuse_fields
+from baldwinlab.experiment.predation_measures import make_predation_measures
 from baldwinlab.experiment.registry import PartChoice, table_name
 from baldwinlab.experiment.schedule import SCHEDULE_FIELD, Change
 from baldwinlab.experiment.several_worlds import find_world_conflicts
@@ -361,6 +364,16 @@ class Experiment(BaseExperiment):
     def agents_per_world(self) -> int:
         """Number of agents of a world."""
         return self.population.size // self.population.worlds
+
+    @property
+    def measures(self) -> Mapping[str, Measure] | None:
+        """Measures of a run of this experiment."""
+        measures = super().measures or {}
+        prey = [prey.species for member in self.species_experiments() for prey in member.eats.prey]
+        if not prey:
+            return measures
+        names = [species.name for species in self.population.species]
+        return {**measures, **make_predation_measures(names, prey)}
 
     @property
     def births_in_life(self) -> bool:

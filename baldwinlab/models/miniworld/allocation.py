@@ -9,6 +9,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine import poison
 from baldwinlab.engine.phases import Array, hook_functions
 from baldwinlab.engine.simd import WIDTH
@@ -391,7 +392,18 @@ def make_state(
     """Allocate a state. The content of an array is undefined unless it declares `fill`.
 
     Species that share a world have the same `grid`, and values of their population.
+
+    Raises
+    ------
+    RefusedError
+        If the experiment has species, and no population is given.
     """
+    if experiment.population.species and population_class is None:
+        raise RefusedError(
+            f"{experiment.name} has population.species: only complete lifetimes of several species "
+            "are simulated. Replays, maps in the lab, movies, exported pages and assays need an "
+            "experiment with one species"
+        )
     array_shape = _shape_function(experiment, worlds, grid)
     population_class = population_class or choose_population(experiment)
 

@@ -78,8 +78,12 @@ class SpeciesPopulation(MortalPopulation):
             if is_target and not is_self and part.living[world, candidate] > ZERO:
                 dx = shortest_difference(part.x[world, candidate] - x, model.width)
                 dy = shortest_difference(part.y[world, candidate] - y, model.height)
+                squared_distance = dx * dx + dy * dy
+                # Most agents are out of range.
+                if squared_distance > model.visual_radius * model.visual_radius:
+                    continue
                 left, front, right = test_sectors(model, state, x, y, dx, dy, heading)
-                distance = np.float32(square_root(dx * dx + dy * dy))
+                distance = np.float32(square_root(squared_distance))
                 if left:
                     values[0, lane] = min(values[0, lane], distance)
                 if front:

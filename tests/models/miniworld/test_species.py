@@ -82,9 +82,10 @@ def make_predation(**changes: Any) -> Experiment:
             "name": "prey",
             "size": N_PREY,
             "senses": {
-                "kinds": ["food", "species-in-sight"],
+                "kinds": ["food", "species-in-sight", "compass"],
                 "species_in_sight": {"target": "predators"},
             },
+            "learning": {"rule": "self-taught"},
         },
     ]
     settings: dict[str, Any] = {

@@ -19,6 +19,7 @@ from baldwinlab.models.miniworld.allocation import (
     make_state,
     poison_state,
 )
+from baldwinlab.models.miniworld.senses.species_sight import SpeciesSense
 from baldwinlab.models.miniworld.species_population import SHARED_ARRAYS, SpeciesPopulation
 from baldwinlab.models.miniworld.species_step import simulate_species
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
@@ -48,8 +49,9 @@ class SpeciesBatch:
         self, experiment: Experiment, seed: int, runs: Sequence[int], sizes: Sequence[int]
     ) -> None:
         """Allocate the species. `sizes` is the number of agents of each species in every run."""
+        names = [species.name for species in experiment.population.species]
         members = [
-            _in_population(member, experiment, size)
+            _with_size(member, size)
             for member, size in zip(experiment.species_experiments(), sizes, strict=True)
         ]
         grid = GridSettings(
@@ -58,7 +60,7 @@ class SpeciesBatch:
         )
         self.members = members
         self.models = [make_model(member, len(runs), grid) for member in members]
-        self.states = _make_states(members, sizes, len(runs), grid)
+        self.states = _make_states(members, names, len(runs), grid)
         self.states[0].keys[:] = [(seed, run) for run in runs]
         self._species = tuple(zip(self.models, self.states, strict=True))
         hooks = tuple(hook for state in self.states for hook in list_hooks(state))
@@ -121,19 +123,17 @@ class SpeciesView:
         return values[:, :lanes].T.reshape(worlds, agents, len(values)).copy()
 
 
-def _in_population(member: Experiment, experiment: Experiment, size: int) -> Experiment:
-    """Return the experiment of a species that contains the names of all species.
-
-    Parts derive numbers of species from them. The size can be 0.
-    """
-    population = experiment.population.model_copy(update={"size": size})
+def _with_size(member: Experiment, size: int) -> Experiment:
+    """Return the experiment of a species with another number of agents, which can be 0."""
+    population = member.population.model_copy(update={"size": size})
     return member.model_copy(update={"population": population})
 
 
 def _make_states(
-    members: Sequence[Experiment], sizes: Sequence[int], worlds: int, grid: GridSettings
+    members: Sequence[Experiment], names: Sequence[str], worlds: int, grid: GridSettings
 ) -> list[State]:
-    """Allocate the states of all species, which share arrays."""
+    """Allocate the states of all species, which share arrays. `names` are those of the species."""
+    sizes = [member.population.size for member in members]
     shared = {
         name: poison.allocate((worlds, grid.agents), np.dtype(np.float32)) for name in SHARED_ARRAYS
     }
@@ -149,11 +149,12 @@ def _make_states(
             all_agents=grid.agents,
             n_species=len(members),
             species_of_agents=np.repeat(np.arange(len(sizes)), sizes),
-            prey_rows=_find_prey_rows(member),
+            prey_rows=_find_prey_rows(member, names),
             has_prey=bool(member.eats.prey),
             stepped_features=(),
             **shared,
         )
+        state = _set_targets(state, member, names)
         states.append(_share_arrays(state, states[0], member) if states else _step_all(state))
     return states
 
@@ -195,14 +196,20 @@ def _has_agents(part: Any) -> bool:
     )
 
 
-def _find_prey_rows(member: Experiment) -> npt.NDArray[np.int64]:
+def _set_targets(state: State, member: Experiment, names: Sequence[str]) -> State:
+    """Return the state with the numbers of the species that senses name."""
+    senses = [
+        values._replace(target_number=names.index(part.target))
+        if isinstance(part, SpeciesSense) and part.target
+        else values
+        for part, values in zip(member.parts("senses.kinds"), state.senses, strict=True)
+    ]
+    return state._replace(senses=tuple(senses))
+
+
+def _find_prey_rows(member: Experiment, names: Sequence[str]) -> npt.NDArray[np.int64]:
     """Return the row of `State.eaten_in_life` for the agents of each species, or -1."""
     prey = [entry.species for entry in member.eats.prey]
     n_item_rows = max(1, len(item_regions(member)))
-    return np.array(
-        [
-            n_item_rows + prey.index(species.name) if species.name in prey else -1
-            for species in member.population.species
-        ],
-        np.int64,
-    )
+    rows = [n_item_rows + prey.index(name) if name in prey else -1 for name in names]
+    return np.array(rows, np.int64)

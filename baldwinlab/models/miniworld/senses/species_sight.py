@@ -24,13 +24,7 @@ ONE = np.float32(1)
 N_SECTORS = 3
 
 
-def _target_number(part: Any, experiment: Any) -> int:
-    """Return the number of the sensed species, or -1 for all other species."""
-    names = [species.name for species in experiment.population.species]
-    return names.index(part.target) if part.target in names else -1
-
-
-class _SpeciesSense(Sense):
+class SpeciesSense(Sense):
     """Base of the senses of agents of other species."""
 
     target: str = Field(
@@ -41,10 +35,11 @@ class _SpeciesSense(Sense):
     sectors: ClassVar[tuple[tuple[float, float], ...]] = ((315, 345), (345, 15), (15, 45))
     # Distance of the nearest visible agent in each sector.
     arrays: ClassVar[Mapping[str, Array]] = {"distances": per_agent(N_SECTORS)}
-    derived: ClassVar[Mapping[str, Any]] = {"target_number": _target_number}
+    # -1: all other species. A batch with species sets the number of the species `target`.
+    derived: ClassVar[Mapping[str, Any]] = {"target_number": lambda part, experiment: -1}
 
 
-class SpeciesInSight(_SpeciesSense, name="species-in-sight"):
+class SpeciesInSight(SpeciesSense, name="species-in-sight"):
     """Three binary inputs: an agent of another species in the left, front and right sector.
 
     The field `target` names the species.
@@ -70,7 +65,7 @@ class SpeciesInSight(_SpeciesSense, name="species-in-sight"):
         return [False] * N_SECTORS
 
 
-class SpeciesNearness(_SpeciesSense, name="species-nearness"):
+class SpeciesNearness(SpeciesSense, name="species-nearness"):
     """Three real-valued inputs: the nearest agent of another species in each sector.
 
     The sectors are left, front and right. An input is 1 - distance / `senses.visual_radius`, and 0
