@@ -13,6 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from PIL import Image
@@ -22,6 +23,8 @@ from baldwinlab import papers
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.claim_samples import Samples
 from baldwinlab.analysis.report import content
+from baldwinlab.analysis.statistics.proportions import estimate_probability
+from baldwinlab.experiment.species_measures import SPECIES_MEASURES
 from baldwinlab.papers.paper import CARD_FILE
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
@@ -54,6 +57,25 @@ def _draw_survival(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
     return figures.draw_survival(dataset)
 
 
+def _draw_fixation_probabilities(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
+    """Draw the fixation probability of each condition, with its 95 % interval."""
+    names = [experiment.name for experiment in experiments]
+    fixations = SPECIES_MEASURES["fixation"].of(dataset).sel(condition=names)
+    estimates = [estimate_probability(values) for values in fixations.values]
+    probabilities, lows, highs = np.transpose(estimates)
+    figure = Figure(figsize=(6.4, 3.2), layout="constrained")
+    axes = figure.subplots()
+    positions = range(len(names))
+    errors = (probabilities - lows, highs - probabilities)
+    axes.errorbar(probabilities, positions, xerr=errors, fmt="o", capsize=3)
+    neutral_probability = 1 / experiments[0].population.size
+    axes.axvline(neutral_probability, color="gray", linestyle="--")
+    axes.set_yticks(positions, names)
+    axes.invert_yaxis()
+    axes.set_xlabel("fixation probability (dashed: neutral, 1/N)")
+    return figure
+
+
 DRAW_PICTURE: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "hinton-nowlan-1987": _draw_shares,
     "keesing-stork-1991": _make_draw_measures("keesing-stork-1991"),
@@ -68,6 +90,7 @@ DRAW_PICTURE: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = 
     "paenke-2007": _make_draw_measures("paenke-2007"),
     "soltoggio-2008": _draw_curves,
     "le-2018": _draw_shares,
+    "invasion": _draw_fixation_probabilities,
 }
 # The panel on the card. The default is the first panel.
 CARD_PANELS: Final = {"mayley-1996": 1, "nolfi-parisi-1993": 1, "nolfi-elman-parisi-1994": 1}

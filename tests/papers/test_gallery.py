@@ -34,6 +34,7 @@ VERDICTS = {
     "paenke-2007": {f"G{number}": "holds" for number in (1, 2, 3, 4)},
     "soltoggio-2008": {"S1": "holds", "S2": "holds", "S3": "holds", "S4": "does not hold"},
     "le-2018": {f"L{number}": "holds" for number in (1, 2, 3)},
+    "invasion": {f"I{number}": "holds" for number in range(1, 8)},
 }
 
 
