@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
 from baldwinlab.engine.jit import cached_jit, compiled
+from baldwinlab.engine.phases import per_run
 from baldwinlab.evolution.rng_key import Fitness
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts.breeding import RunArrays, breeding_part
@@ -54,6 +56,47 @@ class TargetFitness(Stop, name="target-fitness"):
         *_, last_fitness = fitness
         mean = sum(last_fitness) / len(last_fitness)
         return (mean if part.is_mean else max(last_fitness)) >= part.threshold
+
+
+class Stagnation(Stop, name="stagnation"):
+    """End a run when the fitness of its population no longer increases.
+
+    The run ends after `generations` successive generations whose statistic is not above the largest
+    earlier value.
+    """
+
+    generations: int = Field(
+        20,
+        ge=1,
+        le=1_000_000,
+        description="Number of generations without an increase after which a run ends.",
+    )
+    statistic: Literal["mean", "maximum"] = Field(
+        "mean", description="Statistic of the fitness of a generation that must increase."
+    )
+
+    derived: ClassVar[Any] = {"is_mean": lambda part, experiment: part.statistic == "mean"}
+    # Largest statistic of the run, and number of generations since then.
+    arrays: ClassVar[Any] = {
+        "largest": per_run(fill=-np.inf),
+        "stagnant": per_run(dtype="int32"),
+    }
+
+    @staticmethod
+    def should_stop(part: Any, lifetimes: Lifetimes, fitness: Fitness, generation: int) -> bool:
+        value = summarize_fitness(part.is_mean, fitness)
+        if value > part.largest[0]:
+            part.largest[0] = value
+            part.stagnant[0] = 0
+        else:
+            part.stagnant[0] += 1
+        return part.stagnant[0] >= part.generations
+
+    @staticmethod
+    def oracle(part: Any, lifetimes: Any, fitness: Any) -> Any:
+        values = [sum(row) / len(row) if part.is_mean else max(row) for row in fitness]
+        first_of_largest = values.index(max(values))
+        return len(values) - 1 - first_of_largest >= part.generations
 
 
 class Fixation(Stop, name="fixation"):

@@ -143,6 +143,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "fitness": {},
     "stop": {
         "fixation": f"{_EVOLUTION}.stop:Fixation",
+        "stagnation": f"{_EVOLUTION}.stop:Stagnation",
         "target-fitness": f"{_EVOLUTION}.stop:TargetFitness",
     },
 }

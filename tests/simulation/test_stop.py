@@ -9,9 +9,11 @@ import pytest
 import xarray as xr
 
 import baldwinlab as bl
+from baldwinlab.api.checks.evolution import compare_stop
+from baldwinlab.api.checks.fixture import PartGroup
 from baldwinlab.experiment import BaseExperiment, ExperimentError, assign
 from baldwinlab.simulation.history import History
-from baldwinlab.simulation.simulate import simulate, simulate_histories
+from baldwinlab.simulation.simulate import continue_histories, simulate, simulate_histories
 
 GENERATIONS = 8
 RUNS = range(4)
@@ -162,3 +164,59 @@ def test_all_species_share_the_stop() -> None:
     ]
     with pytest.raises(ExperimentError, match=r"all species share evolution\.stop"):
         make_species().replace(population={"species": species})
+
+
+def count_until_stagnation(values: list[float], generations: int) -> int:
+    """Return the number of generations until no value is above the largest one, by a search."""
+    for length in range(1, len(values) + 1):
+        largest = max(values[:length])
+        if length - 1 - values.index(largest) >= generations:
+            return length
+    return len(values)
+
+
+@pytest.mark.parametrize("generations", [1, 2, 3])
+def test_a_run_stops_when_its_fitness_no_longer_increases(generations: int) -> None:
+    experiment = make_experiment()
+    stagnation = {"stop": "stagnation", "stagnation": {"generations": generations}}
+    stopped = simulate_histories(experiment.replace(evolution=stagnation), 3, RUNS)
+    lengths = set()
+    for history, complete in zip(stopped, simulate_histories(experiment, 3, RUNS), strict=True):
+        means = complete.dataset().energy.mean("agent").values.tolist()
+        n_generations = count_until_stagnation(means, generations)
+        require_cut(history.dataset(), complete.dataset(), n_generations)
+        lengths.add(n_generations)
+    assert len(lengths) > 1
+
+
+@pytest.mark.parametrize("stored", [1, 3, 5])
+def test_a_run_with_a_stagnation_continues_from_a_record_to_the_same_bits(stored: int) -> None:
+    experiment = make_experiment(stop="stagnation", stagnation={"generations": 3})
+    shorter = experiment.replace(evolution={"generations": stored})
+    restored = [
+        History(experiment, 3, history.run, history.record())
+        for history in simulate_histories(shorter, 3, RUNS)
+        if not history.is_stopped
+    ]
+    assert restored
+    continue_histories(restored)
+    expected = simulate_histories(experiment, 3, [history.run for history in restored])
+    for continued, complete in zip(restored, expected, strict=True):
+        assert continued.record().identical(complete.record())
+
+
+STOPS = {
+    "target-fitness": {"target": 2.4, "statistic": "maximum"},
+    "stagnation": {"generations": 4},
+    "fixation": {},
+}
+
+
+@pytest.mark.parametrize("name", STOPS)
+def test_a_built_in_stop_agrees_with_its_oracle(name: str) -> None:
+    settings = {"stop": name, name.replace("-", "_"): STOPS[name]}
+    if not STOPS[name]:
+        del settings[name]
+    experiment = make_experiment(**settings)
+    part = type(experiment.part("evolution.stop"))
+    compare_stop(PartGroup((part,), experiment), experiment.part("evolution.stop"))
