@@ -23,6 +23,7 @@ from baldwinlab.parts import (
     ENERGY_ARRAYS,
     ENERGY_VALUES,
     LIFE,
+    PartError,
     SynapticRule,
     draw_unit,
     get,
@@ -319,3 +320,23 @@ def test_the_items_and_agents_within_sight_are_counted() -> None:
 def test_the_regions_of_items_include_those_of_features() -> None:
     experiment = make_small_experiment("evo", world={"features": ["patches"], "patches": PATCH})
     assert [region.kind for region in item_regions(experiment)] == ["food", "patch"]
+
+
+def test_a_synaptic_rule_with_other_arguments_is_refused() -> None:
+    with pytest.raises(TypeError, match="compute_change must have the arguments of its kind"):
+
+        class Wrong(SynapticRule, name="test-wrong"):
+            @staticmethod
+            def compute_change(part: Any, x: Any, y: Any) -> Any:
+                return x * y
+
+
+def test_a_synaptic_rule_that_reads_another_agent_is_refused() -> None:
+    with pytest.raises(PartError, match="compute_change reads or writes other agents"):
+
+        class Wrong(SynapticRule, name="test-wrong"):
+            @staticmethod
+            def compute_change(
+                part: Any, state: Any, synapse: int, weight: Any, x: Any, y: Any, lane: Any
+            ) -> Any:
+                return get(state.weights, synapse, lane + 1)
