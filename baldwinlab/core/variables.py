@@ -113,7 +113,9 @@ TIME_SERIES_VARIABLES: Mapping[str, Variable] = {
 def window_coordinates(experiment: Any) -> dict[str, Any]:
     """Return the coordinate of the windows of `record.every`; without it, an empty dict."""
     every = getattr(experiment.record, "every", None)
-    return {} if every is None else {"window": np.arange(0, experiment.steps, every, np.int32)}
+    if every is None:
+        return {}
+    return {"window": np.arange(0, experiment.steps, every, dtype=np.int32)}
 
 
 def record_variables(experiment: Any) -> Mapping[str, Variable]:

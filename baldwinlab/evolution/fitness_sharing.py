@@ -38,7 +38,7 @@ def compute_distance(genome: Genome, first: int, second: int) -> float:
                 genome[second, module, weight]
             )
             total += difference * difference
-    return square_root(total / (n_modules * n_weights))
+    return float(square_root(total / (n_modules * n_weights)))
 
 
 @compiled
@@ -114,7 +114,7 @@ class FitnessSharing(Selection, name="fitness-sharing"):
         def share(first: Any, second: Any) -> float:
             squares = [(a - b) ** 2 for a, b in zip(first, second, strict=True)]
             distance = math.sqrt(sum(squares) / len(squares))
-            return max(0.0, 1 - (distance / part.limit) ** part.exponent)
+            return float(max(0.0, 1 - (distance / part.limit) ** part.exponent))
 
         shares = []
         for agent, genome in enumerate(genomes):

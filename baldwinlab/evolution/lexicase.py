@@ -66,7 +66,7 @@ def _find_next_case(stream: Stream, first_draw: int, n_cases: int, previous: int
         is_later = previous < 0
         if previous >= 0:
             previous_key = draw(stream, first_draw + previous)
-            is_later = key > previous_key or (key == previous_key and case > previous)
+            is_later = bool(key > previous_key or (key == previous_key and case > previous))
         if is_later and (next_case < 0 or key < draw(stream, first_draw + next_case)):
             next_case = case
     return next_case

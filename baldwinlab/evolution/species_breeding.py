@@ -53,9 +53,9 @@ class Offspring(NamedTuple):
 
 
 class Member(NamedTuple):
-    """A species of a generation: its index, its experiment, and its agents."""
+    """A species of a generation: its number, its experiment, and its agents."""
 
-    index: int
+    number: int
     experiment: BaseExperiment
     agents: slice
 

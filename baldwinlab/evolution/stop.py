@@ -49,7 +49,7 @@ class TargetFitness(Stop, name="target-fitness"):
 
     @staticmethod
     def should_stop(part: Any, lifetimes: Lifetimes, fitness: Fitness, generation: int) -> bool:
-        return summarize_fitness(part.is_mean, fitness) >= part.threshold
+        return bool(summarize_fitness(part.is_mean, fitness) >= part.threshold)
 
     @staticmethod
     def oracle(part: Any, lifetimes: Lifetimes, fitness: Any) -> Any:

@@ -27,11 +27,11 @@ def custom_choices(experiment: Fields) -> Iterator[tuple[str, str]]:
             yield kind, name
 
 
-def added_choices(experiment: Fields) -> Iterator[tuple[str, str]]:
+def added_choices(experiment: Any) -> Iterator[tuple[str, str]]:
     """Yield kind and name of each added part of an experiment and of its species."""
     for member in experiment.species_experiments():
         yield from added_choices(member)
-    for path, kind, _ in choosing_fields(type(experiment)):
+    for path, kind, _ in choosing_fields(experiment.__class__):
         value, _ = paths.look_up(experiment, path)
         names = (value,) if isinstance(value, str) else value
         for name in names:
@@ -79,7 +79,7 @@ def _require_valid_records(experiment: Any) -> None:
     is_miniworld = experiment.model == "miniworld"
     chosen_parts = [
         (path, part)
-        for path, kind, _ in choosing_fields(type(experiment))
+        for path, kind, _ in choosing_fields(experiment.__class__)
         if kind != "model"
         for part in experiment.parts(path)
     ]

@@ -99,7 +99,7 @@ def _list_parts_with_genes(experiment: Any, n_changes: int) -> list[tuple[str, A
 
 def _find_parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
     """Yield path and class of each loaded part with genes, in the order of the genome."""
-    fields = choosing_fields(type(experiment))
+    fields = choosing_fields(experiment.__class__)
     ordered_fields = sorted(fields, key=lambda field: _rank(field[0]))
     for path, kind, _ in ordered_fields:
         # A model counts all of its genes by itself.

@@ -248,7 +248,7 @@ def change_tables(
             plain_settings = {
                 name: value for name, value in tables[table].items() if not isinstance(value, dict)
             }
-            tables[table] = plain_settings | changes
+            tables[table] = plain_settings | dict(changes)
         changed_species.append(tables)
     return {"population": {"species": changed_species}} if changed_species else {}
 

@@ -288,7 +288,7 @@ class LiveRun:
 
 def _take_until_last(values: npt.NDArray[Any], generations: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Return the values of generations; those of the last one if a run stopped before."""
-    return values[np.minimum(generations, len(values) - 1)]
+    return np.asarray(values[np.minimum(generations, len(values) - 1)])
 
 
 def read_seconds(command: dict[str, Any]) -> float:

@@ -52,7 +52,7 @@ class SpeciesModelSimulator:
                     continue
                 agents = slice(first, first + size)
                 used = cut_genomes(member, genomes[run_indices, agents])
-                runs = [self._runs[index] for index in run_indices]
+                runs = [self._runs[index] for index in run_indices.tolist()]
                 # A model does not use the genes of other parts.
                 weights = np.ascontiguousarray(used[..., : member.weight_count])
                 results = member.model_part.simulate(seed, runs, generation, weights)
@@ -83,7 +83,7 @@ class _Results:
         self._cost[runs, agents] = results.cost
         # Without learned weights, the first module at death is that at birth.
         has_learned = results.learned is not None
-        learned = results.learned if has_learned else genomes[:, :, 0]
+        learned = genomes[:, :, 0] if results.learned is None else results.learned
         self._learned[runs, agents, : learned.shape[-1]] = learned
         self._has_learned |= has_learned
         for name, values in results.records.items():

@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import Field
 
 from baldwinlab.core.errors import PartError
+from baldwinlab.core.measures import Measure
 from baldwinlab.core.variables import PER_AGENT_DIMS, Variable
 from baldwinlab.engine.arithmetic import (
     logarithm,
@@ -35,7 +36,7 @@ from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.loading import Source, load_entry_points, load_file, sources_of
 from baldwinlab.parts.model_helpers import MODEL_HELPERS, load_model_helper
-from baldwinlab.parts.model_part import LifeResults, Measure, Model
+from baldwinlab.parts.model_part import LifeResults, Model
 from baldwinlab.parts.networks import Network, backward, forward
 from baldwinlab.parts.part import Part
 from baldwinlab.parts.random_numbers import draw_unit

@@ -76,7 +76,7 @@ def bear(model: Any, state: Any, world: int, first_parent: int, second_parent: i
     int
         Index of the child in the world, or -1 if no slot is free.
     """
-    return bear_agent(state.population, model, state, world, first_parent, second_parent)
+    return int(bear_agent(state.population, model, state, world, first_parent, second_parent))
 
 
 @compiled

@@ -229,7 +229,7 @@ def estimate_tables(stored: PlannedRuns) -> Need:
     for experiment in experiments:
         sizes = _table_sizes(experiment)
         has_series = "window" in sizes
-        variables = declared | TIME_SERIES_VARIABLES if has_series else declared
+        variables = declared | dict(TIME_SERIES_VARIABLES) if has_series else declared
         table_bytes.append(sum(variable_bytes(variables, sizes).values()))
     largest_record_bytes = 0
     # The size of a genome is unknown if a part is not loaded.

@@ -65,7 +65,7 @@ def test_an_interrupted_multiverse_resumes_with_identical_results(
         patched.setattr(console, "progress", interrupt_half_way)
         result = command(*MULTIVERSE_COMMAND)
     assert result.code == 130
-    assert "simulates it from its first generation" in result.err
+    assert "Repeat the command to continue." in result.err
     assert 0 < len(read_records(tmp_path)) < 36
     result = command(*MULTIVERSE_COMMAND)
     assert result.code == 0, result.err

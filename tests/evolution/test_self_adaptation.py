@@ -24,7 +24,7 @@ def sphere_experiment(variation: str) -> Experiment:
 def squared_distances(experiment: Experiment, genome: Genome) -> np.ndarray:
     """Return the squared distance of the weights from 0, [agent]."""
     weights = genome[:, 0, : experiment.weight_count].astype(float)
-    return (weights**2).sum(axis=1)
+    return np.asarray((weights**2).sum(axis=1))
 
 
 def minimize_sphere(experiment: Experiment) -> tuple[float, Genome]:

@@ -84,7 +84,7 @@ def _collect_lifetime(
     first_lane = repeat * math.prod(shape)
     final_population = None
     added_records: dict[str, Any] = {}
-    steps_learned: Sequence[Any] = [None] * len(genomes)
+    steps_learned: Any = [None] * len(genomes)
     if experiment.births_in_life:
         state = batch.state
         runs = slice(len(genomes))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ def combine_lifetimes(lifetimes: Sequence[LifeResults]) -> LifeResults:
     first = lifetimes[0]
     if len(lifetimes) == 1:
         return first
-    records = {
+    records: dict[str, Any] = {
         name: np.mean([results.records[name] for results in lifetimes], axis=0, dtype=np.float64)
         for name in first.records
     }

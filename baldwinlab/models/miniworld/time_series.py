@@ -60,7 +60,7 @@ def _count_alive(
         return np.full(n_populations, float(size))
     lanes = slice(n_populations * size)
     is_alive = batch.state.alive[0, lanes].reshape(n_populations, size)
-    return is_alive.sum(axis=1, dtype=np.float64)
+    return np.asarray(is_alive.sum(axis=1), np.float64)
 
 
 def _count_births(
@@ -70,9 +70,9 @@ def _count_births(
     if not experiment.births_in_life:
         return np.zeros(n_populations)
     # Each population has one world. A batch on the GPU has further worlds after them.
-    return batch.state.birth_count[:n_populations].sum(axis=1, dtype=np.float64)
+    return np.asarray(batch.state.birth_count[:n_populations].sum(axis=1), np.float64)
 
 
 def _mean_over_repeats(values: Series, n_runs: int) -> Series:
     """Return the means [run, window] of values [population, window], ordered by repeat."""
-    return values.reshape(-1, n_runs, values.shape[-1]).mean(axis=0)
+    return np.asarray(values.reshape(-1, n_runs, values.shape[-1]).mean(axis=0))

@@ -63,7 +63,7 @@ def _view_payoffs(model: Any, key: Any, genomes: npt.NDArray[np.float32], agent:
         rows=rows,
         columns=names,
         values=payoffs[np.ix_(most_frequent, most_frequent)],
-        value="mean payoff of a round to the row, from the column",
+        value_label="mean payoff of a round to the row, from the column",
     )
 
 

@@ -183,9 +183,9 @@ def test_sight_of_other_species_agrees_with_a_naive_model() -> None:
             distances = naive_sectors(position, heading, before.prey, before.alive, 30, experiment)
             expected = [0 if np.isinf(distance) else 1 - distance / 30 for distance in distances]
             np.testing.assert_allclose(after.predator_inputs[:, number], expected, atol=1e-4)
-            n_seen += sum(expected) > 0
+            n_seen += int(sum(expected) > 0)
         all_alive = np.ones(N_PREDATORS, bool)
-        for number in np.flatnonzero(before.alive):
+        for number in np.flatnonzero(before.alive).tolist():
             position = before.prey[:, number]
             heading = before.prey_headings[number]
             distances = naive_sectors(

@@ -130,6 +130,8 @@ def test_the_first_lifetime_is_that_of_an_experiment_with_one_lifetime() -> None
     repeated = simulate_generation(small_experiment(lifetime={"repeats": 2}), genomes)
     assert np.array_equal(repeated.lifetimes[0].energy, single.energy)
     assert not np.array_equal(repeated.lifetimes[1].energy, single.energy)
+    assert repeated.learned is not None
+    assert single.learned is not None
     assert np.array_equal(repeated.learned, single.learned)
 
 

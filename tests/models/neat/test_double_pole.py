@@ -207,12 +207,14 @@ def test_networks_that_balance_for_twenty_seconds_evolve() -> None:
 
 # The simulation takes minutes.
 @pytest.mark.nightly
-def test_the_number_of_networks_is_within_a_factor_of_two_of_the_published_one() -> None:
-    """Published: 3,578 on average of 120 runs, for networks that balance for half an hour."""
-    tried = []
-    for history in simulate_histories(
-        assign(bl.load("neat-poles"), ["evolution.generations=40"]), 1, range(10)
-    ):
+def test_the_mean_number_of_networks_is_within_a_factor_of_two_of_the_published_one() -> None:
+    """Published: 3,578 on average of 120 runs, for networks that balance for half an hour.
+
+    The README of the paper reports these 20 runs. The standard error of their mean is 200.
+    """
+    experiment = assign(bl.load("neat-poles"), ["evolution.generations=40"])
+    tested = []
+    for history in simulate_histories(experiment, 0, range(20)):
         solves = history.recorded_values("solves").ravel() == 1
-        tried.append(solves.argmax() + 1 if solves.any() else math.inf)
-    assert 3578 / 2 < np.median(tried) < 3578 * 2
+        tested.append(solves.argmax() + 1 if solves.any() else math.inf)
+    assert 3578 / 2 < np.mean(tested) < 3578 * 2
