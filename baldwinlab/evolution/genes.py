@@ -180,11 +180,11 @@ def _inherit_all(
                 children[child, 0, gene] = first[0, gene]
         else:
             second = genome[parents[child, 1]]
-            mix_genes(table, key, child, first, second, children[child])
+            mix_genes(table, key, child, (first, second), children[child])
 
 
 @compiled
-def mix_genes(table: Any, key: Any, number: int, fitter: Any, second: Any, child: Any) -> None:
+def mix_genes(table: Any, key: Any, number: int, parents: Any, child: Any) -> None:
     """Write the genes of parts of a child, inherited from two parents and mutated.
 
     Parameters
@@ -195,16 +195,17 @@ def mix_genes(table: Any, key: Any, number: int, fitter: Any, second: Any, child
         Key of the random numbers.
     number : int
         Number of the child in the generation.
-    fitter, second : array, float32 [module, weight]
+    parents : tuple of two arrays, float32 [module, weight]
         Genomes of the parents. Read only.
     child : array, float32 [module, weight]
         Output: its genes of parts.
     """
+    first_parent, second_parent = parents
     for gene in range(table.values.shape[0]):
         index = table.first + gene
         words = rng.philox(gene, number, key.generation, rng.GENES, key.seed, key.run)
-        takes_fitter = rng.uniform(words[0]) < 0.5
-        value = np.float64(fitter[0, index] if takes_fitter else second[0, index])
+        takes_first = rng.uniform(words[0]) < 0.5
+        value = np.float64(first_parent[0, index] if takes_first else second_parent[0, index])
         mutation = table.values[gene, MUTATION]
         mutates = rng.uniform(words[1]) < table.values[gene, RATE]
         if mutates and mutation != NO_MUTATION:

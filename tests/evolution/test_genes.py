@@ -221,3 +221,11 @@ def test_a_model_without_a_world_breeds_with_genes_and_simulates_without_them() 
     run = simulate(experiment.replace(evolution=changes, population={"size": 20}))
     assert run.sizes["weight"] == experiment.weight_count + 1
     assert (run.gene_step_size > 0).all()
+
+
+def test_genes_are_missing_for_agents_of_a_species_without_them() -> None:
+    declare_decay(Gene(initial=0.02, low=0.001, high=1, size=1))
+    learners = {"name": "learners", "size": 4, "learning": {"rule": "decay"}}
+    innate = {"name": "innate", "size": 2}
+    run = simulate(make_small_experiment("evo", population={"species": [learners, innate]}))
+    assert np.array_equal(run.gene_decay.isnull().values, run.species.values == 1)

@@ -136,7 +136,7 @@ def _make_child(
     second_genome = state.genome[world, second_parent]
     draw_uniforms(seed, run, generation, INHERITANCE, number, part.draws[world])
     # The variation can read the genes of parts, and cannot change them.
-    mix_genes(genes, key, number, first_genome, second_genome, part.child[world])
+    mix_genes(genes, key, number, (first_genome, second_genome), part.child[world])
     gate = uniform(philox(0, number, generation, MUTATION_GATE, seed, run)[0])
     vary(
         part.variation,
@@ -146,7 +146,7 @@ def _make_child(
         gate,
         part.child[world],
     )
-    mix_genes(genes, key, number, first_genome, second_genome, part.child[world])
+    mix_genes(genes, key, number, (first_genome, second_genome), part.child[world])
     return state.origin[world, first_parent, 0], state.origin[world, second_parent, 0]
 
 
