@@ -10,14 +10,24 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from baldwinlab.core.variables import COMMON_RECORD_VARIABLES, RECORD_VARIABLES
 from baldwinlab.experiment import paths, registry
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.fields import ExperimentError, Fields
 from baldwinlab.experiment.genes import check_genes
 
-# Names that a record of a part cannot have.
-COMMON_VARIABLES = (*COMMON_RECORD_VARIABLES, *RECORD_VARIABLES, "born", "alive", "age", "species")
+# Names that a record of a part cannot have. `core.variables` declares the variables, but its import
+# takes long.
+COMMON_VARIABLES = (
+    "age",
+    "alive",
+    "born",
+    "energy",
+    "food_eaten",
+    "genome",
+    "kept_genome",
+    "parents",
+    "species",
+)
 
 
 def custom_choices(experiment: Fields) -> Iterator[tuple[str, str]]:
