@@ -131,8 +131,8 @@ CALLS: Final = (
         "world",
         f"{OF_PART}, items and per-agent arrays of `state`",
     ),
-    Call("step", "Fitness", "end_step", "world", f"records and {OF_PART}"),
-    Call("step", "Selection", "end_step", "world", f"records and {OF_PART}"),
+    Call("step", "Fitness", "end_step", "world", f"{OF_PART}, such as its records"),
+    Call("step", "Selection", "end_step", "world", f"{OF_PART}, such as its records"),
     Call("reproduction", "Fitness", "evaluate", "population", "`fitness`"),
     Call(
         "reproduction",

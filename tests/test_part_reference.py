@@ -68,6 +68,12 @@ def classes(kind):
 # A part is loaded when an experiment uses it.
 for path, _, _ in choosing_fields(type(experiment)):
     experiment.parts(path)
+def end_step(part, model, state, world, step):
+    pass
+
+# The engine calls this hook of fitness and selection if a part defines it.
+for path in ("evolution.fitness", "evolution.selection"):
+    type(experiment.part(path)).end_step = staticmethod(end_step)
 for kind in part_reference.kinds():
     for part in classes(kind):
         for name in hook_names(kind):
