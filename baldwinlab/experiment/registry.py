@@ -140,7 +140,11 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "self-adaptive": f"{_EVOLUTION}.self_adaptation:SelfAdaptive",
     },
     "inheritance": {"social-heredity": f"{_EVOLUTION}.social_heredity:SocialHeredity"},
-    "fitness": {},
+    "fitness": {
+        "distance": f"{_MINIWORLD}.behavior_fitness:Distance",
+        "early-food": f"{_MINIWORLD}.behavior_fitness:EarlyFood",
+        "novelty": f"{_MINIWORLD}.novelty:Novelty",
+    },
     "stop": {
         "fixation": f"{_EVOLUTION}.stop:Fixation",
         "stagnation": f"{_EVOLUTION}.stop:Stagnation",

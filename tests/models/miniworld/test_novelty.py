@@ -1,0 +1,100 @@
+"""Novelty agrees with theory, and its archive belongs to the run."""
+
+from __future__ import annotations
+
+from math import gamma, pi, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.evolution import fitness
+from baldwinlab.experiment import Experiment
+from baldwinlab.papers.presets import load
+from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
+from tests.worlds import make_small_experiment
+
+SPAN = 100.0
+
+
+def make_experiment(**settings: Any) -> Experiment:
+    return make_small_experiment(
+        "evo", evolution={"fitness": "novelty", "selection": "tournament", "novelty": settings}
+    )
+
+
+def at_positions(positions: npt.NDArray[Any]) -> Lifetimes:
+    return make_lifetimes(
+        np.zeros((len(positions), 1, 1), np.float32), position=np.asarray(positions, np.float32)
+    )
+
+
+def test_the_small_world_has_the_size_that_the_tests_assume() -> None:
+    world = make_experiment().world
+    assert (world.width, world.height) == (SPAN, SPAN)
+
+
+def test_the_novelty_of_random_positions_is_the_expected_distance_of_neighbors() -> None:
+    """The k-th of n uniform neighbors in a square has a known expected distance.
+
+    Source: P. J. Clark and F. C. Evans, "Distance to nearest neighbor as a measure of spatial
+    relationships in populations", Ecology 35 (1954); P. Hertz (1909) for k above 1.
+    """
+    n_agents = 1500
+    k = 5
+    positions = np.random.default_rng(7).random((n_agents, 2)) * SPAN
+    density = (n_agents - 1) / SPAN**2
+    expected = [gamma(i + 0.5) / gamma(i) / sqrt(pi * density) for i in range(1, k + 1)]
+    novelty = fitness(make_experiment(neighbors=k), at_positions(positions))
+    assert novelty.mean() == pytest.approx(np.mean(expected), rel=0.03)
+
+
+def test_distances_are_those_of_the_torus() -> None:
+    novelty = fitness(make_experiment(neighbors=1), at_positions(np.array([[1, 50], [98, 50]])))
+    np.testing.assert_allclose(novelty, 3, rtol=1e-6)
+
+
+def test_a_single_agent_has_no_novelty_before_the_archive_has_positions() -> None:
+    assert fitness(make_experiment(), at_positions(np.array([[1, 1]]))).tolist() == [0]
+
+
+def test_positions_above_the_threshold_join_the_archive_and_replace_the_oldest() -> None:
+    experiment = make_experiment(neighbors=1, archive_threshold=5, archive_size=2)
+    run_arrays: dict[str, npt.NDArray[Any]] = {}
+    far = at_positions(np.array([[10, 10], [30, 10]]))
+    near = at_positions(np.array([[50, 50], [51, 50]]))
+    np.testing.assert_allclose(fitness(experiment, far, run_arrays), 20)
+    archive = run_arrays["fitness.novelty.archive"]
+    assert archive.T.tolist() == [[10, 10], [30, 10]]
+    # The archive has the same positions, so they are not new.
+    np.testing.assert_allclose(fitness(experiment, far, run_arrays), 0)
+    fitness(experiment, near, run_arrays)
+    assert archive.T.tolist() == [[10, 10], [30, 10]], "the novelty is below the threshold"
+    fitness(experiment, at_positions(np.array([[80, 80], [80, 60]])), run_arrays)
+    assert archive.T.tolist() == [[80, 80], [80, 60]]
+
+
+def test_an_extended_run_has_the_archive_of_a_long_run(tmp_path: Path) -> None:
+    experiment = make_experiment(archive_threshold=1)
+    long = bl.run(experiment, runs=1, seed=4, out=tmp_path / "long", generations=4)
+    short = bl.run(experiment, runs=1, seed=4, out=tmp_path / "short", generations=2)
+    extended = short.extend(generations=4)
+    for name in ("energy", "parents"):
+        np.testing.assert_array_equal(extended.data()[name], long.data()[name])
+
+
+def test_novelty_search_spreads_the_final_positions() -> None:
+    """With selection for novelty, agents die farther from each other than without selection."""
+    experiment = load("evo/A").replace(
+        lifetime={"steps": 200},
+        evolution={"generations": 12, "fitness": "novelty", "selection": "truncation"},
+    )
+    neutral = experiment.replace(evolution={"selection": "neutral"})
+    novelty, control = (
+        np.mean([run.energy.values[6:].mean() for run in bl.simulate_batch(case, 5, [0, 1, 2, 3])])
+        for case in (experiment, neutral)
+    )
+    assert novelty > control
