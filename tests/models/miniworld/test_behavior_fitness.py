@@ -56,11 +56,6 @@ def test_the_distance_is_that_of_the_positions_after_each_step(measure: str) -> 
     assert run.path_length.attrs["units"] == "units of length"
 
 
-def test_an_agent_that_cannot_move_has_no_distance() -> None:
-    run = simulate(make_experiment("distance", motor={"body": "stay"}), seed=3)
-    assert (run.energy.values == 0).all()
-
-
 def test_an_item_counts_by_the_share_of_life_that_remains() -> None:
     experiment = make_experiment("early-food")
     run = simulate(experiment, seed=3)

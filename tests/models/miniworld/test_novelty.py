@@ -17,7 +17,9 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
 from tests.worlds import make_small_experiment
 
-SPAN = 100.0
+# Size of the map of `make_small_experiment`.
+WIDTH = 120.0
+HEIGHT = 100.0
 
 
 def make_experiment(**settings: Any) -> Experiment:
@@ -34,26 +36,26 @@ def at_positions(positions: npt.NDArray[Any]) -> Lifetimes:
 
 def test_the_small_world_has_the_size_that_the_tests_assume() -> None:
     world = make_experiment().world
-    assert (world.width, world.height) == (SPAN, SPAN)
+    assert (world.width, world.height) == (WIDTH, HEIGHT)
 
 
 def test_the_novelty_of_random_positions_is_the_expected_distance_of_neighbors() -> None:
-    """The k-th of n uniform neighbors in a square has a known expected distance.
+    """The k-th of n uniform neighbors has a known expected distance.
 
     Source: P. J. Clark and F. C. Evans, "Distance to nearest neighbor as a measure of spatial
     relationships in populations", Ecology 35 (1954); P. Hertz (1909) for k above 1.
     """
     n_agents = 1500
     k = 5
-    positions = np.random.default_rng(7).random((n_agents, 2)) * SPAN
-    density = (n_agents - 1) / SPAN**2
+    positions = np.random.default_rng(7).random((n_agents, 2)) * [WIDTH, HEIGHT]
+    density = (n_agents - 1) / (WIDTH * HEIGHT)
     expected = [gamma(i + 0.5) / gamma(i) / sqrt(pi * density) for i in range(1, k + 1)]
     novelty = fitness(make_experiment(neighbors=k), at_positions(positions))
     assert novelty.mean() == pytest.approx(np.mean(expected), rel=0.03)
 
 
 def test_distances_are_those_of_the_torus() -> None:
-    novelty = fitness(make_experiment(neighbors=1), at_positions(np.array([[1, 50], [98, 50]])))
+    novelty = fitness(make_experiment(neighbors=1), at_positions(np.array([[50, 1], [50, 98]])))
     np.testing.assert_allclose(novelty, 3, rtol=1e-6)
 
 
@@ -79,8 +81,15 @@ def test_positions_above_the_threshold_join_the_archive_and_replace_the_oldest()
 
 def test_an_extended_run_has_the_archive_of_a_long_run(tmp_path: Path) -> None:
     experiment = make_experiment(archive_threshold=1)
-    long = bl.run(experiment, runs=1, seed=4, out=tmp_path / "long", generations=4)
-    short = bl.run(experiment, runs=1, seed=4, out=tmp_path / "short", generations=2)
+    long, short = (
+        bl.run(
+            experiment.replace(evolution={"generations": generations}),
+            runs=1,
+            seed=4,
+            out=tmp_path / f"generations-{generations}",
+        )
+        for generations in (4, 2)
+    )
     extended = short.extend(generations=4)
     for name in ("energy", "parents"):
         np.testing.assert_array_equal(extended.data()[name], long.data()[name])
