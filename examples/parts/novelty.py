@@ -3,13 +3,17 @@
 baldwinlab run evo/A --part examples/parts/novelty.py --set evolution.fitness=new-places
 """
 
+import numpy as np
+
 from baldwinlab.parts import Field, Fitness, compiled, per_run, square_root
 
 
 @compiled
 def distance(x, y, other_x, other_y):
     """Return the distance between two positions."""
-    return square_root((x - other_x) ** 2 + (y - other_y) ** 2)
+    dx = np.float64(x) - np.float64(other_x)
+    dy = np.float64(y) - np.float64(other_y)
+    return square_root(dx * dx + dy * dy)
 
 
 class NewPlaces(Fitness, name="new-places"):

@@ -13,6 +13,8 @@ from matplotlib.colors import to_hex, to_rgba_array
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.palette import GREEN, PURPLE
 from baldwinlab.api.checks import check_part
+from baldwinlab.engine.rng import SELECTION
+from baldwinlab.evolution import GenerationKey, fitness, select
 from baldwinlab.experiment import ExperimentError, assign, registry
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.presets import load
@@ -24,6 +26,7 @@ from baldwinlab.parts import (
     remove_item,
     sources_of,
 )
+from baldwinlab.parts.lifetimes import make_lifetimes
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from tests.models.miniworld.plain import draw_founders, simulate_steps
@@ -223,6 +226,33 @@ def test_a_custom_selection_chooses_the_parents() -> None:
     for generation in (1, 2):
         best = int(run.energy.values[generation - 1].argmax())
         assert (run.parents[generation] == best).all()
+
+
+def test_new_places_are_far_from_other_positions_and_from_the_archive() -> None:
+    experiment = with_settings(
+        "evo", "evolution.fitness=new-places", "evolution.new_places.archive_size=1"
+    )
+    run_arrays: dict[str, Any] = {}
+
+    def evaluate(*positions: tuple[float, float]) -> Any:
+        genomes = np.zeros((len(positions), 1, 1), np.float32)
+        lifetimes = make_lifetimes(genomes, position=np.array(positions, np.float32))
+        return fitness(experiment, lifetimes, run_arrays).tolist()
+
+    assert evaluate((0, 0), (3, 4)) == [5, 5]
+    # The first position of the first call is in the archive.
+    assert evaluate((0, 1), (0, 7)) == [1, 6]
+    assert evaluate((0, 7), (0, 9)) == [0, 2]
+
+
+def test_selection_by_region_chooses_only_agents_that_are_best_in_a_region() -> None:
+    experiment = with_settings("evo", "evolution.selection=by-region")
+    eaten = np.array([[5, 0], [0, 5], [4, 4], [0, 0]], np.int32)
+    lifetimes = make_lifetimes(np.zeros((4, 1, 1), np.float32), eaten=eaten)
+    key = GenerationKey(1, 0, 1)
+    uniforms = key.uniforms(SELECTION, (4, 2))
+    parents = select(experiment, np.zeros(4), uniforms, lifetimes, key)
+    assert set(parents.ravel().tolist()) == {0, 1}
 
 
 def test_an_experiment_has_only_the_fields_of_its_parts() -> None:

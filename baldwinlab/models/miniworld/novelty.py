@@ -55,11 +55,11 @@ def _distance_to_behavior(part: Any, lifetimes: Lifetimes, agent: int, number: i
 @compiled
 def _compute_novelty(part: Any, lifetimes: Lifetimes, agent: int, n_behaviors: int) -> float:
     """Return the mean distance to the k nearest behaviors without the agent itself."""
-    n_neighbors = min(part.neighbors, n_behaviors - 1)
+    n_neighbors = 0
     total = 0.0
     last_distance = -1.0
     last_number = -1
-    for _ in range(n_neighbors):
+    while n_neighbors < part.neighbors:
         # The next neighbor is the first after the last one, by distance and then by number.
         nearest = math.inf
         nearest_number = -1
@@ -72,6 +72,10 @@ def _compute_novelty(part: Any, lifetimes: Lifetimes, agent: int, n_behaviors: i
                 if is_later and distance < nearest:
                     nearest = distance
                     nearest_number = number
+        # No behavior is left, or the agent has no position.
+        if nearest_number < 0:
+            break
+        n_neighbors += 1
         total += nearest
         last_distance = nearest
         last_number = nearest_number
