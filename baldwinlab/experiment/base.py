@@ -307,7 +307,13 @@ class BaseExperiment(Fields):
             raise ExperimentError(
                 f"{path} = {name!r} is a {kind} that is not here: give it by --part FILE"
             )
-        return registry.find_class(kind, name)()
+        return _make_plain_part(registry.find_class(kind, name))
+
+
+@lru_cache(maxsize=256)
+def _make_plain_part(part: type) -> Any:
+    """Return a part without settings. Simulations read parts in every generation."""
+    return part()
 
 
 def _without_idle_tables(

@@ -7,6 +7,7 @@ loads no engine. A custom part is registered when its class is created.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from importlib import import_module
 from typing import Any, Final, NamedTuple
 
@@ -205,7 +206,12 @@ def find_class(kind: str, name: str) -> Any:
     """Return the class of a part. Raises KeyError if it does not exist."""
     if name in _CUSTOM_PARTS[kind]:
         return _CUSTOM_PARTS[kind][name]
-    location = BUILT_IN[kind].get(name) or LIBRARY[kind][name]
+    return _import_class(BUILT_IN[kind].get(name) or LIBRARY[kind][name])
+
+
+@cache
+def _import_class(location: str) -> Any:
+    """Return the class at a location such as "module:Class"."""
     module, _, class_name = location.partition(":")
     return getattr(import_module(module), class_name)
 

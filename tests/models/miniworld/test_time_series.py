@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.simulation.simulate import simulate
+from baldwinlab.simulation.history import History
+from baldwinlab.simulation.simulate import continue_histories, simulate, simulate_histories
 from baldwinlab.studies.open import open_runs
 from tests.small_studies import make_small_study, shorten_preset
 
@@ -70,3 +71,12 @@ def test_a_study_stores_time_series_and_opens_them_with_the_dimension_run(tmp_pa
         with_windows["energy_gained"].sum("window"), with_windows.energy.sum("agent")
     )
     assert data["energy_gained"].sel(condition="evo/A").isnull().all()
+
+
+def test_an_extended_run_with_time_series_has_the_bits_of_a_long_run() -> None:
+    several = series_experiment().replace(lifetime={"repeats": 2}, population={"worlds": 4})
+    (stored,) = simulate_histories(several.replace(evolution={"generations": 2}), 2, [1])
+    extended = History(several, 2, 1, record=stored.record())
+    continue_histories([extended])
+    (long,) = simulate_histories(several, 2, [1])
+    assert extended.dataset().identical(long.dataset())
