@@ -7,33 +7,31 @@ from baldwinlab.parts import Selection, compiled, draw
 
 
 @compiled
-def shuffle(stream, first_draw, cases, count):
-    """Write the numbers of the cases in random order."""
-    for case in range(count):
-        cases[case] = case
-    for last in range(count - 1, 0, -1):
-        swapped = int(draw(stream, first_draw + last) * (last + 1))
-        cases[last], cases[swapped] = cases[swapped], cases[last]
+def next_region(stream, first_draw, regions, previous):
+    """Return the region with the next larger random number, or -1."""
+    limit = draw(stream, first_draw + previous) if previous >= 0 else 0.0
+    following = -1
+    for region in range(regions):
+        key = draw(stream, first_draw + region)
+        if key > limit and (following < 0 or key < draw(stream, first_draw + following)):
+            following = region
+    return following
 
 
 class ByRegion(Selection, name="by-region"):
     """The agent with most food of a random region. The next region decides between equals."""
-
-    def check(self, experiment):
-        if len(experiment.world.food) > experiment.population.size:
-            raise ValueError("by-region needs at least one agent per region of food")
 
     @staticmethod
     def select_with_genomes(part, stream, lifetimes, fitness, uniforms, shares, order, parents):
         regions = lifetimes.eaten.shape[1]
         for child in range(parents.shape[0]):
             for side in range(2):
-                shuffle(stream, (2 * child + side) * regions, shares, regions)
+                first_draw = (2 * child + side) * regions
                 count = fitness.size
                 for agent in range(count):
                     order[agent] = agent
-                for number in range(regions):
-                    region = int(shares[number])
+                region = next_region(stream, first_draw, regions, -1)
+                while region >= 0:
                     best = 0
                     for candidate in range(count):
                         best = max(best, lifetimes.eaten[order[candidate], region])
@@ -43,13 +41,15 @@ class ByRegion(Selection, name="by-region"):
                             order[remaining] = order[candidate]
                             remaining += 1
                     count = remaining
+                    region = next_region(stream, first_draw, regions, region)
                 parents[child, side] = order[int(uniforms[child, 0, side] * count)]
 
     @staticmethod
     def oracle(part, stream, lifetimes, fitness, uniforms):
         def find_parent(child, side):
-            order = list(range(len(lifetimes.eaten[0])))
-            shuffle(stream, (2 * child + side) * len(order), order, len(order))
+            regions = range(len(lifetimes.eaten[0]))
+            first_draw = (2 * child + side) * len(regions)
+            order = sorted(regions, key=lambda region: draw(stream, first_draw + region))
             keys = [[eaten[region] for region in order] for eaten in lifetimes.eaten]
             best = [agent for agent, key in enumerate(keys) if key == max(keys)]
             return best[int(uniforms[child][0][side] * len(best))]
