@@ -394,7 +394,7 @@ def as_run(record: xr.Dataset) -> xr.Dataset:
 def without_run_arrays(record: xr.Dataset) -> xr.Dataset:
     """Return a record without the arrays of its run."""
     names = [name for name in record.data_vars if str(name).startswith(RUN_ARRAY_PREFIX)]
-    return record.drop_vars(names)
+    return record.drop_vars(names) if names else record
 
 
 def make_dataset(

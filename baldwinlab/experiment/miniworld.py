@@ -11,6 +11,7 @@ Source: the paper, section "Simulation setup".
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from itertools import pairwise
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -430,15 +431,7 @@ class Experiment(BaseExperiment):
     @property
     def part_records(self) -> dict[str, Any]:
         """The records of all parts in all generations: declared arrays by name."""
-        segments = [segment for _, segment in self.segments()]
-        return {
-            name: array
-            for segment in segments
-            for member in segment.species_experiments() or (segment,)
-            for path, _, _ in choosing_fields(type(member))
-            for part in member.parts(path)
-            for name, array in part.records.items()
-        }
+        return _list_part_records(self)
 
     @property
     def learning_steps(self) -> int:
@@ -502,3 +495,17 @@ class Experiment(BaseExperiment):
             return max(member.genome_length for member in members)
         n_rate_genes = int(self.learning.evolved_rate)
         return self.weight_count + n_rate_genes + len(self.gene_names)
+
+
+@lru_cache(maxsize=256)
+def _list_part_records(experiment: Experiment) -> dict[str, Any]:
+    """Return the records of all parts in all generations: declared arrays by name."""
+    segments = [segment for _, segment in experiment.segments()]
+    return {
+        name: array
+        for segment in segments
+        for member in segment.species_experiments() or (segment,)
+        for path, _, _ in choosing_fields(type(member))
+        for part in member.parts(path)
+        for name, array in part.records.items()
+    }

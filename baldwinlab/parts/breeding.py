@@ -65,10 +65,10 @@ def breeding_part(
         Type of `values` and all hooks, for the compiler.
     """
     values, code = _compile_part(experiment, field)
+    if not has_run_arrays(code[0].part):
+        return values, code
     part = experiment.part(f"evolution.{field}")
     declared = {name: array for name, array in part.arrays.items() if array.owner == "run"}
-    if not declared:
-        return values, code
     stored = {} if run_arrays is None else run_arrays
     arrays = {}
     for name, array in declared.items():

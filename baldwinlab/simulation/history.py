@@ -293,7 +293,7 @@ class History:
         )
         genome_dataset = variables.make_dataset(declared, {"kept_genome": genomes}, attributes={})
         run_arrays = store_run_arrays(self._run_arrays_before)
-        return labelled.assign(genome_dataset.data_vars).assign(run_arrays)
+        return labelled.assign({**genome_dataset.data_vars, **run_arrays})
 
 
 def store_run_arrays(arrays_of_species: SpeciesArrays) -> dict[str, xr.Variable]:
