@@ -17,6 +17,7 @@ from baldwinlab.evolution.species import derive_seed
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.reevaluation import reevaluate, restore_genomes
 from baldwinlab.simulation.simulate import continue_histories, simulate, simulate_batch
+from baldwinlab.studies.assays.catalog import why_not_applicable
 
 INNATE = {"name": "innate", "size": 5, "hinton_nowlan": {"guessing": False}}
 GUESSING = {"name": "guessing", "size": 15}
@@ -145,3 +146,10 @@ def test_another_simulation_of_stored_agents_with_species_is_refused() -> None:
     genomes = make_founders(NEEDLE, GenerationKey(0, 0, 0))[None]
     with pytest.raises(RefusedError, match="has several species"):
         reevaluate(NEEDLE, 0, [0], 0, genomes)
+
+
+@pytest.mark.parametrize("name", ["innate", "neutral", "fork", "modules"])
+def test_assays_of_lifetimes_are_refused(name: str) -> None:
+    reason = why_not_applicable(name, "needle", {"needle": NEEDLE})
+    assert reason == f"the assay {name} needs a population without species, and needle has several"
+    assert why_not_applicable("descent", "needle", {"needle": NEEDLE}) == ""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from scipy import stats
 
 from baldwinlab.analysis.statistics.comparisons import Comparison
 from baldwinlab.analysis.statistics.proportions import estimate_probability, proportion_interval
 from baldwinlab.analysis.statistics.rules import RULES
+from baldwinlab.papers.claims import ClaimComparison
 
 
 @pytest.mark.parametrize(("successes", "runs"), [(0, 20), (1, 20), (10, 20), (20, 20)])
@@ -55,3 +57,8 @@ def test_the_interval_decides_a_claim_about_a_probability(
         RULES[f"probability_{name}"](numbers, nan, 0.05) for name in ("above", "below", "equals")
     ]
     assert verdicts == [above, below, equal]
+
+
+def test_a_claim_about_a_probability_needs_a_measure_of_0_or_1() -> None:
+    with pytest.raises(ValidationError, match="needs a measure that is 0 or 1, a bound, and no b"):
+        ClaimComparison(a="x", measure="mean", rule="probability_above", bound=0.05)
