@@ -127,6 +127,7 @@ def _collect_species(
 ) -> list[LifeResults]:
     """Return the results of a species for each run of a batch."""
     eaten = view.eaten_in_life()
+    positions = view.positions()
     weights = view.weights()
     shape = genomes.shape[:2]
     records: dict[str, npt.NDArray[Any]] = dict(eaten_by_kind(member, eaten))
@@ -144,6 +145,8 @@ def _collect_species(
             ),
             learned=weights[run_index],
             records={name: values[run_index] for name, values in records.items()},
+            eaten=eaten[run_index],
+            position=positions[run_index],
         )
         for run_index in range(len(genomes))
     ]
@@ -152,15 +155,10 @@ def _collect_species(
 def _join_species(results: Sequence[LifeResults], learns: bool) -> LifeResults:
     """Return the results of all agents of a run, from those of each species.
 
-    The value of a record that a species does not have is 0, and so are further learned weights.
+    The value of a record that a species does not have is 0. Learned weights and eaten kinds that a
+    species does not have are 0, too.
     """
     names = dict.fromkeys(name for species in results for name in species.records)
-    n_weights = max(species.learned.shape[1] for species in results if species.learned is not None)
-    learned = [
-        np.pad(species.learned, ((0, 0), (0, n_weights - species.learned.shape[1])))
-        for species in results
-        if species.learned is not None
-    ]
     records = {
         name: np.concatenate(
             [
@@ -173,14 +171,26 @@ def _join_species(results: Sequence[LifeResults], learns: bool) -> LifeResults:
     return LifeResults(
         energy=np.concatenate([species.energy for species in results]),
         cost=np.concatenate([species.cost for species in results]),
-        learned=np.concatenate(learned) if learns else None,
+        learned=_join_columns([species.learned for species in results]) if learns else None,
         records=records,
+        eaten=_join_columns([species.eaten for species in results]),
+        position=_join_columns([species.position for species in results]),
     )
+
+
+def _join_columns(arrays: Sequence[npt.NDArray[Any] | None]) -> npt.NDArray[Any]:
+    """Return arrays [agent, column] as one array, with 0 in the columns that an array lacks."""
+    existing = [array for array in arrays if array is not None]
+    n_columns = max(array.shape[1] for array in existing)
+    padded = [np.pad(array, ((0, 0), (0, n_columns - array.shape[1]))) for array in existing]
+    return np.concatenate(padded)
 
 
 def _stack_runs(results: Sequence[LifeResults]) -> LifeResults:
     """Return the results of all runs, from those of each run."""
     learned = [run.learned for run in results if run.learned is not None]
+    eaten = [run.eaten for run in results if run.eaten is not None]
+    positions = [run.position for run in results if run.position is not None]
     return LifeResults(
         energy=np.stack([run.energy for run in results]),
         cost=np.stack([run.cost for run in results]),
@@ -188,4 +198,6 @@ def _stack_runs(results: Sequence[LifeResults]) -> LifeResults:
         records={
             name: np.stack([run.records[name] for run in results]) for name in results[0].records
         },
+        eaten=np.stack(eaten),
+        position=np.stack(positions),
     )

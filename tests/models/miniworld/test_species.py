@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.variables import record_variables
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError
@@ -59,6 +60,8 @@ def test_two_equal_species_have_the_results_of_one_population(condition: str) ->
         actual = simulate_species(species, genomes, *sizes)
         np.testing.assert_array_equal(actual.energy, expected.energy)
         np.testing.assert_array_equal(actual.cost, expected.cost)
+        np.testing.assert_array_equal(actual.eaten, expected.eaten)
+        np.testing.assert_array_equal(actual.position, expected.position)
         np.testing.assert_array_equal(actual.records["food_eaten"], expected.records["food_eaten"])
         if condition != "evo":
             np.testing.assert_array_equal(actual.learned, expected.learned)
@@ -296,6 +299,11 @@ def test_a_species_with_the_name_of_a_kind_of_items_cannot_be_prey() -> None:
     ]
     with pytest.raises(ExperimentError, match="rename the species"):
         load("evo/A").replace(population={"species": species})
+
+
+def test_a_batch_of_one_species_refuses_an_experiment_with_several() -> None:
+    with pytest.raises(RefusedError, match="only complete lifetimes of several species"):
+        CpuBatch(make_predation(), SEED, RUNS)
 
 
 def test_species_run_on_the_cpu_only() -> None:

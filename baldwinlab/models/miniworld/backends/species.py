@@ -116,6 +116,10 @@ class SpeciesView:
         """Return the current weights of the action module, [world, agent, weight]."""
         return self._by_agent(self.state.weights)
 
+    def positions(self) -> npt.NDArray[np.float32]:
+        """Return the current positions of the agents, [world, agent, (x, y)]."""
+        return self._by_agent(self.state.positions)
+
     def _by_agent(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Return a copy of an array [row, lane] as [world, agent, row]."""
         worlds, agents = self._shape
