@@ -90,7 +90,7 @@ class Stagnation(Stop, name="stagnation"):
             part.stagnant[0] = 0
         else:
             part.stagnant[0] += 1
-        return part.stagnant[0] >= part.generations
+        return bool(part.stagnant[0] >= part.generations)
 
     @staticmethod
     def oracle(part: Any, lifetimes: Any, fitness: Any) -> Any:

@@ -205,7 +205,7 @@ def test_a_run_with_a_stagnation_continues_from_a_record_to_the_same_bits(stored
         assert continued.record().identical(complete.record())
 
 
-STOPS = {
+STOPS: dict[str, dict[str, Any]] = {
     "target-fitness": {"target": 2.4, "statistic": "maximum"},
     "stagnation": {"generations": 4},
     "fixation": {},
@@ -214,9 +214,9 @@ STOPS = {
 
 @pytest.mark.parametrize("name", STOPS)
 def test_a_built_in_stop_agrees_with_its_oracle(name: str) -> None:
-    settings = {"stop": name, name.replace("-", "_"): STOPS[name]}
+    settings: dict[str, Any] = {"stop": name, name.replace("-", "_"): STOPS[name]}
     if not STOPS[name]:
         del settings[name]
-    experiment = make_experiment(**settings)
+    experiment = make_experiment("evo/A", **settings)
     part = type(experiment.part("evolution.stop"))
     compare_stop(PartGroup((part,), experiment), experiment.part("evolution.stop"))
