@@ -35,7 +35,7 @@ def _wrap(difference: float, span: float) -> float:
 def _measure_distance(part: Any, x: float, y: float, other_x: float, other_y: float) -> float:
     dx = _wrap(x - other_x, part.width)
     dy = _wrap(y - other_y, part.height)
-    return square_root(dx * dx + dy * dy)
+    return square_root(dx * dx + dy * dy)  # type: ignore[no-any-return]
 
 
 @compiled
