@@ -65,7 +65,7 @@ def breeding_part(
         Type of `values` and all hooks, for the compiler.
     """
     values, code = _compile_part(experiment, field)
-    if not has_run_arrays(code[0].part):
+    if not has_run_arrays(type(values).part):
         return values, code
     part = experiment.part(f"evolution.{field}")
     declared = {name: array for name, array in part.arrays.items() if array.owner == "run"}
