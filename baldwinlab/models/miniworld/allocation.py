@@ -9,11 +9,11 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine import poison
 from baldwinlab.engine.phases import Array, hook_functions
 from baldwinlab.engine.simd import WIDTH
 from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.grid import (
     compute_alert_radius,
     compute_grid_shape,
@@ -398,12 +398,8 @@ def make_state(
     RefusedError
         If the experiment has species, and no population is given.
     """
-    if experiment.population.species and population_class is None:
-        raise RefusedError(
-            f"{experiment.name} has population.species: only complete lifetimes of several species "
-            "are simulated. Replays, maps in the lab, movies, exported pages and assays need an "
-            "experiment with one species"
-        )
+    if population_class is None:
+        require_single_species(experiment, "a batch of one species")
     array_shape = _shape_function(experiment, worlds, grid)
     population_class = population_class or choose_population(experiment)
 

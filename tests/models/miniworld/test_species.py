@@ -302,7 +302,7 @@ def test_a_species_with_the_name_of_a_kind_of_items_cannot_be_prey() -> None:
 
 
 def test_a_batch_of_one_species_refuses_an_experiment_with_several() -> None:
-    with pytest.raises(RefusedError, match="only complete lifetimes of several species"):
+    with pytest.raises(RefusedError, match="a batch of one species needs"):
         CpuBatch(make_predation(), SEED, RUNS)
 
 
