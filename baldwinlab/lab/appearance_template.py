@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import FOOD_COLOR, item_regions
 from baldwinlab.models.miniworld.appearance import describe_appearance
+from baldwinlab.models.miniworld.regions import FOOD_COLOR, item_regions
 from baldwinlab.models.miniworld.state import FOOD
 
 

@@ -13,8 +13,8 @@ from baldwinlab.api.checks.fixture import PartGroup, part_values
 from baldwinlab.api.checks.oracle_data import Agent, Item
 from baldwinlab.api.checks.reference import Naive
 from baldwinlab.evolution import GenerationKey, draw_genomes
-from baldwinlab.models.miniworld.allocation import item_kinds, item_regions
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
+from baldwinlab.models.miniworld.regions import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 
 MOVED_VARIABLES = ("x", "y", "heading", "action")

@@ -23,10 +23,10 @@ from baldwinlab.models.miniworld.grid import (
 from baldwinlab.models.miniworld.lookup import MAX_TABLE_INPUTS, choose_lookup
 from baldwinlab.models.miniworld.mortality import MortalPopulation
 from baldwinlab.models.miniworld.population import FixedPopulation
+from baldwinlab.models.miniworld.regions import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import (
     ARRAYS,
     ARRAYS_OF_CALLER,
-    FOOD,
     HEADING_COUNT,
     Floats,
     MiniWorldModel,
@@ -36,8 +36,6 @@ from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.part import Part, compiled_values, overridden_hooks
 from baldwinlab.parts.world_features import ItemRegion
 
-# A color of `baldwinlab.analysis.palette`.
-FOOD_COLOR: Final = "green"
 # Number of decimal digits of a sine or cosine before it is rounded to float32.
 N_DIGITS: Final = 15
 
@@ -54,84 +52,10 @@ def _allocate_array(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]
     return array
 
 
-def item_regions(experiment: Experiment) -> tuple[ItemRegion, ...]:
-    """Return all regions of items: first the food of the world, then the items of features.
-
-    Parameters
-    ----------
-    experiment : Experiment
-        The experiment, as a function of `derived` gets it.
-
-    Returns
-    -------
-    tuple of ItemRegion
-        Kind, edges, number and energy of the items. The index is the region in hooks.
-    """
-    food = tuple(
-        ItemRegion(
-            kind=FOOD,
-            x=region.x,
-            y=region.y,
-            count=region.count,
-            energy=region.energy,
-            color=FOOD_COLOR,
-        )
-        for region in experiment.world.food
-    )
-    return food + tuple(
-        region for feature in experiment.parts("world.features") for region in feature.items()
-    )
-
-
-def item_kinds(experiment: Experiment) -> tuple[str, ...]:
-    """Return the kinds of items by number. Kind 0 is food, even if there is no food.
-
-    Parameters
-    ----------
-    experiment : Experiment
-        The experiment, as a function of `derived` gets it.
-
-    Returns
-    -------
-    tuple of str
-        Names of the kinds. The index is the value in `model.region_kind`.
-    """
-    return tuple(dict.fromkeys([FOOD, *(region.kind for region in item_regions(experiment))]))
-
-
-def eaten_energies(experiment: Experiment) -> list[float]:
-    """Return the energies of what an agent eats: items by region, then agents by species.
-
-    They are the energies of the rows of `State.eaten_in_life`.
-    """
-    energies = [region.energy for region in item_regions(experiment)]
-    prey_energies = [prey.energy for prey in experiment.eats.prey]
-    # Without regions, the arrays have a row for items.
-    return [*(energies or [0.0]), *prey_energies] if prey_energies else energies
-
-
 def choose_population(experiment: Experiment) -> type[FixedPopulation]:
     """Return the type of the population of an experiment with one species."""
     is_selective = experiment.eats.items is not None
     return MortalPopulation if experiment.has_deaths or is_selective else FixedPopulation
-
-
-def kind_number(kind: str) -> Callable[[Any, Experiment], int]:
-    """Return a function for `derived` of a part: the number of a kind of items.
-
-    Parameters
-    ----------
-    kind : str
-        Name of the kind, for example "food".
-
-    Returns
-    -------
-    Callable
-        Function of (part, experiment). It returns the number, or -1 without such items.
-    """
-    return lambda part, experiment: (
-        item_kinds(experiment).index(kind) if kind in item_kinds(experiment) else -1
-    )
 
 
 def _region_size(region: ItemRegion) -> tuple[float, float]:

@@ -11,7 +11,7 @@ import json
 from typing import Any, NamedTuple
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import item_regions
+from baldwinlab.models.miniworld.regions import item_regions
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 
 

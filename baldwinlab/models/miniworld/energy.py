@@ -18,7 +18,7 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
-from baldwinlab.models.miniworld.allocation import eaten_energies
+from baldwinlab.models.miniworld.regions import eaten_energies
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
 ZERO = np.float32(0)

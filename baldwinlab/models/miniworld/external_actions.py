@@ -15,13 +15,13 @@ from baldwinlab.engine.simd import get, lanes_in_block, put, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.several_worlds import has_several_worlds
 from baldwinlab.models.miniworld.allocation import (
-    eaten_energies,
     list_hooks,
     make_model,
     make_state,
     poison_state,
 )
 from baldwinlab.models.miniworld.birth import init_generation
+from baldwinlab.models.miniworld.regions import eaten_energies
 from baldwinlab.models.miniworld.state import Floats, MiniWorldModel, State
 from baldwinlab.models.miniworld.step import (
     act_and_learn,

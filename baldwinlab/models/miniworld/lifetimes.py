@@ -11,15 +11,10 @@ import numpy.typing as npt
 
 from baldwinlab.evolution.fitness import compute_learning_cost, sum_energy
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import (
-    choose_population,
-    eaten_energies,
-    item_kinds,
-    item_regions,
-    read_part_records,
-)
+from baldwinlab.models.miniworld.allocation import choose_population, read_part_records
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, Batch
 from baldwinlab.models.miniworld.population import FixedPopulation
+from baldwinlab.models.miniworld.regions import eaten_energies, item_kinds, item_regions
 from baldwinlab.models.miniworld.repeated_lifetimes import combine_lifetimes
 from baldwinlab.models.miniworld.state import FOOD, State
 from baldwinlab.models.miniworld.time_series import simulate_windows

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from baldwinlab.evolution.fitness import compute_learning_cost, sum_energy
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import eaten_energies, read_part_records
+from baldwinlab.models.miniworld.allocation import read_part_records
 from baldwinlab.models.miniworld.backends.choice import Backend
 from baldwinlab.models.miniworld.backends.species import SpeciesBatch, SpeciesView
 from baldwinlab.models.miniworld.lifetimes import (
@@ -18,6 +18,7 @@ from baldwinlab.models.miniworld.lifetimes import (
     read_death_records,
     reshape_lanes,
 )
+from baldwinlab.models.miniworld.regions import eaten_energies
 from baldwinlab.parts.model_part import LifeResults
 
 Sizes = tuple[int, ...]

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import eaten_energies
 from baldwinlab.models.miniworld.backends.choice import Batch
+from baldwinlab.models.miniworld.regions import eaten_energies
 
 # [population, window].
 Series = npt.NDArray[np.float64]

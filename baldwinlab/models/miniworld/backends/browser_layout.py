@@ -19,8 +19,6 @@ from baldwinlab.evolution.inheritance import Darwinian
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.models.miniworld.allocation import (
-    item_kinds,
-    item_regions,
     list_hooks,
     make_model,
     make_state,
@@ -46,6 +44,7 @@ from baldwinlab.models.miniworld.backends.browser_leaves import (
     type_code,
 )
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
+from baldwinlab.models.miniworld.regions import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import ARRAYS
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.lifetimes import records_class

@@ -13,12 +13,12 @@ from baldwinlab.engine.jit import cached_jit, resolve_call
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import (
     GridSettings,
-    item_regions,
     list_hooks,
     make_model,
     make_state,
     poison_state,
 )
+from baldwinlab.models.miniworld.regions import item_regions
 from baldwinlab.models.miniworld.senses.species_sight import SpeciesSense
 from baldwinlab.models.miniworld.species_population import SHARED_ARRAYS, SpeciesPopulation
 from baldwinlab.models.miniworld.species_step import simulate_species

@@ -32,9 +32,9 @@ from baldwinlab.evolution.genes import GeneTable, make_gene_table, mix_genes
 from baldwinlab.evolution.neutral_selection import is_neutral_control
 from baldwinlab.evolution.rng_key import GenerationKey
 from baldwinlab.evolution.roulette_wheel import find_first_above
-from baldwinlab.models.miniworld.allocation import eaten_energies
 from baldwinlab.models.miniworld.birth import replace_agent
 from baldwinlab.models.miniworld.population import agent_number, is_alive, newborn_number
+from baldwinlab.models.miniworld.regions import eaten_energies
 from baldwinlab.parts import Field, WorldFeature, compiled, per_world, philox, unit
 from baldwinlab.parts.breeding import breeding_part, copy_genome
 from baldwinlab.parts.variation import vary, vary_population

@@ -13,8 +13,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 from baldwinlab.engine.phases import Array
-from baldwinlab.models.miniworld.allocation import kind_number
 from baldwinlab.models.miniworld.map import shortest_difference
+from baldwinlab.models.miniworld.regions import kind_number
 from baldwinlab.models.miniworld.senses.agent_scan import AgentSense
 from baldwinlab.models.miniworld.senses.sight import pack_sectors, sense_items, test_sectors
 from baldwinlab.models.miniworld.state import HEADING_COUNT

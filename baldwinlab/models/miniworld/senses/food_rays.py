@@ -16,7 +16,8 @@ from pydantic import Field
 
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import square_root
-from baldwinlab.models.miniworld.allocation import N_DIGITS, kind_number
+from baldwinlab.models.miniworld.allocation import N_DIGITS
+from baldwinlab.models.miniworld.regions import kind_number
 from baldwinlab.models.miniworld.senses.item_scan import record_items
 from baldwinlab.models.miniworld.senses.sight import is_within_sight
 from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State

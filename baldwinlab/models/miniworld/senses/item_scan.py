@@ -12,12 +12,12 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
 from baldwinlab.engine.simd import Lane, Value, any_of, get, lanes_in_block, simd_block
 from baldwinlab.experiment.registry import table_name
-from baldwinlab.models.miniworld.allocation import item_kinds, kind_number
 from baldwinlab.models.miniworld.items import (
     find_cells_within,
     find_slots_in_row,
     position_in_image,
 )
+from baldwinlab.models.miniworld.regions import item_kinds, kind_number
 from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
 
