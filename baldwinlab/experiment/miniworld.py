@@ -368,7 +368,7 @@ class Experiment(BaseExperiment):
 
     @property
     def measures(self) -> Mapping[str, Measure] | None:
-        """Measures of a run of this experiment."""
+        """The measures of a run of this experiment."""
         measures = super().measures or {}
         prey = [prey.species for member in self.species_experiments() for prey in member.eats.prey]
         if not prey:

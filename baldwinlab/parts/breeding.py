@@ -88,11 +88,33 @@ def _compile_part(experiment: Any, field: str) -> tuple[Any, tuple[Callable[...,
 
 
 def has_run_arrays(part: Any) -> bool:
-    """Return whether a part has arrays of the run, whose owner is "run"."""
+    """Return whether a part has arrays of the run, whose owner is "run".
+
+    Parameters
+    ----------
+    part : Part
+        A part of evolution.
+
+    Returns
+    -------
+    bool
+        True if one of its arrays is made by `per_run`.
+    """
     return any(array.owner == "run" for array in part.arrays.values())
 
 
 def uses_run_arrays(experiment: Any) -> bool:
-    """Return whether a part of the evolution of an experiment has arrays of the run."""
+    """Return whether a part of the evolution of an experiment has arrays of the run.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+
+    Returns
+    -------
+    bool
+        True if the selection, variation, inheritance, fitness or stop has arrays of the run.
+    """
     fields = ("selection", "variation", "inheritance", "fitness", "stop")
     return any(has_run_arrays(experiment.part(f"evolution.{field}")) for field in fields)

@@ -107,31 +107,30 @@ class Gene:
             If a name is unknown, or a number is outside its range.
         """
 
-        def read(value: Any) -> Any:
-            return _read_value(value, part, experiment) if isinstance(value, str) else value
-
         size = self.size
         if size is None:
             n_weights = max(1, len(experiment.modules) * experiment.weight_count)
             size = 1 / math.sqrt(2 * n_weights)
         return replace(
             self,
-            initial=read(self.initial),
-            low=read(self.low),
-            high=read(self.high),
-            size=read(size),
-            rate=read(self.rate),
+            initial=_read_value(self.initial, part, experiment),
+            low=_read_value(self.low, part, experiment),
+            high=_read_value(self.high, part, experiment),
+            size=_read_value(size, part, experiment),
+            rate=_read_value(self.rate, part, experiment),
         )
 
 
-def _read_value(name: str, part: Any, experiment: Any) -> float:
-    """Return a numeric setting or a derived value of a part."""
-    if name in type(part).model_fields:
-        return float(getattr(part, name))
-    if name in part.derived:
-        return float(part.derived[name](part, experiment))
+def _read_value(value: Any, part: Any, experiment: Any) -> Any:
+    """Return a number, or the setting or derived value of a part that a text names."""
+    if not isinstance(value, str):
+        return value
+    if value in type(part).model_fields:
+        return float(getattr(part, value))
+    if value in part.derived:
+        return float(part.derived[value](part, experiment))
     names = ", ".join([*type(part).model_fields, *part.derived]) or "none"
-    raise ValueError(f"gene: {name!r} is no setting or derived value of the part (it has {names})")
+    raise ValueError(f"gene: {value!r} is no setting or derived value of the part (it has {names})")
 
 
 def add_gene_arrays(part: Any) -> None:

@@ -61,10 +61,12 @@ def make_lifetimes(
 
     Parameters
     ----------
-    genome, energy, cost, eaten, position, species : array
+    genome, energy, cost, eaten, position : array
         The fields of `Lifetimes`.
     records : Mapping[str, array]
         Recorded variables by name, each [agent].
+    species : array, int32 [agent]
+        Species of each agent.
 
     Returns
     -------
@@ -135,7 +137,20 @@ def lifetimes_of_run(
 
 
 def select_lifetimes(lifetimes: Lifetimes, agents: slice) -> Lifetimes:
-    """Return the lifetimes of some agents."""
+    """Return the lifetimes of some agents.
+
+    Parameters
+    ----------
+    lifetimes : Lifetimes
+        Lifetimes of all agents.
+    agents : slice
+        The agents.
+
+    Returns
+    -------
+    Lifetimes
+        Views of the arrays.
+    """
     records = lifetimes.records._make(values[agents] for values in lifetimes.records)
     selected = {
         name: getattr(lifetimes, name)[agents] for name in Lifetimes._fields if name != "records"
@@ -144,7 +159,20 @@ def select_lifetimes(lifetimes: Lifetimes, agents: slice) -> Lifetimes:
 
 
 def empty_lifetimes(experiment: Any, genome: npt.NDArray[np.float32]) -> Lifetimes:
-    """Return lifetimes without energy and with records of 0, for genomes [agent, ...]."""
+    """Return lifetimes without energy and with records of 0.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+    genome : array, float32 [agent, module, weight]
+        Genomes at birth.
+
+    Returns
+    -------
+    Lifetimes
+        Lifetimes with the types of the experiment.
+    """
     records = {
         name: np.zeros(len(genome), dtype) for name, dtype in record_types(experiment).items()
     }
@@ -180,7 +208,18 @@ def record_types(experiment: Any) -> dict[str, Any]:
 
 @lru_cache(maxsize=256)
 def records_class(names: tuple[str, ...]) -> Any:
-    """Return the NamedTuple class of records with these names."""
+    """Return the NamedTuple class of records with these names.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Names of the records.
+
+    Returns
+    -------
+    type
+        The same class for the same names.
+    """
     records: Any = namedtuple("Records", names)  # type: ignore[misc]
     # The cache of compiled code identifies the class by its module and this name.
     records.__module__ = __name__

@@ -139,5 +139,19 @@ class SynapticRule(LearningRule):
 
     @staticmethod
     def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
-        """Call `change_synapse` for each weight, with the learning rate of the agent."""
+        """Call `change_synapse` for each weight, with the learning rate of the agent.
+
+        Parameters
+        ----------
+        part : NamedTuple
+            Numeric settings, derived values and arrays of the part.
+        model : MiniWorldModel
+            Constants of the lifetime. Read only.
+        state : State
+            Arrays of the step, and the other parts.
+        step : int
+            Step of the lifetime, from 0.
+        lane : int, or a SIMD block
+            Column of the agent.
+        """
         for_each_synapse(part, state, get(state.rate, 0, lane), lane)

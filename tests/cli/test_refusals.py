@@ -115,7 +115,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
                 "--out",
                 "x.nc",
             ],
-            "generation = 9 must be",
+            "generation = 9: run 0 of evo/A has the generations 0 to 2",
         ),
         (
             [

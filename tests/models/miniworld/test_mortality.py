@@ -90,10 +90,10 @@ def test_a_dead_agent_neither_moves_eats_nor_learns() -> None:
         before = getattr(at_death.state, name)[:, dead]
         after = getattr(at_end.state, name)[:, dead]
         np.testing.assert_array_equal(after, before, err_msg=name)
-    living = slice(0, 6, 2)
+    alive = slice(0, 6, 2)
     for name in ("positions", "weights"):
-        before = getattr(at_death.state, name)[:, living]
-        after = getattr(at_end.state, name)[:, living]
+        before = getattr(at_death.state, name)[:, alive]
+        after = getattr(at_end.state, name)[:, alive]
         assert (before != after).any(axis=0).all()
     assert (at_end.state.positions[0, dead] < 0).all()
 
@@ -140,8 +140,10 @@ def test_a_newborn_has_the_first_free_slot() -> None:
     assert 0 < np.abs(child - genomes[0, 0]).max() <= 0.5
     np.testing.assert_array_equal(results.final_population.origin[0, 1], [0, 0])
     # The other slots have the genomes of the first agents.
-    others = [0, 2, 3, 4, 5]
-    np.testing.assert_array_equal(results.final_population.genome[0, others], genomes[0, others])
+    unchanged = [0, 2, 3, 4, 5]
+    np.testing.assert_array_equal(
+        results.final_population.genome[0, unchanged], genomes[0, unchanged]
+    )
 
 
 def test_agents_leave_the_items_that_they_do_not_eat() -> None:
