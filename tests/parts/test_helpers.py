@@ -141,6 +141,11 @@ def make_batch(**changes: Any) -> CpuBatch:
     return simulate_steps(experiment, draw_founders(experiment), 1)
 
 
+@pytest.mark.parametrize("name", parts.__all__)
+def test_every_public_name_exists(name: str) -> None:
+    assert hasattr(parts, name)
+
+
 def test_the_names_of_model_helpers_are_those_of_their_modules() -> None:
     assert (parts.AgentSense, parts.ItemSense) == (AgentSense, ItemSense)
     with pytest.raises(AttributeError, match="no attribute 'unknown_helper'"):
