@@ -91,9 +91,15 @@ DRAW_PICTURE: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = 
     "soltoggio-2008": _draw_curves,
     "le-2018": _draw_shares,
     "invasion": _draw_fixation_probabilities,
+    "predators-and-prey": _make_draw_measures("predators-and-prey"),
 }
 # The panel on the card. The default is the first panel.
-CARD_PANELS: Final = {"mayley-1996": 1, "nolfi-parisi-1993": 1, "nolfi-elman-parisi-1994": 1}
+CARD_PANELS: Final = {
+    "mayley-1996": 1,
+    "nolfi-parisi-1993": 1,
+    "nolfi-elman-parisi-1994": 1,
+    "predators-and-prey": 1,
+}
 # A picture in docs/, and the left, upper, right and lower edge of the card in the picture.
 CARD_CROPS: Final = {
     "le-2019": ("emergence.png", (22, 58, 947, 510)),

@@ -35,6 +35,7 @@ VERDICTS = {
     "soltoggio-2008": {"S1": "holds", "S2": "holds", "S3": "holds", "S4": "does not hold"},
     "le-2018": {f"L{number}": "holds" for number in (1, 2, 3)},
     "invasion": {f"I{number}": "holds" for number in range(1, 8)},
+    "predators-and-prey": {"P5": "holds"} | {f"P{number}": "undecided" for number in (1, 2, 3, 4)},
 }
 
 
