@@ -218,6 +218,9 @@ function createNumberInputs(form, node, values, path, title) {
 /** Return a list that can grow and shrink: numbers in a row, or groups. */
 function createList(form, node, holder, key, path) {
   const item = resolve(form, node.items);
+  // A list that is not set is null, and stays null while it has no entries.
+  const emptyList = holder[key] === null ? null : [];
+  const listed = () => holder[key] ?? [];
   const title = formatName(key);
   const fault = el("p", { class: "fault", hidden: true });
   const entries = el("div", { class: item.type === "object" ? "form-groups" : "form-row" });
@@ -230,14 +233,14 @@ function createList(form, node, holder, key, path) {
     for (const old of [...form.fields.keys()])
       if (old.startsWith(`${path}.`)) form.fields.delete(old);
     entries.replaceChildren(
-      ...holder[key].map((_, number) =>
+      ...listed().map((_, number) =>
         createEntry(form, item, holder, key, number, path, title, redraw),
       ),
     );
-    add.disabled = node.maxItems !== undefined && holder[key].length >= node.maxItems;
+    add.disabled = node.maxItems !== undefined && listed().length >= node.maxItems;
   };
   const redraw = (values) => {
-    holder[key] = values;
+    holder[key] = values.length > 0 ? values : emptyList;
     draw();
     if (item["x-chooses"]) form.chosen();
     else form.changed();
@@ -245,7 +248,7 @@ function createList(form, node, holder, key, path) {
   // There are no options.
   add.hidden = item.enum?.length === 0;
   add.addEventListener("click", () =>
-    redraw([...holder[key], chooseNewEntry(form, item, holder[key])]),
+    redraw([...listed(), chooseNewEntry(form, item, listed())]),
   );
   form.fields.set(path, { fault, input: null });
   draw();
