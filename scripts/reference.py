@@ -155,13 +155,16 @@ def _model(name: str) -> str:
         for field, value in fields.items()
     ]
     text += f"\nDefaults of shared settings: {', '.join(defaults)}.\n" if defaults else ""
+    measures = {name: measure.meaning for name, measure in model.measures.items()}
+    shares = {name: share.meaning for name, share in model.shares.items()}
+    views = {name: view.description for name, view in model.views.items()}
     lists = {
-        "Measures of a run, for claims": model.measures,
-        "Shares of the population, drawn by generation": model.shares,
-        "Views of a generation in the lab": model.views,
+        "Measures of a run, for claims": measures,
+        "Shares of the population, drawn by generation": shares,
+        "Views of a generation in the lab": views,
     }
     for title, entries in lists.items():
-        lines = "".join(f"- `{key}`: {entry.meaning}\n" for key, entry in entries.items())
+        lines = "".join(f"- `{key}`: {meaning}\n" for key, meaning in entries.items())
         text += f"\n{title}:\n\n{lines}" if lines else ""
     if model.records:
         text += f"\nRecorded in addition to fitness ({model.payoff}):\n\n"
