@@ -44,6 +44,8 @@ PATTERNS: Final = [
     r"world\.features: [a-z-]+ and [a-z-]+ both remove items: use only one of them",
     r"evolution\.(variation|selection) = '[a-z-]+' needs genomes that are graphs: those of .*",
     r"evolution\.variation = 'one-point-of-units' is only for the model 'cue-learners'",
+    r"evolution\.(fitness|selection) = '[a-z-]+' reads positions and items, "
+    r"and the model [a-z-]+ has no world: .*",
 ]
 REFUSALS: Final = re.compile("|".join(PATTERNS))
 

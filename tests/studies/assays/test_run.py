@@ -73,10 +73,10 @@ def test_all_simulated_experiments_are_compiled_in_advance(
     simulated = set[Any]()
 
     def record_init(
-        self: cpu.CpuBatch, experiment: Experiment, seed: int, runs: Sequence[int]
+        self: cpu.CpuBatch, experiment: Experiment, seed: int, runs: Sequence[int], *world: Any
     ) -> None:
         simulated.add(cpu.code_key(experiment))
-        original_init(self, experiment, seed, runs)
+        original_init(self, experiment, seed, runs, *world)
 
     def warm_up(experiments: Iterable[Experiment], **options: Any) -> float:
         compiled.update(map(cpu.code_key, experiments))
