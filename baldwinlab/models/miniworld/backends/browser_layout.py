@@ -157,6 +157,8 @@ class ModuleLayout:
                 "inputs": len(experiment.inputs),
                 "actions": len(experiment.actions),
                 "item kinds": len(item_kinds(experiment)),
+                # The agents of a page eat no agents.
+                "eaten kinds": {"measured": "regions"},
             },
             "has_reinforcement": "reinforcement" in experiment.modules,
             "teacher_array": teacher_array and f"state.rule.{teacher_array}",
