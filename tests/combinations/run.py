@@ -15,12 +15,14 @@ import pytest
 import xarray as xr
 
 from baldwinlab.core.errors import BaldwinLabError
+from baldwinlab.core.variables import as_run
 from baldwinlab.engine import poison
 from baldwinlab.evolution import GenerationKey, fitness
 from baldwinlab.models import make_simulator
 from baldwinlab.parts.lifetimes import lifetimes_of_run
+from baldwinlab.simulation.history import read_run_arrays
 from baldwinlab.simulation.replay import recompute_genomes
-from baldwinlab.simulation.simulate import simulate_batch
+from baldwinlab.simulation.simulate import simulate_histories
 from tests.combinations.draw import Settings, find_accepted_experiment
 from tests.models.miniworld.plain import disable_compilation
 
@@ -60,20 +62,26 @@ def disable_all_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def simulate_poisoned(experiment: Any, pattern: int) -> xr.Dataset:
+    """Return the record of a run."""
     with poison.use_pattern(pattern), np.errstate(all="ignore"):
-        return simulate_batch(experiment, SEED, [0])[0]
+        return simulate_histories(experiment, SEED, [0])[0].record()
 
 
-def replay_generation(
-    experiment: Any, record: xr.Dataset, generation: int, pattern: int
+def replay_last_generation(
+    experiment: Any, record: xr.Dataset, pattern: int
 ) -> dict[str, npt.NDArray[Any]]:
-    """Return the results of a generation of a record, simulated again in different memory."""
+    """Return the results of the last generation of a record, simulated again in different memory.
+
+    The record has the arrays of the run from before this generation.
+    """
+    generation = experiment.evolution.generations - 1
     with poison.use_pattern(pattern), np.errstate(all="ignore"):
         genome = recompute_genomes(experiment, GenerationKey(SEED, 0, generation), record["energy"])
         lives = make_simulator(experiment, SEED, [0]).simulate(generation, genome[None])
         results = {name: values[0] for name, values in lives.records.items()}
         results["genome"] = genome
-        results["energy"] = fitness(experiment, lifetimes_of_run(experiment, lives, 0, genome))
+        lifetimes = lifetimes_of_run(experiment, lives, 0, genome)
+        results["energy"] = fitness(experiment, lifetimes, read_run_arrays(record).get(0))
         return results
 
 
@@ -93,7 +101,8 @@ def check_row(row: Settings) -> str:
         if first[name].values.tobytes() != second[name].values.tobytes():
             return f"{name} depends on unwritten memory"
     generation = experiment.evolution.generations - 1
-    for name, values in replay_generation(experiment, first, generation, 2).items():
-        if values.tobytes() != first[name].sel(generation=generation).values.tobytes():
+    run = as_run(first)
+    for name, values in replay_last_generation(experiment, first, 2).items():
+        if values.tobytes() != run[name].sel(generation=generation).values.tobytes():
             return f"{name} of generation {generation} differs when that generation is replayed"
     return ""
