@@ -13,13 +13,12 @@ from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.evolution.founders import PURPOSE_BY_MODULE, draw_normal
 from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
 from baldwinlab.evolution.sorting import Order, sort_by
+from baldwinlab.evolution.variation import OneGenome
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.breeding import breeding_part, has_run_arrays
+from baldwinlab.parts.breeding import RunArrays, breeding_part, has_run_arrays
 from baldwinlab.parts.inheritance import Inheritance, assign_teachers, inherit
 from baldwinlab.parts.selection import select_with_genomes
 
-# [module, weight].
-OneGenome = npt.NDArray[np.float32]
 # [weight], of the action module.
 Weights = npt.NDArray[np.float32]
 # Index of the reinforcement module, if the genome has one. The action module has the index 0.
@@ -70,10 +69,16 @@ class NoInheritance(Inheritance, name="none"):
         return False
 
 
-def apply_inheritance(experiment: BaseExperiment, genome: Genome, learned: Genome | None) -> Genome:
+def apply_inheritance(
+    experiment: BaseExperiment,
+    genome: Genome,
+    learned: Genome | None,
+    run_arrays: RunArrays | None = None,
+) -> Genome:
     """Return the inherited genomes, from the genomes at birth and `learned`.
 
-    `learned` [agent, weight] is the action module at death, or None if it is not needed.
+    `learned` [agent, weight] is the action module at death, or None if it is not needed. The part
+    changes `run_arrays`, the arrays of the run.
     """
     part = experiment.part("evolution.inheritance")
     if learned is None or not part.wants_learned(experiment):
@@ -81,7 +86,7 @@ def apply_inheritance(experiment: BaseExperiment, genome: Genome, learned: Genom
     innate = np.ascontiguousarray(genome)
     inherited = innate.copy()
     poison.fill(inherited[:, 0, : learned.shape[1]])
-    compiled_part, code = breeding_part(experiment, "inheritance")
+    compiled_part, code = breeding_part(experiment, "inheritance", run_arrays)
     has_teachers = "reinforcement" in experiment.modules
     cached_jit(inherit_all, code)(compiled_part, has_teachers, innate, learned, inherited)
     return inherited

@@ -30,7 +30,8 @@ SpeciesArrays = dict[int, RunArrays]
 """Arrays of the run by index of the species."""
 
 
-def _arrays_of(arrays_of_species: SpeciesArrays | None, index: int) -> RunArrays | None:
+def _select_run_arrays(arrays_of_species: SpeciesArrays | None, index: int) -> RunArrays | None:
+    """Return the arrays of the run of a species, in which its parts keep their changes."""
     return None if arrays_of_species is None else arrays_of_species.setdefault(index, {})
 
 
@@ -71,32 +72,43 @@ def iterate_members(experiment: BaseExperiment, species: SpeciesIndices) -> Iter
 def compute_species_fitness(
     experiment: BaseExperiment, lifetimes: Lifetimes, arrays_of_species: SpeciesArrays | None = None
 ) -> Fitness:
-    """Return the fitness of all agents, each by the fitness part of its species."""
+    """Return the fitness of all agents, each by the fitness part of its species.
+
+    The parts change `arrays_of_species`, the arrays of the run by species.
+    """
     agent_fitness = np.empty(len(lifetimes.energy))
-    for _, member, agents in iterate_members(experiment, lifetimes.species):
+    for index, member, agents in iterate_members(experiment, lifetimes.species):
         member_lifetimes = select_lifetimes(lifetimes, agents)
         used_genomes = cut_genomes(member, member_lifetimes.genome)
         agent_fitness[agents] = compute_fitness(
-            member, member_lifetimes._replace(genome=used_genomes)
+            member,
+            member_lifetimes._replace(genome=used_genomes),
+            _select_run_arrays(arrays_of_species, index),
         )
     return agent_fitness
 
 
 def inherit_within_species(
-    experiment: BaseExperiment, species: SpeciesIndices, genome: Genome, learned: Genome | None
+    experiment: BaseExperiment,
+    lifetimes: Lifetimes,
+    learned: Genome | None,
+    arrays_of_species: SpeciesArrays | None = None,
 ) -> Genome:
     """Return the inherited genomes of all agents, each by the inheritance of its species.
 
-    `learned` [agent, weight] is the first module at death, or None if no species needs it.
+    `learned` [agent, weight] is the first module at death, or None if no species needs it. The
+    parts change `arrays_of_species`, the arrays of the run by species.
     """
+    genome = lifetimes.genome
     if learned is None:
         return genome
     inherited = genome.copy()
-    for _, member, agents in iterate_members(experiment, species):
+    for index, member, agents in iterate_members(experiment, lifetimes.species):
         learned_weights = np.ascontiguousarray(learned[agents, : member.weight_count])
         used = cut_genomes(member, genome[agents])
         _, n_modules, n_weights = used.shape
-        changed = apply_inheritance(member, used, learned_weights)
+        run_arrays = _select_run_arrays(arrays_of_species, index)
+        changed = apply_inheritance(member, used, learned_weights, run_arrays)
         inherited[agents, :n_modules, :n_weights] = changed
     return inherited
 
@@ -141,23 +153,22 @@ def make_offspring(
     settings = experiment.at(key.generation - 1)
     species = lifetimes.species
     if settings.evolution.compete == ACROSS:
-        return _breed_across(
-            settings, key, genome, fitness, lifetimes, _arrays_of(arrays_of_species, 0)
-        )
+        return _breed_across(settings, key, genome, fitness, lifetimes, arrays_of_species)
     genomes = []
     parents = np.full((len(species), 2), -1, np.int32)
     for index, member, agents in iterate_members(settings, species):
-        children, own_parents = make_generation(
+        children, parents_in_species = make_generation(
             member,
             derive_key(key, index),
             cut_genomes(member, genome[agents]),
             fitness[agents],
             select_lifetimes(lifetimes, agents),
-            _arrays_of(arrays_of_species, index),
+            _select_run_arrays(arrays_of_species, index),
         )
         genomes.append(children)
         # A negative number means that a child has no parent.
-        parents[agents] = np.where(own_parents < 0, own_parents, own_parents + agents.start)
+        has_parent = parents_in_species >= 0
+        parents[agents] = parents_in_species + np.where(has_parent, agents.start, 0)
     return Offspring(stack_genomes(experiment, genomes), parents, species)
 
 
@@ -167,7 +178,7 @@ def _breed_across(
     genome: Genome,
     fitness: Fitness,
     lifetimes: Lifetimes,
-    run_arrays: RunArrays | None,
+    arrays_of_species: SpeciesArrays | None,
 ) -> Offspring:
     """Select parents from all agents. A child has the species of one parent, at random.
 
@@ -177,6 +188,7 @@ def _breed_across(
     require_finite(experiment, key.previous(), genome, "model", "evolution.inheritance")
     uniforms = key.uniforms(rng.SELECTION, (len(genome), 2))
     # The selection is equal for all species.
+    run_arrays = _select_run_arrays(arrays_of_species, 0)
     parents = select(
         members[0], fitness, uniforms, lifetimes._replace(genome=genome), key, run_arrays
     )
@@ -187,7 +199,8 @@ def _breed_across(
     sorted_species = species_of_children[order]
     children = np.empty_like(genome)
     for index, member, agents in iterate_members(experiment, sorted_species):
-        all_children = make_children(member, key, genome, fitness, parents.copy())
+        run_arrays = _select_run_arrays(arrays_of_species, index)
+        all_children = make_children(member, key, genome, fitness, parents.copy(), run_arrays)
         varied = all_children[order[agents]]
         children[agents] = apply_teacher_control(member, varied, derive_key(key, index))
     return Offspring(children, complete_parents[order], sorted_species)

@@ -19,6 +19,7 @@ from baldwinlab.evolution import (
     GenerationKey,
     Genome,
     apply_inheritance,
+    fitness,
     is_stopped,
     make_founders,
     make_generation,
@@ -161,39 +162,49 @@ class History:
         self._run_arrays_before = copy.deepcopy(self._run_arrays)
         run_arrays = self._run_arrays.setdefault(0, {})
         lifetimes = lifetimes_of_run(settings, results, run_index, self.genome, self.species)
-        if self.species is None:
+        if self.species is not None:
+            self._fitness[generation] = compute_species_fitness(
+                settings, lifetimes, self._run_arrays
+            )
+        elif results.lifetimes:
             self._fitness[generation] = mean_fitness(
                 settings, results, run_index, self.genome, run_arrays
             )
         else:
-            self._fitness[generation] = compute_species_fitness(
-                settings, lifetimes, self._run_arrays
-            )
+            self._fitness[generation] = fitness(settings, lifetimes, run_arrays)
         self._require_expected_fitness(generation)
         self.is_stopped = is_stopped(
             settings, lifetimes, self._fitness[generation], generation, run_arrays
         )
-        has_offspring = generation < last and not self.is_stopped
-        if has_offspring and self.species is not None:
+        if generation < last and not self.is_stopped:
             learned = None if results.learned is None else results.learned[run_index]
-            self._make_offspring(settings, lifetimes, learned)
-        elif has_offspring:
-            final_population = results.final_population
-            learned = None if results.learned is None else results.learned[run_index]
-            inherited = apply_inheritance(settings, lifetimes.genome, learned)
-            key = GenerationKey(self.seed, self.run, generation + 1)
-            self.genome, self._parents[generation + 1] = make_generation(
-                self.experiment, key, inherited, self._fitness[generation], lifetimes, run_arrays
-            )
-            if final_population is not None:
-                remap_parents(final_population.origin[run_index], self._parents[generation + 1])
+            if self.species is not None:
+                self._make_offspring_of_species(settings, lifetimes, learned)
+            else:
+                self._make_offspring(settings, lifetimes, learned)
+                if results.final_population is not None:
+                    origin = results.final_population.origin[run_index]
+                    remap_parents(origin, self._parents[generation + 1])
         self.n_generations = generation + 1
 
     def _make_offspring(
         self, settings: BaseExperiment, lifetimes: Lifetimes, learned: Genome | None
     ) -> None:
+        """Make the next generation of a population without species."""
+        run_arrays = self._run_arrays[0]
+        inherited = apply_inheritance(settings, lifetimes.genome, learned, run_arrays)
+        child_generation = self.n_generations + 1
+        key = GenerationKey(self.seed, self.run, child_generation)
+        fitness_of_parents = self._fitness[self.n_generations]
+        self.genome, self._parents[child_generation] = make_generation(
+            self.experiment, key, inherited, fitness_of_parents, lifetimes, run_arrays
+        )
+
+    def _make_offspring_of_species(
+        self, settings: BaseExperiment, lifetimes: Lifetimes, learned: Genome | None
+    ) -> None:
         """Make the next generation of a population with several species."""
-        inherited = inherit_within_species(settings, lifetimes.species, self.genome, learned)
+        inherited = inherit_within_species(settings, lifetimes, learned, self._run_arrays)
         child_generation = self.n_generations + 1
         key = GenerationKey(self.seed, self.run, child_generation)
         fitness_of_parents = self._fitness[self.n_generations]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.evolution import GenerationKey, make_founders, make_generation
+from baldwinlab.evolution import GenerationKey, fitness, make_founders, make_generation
 from baldwinlab.evolution.species import (
     count_agents,
     cut_genomes,
@@ -22,7 +22,7 @@ from baldwinlab.evolution.species_breeding import (
     iterate_members,
     make_offspring,
 )
-from baldwinlab.parts.lifetimes import make_lifetimes
+from baldwinlab.parts.lifetimes import make_lifetimes, select_lifetimes
 
 KEY = GenerationKey(seed=3, run=2, generation=0)
 CHILD_KEY = KEY._replace(generation=1)
@@ -96,14 +96,33 @@ def test_each_species_has_its_fitness_and_inheritance() -> None:
     experiment = make_experiment(learners={"evolution": {"lamarckian_share": 1.0}})
     species = list_initial_species(experiment)
     founders = make_founders(experiment, KEY)
-    learned = np.full((20, 60), 7, np.float32)
-    inherited = inherit_within_species(experiment, species, founders, learned)
-    assert (inherited[:8, 0] == 7).all()
-    assert np.array_equal(inherited[8:], founders[8:])
     costs = np.arange(20.0)
     lifetimes = make_lifetimes(founders, np.full(20, 30.0), costs, species=species)
-    fitness = compute_species_fitness(experiment, lifetimes)
-    assert np.array_equal(fitness, 30 - costs)
+    learned = np.full((20, 60), 7, np.float32)
+    inherited = inherit_within_species(experiment, lifetimes, learned)
+    assert (inherited[:8, 0] == 7).all()
+    assert np.array_equal(inherited[8:], founders[8:])
+    assert np.array_equal(compute_species_fitness(experiment, lifetimes), 30 - costs)
+
+
+def test_each_species_has_arrays_of_the_run() -> None:
+    experiment = make_experiment(evolution={"fitness": "novelty", "selection": "tournament"})
+    positions = np.random.default_rng(1).uniform(0, 640, (20, 2)).astype(np.float32)
+    lifetimes = make_lifetimes(
+        make_founders(experiment, KEY),
+        position=positions,
+        species=list_initial_species(experiment),
+    )
+    arrays: dict[int, Any] = {}
+    first = compute_species_fitness(experiment, lifetimes, arrays)
+    second = compute_species_fitness(experiment, lifetimes, arrays)
+    assert not np.array_equal(first, second)
+    for _, member, agents in iterate_members(experiment, lifetimes.species):
+        member_arrays: dict[str, Any] = {}
+        member_lifetimes = select_lifetimes(lifetimes, agents)
+        for expected in (first, second):
+            values = fitness(member, member_lifetimes, member_arrays)
+            assert np.array_equal(values, expected[agents])
 
 
 def test_without_parents_a_species_has_new_genomes() -> None:

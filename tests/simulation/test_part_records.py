@@ -13,7 +13,12 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine.rng import Stream, draw
-from baldwinlab.evolution import GenerationKey, needs_simulation
+from baldwinlab.evolution import (
+    GenerationKey,
+    apply_inheritance,
+    draw_genomes,
+    needs_simulation,
+)
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.lab.export import render_live_page
 from baldwinlab.models.miniworld.backends.choice import CPU
@@ -31,7 +36,9 @@ from tests.worlds import make_small_experiment
 
 PARTS = """
 import numpy as np
-from baldwinlab.parts import Fitness, LearningRule, Selection, draw, get, per_agent, per_run, put
+from baldwinlab.parts import (
+    Fitness, Inheritance, LearningRule, Selection, draw, get, per_agent, per_run, put
+)
 
 
 class Clock(Fitness, name="clock"):
@@ -69,6 +76,16 @@ class Draws(Selection, name="draws"):
                 parents[child, parent] = int(draw(stream, number) * fitness.size)
             if part.generations[0] % 2 == 0:
                 parents[child, 0] = child
+
+
+class Numbered(Inheritance, name="numbered"):
+    arrays = {"births": per_run()}
+
+    @staticmethod
+    def inherit(part, innate_genome, learned, inherited_genome):
+        part.births[0] += 1
+        for weight in range(learned.size):
+            inherited_genome[0, weight] = part.births[0]
 """
 UNKNOWN_RECORD = """
 from baldwinlab.parts import Fitness
@@ -230,3 +247,13 @@ def test_the_arguments_of_earlier_versions_are_refused() -> None:
 
     with pytest.raises(TypeError, match=r"evaluate\(part, lifetimes, fitness\)"):
         type("Part", (Fitness,), {"evaluate": staticmethod(evaluate)}, name="old-arguments")
+
+
+def test_an_inheritance_changes_arrays_of_the_run() -> None:
+    experiment = make_small_experiment("evo+self-taught", evolution={"inheritance": "numbered"})
+    genome = draw_genomes(experiment, GenerationKey(seed=0, run=0, generation=0))
+    n_agents = len(genome)
+    run_arrays: dict[str, Any] = {}
+    for first in (1, n_agents + 1):
+        inherited = apply_inheritance(experiment, genome, genome[:, 0].copy(), run_arrays)
+        assert inherited[:, 0, 0].tolist() == list(range(first, first + n_agents))
