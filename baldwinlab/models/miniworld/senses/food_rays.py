@@ -15,16 +15,14 @@ import numpy.typing as npt
 from pydantic import Field
 
 from baldwinlab.engine.phases import Array, per_agent
-from baldwinlab.engine.simd import square_root
 from baldwinlab.models.miniworld.allocation import N_DIGITS
 from baldwinlab.models.miniworld.regions import kind_number
-from baldwinlab.models.miniworld.senses.item_scan import record_items
+from baldwinlab.models.miniworld.senses.real_valued import measure_rays
 from baldwinlab.models.miniworld.senses.sight import is_within_sight
 from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
 
 ZERO = np.float32(0)
-ONE = np.float32(1)
 # Half the width of the sector in which a drawing shows a ray, in degrees.
 HALF_SECTOR = 2.0
 
@@ -110,14 +108,7 @@ class FoodRays(Sense, name="food-rays"):
     def measure(
         part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
     ) -> None:
-        lane = world * model.agents + agent
-        squared_range = model.visual_radius * model.visual_radius
-        for ray in range(part.n_inputs):
-            part.nearest[ray, lane] = squared_range
-        record_items(part, model, state, world, agent)
-        for ray in range(part.n_inputs):
-            distance = np.float32(square_root(part.nearest[ray, lane])) / model.visual_radius
-            state.activations[first + ray, lane] = max(ONE - distance, ZERO)
+        measure_rays(part, model, state, world, agent, first)
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:

@@ -25,13 +25,14 @@ import numpy as np
 from pydantic import Field
 
 from baldwinlab.engine.arithmetic import share_of_turn
+from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import square_root
 from baldwinlab.models.miniworld.energy import ENERGY_VALUES, energy_in_life
 from baldwinlab.models.miniworld.senses.item_scan import ItemSense, record_items
 from baldwinlab.models.miniworld.senses.sight import select_visible
 from baldwinlab.models.miniworld.state import HEADING_COUNT, MiniWorldModel, State
-from baldwinlab.parts.senses import Sense
+from baldwinlab.parts.senses import Sense, count_inputs
 
 ZERO = np.float32(0)
 ONE = np.float32(1)
@@ -240,6 +241,26 @@ class EnergySense(Sense, name="energy"):
         return [gained_energy / (gained_energy + float(part.half_saturation))]
 
 
+@compiled
+def measure_rays(
+    part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
+) -> None:
+    """Write the inputs of a sense with an input for each ray.
+
+    An input is 1 - distance / `model.visual_radius` of the nearest item on the ray. The hook
+    `record_item` of the sense lowers `part.nearest`, the squared distance [ray, lane].
+    """
+    lane = world * model.agents + agent
+    n_rays = count_inputs(part)
+    squared_range = model.visual_radius * model.visual_radius
+    for ray in range(n_rays):
+        part.nearest[ray, lane] = squared_range
+    record_items(part, model, state, world, agent)
+    for ray in range(n_rays):
+        distance = np.float32(square_root(part.nearest[ray, lane])) / model.visual_radius
+        state.activations[first + ray, lane] = max(ONE - distance, ZERO)
+
+
 class Rays(ItemSense, name="rays"):
     """Five real-valued inputs: the first item on each of five rays, 27 degrees apart.
 
@@ -298,14 +319,7 @@ class Rays(ItemSense, name="rays"):
     def measure(
         part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
     ) -> None:
-        lane = world * model.agents + agent
-        squared_range = model.visual_radius * model.visual_radius
-        for ray in range(N_RAYS):
-            part.nearest[ray, lane] = squared_range
-        record_items(part, model, state, world, agent)
-        for ray in range(N_RAYS):
-            distance = np.float32(square_root(part.nearest[ray, lane])) / model.visual_radius
-            state.activations[first + ray, lane] = max(ONE - distance, ZERO)
+        measure_rays(part, model, state, world, agent, first)
 
     @staticmethod
     def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
