@@ -16,8 +16,8 @@ from baldwinlab.core.resources import NO_NEED, Need, require_resources
 from baldwinlab.evolution import require_founders
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import CONDITIONS, Factors, StudyKind
+from baldwinlab.experiment.several_worlds import count_worlds
 from baldwinlab.models.miniworld.backends.choice import Backend, choose_backend
-from baldwinlab.models.miniworld.world_layout import count_worlds
 from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import check_seed

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 
-def has_several_worlds(experiment: Any) -> bool:
-    """Return whether a generation of an experiment of MiniWorld has several simulated worlds."""
-    return bool(experiment.population.worlds * experiment.lifetime.repeats > 1)
+def count_worlds(experiment: Any) -> int:
+    """Return the number of worlds that MiniWorld simulates in a generation of one run."""
+    n_worlds: int = experiment.lifetime.repeats * experiment.population.worlds
+    return n_worlds
 
 
 def find_world_conflicts(experiment: Any) -> list[str]:

@@ -13,7 +13,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.paths import look_up
-from baldwinlab.experiment.several_worlds import has_several_worlds
+from baldwinlab.experiment.several_worlds import count_worlds
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.lab import single_page
 from baldwinlab.lab.appearance_template import make_appearance_template
@@ -80,7 +80,7 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
                 f"{experiment.name} cannot run in a browser: its parts have the genes"
                 f" {', '.join(experiment.gene_names)}, which only the engine in Python supports"
             )
-        if has_several_worlds(experiment) or experiment.record.every is not None:
+        if count_worlds(experiment) > 1 or experiment.record.every is not None:
             raise RefusedError(
                 f"{experiment.name} cannot run in a browser: population.worlds, lifetime.repeats"
                 " or record.every is set, which only the engine in Python supports"

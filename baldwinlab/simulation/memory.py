@@ -27,10 +27,10 @@ from baldwinlab.core.variables import (
     window_coordinates,
 )
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
+from baldwinlab.experiment.several_worlds import count_worlds
 from baldwinlab.experiment.species import ACROSS
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.allocation import array_dimensions, state_bytes
-from baldwinlab.models.miniworld.world_layout import count_worlds
 
 # Bytes of compiled code and of the compiler.
 ENGINE_BYTES: Final = 200 * 2**20

@@ -13,7 +13,7 @@ from baldwinlab.engine.jit import cached_jit, resolve_call
 from baldwinlab.engine.reference import as_pointer
 from baldwinlab.engine.simd import get, lanes_in_block, put, simd_block
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.several_worlds import has_several_worlds
+from baldwinlab.experiment.several_worlds import count_worlds
 from baldwinlab.models.miniworld.allocation import (
     list_hooks,
     make_model,
@@ -84,7 +84,7 @@ class SteeredBatch:
             raise RefusedError(
                 'external actions do not apply: lifetime.update = "sequential". Use "simultaneous"'
             )
-        if has_several_worlds(experiment):
+        if count_worlds(experiment) > 1:
             raise RefusedError(
                 "external actions do not apply: population.worlds and lifetime.repeats must be 1, "
                 "because an environment is one world"

@@ -9,10 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.evolution.fitness import compute_learning_cost, sum_energy
+from baldwinlab.evolution.species import cut_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import read_part_records
 from baldwinlab.models.miniworld.backends.choice import Backend
-from baldwinlab.models.miniworld.backends.species import SpeciesBatch, SpeciesView
+from baldwinlab.models.miniworld.backends.cpu import PopulationView
+from baldwinlab.models.miniworld.backends.species import SpeciesBatch
 from baldwinlab.models.miniworld.lifetimes import (
     eaten_by_kind,
     read_death_records,
@@ -114,15 +116,14 @@ def split_genomes(
     first = 0
     for member in members:
         end = first + member.population.size
-        used = genomes[:, first:end, : len(member.modules), : member.genome_length]
-        genomes_of_species.append(np.ascontiguousarray(used))
+        genomes_of_species.append(cut_genomes(member, genomes[:, first:end]))
         first = end
     return genomes_of_species
 
 
 def _collect_species(
     member: Experiment,
-    view: SpeciesView,
+    view: PopulationView,
     genomes: npt.NDArray[np.float32],
     has_deaths: bool,
 ) -> list[LifeResults]:

@@ -116,8 +116,3 @@ def agents_of_world(experiment: Experiment, world: int) -> slice:
     """Return the agents of a population that are in a world, from 0."""
     n_agents = experiment.agents_per_world
     return slice(world * n_agents, (world + 1) * n_agents)
-
-
-def count_worlds(experiment: Experiment) -> int:
-    """Return the number of worlds that are simulated in a generation of one run."""
-    return experiment.lifetime.repeats * experiment.population.worlds

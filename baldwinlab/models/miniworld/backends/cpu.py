@@ -21,6 +21,7 @@ from baldwinlab.models.miniworld.allocation import (
     poison_state,
 )
 from baldwinlab.models.miniworld.lookup import choose_lookup
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simultaneous
 from baldwinlab.models.miniworld.world_layout import make_world_layout
 
@@ -50,7 +51,38 @@ def _entry_point(experiment: Experiment) -> Any:
     )
 
 
-class CpuBatch:
+class PopulationView:
+    """The agents of simulated populations, whose arrays are in the memory of the CPU."""
+
+    def __init__(self, model: MiniWorldModel, state: State, shape: tuple[int, int]) -> None:
+        """`shape` is the number of populations, and the number of agents of each population."""
+        self.model = model
+        self.state = state
+        self._shape = shape
+
+    def items(self) -> npt.NDArray[np.float32]:
+        """Return the positions of the items, [world, item, (x, y)]."""
+        return np.stack([self.state.item_x, self.state.item_y], axis=-1)
+
+    def eaten_in_life(self) -> npt.NDArray[np.int32]:
+        """Return the items and agents eaten in this lifetime, [population, agent, eaten kind]."""
+        return self._by_agent(self.state.eaten_in_life)
+
+    def weights(self) -> npt.NDArray[np.float32]:
+        """Return the current weights of the action module, [population, agent, weight]."""
+        return self._by_agent(self.state.weights)
+
+    def positions(self) -> npt.NDArray[np.float32]:
+        """Return the current positions of the agents, [population, agent, (x, y)]."""
+        return self._by_agent(self.state.positions)
+
+    def _by_agent(self, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return a copy [population, agent, row] of an array [row, lane]."""
+        lanes = slice(math.prod(self._shape))
+        return array[:, lanes].T.reshape(*self._shape, len(array)).copy()
+
+
+class CpuBatch(PopulationView):
     """Several runs of one experiment, simulated one generation at a time. Runs are independent."""
 
     def __init__(
@@ -60,14 +92,13 @@ class CpuBatch:
         require_single_species(experiment, "a batch of one species")
         self._layout = make_world_layout(experiment, seed, runs, world)
         n_worlds = len(self._layout.keys)
-        self.model = make_model(experiment, n_worlds)
-        self.state = make_state(experiment, n_worlds)
+        model = make_model(experiment, n_worlds)
+        super().__init__(model, make_state(experiment, n_worlds), self._layout.shape)
         self.state.keys[:] = self._layout.keys
         self._dispatcher = cached_jit(
             _entry_point(experiment), list_hooks(self.state), short_loops=True
         )
         self._function = self._dispatcher
-        self._shape = self._layout.shape
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
         """Initialize a generation.
@@ -88,30 +119,6 @@ class CpuBatch:
         """Simulate the steps from `first_step` to `last_step` - 1."""
         is_start = False
         self._function(self.model, self.state, is_start, first_step, last_step)
-
-    def items(self) -> npt.NDArray[np.float32]:
-        """Return the positions of the items, [world, item, (x, y)]."""
-        return np.stack([self.state.item_x, self.state.item_y], axis=-1)
-
-    def eaten_in_life(self) -> npt.NDArray[np.int32]:
-        """Return the items eaten in this lifetime, [population, agent, region].
-
-        The populations are those of `WorldLayout.shape`.
-        """
-        return self._by_agent(self.state.eaten_in_life)
-
-    def weights(self) -> npt.NDArray[np.float32]:
-        """Return the current weights of the action module, [population, agent, weight]."""
-        return self._by_agent(self.state.weights)
-
-    def positions(self) -> npt.NDArray[np.float32]:
-        """Return the current positions of the agents, [population, agent, (x, y)]."""
-        return self._by_agent(self.state.positions)
-
-    def _by_agent(self, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Return a copy [population, agent, row] of an array [row, lane]."""
-        lanes = slice(math.prod(self._shape))
-        return array[:, lanes].T.reshape(*self._shape, -1).copy()
 
 
 def compile_simulation(experiment: Experiment) -> None:

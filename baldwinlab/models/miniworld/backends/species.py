@@ -18,11 +18,12 @@ from baldwinlab.models.miniworld.allocation import (
     make_state,
     poison_state,
 )
+from baldwinlab.models.miniworld.backends.cpu import PopulationView
 from baldwinlab.models.miniworld.regions import item_regions
 from baldwinlab.models.miniworld.senses.species_sight import SpeciesSense
 from baldwinlab.models.miniworld.species_population import SHARED_ARRAYS, SpeciesPopulation
 from baldwinlab.models.miniworld.species_step import simulate_species
-from baldwinlab.models.miniworld.state import MiniWorldModel, State
+from baldwinlab.models.miniworld.state import State
 
 SHARED_STATE: Final = (
     "keys",
@@ -89,42 +90,12 @@ class SpeciesBatch:
         is_start = False
         self._function(self._species, is_start, first_step, last_step)
 
-    def views(self) -> list[SpeciesView]:
-        """Return the batch of each species, for functions that read a batch."""
+    def views(self) -> list[PopulationView]:
+        """Return the agents of each species."""
         return [
-            SpeciesView(model, state, (self._runs, model.agents)) for model, state in self._species
+            PopulationView(model, state, (self._runs, model.agents))
+            for model, state in self._species
         ]
-
-
-class SpeciesView:
-    """The agents of one species, with the attributes of a batch."""
-
-    def __init__(self, model: MiniWorldModel, state: State, shape: tuple[int, int]) -> None:
-        self.model = model
-        self.state = state
-        self._shape = shape
-
-    def items(self) -> npt.NDArray[np.float32]:
-        """Return the positions of the items, [world, item, (x, y)]."""
-        return np.stack([self.state.item_x, self.state.item_y], axis=-1)
-
-    def eaten_in_life(self) -> npt.NDArray[np.int32]:
-        """Return the items and agents eaten in this lifetime, [world, agent, eaten kind]."""
-        return self._by_agent(self.state.eaten_in_life)
-
-    def weights(self) -> npt.NDArray[np.float32]:
-        """Return the current weights of the action module, [world, agent, weight]."""
-        return self._by_agent(self.state.weights)
-
-    def positions(self) -> npt.NDArray[np.float32]:
-        """Return the current positions of the agents, [world, agent, (x, y)]."""
-        return self._by_agent(self.state.positions)
-
-    def _by_agent(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Return a copy of an array [row, lane] as [world, agent, row]."""
-        worlds, agents = self._shape
-        lanes = worlds * agents
-        return values[:, :lanes].T.reshape(worlds, agents, len(values)).copy()
 
 
 def _with_size(member: Experiment, size: int) -> Experiment:
