@@ -53,7 +53,8 @@ class SpeciesPopulation(MortalPopulation):
 
     @staticmethod
     def newborn_number(part: Any, model: MiniWorldModel, birth: int) -> int:
-        return part.all_agents + birth * part.n_species + part.species  # type: ignore[no-any-return]
+        number: int = part.all_agents + birth * part.n_species + part.species
+        return number
 
     @staticmethod
     def see_species(
