@@ -47,7 +47,10 @@ def simulate_species(
     return simulator.simulate(2, genomes, np.array(sizes_of_runs))
 
 
-@pytest.mark.parametrize("condition", ["evo", "evo+self-taught"])
+# The compilation takes 14 s for each condition. Learners use all phases of a step.
+@pytest.mark.parametrize(
+    "condition", [pytest.param("evo", marks=pytest.mark.nightly), "evo+self-taught"]
+)
 def test_two_equal_species_have_the_results_of_one_population(condition: str) -> None:
     experiment = load(f"{condition}/A").replace(
         lifetime={"steps": 400}, motor={"noise": 0.1}, learning={"cost_per_change": 0.1}
@@ -172,6 +175,8 @@ def eat_in_turn(before: World, after: World, step: int, experiment: Experiment) 
     return eaten, alive
 
 
+# The compilation takes 16 s. The example of predators is checked in every test run.
+@pytest.mark.nightly
 def test_sight_of_other_species_agrees_with_a_naive_model() -> None:
     experiment = make_predation()
     batch = make_batch(experiment)

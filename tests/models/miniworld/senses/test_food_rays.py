@@ -90,6 +90,8 @@ def test_a_ray_setting_outside_its_limits_is_refused(field: str, value: float) -
         make_experiment(**{field: value})
 
 
+# The check takes 24 s.
+@pytest.mark.nightly
 def test_the_sense_fulfills_the_contract() -> None:
     findings = check_part([FoodRays], requirements=("fields", "limits", "bounds", "oracle"))
     assert [str(finding) for finding in findings if finding.holds is False] == []
