@@ -79,6 +79,22 @@ class BaseExperiment(Fields):
         experiment: Self = object.__new__(make_class(cls, chosen_parts(cls, values)))
         return experiment
 
+    def __hash__(self) -> int:
+        # Simulations look up caches by experiment several times in each generation, so the hash
+        # is computed once. Pydantic leaves out names with an underscore.
+        values = vars(self)
+        if "_hash" not in values:
+            values["_hash"] = hash(
+                (type(self), *(values[name] for name in type(self).model_fields))
+            )
+        return int(values["_hash"])
+
+    def __copy__(self) -> Self:
+        """Return a copy without the hash, because `model_copy` changes the copy."""
+        copied = super().__copy__()
+        vars(copied).pop("_hash", None)
+        return copied
+
     def __reduce__(self) -> Any:
         # A copy may be loaded without the custom parts.
         lenient = True

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import platform
 from typing import Any, NamedTuple
 
@@ -159,7 +158,10 @@ class History:
         self._record_genes(generation)
         if self.species is not None:
             self._allocate("species", self.species[None])[generation] = self.species
-        self._run_arrays_before = copy.deepcopy(self._run_arrays)
+        self._run_arrays_before = {
+            index: {name: array.copy() for name, array in arrays.items()}
+            for index, arrays in self._run_arrays.items()
+        }
         run_arrays = self._run_arrays.setdefault(0, {})
         lifetimes = lifetimes_of_run(settings, results, run_index, self.genome, self.species)
         if self.species is not None:

@@ -186,3 +186,12 @@ def test_an_assignment_to_an_unknown_field_is_refused(assignment: str, message: 
     with pytest.raises(ExperimentError) as refusal:
         assign(load("evo/A"), [assignment])
     assert message in str(refusal.value)
+
+
+def test_equal_experiments_have_equal_hashes_and_a_changed_copy_has_its_hash() -> None:
+    experiment = load("evo/A")
+    assert hash(experiment) == hash(load("evo/A"))
+    larger = experiment.replace(population={"size": 30})
+    copied = experiment.model_copy(update={"population": larger.population})
+    assert copied == larger
+    assert hash(copied) == hash(larger) != hash(experiment)
