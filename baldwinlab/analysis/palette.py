@@ -53,6 +53,11 @@ NAMED_COLORS: Final[Mapping[str, tuple[str, str]]] = {
     "gray": (GRAY, "#9aa8b6"),
 }
 
+# Colors and shapes of the agents of each species on a map. Their numbers have no common divisor, so
+# the first 20 species differ.
+SPECIES_COLORS: Final = ("blue", "vermilion", "black", "gray", "sky")
+SPECIES_SHAPES: Final = ("circle", "triangle", "square", "diamond")
+
 # Colors by use, on a light and on a dark screen: the page of the lab.
 PAGE_COLORS: Final[Mapping[str, tuple[str, str]]] = {
     "ground": ("#f4f6f8", "#0e1217"),
@@ -146,6 +151,24 @@ def resolve_color(color: str) -> str:
         If the name is unknown.
     """
     return color if color.startswith("#") else {**NAMED_COLORS, **WORLD_COLORS}[color][0]
+
+
+def choose_species_style(index: int) -> tuple[str, str]:
+    """Return the color and the shape of the agents of a species on a map.
+
+    Parameters
+    ----------
+    index
+        Index of the species.
+
+    Returns
+    -------
+    tuple of str
+        A name of `NAMED_COLORS`, and a name of `SPECIES_SHAPES`.
+    """
+    color = SPECIES_COLORS[index % len(SPECIES_COLORS)]
+    shape = SPECIES_SHAPES[index % len(SPECIES_SHAPES)]
+    return color, shape
 
 
 def lab_css() -> str:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.models.miniworld.allocation import iterate_arrays
-from baldwinlab.models.miniworld.backends.choice import Batch
+from baldwinlab.models.miniworld.backends.choice import SimulatedAgents
 
 # Agents of a batch, world after world: a range, or a single agent.
 Lanes = slice | int
@@ -22,7 +22,7 @@ RECORDED_WORLD = 0
 Array = npt.NDArray[Any]
 
 # Functions that read a variable. The first axis of agents' variables is the lane.
-VARIABLE_READERS: Mapping[str, Callable[[Batch, Lanes], Array]] = {
+VARIABLE_READERS: Mapping[str, Callable[[SimulatedAgents, Lanes], Array]] = {
     "x": lambda batch, lanes: batch.state.positions[0, lanes],
     "y": lambda batch, lanes: batch.state.positions[1, lanes],
     # In units of 1 / HEADING_COUNT of a full turn.
@@ -44,7 +44,7 @@ VARIABLE_READERS: Mapping[str, Callable[[Batch, Lanes], Array]] = {
 }
 
 
-def _teachers(batch: Batch) -> Array:
+def _teachers(batch: SimulatedAgents) -> Array:
     """Return the array of the learning rule that holds the teacher of each agent."""
     rule = batch.state.rule
     teachers: Array = getattr(rule, type(rule).part.teacher_array)
@@ -58,16 +58,18 @@ class Recorder(Protocol):
     def times(self) -> Collection[int]:
         """The numbers of steps after which `record` is called."""
 
-    def record(self, batch: Batch, time: int) -> None:
+    def record(self, batch: SimulatedAgents, time: int) -> None:
         """Read the batch after `time` simulated steps."""
 
 
-def record_batch(batch: Batch, recorders: Sequence[Recorder], steps_done: int = 0) -> None:
+def record_batch(
+    batch: SimulatedAgents, recorders: Sequence[Recorder], steps_done: int = 0
+) -> None:
     """Simulate a batch up to the last time of its recorders, and call each recorder at its times.
 
     Parameters
     ----------
-    batch : Batch
+    batch : SimulatedAgents
         The batch.
     recorders : sequence of Recorder
         The recorders, which are called in this order.
@@ -83,6 +85,19 @@ def record_batch(batch: Batch, recorders: Sequence[Recorder], steps_done: int = 
         steps_done = time
         for recorder in recorders_by_time[time]:
             recorder.record(batch, time)
+
+
+class SpeciesRecorder:
+    """Call a recorder with the agents of one species of a batch."""
+
+    def __init__(self, agents: SimulatedAgents, recorder: Recorder) -> None:
+        """`agents` is the view of the species."""
+        self.times = recorder.times
+        self._agents = agents
+        self._recorder = recorder
+
+    def record(self, batch: SimulatedAgents, time: int) -> None:
+        self._recorder.record(self._agents, time)
 
 
 class Series:
@@ -105,7 +120,7 @@ class Series:
         self._transform = transform
         self._time_index = 0
 
-    def record(self, batch: Batch, time: int) -> None:
+    def record(self, batch: SimulatedAgents, time: int) -> None:
         value = self._transform(self._read(batch, self._lanes))
         is_first = self._time_index == 0
         if is_first:
@@ -127,7 +142,7 @@ class ItemMoves:
         # The columns of the items that moved, an entry for each time with moves.
         self._moves: list[tuple[Array, ...]] = []
 
-    def record(self, batch: Batch, time: int) -> None:
+    def record(self, batch: SimulatedAgents, time: int) -> None:
         previous_items = self._previous_items
         items = batch.items()[RECORDED_WORLD]
         self._previous_items = items
@@ -165,7 +180,7 @@ class FirstTime:
     """
 
     def __init__(
-        self, conditions: Callable[[Batch], npt.NDArray[np.bool_]], times: Sequence[int]
+        self, conditions: Callable[[SimulatedAgents], npt.NDArray[np.bool_]], times: Sequence[int]
     ) -> None:
         """`times` begin with the current time of the batch."""
         self.times = times
@@ -174,7 +189,7 @@ class FirstTime:
         self._saved_time = 0
         self._saved_state: list[Array] = []
 
-    def record(self, batch: Batch, time: int) -> None:
+    def record(self, batch: SimulatedAgents, time: int) -> None:
         if time == self.times[0]:
             self.values = np.where(self._conditions(batch), np.float32(time), np.float32(np.nan))
         elif self._is_newly_true(batch).any():
@@ -183,10 +198,10 @@ class FirstTime:
         self._saved_state = _copy_state(batch)
         self._saved_time = time
 
-    def _is_newly_true(self, batch: Batch) -> npt.NDArray[np.bool_]:
+    def _is_newly_true(self, batch: SimulatedAgents) -> npt.NDArray[np.bool_]:
         return self._conditions(batch) & np.isnan(self.values)
 
-    def _bisect(self, batch: Batch, first: int, last: int) -> None:
+    def _bisect(self, batch: SimulatedAgents, first: int, last: int) -> None:
         """Simulate from `first`, the current time, to `last`, where a condition becomes true."""
         is_single_step = last - first == 1
         if is_single_step:
@@ -202,10 +217,10 @@ class FirstTime:
                 self._bisect(batch, begin, end)
 
 
-def _copy_state(batch: Batch) -> list[Array]:
+def _copy_state(batch: SimulatedAgents) -> list[Array]:
     return [array.copy() for array in iterate_arrays(batch.state)]
 
 
-def _restore_state(batch: Batch, saved_state: list[Array]) -> None:
+def _restore_state(batch: SimulatedAgents, saved_state: list[Array]) -> None:
     for array, saved_array in zip(iterate_arrays(batch.state), saved_state, strict=True):
         array[:] = saved_array

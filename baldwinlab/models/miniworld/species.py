@@ -12,7 +12,7 @@ from baldwinlab.evolution.fitness import compute_learning_cost, sum_energy
 from baldwinlab.evolution.species import cut_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import read_part_records
-from baldwinlab.models.miniworld.backends.choice import Backend
+from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.models.miniworld.backends.cpu import PopulationView
 from baldwinlab.models.miniworld.backends.species import SpeciesBatch
 from baldwinlab.models.miniworld.lifetimes import (
@@ -37,18 +37,20 @@ class SpeciesSimulator:
         runs: Sequence[int],
         backend: Backend | None = None,
     ) -> None:
-        """Create a simulator.
+        """Create a simulator. The default backend is the CPU.
 
         Raises
         ------
         ValueError
-            If the backend is not the CPU.
+            If the backend cannot simulate species.
         """
-        if backend is not None and backend.name != "cpu":
+        backend = backend or CPU
+        if backend.species_batch is None:
             raise ValueError(
                 f"backend = {backend.name!r} must be cpu or auto: an experiment with "
                 "population.species runs on the CPU only"
             )
+        self._batch_class = backend.species_batch
         self._experiment = experiment
         self._seed = seed
         self._runs = runs
@@ -86,7 +88,7 @@ class SpeciesSimulator:
 
     def _make_batch(self, sizes: Sizes, run_indices: Sequence[int]) -> SpeciesBatch:
         runs = [self._runs[run_index] for run_index in run_indices]
-        return SpeciesBatch(self._experiment, self._seed, runs, sizes)
+        return self._batch_class(self._experiment, self._seed, runs, sizes)
 
     def _simulate_batch(
         self, batch: SpeciesBatch, generation: int, genomes: npt.NDArray[np.float32]

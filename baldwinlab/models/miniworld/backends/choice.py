@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
+from baldwinlab.models.miniworld.backends.species import SpeciesBatch
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
 # Minimum number of worlds for the GPU. With fewer worlds, most of the GPU is idle. The number is an
@@ -20,15 +21,13 @@ MIN_GPU_WORLDS: Final = 128
 GPU_WORLDS: Final = 16384
 
 
-class Batch(Protocol):
-    """Several runs of one experiment, simulated one generation at a time."""
+class SimulatedAgents(Protocol):
+    """The agents of several runs, whose steps are simulated."""
 
     model: MiniWorldModel
 
     @property
     def state(self) -> State: ...
-
-    def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None: ...
 
     def simulate(self, first_step: int, last_step: int) -> None: ...
 
@@ -41,6 +40,12 @@ class Batch(Protocol):
     def positions(self) -> npt.NDArray[np.float32]: ...
 
 
+class Batch(SimulatedAgents, Protocol):
+    """Several runs of one experiment, simulated one generation at a time."""
+
+    def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None: ...
+
+
 class Backend(NamedTuple):
     """A backend and its best batch size."""
 
@@ -50,10 +55,15 @@ class Backend(NamedTuple):
     batch: Callable[[Experiment, int, Sequence[int]], Batch]
     # Best number of worlds in a batch.
     worlds: int
+    # Class of a batch of several species: its last argument is the size of each species. None if
+    # the backend cannot simulate species.
+    species_batch: (
+        Callable[[Experiment, int, Sequence[int], Sequence[int]], SpeciesBatch] | None
+    ) = None
 
 
 # With 20 agents per world, the weights of the 80 lanes fit the first-level cache.
-CPU: Final = Backend(name="cpu", batch=cpu.CpuBatch, worlds=4)
+CPU: Final = Backend(name="cpu", batch=cpu.CpuBatch, worlds=4, species_batch=SpeciesBatch)
 
 
 def choose_backend(name: str = "auto", worlds: int = 1, agents: int = 1) -> Backend:

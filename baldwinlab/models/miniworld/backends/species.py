@@ -23,7 +23,7 @@ from baldwinlab.models.miniworld.regions import item_regions
 from baldwinlab.models.miniworld.senses.species_sight import SpeciesSense
 from baldwinlab.models.miniworld.species_population import SHARED_ARRAYS, SpeciesPopulation
 from baldwinlab.models.miniworld.species_step import simulate_species
-from baldwinlab.models.miniworld.state import State
+from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
 SHARED_STATE: Final = (
     "keys",
@@ -90,12 +90,27 @@ class SpeciesBatch:
         is_start = False
         self._function(self._species, is_start, first_step, last_step)
 
-    def views(self) -> list[PopulationView]:
+    def views(self) -> list[SpeciesView]:
         """Return the agents of each species."""
         return [
-            PopulationView(model, state, (self._runs, model.agents))
+            SpeciesView(self, model, state, (self._runs, model.agents))
             for model, state in self._species
         ]
+
+
+class SpeciesView(PopulationView):
+    """The agents of one species of a batch."""
+
+    def __init__(
+        self, batch: SpeciesBatch, model: MiniWorldModel, state: State, shape: tuple[int, int]
+    ) -> None:
+        """The arguments after `batch` are those of a `PopulationView`."""
+        super().__init__(model, state, shape)
+        self._batch = batch
+
+    def simulate(self, first_step: int, last_step: int) -> None:
+        """Simulate the steps from `first_step` to `last_step` - 1 of all species of the batch."""
+        self._batch.simulate(first_step, last_step)
 
 
 def _with_size(member: Experiment, size: int) -> Experiment:
