@@ -223,6 +223,7 @@ def test_a_model_without_a_world_breeds_with_genes_and_simulates_without_them() 
     assert (run.gene_step_size > 0).all()
 
 
+@pytest.mark.nightly
 def test_genes_are_missing_for_agents_of_a_species_without_them() -> None:
     declare_decay(Gene(initial=0.02, low=0.001, high=1, size=1))
     learners = {"name": "learners", "size": 4, "learning": {"rule": "decay"}}

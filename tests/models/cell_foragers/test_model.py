@@ -336,6 +336,7 @@ def test_auto_teaching_increases_food_within_a_lifetime() -> None:
     assert gains["auto-teaching"] > 0.1 > abs(gains["auto-teaching-rate-0"])
 
 
+@pytest.mark.nightly
 def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(CellForagers),

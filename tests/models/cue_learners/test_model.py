@@ -257,6 +257,7 @@ def test_other_models_refuse_the_variation_of_cue_learners() -> None:
         assign(bl.load("guessing"), ["evolution.variation=one-point-of-units"])
 
 
+@pytest.mark.nightly
 def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(CueLearners),

@@ -192,6 +192,7 @@ def test_with_many_trials_the_error_is_lower_at_death_and_higher_at_birth() -> N
     assert errors["trials-320"]["innate_error"] > errors["trials-5"]["innate_error"] + 0.05
 
 
+@pytest.mark.nightly
 def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(DigitReaders),

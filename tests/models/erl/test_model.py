@@ -44,6 +44,7 @@ def test_populations_of_the_same_founders_have_different_histories() -> None:
     assert n_agents[0, 0] != n_agents[0, 1]
 
 
+@pytest.mark.nightly
 def test_the_part_passes_all_checks() -> None:
     assert [finding for finding in check_part(ErlPopulations) if finding.holds is False] == []
 

@@ -249,6 +249,7 @@ def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:
     assert (flipped[0] == flipped[1]).all()
 
 
+@pytest.mark.nightly
 def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(LightSwitch),

@@ -300,6 +300,7 @@ def test_a_population_of_a_single_prisoner_is_refused() -> None:
         assign(bl.load("meta-pavlov"), ["population.size=1"])
 
 
+@pytest.mark.nightly
 def test_the_part_passes_all_checks() -> None:
     assert [finding for finding in check_part(PlasticPrisoners) if finding.holds is False] == []
 

@@ -152,6 +152,7 @@ def test_in_the_double_maze_the_published_order_is_reversed() -> None:
     assert mannwhitneyu(modulated, plain).pvalue < 0.05 and np.median(modulated) < np.median(plain)
 
 
+@pytest.mark.nightly
 def test_the_part_passes_all_checks() -> None:
     assert [finding for finding in check_part(TMazes) if finding.holds is False] == []
 
