@@ -196,7 +196,11 @@ A record is a run in a file. It contains only the genomes that are stored.
 
 `bl.replay` returns these variables.
 
-{table_of_variables(variables.TRACE_VARIABLES)}"""
+{table_of_variables(variables.TRACE_VARIABLES)}
+If agents can die, a trace has `alive`. With [species](../explanation/species.md), it has `species`,
+`NAME_eaten` for each species that others eat, and the names in the attribute `species_names`.
+
+{table_of_variables({"alive": variables.ALIVE_IN_STEP, "species": variables.SPECIES_IN_TRACE})}"""
     for assay, measured in variables.ASSAY_VARIABLES.items():
         text += f"""
 ## Assay {assay}

@@ -57,3 +57,34 @@ def make_small_experiment(condition: str, **changes: Any) -> Experiment:
         network={"hidden": [4]},
     )
     return experiment.replace(**changes)
+
+
+PREY_ENERGY = 5.0
+N_PREDATORS = 5
+N_PREY = 15
+
+
+def make_predation(**changes: Any) -> Experiment:
+    """Return an experiment in which predators eat prey, and prey eats food."""
+    species = [
+        {
+            "name": "predators",
+            "size": N_PREDATORS,
+            "eats": {"items": [], "prey": [{"species": "prey", "energy": PREY_ENERGY}]},
+            "senses": {"kinds": ["food", "species-nearness"], "visual_radius": 30},
+        },
+        {
+            "name": "prey",
+            "size": N_PREY,
+            "senses": {
+                "kinds": ["food", "species-in-sight", "compass"],
+                "species_in_sight": {"target": "predators"},
+            },
+            "learning": {"rule": "self-taught"},
+        },
+    ]
+    settings: dict[str, Any] = {
+        "population": {"size": N_PREDATORS + N_PREY, "species": species},
+        "lifetime": {"steps": 60},
+    }
+    return make_small_experiment("evo", **settings | changes)

@@ -10,7 +10,13 @@ import xarray as xr
 from baldwinlab.api.agents import AgentNetwork, make_network, read_genomes, select_condition
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
-from baldwinlab.simulation.replay import replay, require_simulated
+from baldwinlab.simulation.reevaluation import restore_genomes
+from baldwinlab.simulation.replay import (
+    replay,
+    replay_genomes,
+    require_generation,
+    require_simulated,
+)
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import open_sweep
@@ -136,7 +142,7 @@ class StudyRuns:
         Returns
         -------
         xarray.Dataset
-            The variables of `baldwinlab.core.variables.TRACE_VARIABLES`, with the dimensions `step`
+            The variables of `baldwinlab.core.variables.trace_variables`, with the dimensions `step`
             and `agent`.
 
         Raises
@@ -151,6 +157,20 @@ class StudyRuns:
         condition = select_condition(self._store, condition)
         experiment = self.experiment(condition)
         self._store.require_parts(condition)
+        if isinstance(experiment, Experiment) and experiment.population.species:
+            require_generation(experiment, generation)
+            record = self._store.record(condition, run)
+            # A simulation of the earlier generations takes longer than the stored genomes.
+            return replay_genomes(
+                experiment,
+                restore_genomes(experiment, record, generation),
+                seed=self.seed,
+                run=run,
+                generation=generation,
+                world=world,
+                species=record["species"].values[generation],
+                force=force,
+            )
         energy = self._store.read(condition, run, genomes=False).energy
         require_simulated(experiment, run, generation, energy.sizes["generation"])
         return replay(

@@ -29,7 +29,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import REPLAY_MARK, require_writable
 from baldwinlab.core.resources import Need, require_resources
-from baldwinlab.core.variables import TRACE_VARIABLES
+from baldwinlab.core.variables import trace_variables
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation.memory import dimension_sizes, estimate_replay, require_storable
 from baldwinlab.simulation.replay import require_world
@@ -177,7 +177,7 @@ def _require_disk_space(experiment: Experiment, out: Path, force: bool) -> None:
     # Movies and pictures are small.
     if out.suffix == ".nc":
         require_storable(
-            TRACE_VARIABLES, dimension_sizes(experiment), f"a life of {experiment.name}"
+            trace_variables(experiment), dimension_sizes(experiment), f"a life of {experiment.name}"
         )
         need = Need(disk=estimate_replay(experiment).disk)
         require_resources(f"--out {out}", need, out.parent, force=force)

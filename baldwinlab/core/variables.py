@@ -149,6 +149,11 @@ def gene_variable(name: str) -> str:
     return f"gene_{name}"
 
 
+def eaten_variable(kind: str) -> str:
+    """Return the name of the variable with the number of eaten items of a kind or species."""
+    return f"{kind}_eaten"
+
+
 def _model_variables(experiment: Any) -> Mapping[str, Variable]:
     """Return the variables of an experiment without those of genes."""
     if experiment.model != "miniworld":
@@ -164,7 +169,7 @@ def _model_variables(experiment: Any) -> Mapping[str, Variable]:
     }
     food_eaten = RECORD_VARIABLES["food_eaten"]
     added_variables = {
-        f"{kind}_eaten": food_eaten._replace(meaning=f"items of {kind} eaten in life")
+        eaten_variable(kind): food_eaten._replace(meaning=f"items of {kind} eaten in life")
         for kind in item_kinds
     }
     added_variables |= {
@@ -183,7 +188,7 @@ def _model_variables(experiment: Any) -> Mapping[str, Variable]:
     if experiment.has_deaths:
         added_variables |= DEATH_VARIABLES
     added_variables |= {
-        f"{prey.species}_eaten": food_eaten._replace(meaning=f"agents of {prey.species} eaten")
+        eaten_variable(prey.species): food_eaten._replace(meaning=f"agents of {prey.species} eaten")
         for prey in experiment.eats.prey
     }
     if experiment.lifetime.repeats > 1:
@@ -240,17 +245,45 @@ TRACE_VARIABLES: Mapping[str, Variable] = {
     ),
 }
 
+ALIVE_IN_STEP = Variable(
+    ("step", "agent"),
+    np.int8,
+    "1",
+    "1 if the agent is alive at the beginning of the step, else 0, and x and y are NaN",
+)
+"""Variable `alive` in the traces of experiments whose agents can die during a lifetime."""
+SPECIES_IN_TRACE = SPECIES_VARIABLE._replace(dims=("agent",))
+"""Variable `species` in the traces of experiments with species."""
+
 
 def trace_variables(experiment: Any) -> Mapping[str, Variable]:
     """Return the variables of a trace: `TRACE_VARIABLES`, with the type of the inputs.
 
-    The inputs are float32 if one of them is real-valued.
+    The inputs are float32 if one of them is real-valued, or if there are several species. Traces
+    with deaths have `alive`, and traces with species have `species` and the eaten agents.
     """
-    if not experiment.real_valued:
-        return TRACE_VARIABLES
-    return dict(TRACE_VARIABLES) | {
-        "sensor": TRACE_VARIABLES["sensor"]._replace(dtype=np.float32, meaning="inputs, in [0, 1]")
-    }
+    declared = dict(TRACE_VARIABLES)
+    sensor = declared["sensor"]
+    members = experiment.species_experiments()
+    if members:
+        declared["sensor"] = sensor._replace(
+            dtype=np.float32, meaning="inputs, in [0, 1]; NaN for inputs of other species"
+        )
+        declared["species"] = SPECIES_IN_TRACE
+    elif experiment.real_valued:
+        declared["sensor"] = sensor._replace(dtype=np.float32, meaning="inputs, in [0, 1]")
+    if experiment.has_deaths:
+        declared["alive"] = ALIVE_IN_STEP
+    eaten = declared["eaten"]
+    for member in members:
+        for prey in member.eats.prey:
+            declared["eaten"] = eaten._replace(
+                unit="items and agents", meaning="items and agents eaten in this step"
+            )
+            declared[eaten_variable(prey.species)] = eaten._replace(
+                unit="agents", meaning=f"agents of {prey.species} eaten in this step"
+            )
+    return declared
 
 
 _BRANCH_DIMS = ("run", "generation", "history", "regime", "agent")

@@ -266,6 +266,25 @@ def combine_modules(modules_of_species: Sequence[Sequence[str]]) -> tuple[str, .
     return tuple(combined)
 
 
+def combine_inputs(
+    inputs_of_species: Sequence[Sequence[str]],
+) -> tuple[tuple[str, ...], list[list[int]]]:
+    """Return the names of the inputs of all species, and the indices of the inputs of each species.
+
+    Inputs of two species with the same name are one input. A name is repeated if it is repeated in
+    one species.
+    """
+    numbers: dict[tuple[str, int], int] = {}
+    indices = [
+        [
+            numbers.setdefault((name, inputs[:index].count(name)), len(numbers))
+            for index, name in enumerate(inputs)
+        ]
+        for inputs in inputs_of_species
+    ]
+    return tuple(name for name, _ in numbers), indices
+
+
 def normalize_settings(settings: Mapping[str, Any], tree: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings of a species with the values of its validated experiment.
 

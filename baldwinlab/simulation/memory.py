@@ -28,7 +28,7 @@ from baldwinlab.core.variables import (
 )
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.several_worlds import count_worlds
-from baldwinlab.experiment.species import ACROSS
+from baldwinlab.experiment.species import ACROSS, combine_inputs
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.allocation import array_dimensions, state_bytes
 
@@ -61,8 +61,10 @@ def dimension_sizes(experiment: BaseExperiment) -> dict[str, int]:
     if isinstance(experiment, Experiment):
         sizes["step"] = experiment.lifetime.steps
         sizes["item"] = array_dimensions(experiment)["items"]
-        sizes["side"] = len(experiment.inputs)
-        sizes["action"] = len(experiment.actions)
+        members = experiment.species_experiments() or (experiment,)
+        inputs, _ = combine_inputs([member.inputs for member in members])
+        sizes["side"] = len(inputs)
+        sizes["action"] = max(len(member.actions) for member in members)
     return sizes
 
 

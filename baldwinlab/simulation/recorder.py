@@ -35,6 +35,10 @@ VARIABLE_READERS: Mapping[str, Callable[[SimulatedAgents, Lanes], Array]] = {
     # The outputs are the last units, as many as targets.
     "outputs": lambda batch, lanes: batch.state.activations[-len(batch.state.targets) :, lanes].T,
     "weights": lambda batch, lanes: batch.state.weights[:, lanes].T,
+    # 1 for agents that are alive.
+    "alive": lambda batch, lanes: batch.state.alive[0, lanes],
+    # Numbers of eaten items of each region, then of eaten agents of each species.
+    "eaten_kinds": lambda batch, lanes: batch.state.eaten_in_life[:, lanes].T,
     # Number of items from birth to the current step.
     "eaten_in_life": lambda batch, lanes: batch.state.eaten_in_life[:, lanes].sum(axis=0),
     # The agent that teaches.

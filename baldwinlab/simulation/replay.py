@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab.core import variables
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.resources import Need, require_resources
 from baldwinlab.core.variables import STOP_ATTRIBUTE
@@ -20,19 +16,12 @@ from baldwinlab.evolution import (
     make_generation,
     needs_simulation,
 )
-from baldwinlab.evolution.genes import trim_genomes
+from baldwinlab.evolution.species import SpeciesIndices, list_initial_species
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.species import require_single_species
-from baldwinlab.models.miniworld.appearance import appearance_json, describe_appearance
-from baldwinlab.models.miniworld.backends.cpu import CpuBatch
-from baldwinlab.models.miniworld.state import HEADING_COUNT
-from baldwinlab.models.miniworld.world_layout import agents_of_world
-from baldwinlab.simulation.history import provenance_attributes
+from baldwinlab.experiment.species import ACROSS
 from baldwinlab.simulation.memory import estimate_replay, estimate_simulation
-from baldwinlab.simulation.recorder import Series, record_batch
 from baldwinlab.simulation.simulate import check_seed, simulate_batch
-
-DEGREES_PER_TURN = 360
+from baldwinlab.simulation.trace import Agents, trace_lifetime
 
 
 def replay(
@@ -70,7 +59,7 @@ def replay(
     Returns
     -------
     xarray.Dataset
-        The variables of `baldwinlab.core.variables.TRACE_VARIABLES`, with the dimensions `step` and
+        The variables of `baldwinlab.core.variables.trace_variables`, with the dimensions `step` and
         `agent`. With several worlds, the coordinate `agent` has the numbers of the agents in the
         population.
 
@@ -84,24 +73,19 @@ def replay(
     """
     check_seed(seed, run)
     _require_world_number(require_world(experiment), world)
-    if not 0 <= generation < experiment.evolution.generations:
-        raise RefusedError(
-            f"generation = {generation} must be at least 0 and less than "
-            f"{experiment.evolution.generations}"
-        )
+    require_generation(experiment, generation)
     if energy is not None:
         # The energy of the replayed generation is not required.
         require_simulated(experiment, run, generation, count_generations(energy) + 1)
     # The energy of the earlier generations determines the genomes without a simulation.
-    n_simulated = generation if energy is None else 0
+    n_simulated = generation if energy is None or experiment.population.species else 0
     require_resources(
         f"a lifetime of {experiment.name}",
         _estimate_need(experiment, n_simulated),
         force=force,
     )
     key = GenerationKey(seed, run, generation)
-    genome = recompute_genomes(experiment, key, energy)
-    return _trace_lifetime(experiment, genome, key, world)
+    return trace_lifetime(experiment, recompute_agents(experiment, key, energy), key, world)
 
 
 def replay_genomes(
@@ -112,6 +96,7 @@ def replay_genomes(
     run: int = 0,
     generation: int = 0,
     world: int = 0,
+    species: SpeciesIndices | None = None,
     force: bool = False,
 ) -> xr.Dataset:
     """Simulate one lifetime of given genomes, and record every step.
@@ -126,6 +111,9 @@ def replay_genomes(
         The key of the random numbers, each 0 to 2**31 - 1.
     world
         Number of a world of the population, from 0.
+    species
+        Index of the species of each agent, in ascending order. By default, the species have the
+        sizes of the experiment.
     force
         Run even if less memory is free than the estimate.
 
@@ -139,16 +127,28 @@ def replay_genomes(
     ArgumentError
         The seed or the number of the run, of the generation or of the world is out of range.
     RefusedError
-        The model has no world, or too little memory is free.
+        The model has no world, the species of the agents are unknown, or too little memory is free.
     """
     check_seed(seed, run)
     check_seed(generation)
     experiment = require_world(experiment)
     _require_world_number(experiment, world)
+    if experiment.population.species and species is None:
+        species = _list_constant_species(experiment)
     key = GenerationKey(seed, run, generation)
     need = _estimate_need(experiment, earlier_generations=0)
     require_resources(f"a lifetime of {experiment.name}", need, force=force)
-    return _trace_lifetime(experiment, genome, key, world)
+    return trace_lifetime(experiment, Agents(genome, species), key, world)
+
+
+def _list_constant_species(experiment: Experiment) -> SpeciesIndices:
+    """Return the species of each agent. Raise RefusedError if their sizes change in evolution."""
+    if experiment.evolution.compete == ACROSS:
+        raise RefusedError(
+            f"{experiment.name} cannot be replayed from genomes alone: with evolution.compete = "
+            "'across', the sizes of the species change; replay a stored study"
+        )
+    return list_initial_species(experiment)
 
 
 def _require_world_number(experiment: Experiment, world: int) -> None:
@@ -156,6 +156,15 @@ def _require_world_number(experiment: Experiment, world: int) -> None:
     last = experiment.population.worlds - 1
     if not 0 <= world <= last:
         raise ArgumentError("world", world, f"must be a whole number from 0 to {last}")
+
+
+def require_generation(experiment: BaseExperiment, generation: int) -> None:
+    """Raise RefusedError if an experiment does not have this generation."""
+    if not 0 <= generation < experiment.evolution.generations:
+        raise RefusedError(
+            f"generation = {generation} must be at least 0 and less than "
+            f"{experiment.evolution.generations}"
+        )
 
 
 def require_world(experiment: BaseExperiment) -> Experiment:
@@ -169,47 +178,14 @@ def require_world(experiment: BaseExperiment) -> Experiment:
     Raises
     ------
     RefusedError
-        Its model has no world, or its population has several species.
+        Its model has no world.
     """
     if not isinstance(experiment, Experiment):
         raise RefusedError(
             f"{experiment.name} cannot be replayed: the model {experiment.model} has no world; "
             "only the model miniworld has one"
         )
-    require_single_species(experiment, "a replay")
     return experiment
-
-
-def _trace_lifetime(
-    experiment: Experiment, genome: Genome, key: GenerationKey, world: int
-) -> xr.Dataset:
-    """Simulate one world of the population `genome` [agent, module, weight], return its trace."""
-    seed, run, generation = key
-    settings = experiment.at(generation)
-    agents = agents_of_world(settings, world)
-    genome = trim_genomes(genome[agents], settings)
-    batch = CpuBatch(settings, seed, [run], world=world)
-    genomes_of_batch = genome[None]
-    batch.begin(generation, genomes_of_batch)
-    arrays = _record_steps(settings, batch)
-    # Only the action module, which is module 0, can change. The batch has one run.
-    (action_weights,) = batch.weights()
-    genome_at_death = genome.copy()
-    genome_at_death[:, 0, : settings.weight_count] = action_weights
-    arrays["weight_birth"] = genome
-    arrays["weight_death"] = genome_at_death
-    attributes = provenance_attributes(experiment, seed, run) | {
-        "generation": generation,
-        "appearance": appearance_json(settings),
-    }
-    trace = variables.make_dataset(variables.trace_variables(settings), arrays, attributes)
-    trace = trace.assign_coords(
-        side=list(describe_appearance(settings).inputs), module=list(settings.modules)
-    )
-    if settings.population.worlds == 1:
-        return trace
-    agent_numbers = np.arange(agents.start, agents.stop, dtype=np.int32)
-    return trace.assign_coords(agent=agent_numbers).assign_attrs(world=world)
 
 
 def _estimate_need(experiment: Experiment, earlier_generations: int) -> Need:
@@ -253,6 +229,34 @@ def simulate_energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr
     return dataset["energy"]
 
 
+def _simulate_generation(experiment: BaseExperiment, key: GenerationKey) -> xr.Dataset:
+    """Simulate a run up to a generation after the first one, and return this generation."""
+    seed, run, generation = key
+    shortened = experiment.replace(
+        evolution={"generations": generation + 1}, record={"genome_every": generation}
+    )
+    (dataset,) = simulate_batch(shortened, seed, [run])
+    require_simulated(experiment, run, generation, dataset.sizes["generation"])
+    return dataset.isel(generation=generation)
+
+
+def recompute_agents(
+    experiment: BaseExperiment, key: GenerationKey, energy: xr.DataArray | None = None
+) -> Agents:
+    """Recompute the genomes and the species of the agents of a generation.
+
+    `energy` (generation, agent) is that of the earlier generations. Without it, and with several
+    species, the earlier generations are simulated.
+    """
+    if not experiment.population.species:
+        return Agents(recompute_genomes(experiment, key, energy), None)
+    if key.generation == 0:
+        return Agents(make_founders(experiment, key), list_initial_species(experiment))
+    dataset = _simulate_generation(experiment, key)
+    genome = np.asarray(dataset["genome"].values, np.float32)
+    return Agents(genome, dataset["species"].values)
+
+
 def recompute_genomes(
     experiment: BaseExperiment,
     key: GenerationKey,
@@ -282,17 +286,12 @@ def recompute_genomes(
     If inheritance depends on lifetimes, all generations are simulated.
     Then `energy` and `start` are unused.
     """
-    seed, run, generation = key
+    _, _, generation = key
     has_species = bool(experiment.population.species)
     if not has_species and experiment.part("evolution.inheritance").resamples_genomes:
         return draw_genomes(experiment, key)
     if needs_simulation(experiment) and generation > 0:
-        shortened = experiment.replace(
-            evolution={"generations": generation + 1}, record={"genome_every": generation}
-        )
-        (dataset,) = simulate_batch(shortened, seed, [run])
-        require_simulated(experiment, run, generation, dataset.sizes["generation"])
-        return np.asarray(dataset["genome"].values[generation], np.float32)
+        return np.asarray(_simulate_generation(experiment, key)["genome"].values, np.float32)
     if energy is None:
         energy = simulate_energy_before(experiment, key)
     founder_key = key._replace(generation=0)
@@ -302,31 +301,3 @@ def recompute_genomes(
         child_key = key._replace(generation=earlier + 1)
         genome, _ = make_generation(experiment, child_key, genome, fitness=energy.values[earlier])
     return genome
-
-
-def _record_steps(experiment: Experiment, batch: CpuBatch) -> dict[str, npt.NDArray[Any]]:
-    """Simulate a lifetime and return the recorded arrays, [step, ...]."""
-    agents = slice(experiment.agents_per_world)
-    steps = experiment.lifetime.steps
-    # Positions are read before a step. Inputs, outputs and results are read after the step.
-    times_before = range(steps)
-    times_after = range(1, steps + 1)
-    recorders = {
-        "x": Series("x", times_before, agents),
-        "y": Series("y", times_before, agents),
-        "heading": Series("heading", times_before, agents),
-        "items": Series("items", times_before, agents),
-        "sensor": Series(
-            "inputs", times_after, agents, variables.trace_variables(experiment)["sensor"].dtype
-        ),
-        "output": Series("outputs", times_after, agents),
-        "action": Series("action", times_after, agents, np.int8),
-        "eaten": Series("eaten_in_life", times_after, agents),
-    }
-    record_batch(batch, list(recorders.values()))
-    arrays = {name: recorder.values for name, recorder in recorders.items()}
-    arrays["heading"] *= np.float32(DEGREES_PER_TURN / HEADING_COUNT)
-    # From the number of items in life to the number in each step.
-    arrays["eaten"] = np.diff(arrays["eaten"], axis=0, prepend=0)
-    item_positions = arrays.pop("items")
-    return arrays | {"item_x": item_positions[..., 0], "item_y": item_positions[..., 1]}

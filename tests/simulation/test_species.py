@@ -135,13 +135,6 @@ def test_species_begin_with_stored_genomes(tmp_path: Path) -> None:
     assert not is_unset[5:].all()
 
 
-def test_a_replay_of_a_population_with_species_is_refused() -> None:
-    species = [{"name": "a", "size": 10}, {"name": "b", "size": 10}]
-    foragers = bl.load("evo/A").replace(population={"species": species})
-    with pytest.raises(RefusedError, match="evo/A has several species: a replay needs"):
-        bl.replay(foragers)
-
-
 def test_another_simulation_of_stored_agents_with_species_is_refused() -> None:
     genomes = make_founders(NEEDLE, GenerationKey(0, 0, 0))[None]
     with pytest.raises(RefusedError, match="has several species"):

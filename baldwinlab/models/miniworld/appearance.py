@@ -8,9 +8,11 @@ Lengths are in units of length.
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.species import combine_inputs
 from baldwinlab.models.miniworld.regions import item_regions
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 
@@ -80,7 +82,9 @@ class Appearance(NamedTuple):
 
 
 def describe_appearance(experiment: Experiment) -> Appearance:
-    """Return the appearance of the world of an experiment."""
+    """Return the appearance of the world of an experiment; with species, with all their inputs."""
+    if members := experiment.species_experiments():
+        return _join_appearances([describe_appearance(member) for member in members])
     radius = experiment.senses.visual_radius
     senses = experiment.parts("senses.kinds")
     sectors = [sector for sense in senses for sector in sense.sectors]
@@ -106,6 +110,29 @@ def describe_appearance(experiment: Experiment) -> Appearance:
             len(experiment.inputs), experiment.network.hidden, len(experiment.actions)
         ),
         has_teachers=bool(rule.teacher_array),
+    )
+
+
+def _join_appearances(appearances: Sequence[Appearance]) -> Appearance:
+    """Return the appearance of a world of several species.
+
+    The order of the inputs is that of `combine_inputs`. Networks are not described, because those
+    of the species differ.
+    """
+    inputs, indices = combine_inputs([appearance.inputs for appearance in appearances])
+    values: dict[int, tuple[bool, Sector | None]] = {}
+    for appearance, indices_of_species in zip(appearances, indices, strict=True):
+        values_of_species = zip(appearance.is_continuous, appearance.sectors, strict=True)
+        values |= zip(indices_of_species, values_of_species, strict=True)
+    is_continuous, sectors = zip(*(values[index] for index in range(len(inputs))), strict=True)
+    return max(appearances, key=lambda appearance: len(appearance.actions))._replace(
+        inputs=inputs,
+        is_continuous=is_continuous,
+        sectors=sectors,
+        modules=(),
+        answers=(),
+        memory=(),
+        has_teachers=False,
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.core.variables import eaten_variable
 from baldwinlab.evolution.fitness import compute_learning_cost, sum_energy
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import choose_population, read_part_records
@@ -122,9 +123,9 @@ def eaten_by_kind(
     for kind in item_kinds(experiment):
         is_kind = [region_kind == kind for region_kind in region_kinds]
         eaten_items = eaten[..., : len(is_kind)]
-        records[f"{kind}_eaten"] = eaten_items[..., is_kind].sum(axis=-1, dtype=np.int32)
+        records[eaten_variable(kind)] = eaten_items[..., is_kind].sum(axis=-1, dtype=np.int32)
     for number, prey in enumerate(experiment.eats.prey):
-        records[f"{prey.species}_eaten"] = eaten[..., len(region_kinds) + number]
+        records[eaten_variable(prey.species)] = eaten[..., len(region_kinds) + number]
     return records
 
 

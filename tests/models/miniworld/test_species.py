@@ -20,7 +20,7 @@ from baldwinlab.models.miniworld.species import SpeciesSimulator, split_genomes
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.model_part import LifeResults
 from baldwinlab.simulation.simulate import simulate
-from tests.worlds import make_small_experiment
+from tests.worlds import N_PREDATORS, N_PREY, PREY_ENERGY, make_predation
 
 SEED = 3
 RUNS = (0, 4)
@@ -68,37 +68,6 @@ def test_two_equal_species_have_the_results_of_one_population(condition: str) ->
         np.testing.assert_array_equal(actual.records["food_eaten"], expected.records["food_eaten"])
         if condition != "evo":
             np.testing.assert_array_equal(actual.learned, expected.learned)
-
-
-PREY_ENERGY = 5.0
-N_PREDATORS = 5
-N_PREY = 15
-
-
-def make_predation(**changes: Any) -> Experiment:
-    """Return an experiment in which predators eat prey, and prey eats food."""
-    species = [
-        {
-            "name": "predators",
-            "size": N_PREDATORS,
-            "eats": {"items": [], "prey": [{"species": "prey", "energy": PREY_ENERGY}]},
-            "senses": {"kinds": ["food", "species-nearness"], "visual_radius": 30},
-        },
-        {
-            "name": "prey",
-            "size": N_PREY,
-            "senses": {
-                "kinds": ["food", "species-in-sight", "compass"],
-                "species_in_sight": {"target": "predators"},
-            },
-            "learning": {"rule": "self-taught"},
-        },
-    ]
-    settings: dict[str, Any] = {
-        "population": {"size": N_PREDATORS + N_PREY, "species": species},
-        "lifetime": {"steps": 60},
-    }
-    return make_small_experiment("evo", **settings | changes)
 
 
 def draw_padded_genomes(experiment: Experiment) -> npt.NDArray[np.float32]:

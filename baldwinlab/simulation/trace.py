@@ -1,0 +1,240 @@
+"""Trace of a lifetime: the state of every agent and item in every step, as a dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.core import variables
+from baldwinlab.evolution import GenerationKey, Genome
+from baldwinlab.evolution.genes import trim_genomes
+from baldwinlab.evolution.species import SpeciesIndices, count_agents
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.species import combine_inputs
+from baldwinlab.models.miniworld.appearance import appearance_json, describe_appearance
+from baldwinlab.models.miniworld.backends.choice import SimulatedAgents
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
+from baldwinlab.models.miniworld.backends.species import SpeciesBatch
+from baldwinlab.models.miniworld.species import split_genomes
+from baldwinlab.models.miniworld.state import HEADING_COUNT
+from baldwinlab.models.miniworld.world_layout import agents_of_world
+from baldwinlab.simulation.history import provenance_attributes
+from baldwinlab.simulation.recorder import Series, SpeciesRecorder, record_batch
+
+DEGREES_PER_TURN = 360
+
+Arrays = dict[str, npt.NDArray[Any]]
+
+
+class Agents(NamedTuple):
+    """The agents of a generation at birth.
+
+    Attributes
+    ----------
+    genome : Genome
+        Genomes, [agent, module, weight].
+    species : array, int32 [agent], or None
+        Index of the species of each agent, in ascending order. None for one species.
+    """
+
+    genome: Genome
+    species: SpeciesIndices | None
+
+
+class _Member(NamedTuple):
+    """Agents of a batch with equal settings: their settings, their arrays, and their numbers."""
+
+    experiment: Experiment
+    view: SimulatedAgents
+    agents: slice
+
+
+def trace_lifetime(
+    experiment: Experiment, agents: Agents, key: GenerationKey, world: int
+) -> xr.Dataset:
+    """Simulate a lifetime of one world of a population, and return its trace.
+
+    Parameters
+    ----------
+    experiment
+        The settings.
+    agents
+        All agents of the population.
+    key
+        Seed, run and generation.
+    world
+        Number of the world, from 0.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `baldwinlab.core.variables.trace_variables`.
+    """
+    seed, run, generation = key
+    settings = experiment.at(generation)
+    agents_in_world = agents_of_world(settings, world)
+    genome = trim_genomes(agents.genome[agents_in_world], settings)
+    members = _begin_lifetime(settings, Agents(genome, agents.species), key, world)
+    arrays = _record_steps(settings, members)
+    arrays["weight_birth"] = genome
+    arrays["weight_death"] = _collect_weights(genome, members)
+    if agents.species is not None:
+        arrays["species"] = agents.species
+    attributes = provenance_attributes(experiment, seed, run) | {
+        "generation": generation,
+        "appearance": appearance_json(settings),
+    }
+    trace = variables.make_dataset(variables.trace_variables(settings), arrays, attributes)
+    trace = trace.assign_coords(
+        side=list(describe_appearance(settings).inputs), module=list(settings.modules)
+    )
+    if settings.population.worlds == 1:
+        return trace
+    agent_numbers = np.arange(agents_in_world.start, agents_in_world.stop, dtype=np.int32)
+    return trace.assign_coords(agent=agent_numbers).assign_attrs(world=world)
+
+
+def _begin_lifetime(
+    settings: Experiment, agents: Agents, key: GenerationKey, world: int
+) -> list[_Member]:
+    """Return the species of a batch before its first step, or all its agents as one member."""
+    seed, run, generation = key
+    genomes_of_batch = agents.genome[None]
+    if agents.species is None:
+        batch = CpuBatch(settings, seed, [run], world=world)
+        batch.begin(generation, genomes_of_batch)
+        return [_Member(settings, batch, slice(0, settings.agents_per_world))]
+    sizes = count_agents(agents.species, len(settings.population.species))
+    ends = sizes.cumsum()
+    species_batch = SpeciesBatch(settings, seed, [run], sizes.tolist())
+    species_batch.begin(generation, split_genomes(species_batch.members, genomes_of_batch))
+    return [
+        _Member(member, view, slice(first, end))
+        for member, view, first, end in zip(
+            species_batch.members,
+            species_batch.views(),
+            (ends - sizes).tolist(),
+            ends.tolist(),
+            strict=True,
+        )
+    ]
+
+
+def _collect_weights(genome: Genome, members: Sequence[_Member]) -> Genome:
+    """Return the genomes at birth with the current weights. Only module 0 can change."""
+    changed = genome.copy()
+    for member in members:
+        # The batch has one run.
+        (action_weights,) = member.view.weights()
+        changed[member.agents, 0, : member.experiment.weight_count] = action_weights
+    return changed
+
+
+def _record_steps(settings: Experiment, members: Sequence[_Member]) -> Arrays:
+    """Simulate a lifetime and return the recorded arrays, [step, ...]."""
+    # All species have the same items.
+    items = Series("items", range(settings.lifetime.steps), slice(None))
+    recorders = [_make_recorders(settings, member) for member in members]
+    first_view = members[0].view
+    record_batch(
+        first_view,
+        [
+            SpeciesRecorder(first_view, items),
+            *(
+                SpeciesRecorder(member.view, recorder)
+                for member, series in zip(members, recorders, strict=True)
+                for recorder in series.values()
+            ),
+        ],
+    )
+    arrays_of_members = [
+        _convert_units(member, {name: recorder.values for name, recorder in series.items()})
+        for member, series in zip(members, recorders, strict=True)
+    ]
+    arrays = _join_members(members, arrays_of_members)
+    if "alive" in arrays:
+        is_dead = arrays["alive"] == 0
+        arrays["x"][is_dead] = np.nan
+        arrays["y"][is_dead] = np.nan
+    return arrays | {"item_x": items.values[..., 0], "item_y": items.values[..., 1]}
+
+
+def _make_recorders(settings: Experiment, member: _Member) -> dict[str, Series]:
+    """Return the recorders of the agents of a member, by variable."""
+    agents = slice(member.agents.stop - member.agents.start)
+    steps = settings.lifetime.steps
+    # Positions are read before a step. Inputs, outputs and results are read after the step.
+    times_before = range(steps)
+    times_after = range(1, steps + 1)
+    sensor_type = variables.trace_variables(settings)["sensor"].dtype
+    recorders = {
+        "x": Series("x", times_before, agents),
+        "y": Series("y", times_before, agents),
+        "heading": Series("heading", times_before, agents),
+        "sensor": Series("inputs", times_after, agents, sensor_type),
+        "output": Series("outputs", times_after, agents),
+        "action": Series("action", times_after, agents, np.int8),
+        "eaten": Series("eaten_kinds", times_after, agents),
+    }
+    if settings.has_deaths:
+        recorders["alive"] = Series("alive", times_before, agents, np.int8)
+    return recorders
+
+
+def _convert_units(member: _Member, arrays: Arrays) -> Arrays:
+    """Return the arrays of a member with headings in degrees, and eaten numbers per step."""
+    # From the numbers in life to the numbers in each step, [step, agent, kind].
+    eaten = np.diff(arrays["eaten"], axis=0, prepend=0)
+    prey = [entry.species for entry in member.experiment.eats.prey]
+    # The last kinds are the species that the agents eat.
+    n_item_kinds = eaten.shape[2] - len(prey)
+    eaten_prey = {
+        variables.eaten_variable(name): eaten[:, :, n_item_kinds + index]
+        for index, name in enumerate(prey)
+    }
+    heading = arrays["heading"] * np.float32(DEGREES_PER_TURN / HEADING_COUNT)
+    return arrays | {"heading": heading, "eaten": eaten.sum(axis=2)} | eaten_prey
+
+
+def _join_members(members: Sequence[_Member], arrays: Sequence[Arrays]) -> Arrays:
+    """Return the arrays of all agents.
+
+    Inputs and outputs that a species does not have are NaN, and other values are 0.
+    """
+    if len(members) == 1:
+        return arrays[0]
+    experiments = [member.experiment for member in members]
+    inputs, columns_of_inputs = combine_inputs([member.inputs for member in experiments])
+    n_outputs = max(len(member.actions) for member in experiments)
+    columns_of_outputs = [range(len(member.actions)) for member in experiments]
+    padded = [
+        values
+        | {
+            "sensor": _pad_columns(values["sensor"], sensor_columns, len(inputs)),
+            "output": _pad_columns(values["output"], output_columns, n_outputs),
+        }
+        for values, sensor_columns, output_columns in zip(
+            arrays, columns_of_inputs, columns_of_outputs, strict=True
+        )
+    ]
+    names = dict.fromkeys(name for values in padded for name in values)
+    zeros = [np.zeros_like(values["eaten"]) for values in padded]
+    return {
+        name: np.concatenate(
+            [values.get(name, zero) for values, zero in zip(padded, zeros, strict=True)], axis=1
+        )
+        for name in names
+    }
+
+
+def _pad_columns(
+    values: npt.NDArray[Any], columns: Sequence[int], n_columns: int
+) -> npt.NDArray[np.float32]:
+    """Return an array [step, agent, n_columns] with `values` in some columns, and NaN in others."""
+    padded = np.full((*values.shape[:2], n_columns), np.nan, np.float32)
+    padded[:, :, columns] = values
+    return padded
