@@ -13,9 +13,9 @@ from types import FrameType
 INTERRUPTED_STATUS = 130
 """The exit status of a process that SIGINT ended."""
 RETRY_SECONDS = 0.02
-"""Time until an interruption is raised again, if it came during an import."""
+"""Time until an interruption is raised again, if an import or a destructor would swallow it."""
 _is_waiting = False
-"""Whether an interruption waits for the end of an import."""
+"""Whether an interruption waits for the next alarm."""
 
 
 def main() -> None:
@@ -23,6 +23,7 @@ def main() -> None:
     signal.signal(signal.SIGTERM, _interrupt)
     if hasattr(signal, "SIGALRM"):
         signal.signal(signal.SIGALRM, _interrupt)
+        sys.unraisablehook = _retry_swallowed_interruption
     # Leave SIGINT ignored if a parent process chose so.
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
@@ -34,6 +35,11 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.stderr.write("baldwinlab: Interrupted.\n")
         sys.exit(INTERRUPTED_STATUS)
+    finally:
+        # An alarm during the end of the interpreter would change the exit status.
+        sys.unraisablehook = sys.__unraisablehook__
+        if hasattr(signal, "setitimer"):
+            signal.setitimer(signal.ITIMER_REAL, 0)
 
 
 def _interrupt(signal_number: int, frame: FrameType | None) -> None:
@@ -52,11 +58,25 @@ def _interrupt(signal_number: int, frame: FrameType | None) -> None:
         is_second_interruption = _is_waiting and not is_alarm
         _is_waiting = _is_importing(frame) and not is_second_interruption
         if _is_waiting:
-            # The timer repeats, because an alarm may be lost if another signal arrives with it.
-            signal.setitimer(signal.ITIMER_REAL, RETRY_SECONDS, RETRY_SECONDS)
+            _start_timer()
             return
         signal.setitimer(signal.ITIMER_REAL, 0)
     raise KeyboardInterrupt
+
+
+def _start_timer() -> None:
+    # The timer repeats, because an alarm may be lost if another signal arrives with it.
+    signal.setitimer(signal.ITIMER_REAL, RETRY_SECONDS, RETRY_SECONDS)
+
+
+def _retry_swallowed_interruption(unraisable: sys.UnraisableHookArgs) -> None:
+    """Raise an interruption again that Python swallows, for example in a destructor."""
+    global _is_waiting
+    if issubclass(unraisable.exc_type, KeyboardInterrupt):
+        _is_waiting = True
+        _start_timer()
+    else:
+        sys.__unraisablehook__(unraisable)
 
 
 def _is_importing(frame: FrameType | None) -> bool:
