@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,7 +21,12 @@ from baldwinlab.api.study_exports import StudyExports
 from baldwinlab.core.errors import require_positive
 from baldwinlab.core.files import parse_location
 from baldwinlab.studies.assays.catalog import ASSAYS, not_applicable_reasons
-from baldwinlab.studies.assays.results import find_missing_assays, is_stored, open_assay
+from baldwinlab.studies.assays.results import (
+    find_missing_assays,
+    is_stored,
+    open_assay,
+    open_assays,
+)
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
@@ -154,23 +158,7 @@ class Study(StudyExports):
             reasons = not_applicable_reasons(self._store, [name])
             reason = "; ".join(reasons) or f"{name} does not apply to any condition"
             raise StudyError(f"{self.directory}: {reason}")
-        return self._join_assays(name, conditions)
-
-    def _join_assays(self, name: str, conditions: Sequence[str]) -> xr.Dataset:
-        """Return the stored results of an assay along the dimension `condition`."""
-        datasets = [open_assay(self.directory, name, condition) for condition in conditions]
-        experiments = [dataset.attrs["experiment"] for dataset in datasets]
-        joined = xr.concat(
-            datasets,
-            "condition",
-            join="outer",
-            data_vars="all",
-            coords="minimal",
-            combine_attrs="drop",
-        )
-        joined = joined.assign_coords(condition=list(conditions))
-        joined = joined.assign(experiment=("condition", experiments))
-        return joined.assign_attrs(seed=self.seed)
+        return open_assays(self._store, name, conditions)
 
     def compare(self, baseline: str | None = None, *, last: int = 10) -> pd.DataFrame:
         """Compare the conditions of the study, as its report does.

@@ -299,5 +299,7 @@ def recompute_genomes(
     for earlier in range(first, generation):
         assert energy is not None
         child_key = key._replace(generation=earlier + 1)
-        genome, _ = make_generation(experiment, child_key, genome, fitness=energy.values[earlier])
+        # In a dataset of several conditions, NaN follows the agents of a small population.
+        fitness = energy.values[earlier, : len(genome)]
+        genome, _ = make_generation(experiment, child_key, genome, fitness)
     return genome

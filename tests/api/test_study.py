@@ -115,6 +115,23 @@ def test_the_first_request_of_an_assay_runs_it(
         study.assay("instinct")
 
 
+def test_an_assay_of_conditions_with_different_settings_has_the_settings_of_all(
+    study: Study,
+) -> None:
+    joined = study.assay("reaction")
+    for condition in study.conditions:
+        stored = bl.open_assay(study.directory, "reaction", condition)
+        of_condition = joined.energy.sel(condition=condition).dropna("setting", how="all")
+        for coordinate in ("field", "value"):
+            assert set(of_condition[coordinate].values) == set(stored[coordinate].values)
+        for number in stored.setting.values:
+            field, value = (stored[name].values[number] for name in ("field", "value"))
+            is_setting = (of_condition.field == field) & (of_condition.value == value)
+            (energy,) = of_condition.transpose("setting", ...).values[is_setting.values]
+            np.testing.assert_array_equal(energy, stored.energy.sel(setting=number))
+    assert not joined.energy.isnull().all(("condition", "run", "agent")).any()
+
+
 @pytest.mark.nightly  # two reports
 def test_its_report_lies_in_it_or_where_one_says(study: Study, tmp_path: Path) -> None:
     assert study.report() == study.directory / "report.html"

@@ -54,6 +54,14 @@ def test_learning_changes_only_the_weights_of_the_action_module() -> None:
     assert (without_learning.weight_birth == without_learning.weight_death).all()
 
 
+def test_the_energy_of_a_larger_population_in_the_dataset_has_no_effect() -> None:
+    experiment = shorten_preset("evo/A")
+    energy = simulate(experiment, seed=1).energy
+    padded = energy.pad(agent=(0, 2))
+    expected = replay(experiment, seed=1, generation=1, energy=energy)
+    xr.testing.assert_identical(replay(experiment, seed=1, generation=1, energy=padded), expected)
+
+
 @pytest.mark.parametrize("generation", [-1, 3])
 def test_a_generation_out_of_range_is_refused(generation: int) -> None:
     with pytest.raises(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from baldwinlab._version import __version__
@@ -61,6 +62,67 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
         raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
     except ValueError as error:
         raise StudyError(str(error)) from None
+
+
+def open_assays(study: StudyStore, assay: str, conditions: Sequence[str]) -> xr.Dataset:
+    """Return the stored results of an assay along the dimension `condition`.
+
+    A setting of the assay "reaction" has the same number in all conditions. The values of a setting
+    that a condition does not have are NaN. The function raises the errors of `open_assay`.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    assay : str
+        Name of an assay.
+    conditions : sequence of str
+        Names of conditions.
+
+    Returns
+    -------
+    xarray.Dataset
+        The results of all conditions, with the experiment of each condition.
+    """
+    datasets = [open_assay(study.directory, assay, condition) for condition in conditions]
+    experiments = [dataset.attrs["experiment"] for dataset in datasets]
+    joined = xr.concat(
+        _align_settings(datasets),
+        "condition",
+        join="outer",
+        data_vars="all",
+        coords="minimal",
+        combine_attrs="drop",
+    )
+    joined = joined.assign_coords(condition=list(conditions))
+    joined = joined.assign(experiment=("condition", experiments))
+    return joined.assign_attrs(seed=study.seed)
+
+
+def _align_settings(datasets: Sequence[xr.Dataset]) -> list[xr.Dataset]:
+    """Return datasets with the settings of all datasets, if they have the dimension `setting`."""
+    if "setting" not in datasets[0].dims:
+        return list(datasets)
+    settings_of_datasets = [
+        list(zip(data.field.values.tolist(), data.value.values.tolist(), strict=True))
+        for data in datasets
+    ]
+    numbers: dict[tuple[str, str], int] = {}
+    for settings in settings_of_datasets:
+        for setting in settings:
+            numbers.setdefault(setting, len(numbers))
+    fields, values = zip(*numbers, strict=True)
+    all_settings = {
+        "setting": np.arange(len(numbers), dtype=np.int32),
+        "field": ("setting", list(fields)),
+        "value": ("setting", list(values)),
+    }
+    return [
+        data.assign_coords(setting=[numbers[setting] for setting in settings])
+        .reindex(setting=all_settings["setting"])
+        .assign_coords(all_settings)
+        for data, settings in zip(datasets, settings_of_datasets, strict=True)
+    ]
 
 
 def find_missing_assays(
