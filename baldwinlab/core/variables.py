@@ -128,6 +128,8 @@ def record_variables(experiment: Any) -> Mapping[str, Variable]:
         combined = {"species": SPECIES_VARIABLE}
         for member in members:
             combined |= record_variables(member)
+        if len({_fitness_variable(member) for member in members}) > 1:
+            combined["energy"] = combined["energy"]._replace(unit="1", meaning="fitness")
         if experiment.has_deaths:
             combined |= DEATH_VARIABLES
         return combined
@@ -156,13 +158,12 @@ def eaten_variable(kind: str) -> str:
 
 def _model_variables(experiment: Any) -> Mapping[str, Variable]:
     """Return the variables of an experiment without those of genes."""
+    fitness = _fitness_variable(experiment)
     if experiment.model != "miniworld":
-        model = experiment.model_part
-        fitness = RECORD_VARIABLES["energy"]._replace(unit="1", meaning=model.payoff)
         return (
             {name: RECORD_VARIABLES[name] for name in RECORD_VARIABLES if name != "food_eaten"}
             | {"energy": fitness}
-            | dict(model.records)
+            | dict(experiment.model_part.records)
         )
     item_kinds = {
         item.kind for feature in experiment.parts("world.features") for item in feature.items()
@@ -200,7 +201,19 @@ def _model_variables(experiment: Any) -> Mapping[str, Variable]:
         }
     if experiment.record.every is not None:
         added_variables |= TIME_SERIES_VARIABLES
-    return dict(RECORD_VARIABLES) | added_variables
+    return dict(RECORD_VARIABLES) | {"energy": fitness} | added_variables
+
+
+def _fitness_variable(experiment: Any) -> Variable:
+    """Return the variable `energy` with the meaning of the fitness in use."""
+    fitness = RECORD_VARIABLES["energy"]
+    names = dict.fromkeys(segment.evolution.fitness for _, segment in experiment.segments())
+    if list(names) != ["energy"]:
+        # A part does not declare the unit of its fitness.
+        return fitness._replace(unit="1", meaning=f"fitness {', then '.join(map(repr, names))}")
+    if experiment.model != "miniworld":
+        return fitness._replace(unit="1", meaning=experiment.model_part.payoff)
+    return fitness
 
 
 TRACE_VARIABLES: Mapping[str, Variable] = {

@@ -89,7 +89,8 @@ def _make_panels(figure: Figure, dataset: xr.Dataset) -> Iterator[_Panel]:
         for axes, (measure, measure_title) in zip(row, MEASURE_TITLES.items(), strict=True):
             title = f"Map {map_name}, {measure_title}" if map_name else measure_title.capitalize()
             axes.set_title(title, loc="left", fontweight="bold")
-            axes.set_ylabel("fitness (energy)" if "food_eaten" in dataset else "fitness")
+            is_energy = dataset["energy"].attrs.get("units") == "energy"
+            axes.set_ylabel("fitness (energy)" if is_energy else "fitness")
             yield _Panel(axes, measure, conditions_on_map)
             # The caller has drawn the panel now, so its limit is known.
             top = _panel_top(axes)

@@ -38,11 +38,12 @@ def list_typical_replays(data: xr.Dataset) -> list[str]:
 
 def name_fitness(data: xr.Dataset, *agents: str) -> str:
     """Return the name of fitness, for example "Energy of the items eaten by the best agent"."""
-    if "food_eaten" in data:
+    gain = str(data["energy"].attrs.get("long_name", "fitness"))
+    # The text of earlier versions ends differently.
+    if "energy of the items" in gain:
         names = " and by ".join(f"the {agent} agent" for agent in agents)
         return f"Energy of the items eaten by {names}"
     names = " and of ".join(f"the {agent} agent" for agent in agents)
-    gain = str(data["energy"].attrs.get("long_name", "fitness"))
     return f"{gain[0].upper()}{gain[1:]} of {names}"
 
 

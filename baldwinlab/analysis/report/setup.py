@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from itertools import product
 from typing import Any, Final
 
@@ -130,12 +130,12 @@ def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]
     ]
 
 
-def describe_fitness(foraging: Iterable[Experiment]) -> str:
+def describe_fitness(foraging: Collection[Experiment]) -> str:
     """Return the definition and unit of fitness.
 
     Parameters
     ----------
-    foraging : iterable of Experiment
+    foraging : collection of Experiment
         Experiments of the MiniWorld model.
 
     Returns
@@ -143,6 +143,18 @@ def describe_fitness(foraging: Iterable[Experiment]) -> str:
     str
         A phrase, or "" without food or without such an experiment.
     """
+    names = dict.fromkeys(experiment.evolution.fitness for experiment in foraging)
+    phrases = [
+        _describe_energy(
+            experiment for experiment in foraging if experiment.evolution.fitness == "energy"
+        )
+    ]
+    phrases += [f"evolution.fitness = {name!r}" for name in names if name != "energy"]
+    return "; ".join(filter(None, phrases))
+
+
+def _describe_energy(foraging: Iterable[Experiment]) -> str:
+    """Return the definition and unit of the fitness `energy`."""
     energies = set[float]()
     has_costs = False
     for experiment in foraging:

@@ -325,6 +325,8 @@ def test_fitness_is_said_in_its_unit() -> None:
         "in its lifetime, minus the cost of learning; an item gives 1"
     )
     assert describe_fitness([]) == ""
+    distance = load("evo/A").replace(evolution={"fitness": "distance"})
+    assert describe_fitness([distance]) == "evolution.fitness = 'distance'"
 
 
 def test_on_paper_no_page_is_empty(browser: Browser, page: Path) -> None:
