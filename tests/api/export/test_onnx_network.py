@@ -14,6 +14,7 @@ from baldwinlab.api.export.onnx_network import Moment
 from baldwinlab.core.errors import BaldwinLabError
 from tests.commands import Command
 from tests.small_studies import shorten_preset
+from tests.worlds import make_small_experiment
 
 pytest.importorskip("onnx", reason="onnx is not installed; it is in the extra exchange")
 runtime = pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
@@ -47,6 +48,24 @@ def test_biases_and_several_layers_are_exported(tmp_path: Path) -> None:
     study.to_onnx(tmp_path / "a.onnx", 0, 1, 3)
     expected = study.network(0, 1, 3)(INPUTS).values
     np.testing.assert_allclose(evaluate(tmp_path / "a.onnx", INPUTS), expected, atol=1e-6)
+
+
+def test_the_network_of_an_experiment_with_genes_of_parts_is_exported(tmp_path: Path) -> None:
+    experiment = make_small_experiment(
+        "evo+self-taught", evolution={"variation": "self-adaptive"}, network={"biases": True}
+    )
+    study = bl.run(experiment, runs=1, out=tmp_path / "study")
+    trace = study.replay(run=0, generation=2)
+    # The gene follows the weights of the action module.
+    assert experiment.genome_length == experiment.weight_count + 1
+    variables: list[tuple[Moment, str]] = [("birth", "weight_birth"), ("death", "weight_death")]
+    for moment, name in variables:
+        path = tmp_path / f"{moment}.onnx"
+        study.to_onnx(path, 0, 2, 4, moment=moment)
+        weights = trace[name].values[4, 0]
+        hidden = 1 / (1 + np.exp(-INPUTS @ weights[:12].reshape(3, 4) - weights[12:16]))
+        outputs = 1 / (1 + np.exp(-hidden @ weights[16:28].reshape(4, 3) - weights[28:31]))
+        np.testing.assert_allclose(evaluate(path, INPUTS), outputs, atol=1e-6)
 
 
 def test_a_network_at_death_has_the_learned_weights(study: bl.Study, tmp_path: Path) -> None:

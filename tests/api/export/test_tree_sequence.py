@@ -14,6 +14,7 @@ from baldwinlab.api.export.tree_sequence import find_edges
 from baldwinlab.core.errors import BaldwinLabError
 from tests.commands import Command
 from tests.small_studies import shorten_preset
+from tests.worlds import make_small_experiment
 
 tskit = pytest.importorskip("tskit", reason="tskit is not installed; it is in the extra exchange")
 
@@ -33,10 +34,11 @@ def trace_gene(study: bl.Study, run: int, gene: int, agent: int) -> list[int]:
 
     It applies the documented rule gene by gene.
     """
-    parents = study.data().parents.sel(condition=CONDITION, run=run).values
-    genomes = [
-        study.genomes(run, generation).values.reshape(20, -1) for generation in range(len(parents))
-    ]
+    parents = study.data().parents.squeeze("condition").sel(run=run).values
+    genomes = []
+    for generation in range(len(parents)):
+        genome = study.genomes(run, generation).values
+        genomes.append(genome.reshape(len(genome), -1))
     line = [agent]
     for generation in range(len(parents) - 1, 0, -1):
         first, second = (int(parent) for parent in parents[generation, line[0]])
@@ -83,6 +85,36 @@ def test_each_gene_has_the_genealogy_of_the_stored_parents(
             node = tree.mrca(first, second)
             expected = (shared[-1], lines[first, shared[-1]]) if len(shared) else None
             assert (None if node == tskit.NULL else describe_node(sequence, node)) == expected
+
+
+@pytest.mark.parametrize(
+    ("settings", "n_generations"),
+    [
+        ({"stop": "stagnation", "stagnation": {"generations": 2}}, 5),
+        ({"variation": "self-adaptive"}, 6),
+    ],
+    ids=["stopped run", "genes of parts"],
+)
+def test_stopped_runs_and_genes_of_parts_have_trees(
+    tmp_path: Path, settings: dict[str, Any], n_generations: int
+) -> None:
+    experiment = make_small_experiment("evo", evolution={"generations": 6, **settings})
+    study = bl.run(experiment, runs=1, seed=3, out=tmp_path / "study")
+    assert study.data().sizes["generation"] == n_generations
+    study.to_tskit(tmp_path / "a.trees")
+    sequence = tskit.load(str(tmp_path / "a.trees"))
+    samples = [(n_generations - 1, agent) for agent in range(6)]
+    assert [describe_node(sequence, node) for node in sequence.samples()] == samples
+    last_gene = experiment.genome_length - 1
+    for gene in (0, last_gene):
+        tree = sequence.at(gene)
+        for sample in range(6):
+            line = trace_gene(study, 0, gene, sample)
+            node = sample
+            while node != tskit.NULL:
+                generation, agent = describe_node(sequence, node)
+                assert line[generation] == agent
+                node = tree.parent(node)
 
 
 def test_individuals_have_the_stored_parents(study: bl.Study, tmp_path: Path) -> None:
