@@ -111,6 +111,9 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
     clock: ClassVar[str] = "used"
+    innate_trait: ClassVar[str] = "ones"
+    learned_distance: ClassVar[str] = "unset"
+    learning_time: ClassVar[str] = "used"
     measures: ClassVar[Mapping[str, Measure]] = {
         "ones": Measure("share of 1 in the last generation", _mean_of_last_generation("ones")),
         "unset": Measure("share of ? in the last generation", _mean_of_last_generation("unset")),

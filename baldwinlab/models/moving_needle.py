@@ -81,6 +81,7 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
             PER_AGENT_DIMS, np.float32, "1", "share of wrong alleles in this generation"
         ),
     }
+    innate_trait: ClassVar[str] = "right"
     measures: ClassVar[Mapping[str, Measure]] = {
         "fitness": Measure("fitness in the second half of the run", _mean_of_second_half("energy")),
         "right": Measure(

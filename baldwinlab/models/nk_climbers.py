@@ -180,6 +180,7 @@ class NKClimbers(Model, name="nk-climbers"):
         ),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
+    learned_distance: ClassVar[str] = "changed"
     views: ClassVar[Mapping[str, View]] = {
         "climb": View(
             (

@@ -81,6 +81,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
             PER_AGENT_DIMS, np.int32, "1", "1 if fitness rises with x at birth, else 0"
         ),
     }
+    innate_trait: ClassVar[str] = "innate_x"
     measures: ClassVar[Mapping[str, Measure]] = {
         "climb": Measure("increase of mean innate x, first to last generation", _climb_of_mean),
         "uphill": Measure(
@@ -98,6 +99,10 @@ class SlopeClimbers(Model, name="slope-climbers"):
             raise ValueError(
                 "slope_climbers.slope and slope_climbers.curvature are both 0: there is no slope"
             )
+
+    @property
+    def assimilation_obstacle(self) -> str:
+        return "Learning adds the same step to x in every life."
 
     def without_learning(self) -> SlopeClimbers:
         return self.model_copy(update={"learning": False})

@@ -100,6 +100,13 @@ class Model(Part):
         Name of the record with the number of evaluations of an agent, or "".
     payoff : str
         Name of the payoff, in figures and reports.
+    innate_trait : str
+        Name of the record with a trait at birth on which selection acts, or "" for innate fitness.
+    learned_distance : str
+        Name of the record, or of the entry of `shares`, with the distance between an agent at birth
+        and its goal of learning. "" for the distance of its weights between birth and death.
+    learning_time : str
+        Name of the record with the number of steps or trials until an agent has learned, or "".
     """
 
     kind: ClassVar[str] = "model"
@@ -115,6 +122,14 @@ class Model(Part):
     views: ClassVar[Mapping[str, View]] = {}
     clock: ClassVar[str] = ""
     payoff: ClassVar[str] = "fitness"
+    innate_trait: ClassVar[str] = ""
+    learned_distance: ClassVar[str] = ""
+    learning_time: ClassVar[str] = ""
+
+    @property
+    def assimilation_obstacle(self) -> str:
+        """Sentence that states why learned behavior cannot become innate, or ""."""
+        return ""
 
     @property
     def learns(self) -> bool:

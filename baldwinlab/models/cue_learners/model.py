@@ -108,6 +108,10 @@ class CueLearners(Model, name="cue-learners"):
         return self.learning
 
     @property
+    def assimilation_obstacle(self) -> str:
+        return "The meaning of a color changes between lives."
+
+    @property
     def steps(self) -> int:
         return self.items
 

@@ -119,6 +119,10 @@ class LightSwitch(Model, name="light-switch"):
         return self.encoding != "strengths" and self.plasticity
 
     @property
+    def assimilation_obstacle(self) -> str:
+        return "The weights of a learner at birth are random in each life."
+
+    @property
     def steps(self) -> int:
         return self.steps_per_life
 

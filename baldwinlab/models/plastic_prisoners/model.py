@@ -100,6 +100,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         "[x00x]": Measure("share of agents with this strategy", share_of_outstanding),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
+    learned_distance: ClassVar[str] = "plasticity"
     views: ClassVar[Mapping[str, View]] = {
         "payoffs": View(
             "Payoffs between the most frequent genomes.",

@@ -185,6 +185,10 @@ class TMazes(Model, name="t-mazes"):
         return self.plasticity
 
     @property
+    def assimilation_obstacle(self) -> str:
+        return "The end with the high reward changes within and between lives."
+
+    @property
     def steps(self) -> int:
         """Return the number of positions of all trips without a crash, home included."""
         # A way has a corridor and a turning point for each turn.
