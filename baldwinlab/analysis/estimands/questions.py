@@ -1,0 +1,293 @@
+"""The questions on the Baldwin effect, and the estimand that answers each.
+
+Values have one sign convention: 0 means no effect, and a value above 0 means yes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.analysis.assays.fork import compute_effects, name_quantity
+from baldwinlab.analysis.assays.values import drop_labels
+from baldwinlab.analysis.estimands.assimilation import measure_assimilation
+from baldwinlab.analysis.estimands.estimate import (
+    IMPOSSIBLE,
+    MEASURED,
+    NOT_MEASURABLE,
+    Estimate,
+    Measurability,
+)
+from baldwinlab.analysis.estimands.expected_offspring import SCHEMES
+from baldwinlab.analysis.estimands.savings import measure_foraging_times, measure_savings
+from baldwinlab.analysis.estimands.selection_differentials import (
+    average_difference,
+    compute_differentials,
+    is_sign_informative,
+    relative_difference,
+)
+from baldwinlab.analysis.estimands.traits import (
+    INNATE_FITNESS,
+    Trait,
+    select_innate_trait,
+    select_learned_distance,
+)
+from baldwinlab.experiment import BaseExperiment
+
+# Bounds of equivalence, fixed before any result is known: 1 % of a standard deviation per
+# generation, 10 % of the selection without learning, 5 % of the learned distance and of the
+# learning time, and 2 % of the innate fitness of the control.
+DIFFERENCE_BOUND: Final = 0.01
+RATIO_BOUND: Final = 0.1
+SHARE_BOUND: Final = 0.05
+FORK_BOUND: Final = 0.02
+STANDARD_DEVIATIONS: Final = "standard deviations per generation"
+FITNESS: Final = "fitness"
+
+
+class ConditionData(NamedTuple):
+    """Stored data of one condition that evolves and learns.
+
+    Attributes
+    ----------
+    runs : xr.Dataset
+        The runs, with the dimensions (run, generation, agent).
+    assays : mapping of str to xr.Dataset
+        Stored assays by name.
+    experiment : BaseExperiment
+        The experiment.
+    last : int
+        Number of generations in the first and the last window.
+    """
+
+    runs: xr.Dataset
+    assays: Mapping[str, xr.Dataset]
+    experiment: BaseExperiment
+    last: int
+
+
+class Result(NamedTuple):
+    """Result of an estimand: an `Estimate` without its question."""
+
+    measurability: Measurability
+    reason: str
+    trait: str = ""
+    unit: str = "1"
+    values: xr.DataArray | None = None
+    bound: float = 0.0
+
+
+class Estimand(NamedTuple):
+    """A question with the function that answers it.
+
+    Attributes
+    ----------
+    question : str
+        Name of the question.
+    text : str
+        The question. A value above 0 means yes.
+    opposite : str
+        Meaning of a value below 0.
+    measure : callable
+        Function of the data of a condition.
+    """
+
+    question: str
+    text: str
+    opposite: str
+    measure: Callable[[ConditionData], Result]
+
+
+def _missing_assay(name: str) -> Result:
+    return Result(NOT_MEASURABLE, f"The assay {name} is not stored.")
+
+
+def _measure_selection(data: ConditionData) -> Result:
+    if "innate" not in data.assays:
+        return _missing_assay("innate")
+    innate = data.assays["innate"]
+    scheme = data.experiment.evolution.selection
+    if scheme not in SCHEMES:
+        reason = f"The expected number of offspring under the selection {scheme} is not known."
+        return Result(NOT_MEASURABLE, reason)
+    trait = select_innate_trait(data.runs, innate, data.experiment)
+    differentials = compute_differentials(innate, trait.values, data.experiment)
+    if is_sign_informative(data.experiment, trait.name == INNATE_FITNESS):
+        return Result(
+            MEASURED,
+            "S_on - S_off: selection differential with learning minus that without, mean over "
+            "generations.",
+            trait.name,
+            STANDARD_DEVIATIONS,
+            average_difference(differentials),
+            DIFFERENCE_BOUND,
+        )
+    return Result(
+        MEASURED,
+        "S_on / S_off - 1, over all generations: selection by ranks gives innate fitness the "
+        "largest possible S_off, so that only a loss of selection can be measured.",
+        trait.name,
+        "1",
+        relative_difference(differentials),
+        RATIO_BOUND,
+    )
+
+
+def _measure_history(data: ConditionData) -> Result:
+    return _measure_fork(
+        data,
+        "history",
+        "Innate fitness at the end of the branches of learners minus those of the control, mean "
+        "over branches with learning on and off, from the last generation.",
+    )
+
+
+def _measure_regime(data: ConditionData) -> Result:
+    return _measure_fork(
+        data,
+        "regime",
+        "Innate fitness at the end of branches with learning on minus those with learning off, "
+        "mean over the genomes of learners and of the control, from the last generation.",
+    )
+
+
+def _measure_fork(data: ConditionData, effect: str, reason: str) -> Result:
+    if "fork" not in data.assays:
+        return _missing_assay("fork")
+    fork = data.assays["fork"].isel(generation=[-1])
+    values = compute_effects(fork)[name_quantity(effect, "innate_fitness")]
+    control = fork["innate_fitness"].sel(history="control", regime="off")
+    bound = FORK_BOUND * abs(float(control.mean()))
+    return Result(MEASURED, reason, INNATE_FITNESS, FITNESS, values.isel(generation=0), bound)
+
+
+def _measure_assimilation(data: ConditionData) -> Result:
+    model = data.experiment.loaded_model
+    if model is not None and model.assimilation_obstacle:
+        return Result(IMPOSSIBLE, model.assimilation_obstacle)
+    if "innate" not in data.assays:
+        return _missing_assay("innate")
+    distance = select_learned_distance(data.runs, data.assays["innate"], data.experiment)
+    if distance is None:
+        return Result(NOT_MEASURABLE, "The model records no distance that learning covers.")
+    return Result(
+        MEASURED,
+        "1 - d_last / d_first: share of the learned distance that is gone.",
+        distance.name,
+        "1",
+        measure_assimilation(distance.values, data.last),
+        SHARE_BOUND,
+    )
+
+
+def _measure_savings(data: ConditionData) -> Result:
+    times = _select_learning_times(data)
+    if times is None:
+        reason = "No record and no stored assay within-life shows performance within life."
+        return Result(NOT_MEASURABLE, reason)
+    return Result(
+        MEASURED,
+        "1 - t_last / t_first: share of the learning time that is saved.",
+        times.name,
+        "1",
+        measure_savings(times.values, data.last),
+        SHARE_BOUND,
+    )
+
+
+def _select_learning_times(data: ConditionData) -> Trait | None:
+    """Return mean learning times (run, generation), or None if none is stored."""
+    model = data.experiment.loaded_model
+    if model is not None and model.learning_time:
+        variable = model.records[model.learning_time]
+        mean_times = data.runs[model.learning_time].astype(np.float64).mean("agent")
+        return Trait(variable.meaning, variable.unit, mean_times)
+    if "within-life" not in data.assays:
+        return None
+    name = "steps until 90 % of the final performance"
+    return Trait(name, "steps", measure_foraging_times(data.assays["within-life"]))
+
+
+ESTIMANDS: Final = (
+    Estimand(
+        "selection-by-learning",
+        "Does learning strengthen selection on an innate trait?",
+        "Learning hides innate differences from selection.",
+        _measure_selection,
+    ),
+    Estimand(
+        "fork-history",
+        "Has evolution with learning led to genomes from which innate fitness is higher?",
+        "It has led to genomes from which innate fitness is lower.",
+        _measure_history,
+    ),
+    Estimand(
+        "fork-regime",
+        "Does learning raise innate fitness in the next generations?",
+        "Learning lowers innate fitness in the next generations.",
+        _measure_regime,
+    ),
+    Estimand(
+        "assimilation",
+        "Does the distance that agents learn fall over the generations?",
+        "The distance grows.",
+        _measure_assimilation,
+    ),
+    Estimand(
+        "savings",
+        "Do agents reach their final performance earlier in life over the generations?",
+        "They reach it later.",
+        _measure_savings,
+    ),
+)
+"""All questions, in the order of tables."""
+QUESTIONS: Final = tuple(estimand.question for estimand in ESTIMANDS)
+
+
+def estimate(
+    data: xr.Dataset, assays: Mapping[str, xr.Dataset], experiment: BaseExperiment, last: int
+) -> list[Estimate]:
+    """Estimate every question for one condition that evolves and learns.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs of the condition, with the dimensions (run, generation, agent).
+    assays : mapping of str to xr.Dataset
+        Stored assays of the condition by name.
+    experiment : BaseExperiment
+        Experiment of the condition.
+    last : int
+        Number of generations in the first and the last window.
+
+    Returns
+    -------
+    list of Estimate
+        One estimate per question, in the order of `QUESTIONS`.
+    """
+    condition = ConditionData(data, assays, experiment, last)
+    return [_answer(estimand, condition) for estimand in ESTIMANDS]
+
+
+def _answer(estimand: Estimand, data: ConditionData) -> Estimate:
+    if data.experiment.evolution.inheritance == "none":
+        result = Result(IMPOSSIBLE, "Genomes are not inherited.")
+    else:
+        result = estimand.measure(data)
+    if result.values is not None and not bool(result.values.notnull().any()):
+        reason = (
+            f"In every run, the values are undefined, because {result.trait!r} is constant or 0."
+        )
+        result = result._replace(measurability=NOT_MEASURABLE, reason=reason, values=None)
+    return Estimate(
+        question=estimand.question,
+        trait=result.trait,
+        unit=result.unit,
+        measurability=result.measurability,
+        reason=result.reason,
+        values=None if result.values is None else drop_labels(result.values),
+        equivalence_bound=result.bound,
+    )

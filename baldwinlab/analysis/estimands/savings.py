@@ -1,0 +1,90 @@
+"""Savings: how much earlier in life agents reach their final performance.
+
+Savings are a measure of relearning. If evolution makes a part of learned behavior innate, agents
+reach 90 % of their final performance earlier, even if the final performance is the same.
+
+References
+----------
+.. [1] H. Ebbinghaus, "Über das Gedächtnis" (1885).
+.. [2] G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Complex Systems 1 (1987).
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.analysis.assays.values import count_steps, parse_generation
+from baldwinlab.analysis.estimands.windows import split_ends
+from baldwinlab.core.variables import RANDOM_NEWBORNS
+
+FINAL_SHARE: Final = 0.9
+
+
+def find_learning_time(performance: xr.DataArray, ends: xr.DataArray) -> xr.DataArray:
+    """Return the time until the performance reaches 90 % of its final value.
+
+    Parameters
+    ----------
+    performance : xr.DataArray
+        Performance (..., window): for example the items eaten per step in each window of life.
+    ends : xr.DataArray
+        Steps at the ends of the windows (window).
+
+    Returns
+    -------
+    xr.DataArray
+        End of the first window with 90 % of the performance of the last window, in steps. NaN
+        if the performance of the last window is not above 0.
+    """
+    final = performance.isel(window=-1)
+    is_reached = performance >= FINAL_SHARE * final
+    first_window = is_reached.argmax("window")
+    return ends.isel(window=first_window).drop_vars("window", errors="ignore").where(final > 0)
+
+
+def measure_foraging_times(within_life: xr.Dataset) -> xr.DataArray:
+    """Return the learning time of the average agent from the stored assay `within-life`.
+
+    Parameters
+    ----------
+    within_life : xr.Dataset
+        The stored assay.
+
+    Returns
+    -------
+    xr.DataArray
+        Times (run, generation), in steps.
+    """
+    names = [str(name) for name in within_life["newborns"].values if name != RANDOM_NEWBORNS]
+    eaten = within_life["eaten_in_window"].sel(newborns=names).mean("agent")
+    starts = eaten["window"].values
+    # The last window may be shorter than the others.
+    ends = xr.DataArray(np.append(starts[1:], count_steps(within_life)), dims="window")
+    times = find_learning_time(eaten / (ends - starts), ends)
+    generations = [parse_generation(name) for name in names]
+    return times.rename(newborns="generation").assign_coords(generation=generations)
+
+
+def measure_savings(times: xr.DataArray, last: int) -> xr.DataArray:
+    """Return the share of the learning time that is saved.
+
+    1 - t_last / t_first, with the mean times in the last and in the first generations. An agent
+    that does not reach its goal has the lifetime as its time.
+
+    Parameters
+    ----------
+    times : xr.DataArray
+        Mean learning times over agents (run, generation), in steps or trials.
+    last : int
+        Number of generations in each window.
+
+    Returns
+    -------
+    xr.DataArray
+        Shares (run), above 0 if evolution shortens learning. NaN without a time.
+    """
+    first, final = (window.mean("generation") for window in split_ends(times, last))
+    return 1 - final / first.where(first > 0)

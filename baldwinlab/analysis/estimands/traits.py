@@ -1,0 +1,100 @@
+"""Traits of a model: innate traits under selection, and the distance that learning covers."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.analysis.assays.values import weight_distances
+from baldwinlab.experiment import BaseExperiment
+
+INNATE_FITNESS: Final = "innate fitness"
+
+
+class Trait(NamedTuple):
+    """A trait of a condition.
+
+    Attributes
+    ----------
+    name : str
+        Meaning of the trait.
+    unit : str
+        Unit of the values.
+    values : xr.DataArray
+        (run, generation, agent) for an innate trait, (run, generation) for a distance.
+    """
+
+    name: str
+    unit: str
+    values: xr.DataArray
+
+
+def select_innate_trait(data: xr.Dataset, innate: xr.Dataset, experiment: BaseExperiment) -> Trait:
+    """Return the innate trait on which selection is measured.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs of the condition.
+    innate : xr.Dataset
+        The stored assay `innate`.
+    experiment : BaseExperiment
+        Experiment of the condition. Its model can declare `innate_trait`.
+
+    Returns
+    -------
+    Trait
+        The declared record in the generations and runs of the assay, else innate fitness.
+    """
+    model = experiment.loaded_model
+    name = model.innate_trait if model is not None else ""
+    if model is None or name not in data:
+        fitness = innate["energy"].sel(life="off", drop=True)
+        return Trait(INNATE_FITNESS, "fitness", fitness)
+    variable = model.records[name]
+    return Trait(
+        variable.meaning, variable.unit, _select_assayed(data, innate)[name].astype(np.float64)
+    )
+
+
+def select_learned_distance(
+    data: xr.Dataset, innate: xr.Dataset, experiment: BaseExperiment
+) -> Trait | None:
+    """Return the distance between birth and the goal of learning, on the scale of the trait.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs of the condition.
+    innate : xr.Dataset
+        The stored assay `innate`.
+    experiment : BaseExperiment
+        Experiment of the condition. Its model can declare `learned_distance`.
+
+    Returns
+    -------
+    Trait or None
+        Mean over agents of the declared record or share, else of the distance of weights between
+        birth and death. None if the model has neither.
+    """
+    model = experiment.loaded_model
+    name = model.learned_distance if model is not None else ""
+    runs = _select_assayed(data, innate)
+    if model is not None and name in model.shares:
+        share = model.shares[name]
+        return Trait(share.meaning, "1", share.of(runs))
+    if model is not None and name in data:
+        variable = model.records[name]
+        values = runs[name].astype(np.float64).mean("agent")
+        return Trait(variable.meaning, variable.unit, values)
+    distance = weight_distances(innate).get("distance")
+    if distance is None or not bool(distance.notnull().any()):
+        return None
+    return Trait("distance of the weights between birth and death", "1", distance)
+
+
+def _select_assayed(data: xr.Dataset, innate: xr.Dataset) -> xr.Dataset:
+    """Return the runs and generations of the assay."""
+    return data.sel(run=innate["run"], generation=innate["generation"])

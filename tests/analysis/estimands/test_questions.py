@@ -1,0 +1,125 @@
+"""One estimate for every question, with its class and the reason for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import baldwinlab as bl
+from baldwinlab.analysis.estimands import (
+    IMPOSSIBLE,
+    MEASURED,
+    NOT_MEASURABLE,
+    QUESTIONS,
+    Estimate,
+    estimate,
+)
+from baldwinlab.core.variables import HISTORIES, REGIMES
+from tests.analysis.estimands.conftest import Stored
+
+
+def estimates(data: Stored, **assays: xr.Dataset) -> dict[str, Estimate]:
+    rows = estimate(data.runs, assays, data.experiment, 5)
+    assert tuple(row.question for row in rows) == QUESTIONS
+    return {row.question: row for row in rows}
+
+
+def fork() -> xr.Dataset:
+    """A fork in which history adds 3 and learning removes 1, in two start generations."""
+    shape = (4, 2, len(HISTORIES), len(REGIMES), 6)
+    fitness = np.full(shape, 10.0)
+    fitness[:, 1, HISTORIES.index("learner")] += 3
+    fitness[:, 1, :, REGIMES.index("on")] -= 1
+    dims = ("run", "generation", "history", "regime", "agent")
+    coords = {
+        "run": np.arange(4),
+        "generation": [0, 11],
+        "history": list(HISTORIES),
+        "regime": list(REGIMES),
+    }
+    return xr.Dataset({"innate_fitness": (dims, fitness), "fitness": (dims, fitness)}, coords)
+
+
+def test_every_question_has_a_row_although_no_assay_is_stored(stored: dict[str, Stored]) -> None:
+    rows = estimates(stored["costly-climbing/rugged"])
+    for row in rows.values():
+        assert (row.measurability, row.values) == (NOT_MEASURABLE, None)
+        assert row.reason.endswith(".")
+    assert rows["fork-history"].reason == "The assay fork is not stored."
+
+
+def test_a_measured_question_has_one_value_per_run_and_a_bound(stored: dict[str, Stored]) -> None:
+    data = stored["guessing"]
+    rows = estimates(data, innate=data.innate)
+    for name in ("selection-by-learning", "assimilation", "savings"):
+        row = rows[name]
+        assert row.measurability == MEASURED
+        assert row.values is not None
+        assert row.values.dims == ("run",)
+        assert set(row.values.coords) == {"run"}
+        assert row.equivalence_bound > 0
+        assert row.trait
+
+
+def test_effects_of_a_fork_are_those_of_the_last_start(stored: dict[str, Stored]) -> None:
+    rows = estimates(stored["costly-climbing/rugged"], fork=fork())
+    for name, effect in {"fork-history": 3, "fork-regime": -1}.items():
+        values = rows[name].values
+        assert values is not None
+        assert values.values.tolist() == [effect] * 4
+        # 2 % of the innate fitness of the control without learning.
+        assert rows[name].equivalence_bound == pytest.approx(0.2)
+
+
+def test_a_learned_step_of_constant_length_cannot_become_innate(
+    stored: dict[str, Stored],
+) -> None:
+    data = stored["stepping/convex"]
+    row = estimates(data, innate=data.innate)["assimilation"]
+    assert row.measurability == IMPOSSIBLE
+    assert row.reason == "Learning adds the same step to x in every life."
+
+
+OBSTACLES: Mapping[str, bool] = {
+    "todd-miller-1991:hebbian/smell-75": True,
+    "floreano-urzelai-2000:rules-of-neurons": True,
+    "soltoggio-2008:plain-plasticity/single": True,
+    "hinton-nowlan-1987:guessing": False,
+    "le-2018:guessing/never": False,
+    "mayley-1996:climbing/smooth": False,
+    "suzuki-arita-2004:meta-pavlov": False,
+    "nolfi-parisi-1993:auto-teaching": False,
+}
+
+
+@pytest.mark.parametrize("preset", OBSTACLES)
+def test_models_state_whether_learned_behavior_can_become_innate(preset: str) -> None:
+    obstacle = bl.load(preset).loaded_model.assimilation_obstacle
+    assert bool(obstacle) is OBSTACLES[preset]
+
+
+def test_without_inheritance_every_question_is_impossible(stored: dict[str, Stored]) -> None:
+    data = stored["guessing"]
+    experiment = data.experiment.replace(evolution={"inheritance": "none"})
+    rows = estimate(data.runs, {"innate": data.innate}, experiment, 5)
+    assert {(row.measurability, row.reason) for row in rows} == {
+        (IMPOSSIBLE, "Genomes are not inherited.")
+    }
+
+
+def test_a_distance_that_is_0_from_the_start_is_not_measurable(stored: dict[str, Stored]) -> None:
+    data = stored["guessing"]
+    without_unset = data._replace(runs=data.runs.assign(unset=data.runs["unset"] * 0))
+    row = estimates(without_unset, innate=data.innate)["assimilation"]
+    assert (row.measurability, row.values) == (NOT_MEASURABLE, None)
+
+
+def test_an_unknown_selection_scheme_is_not_measurable(stored: dict[str, Stored]) -> None:
+    data = stored["guessing"]
+    experiment = data.experiment.replace(evolution={"selection": "lexicase"})
+    row = estimates(data._replace(experiment=experiment), innate=data.innate)[QUESTIONS[0]]
+    assert row.measurability == NOT_MEASURABLE
+    assert "lexicase" in row.reason
