@@ -9,7 +9,8 @@ from typing import Final
 from PIL import Image, ImageSequence
 
 import baldwinlab as bl
-from baldwinlab.analysis.movie import Scene, write_scenes
+from baldwinlab.analysis.movie import write_scenes
+from baldwinlab.analysis.scene import Scene
 
 PICTURE: Final = Path(__file__).parents[1] / "docs" / "pictures" / "lifetimes.gif"
 PRESETS: Final = ("evo+self-taught/B", "evo/B")

@@ -9,13 +9,14 @@ import shutil
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from PIL import Image, ImageColor, ImageDraw
+from PIL import Image
 
+from baldwinlab.analysis.agent_symbols import blend, list_symbols
 from baldwinlab.analysis.palette import MOVIE_COLORS, resolve_color
+from baldwinlab.analysis.scene import Scene, SceneRenderer
 from baldwinlab.analysis.traces import read_appearance
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.extras import missing_extra_error
@@ -23,10 +24,6 @@ from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import name_file_in_errors
 from baldwinlab.core.output_paths import REPLAY_MARK
 
-# Length of the longer side of a map, in pixels.
-MAX_SIDE_PIXELS = 640
-# Factor by which images are drawn larger before they are reduced, for smooth edges.
-OVERSAMPLING = 2
 FRAMES_PER_SECOND = 25
 MAX_GIF_COLORS = 256
 MILLISECONDS_PER_SECOND = 1000
@@ -34,40 +31,12 @@ MILLISECONDS_PER_SECOND = 1000
 FULL_DISK_BYTES = 2**20
 # Longest duration of a movie, in seconds. A movie of a longer lifetime skips steps.
 MAX_SECONDS = 20
-# Length of a trail, and of the highlight of a meal, in time steps.
-TRAIL_STEPS = 60
-FLASH_STEPS = 24
-# Space above a map for its caption, and between two scenes, in pixels.
-CAPTION_HEIGHT = 44
+# Space between two scenes, in pixels.
 SCENE_GAP = 4
-# Half the side of an item, length of an agent, and radius of the highlight of a meal, in map units.
-HALF_ITEM_SIDE = 5
-AGENT_LENGTH = 8
-FLASH_RADIUS = 13
-# Angles of the corners of an agent relative to its heading, in radians.
-CORNER_ANGLES = (0, 2.5, -2.5)
-# Distance in map units that no agent covers in a step, except if it crosses the edge of the map.
-MAX_STEP_LENGTH = 10
 
 
 class MovieError(BaldwinLabError):
     """A movie that cannot be written."""
-
-
-class Scene(NamedTuple):
-    """A trace and the size of its map.
-
-    Attributes
-    ----------
-    trace : xarray.Dataset
-        A lifetime, as `replay` returns it.
-    width, height : float
-        The size of the map, in map units.
-    """
-
-    trace: xr.Dataset
-    width: float
-    height: float
 
 
 def write_movie(trace: xr.Dataset, width: float, height: float, path: Path) -> None:
@@ -131,7 +100,7 @@ def write_scenes(
 def _draw_frames(
     scenes: Sequence[Scene], steps: range, report_progress: Callable[[float], object]
 ) -> Iterator[Image.Image]:
-    renderers = [_SceneRenderer(scene) for scene in scenes]
+    renderers = [SceneRenderer(scene) for scene in scenes]
     for n_finished, step in enumerate(steps, 1):
         yield _join_images([renderer.frame(step) for renderer in renderers])
         report_progress(n_finished / len(steps))
@@ -171,21 +140,21 @@ def _make_gif_palette(scenes: Sequence[Scene]) -> Image.Image:
         for appearance in appearances
         for item in (*appearance["item_kinds"], *appearance["marks"])
     ]
-    colors = list(dict.fromkeys([*MOVIE_COLORS.values(), *part_colors]))[:MAX_GIF_COLORS]
+    species_colors = [
+        color
+        for scene in scenes
+        for symbol in list_symbols(scene.trace)
+        for color in (symbol.fill, symbol.outline, symbol.trail)
+    ]
+    all_colors = [*MOVIE_COLORS.values(), *part_colors, *species_colors]
+    colors = list(dict.fromkeys(all_colors))[:MAX_GIF_COLORS]
     n_shades = MAX_GIF_COLORS // len(colors)
     # The last shade of a color is the color itself.
     shades = [(shade_index + 1) / n_shades for shade_index in range(n_shades)]
-    blends = [_blend(color, share) for color in colors for share in shades]
+    blends = [blend(color, share) for color in colors for share in shades]
     image = Image.new("P", (1, 1))
     image.putpalette([level for color in blends for level in color])
     return image
-
-
-def _blend(color: str, share: float) -> tuple[int, ...]:
-    """Return the blend of a color with the background. `share` is the color's share, 0 to 1."""
-    background = ImageColor.getrgb(MOVIE_COLORS["background"])
-    pairs = zip(background, ImageColor.getrgb(color), strict=True)
-    return tuple(round(below + (above - below) * share) for below, above in pairs)
 
 
 def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
@@ -217,129 +186,3 @@ def _require_complete(path: Path) -> None:
         is_disk_full = shutil.disk_usage(path.parent).free < FULL_DISK_BYTES
         error_number = errno.ENOSPC if is_disk_full else errno.EIO
         raise OSError(error_number, os.strerror(error_number), str(path))
-
-
-class _SceneRenderer:
-    """Renderer of a scene, step by step, with the symbols of the lab."""
-
-    def __init__(self, scene: Scene) -> None:
-        self.trace = scene.trace
-        self.appearance = read_appearance(self.trace)
-        # [step, agent]
-        self.x = self.trace.x.values
-        self.y = self.trace.y.values
-        self.heading = self.trace.heading.values
-        # The number of items eaten up to each step, [step, agent].
-        self.eaten = self.trace.eaten.values.cumsum(axis=0)
-        # [step, item]
-        self.item_x = self.trace.item_x.values
-        self.item_y = self.trace.item_y.values
-        self.scale = MAX_SIDE_PIXELS * OVERSAMPLING / max(scene.width, scene.height)
-        # Video needs even numbers of pixels.
-        self.size = tuple(
-            2 * round(side * self.scale / OVERSAMPLING / 2) for side in (scene.width, scene.height)
-        )
-        self.background = self._draw_background()
-
-    def frame(self, step: int) -> Image.Image:
-        """Draw a step, or the last step if the scene is shorter."""
-        last = self.trace.sizes["step"] - 1
-        step = min(step, last)
-        image = self.background.copy()
-        draw = ImageDraw.Draw(image)
-        self._draw_trails(draw, step)
-        self._draw_items(draw, step)
-        self._draw_agents(draw, step)
-        width, height = self.size
-        frame = Image.new("RGB", (width, height + CAPTION_HEIGHT), MOVIE_COLORS["background"])
-        frame.paste(image.reduce(OVERSAMPLING), (0, CAPTION_HEIGHT))
-        self._draw_caption(ImageDraw.Draw(frame), step, last)
-        return frame
-
-    def _draw_background(self) -> Image.Image:
-        """Draw the immobile marks: regions of items, the birth disc and obstacles."""
-        width, height = self.size
-        size = (width * OVERSAMPLING, height * OVERSAMPLING)
-        image = Image.new("RGB", size, MOVIE_COLORS["background"])
-        draw = ImageDraw.Draw(image)
-        for mark in self.appearance["marks"]:
-            left = mark["x"] * self.scale
-            top = mark["y"] * self.scale
-            right = left + mark["width"] * self.scale
-            bottom = top + mark["height"] * self.scale
-            box = (left, top, right, bottom)
-            color = resolve_color(mark["color"])
-            is_disc = mark["kind"] == "disc"
-            draw_shape = draw.ellipse if is_disc else draw.rectangle
-            if mark["solid"]:
-                draw_shape(box, fill=color)
-            else:
-                fill = None if is_disc else _blend(color, 0.1)
-                draw_shape(box, fill=fill, outline=_blend(color, 0.5), width=OVERSAMPLING)
-        return image
-
-    def _draw_items(self, draw: ImageDraw.ImageDraw, step: int) -> None:
-        xs = self.item_x[step] * self.scale
-        ys = self.item_y[step] * self.scale
-        half_side = HALF_ITEM_SIDE * self.scale
-        # Items of a kind are next to each other, in the order of the kinds.
-        first = 0
-        for kind in self.appearance["item_kinds"]:
-            stop = first + kind["number"]
-            for x, y in zip(xs[first:stop], ys[first:stop], strict=True):
-                box = (x - half_side, y - half_side, x + half_side, y + half_side)
-                draw.rectangle(box, fill=resolve_color(kind["color"]))
-            first = stop
-
-    def _draw_trails(self, draw: ImageDraw.ImageDraw, step: int) -> None:
-        first = max(0, step - TRAIL_STEPS)
-        xs = self.x[first : step + 1]
-        ys = self.y[first : step + 1]
-        distances = np.abs(np.diff(xs, axis=0)) + np.abs(np.diff(ys, axis=0))
-        crosses_edge = distances > MAX_STEP_LENGTH
-        for agent in range(self.trace.sizes["agent"]):
-            steps_after_edge = np.flatnonzero(crosses_edge[:, agent]) + 1
-            points = np.stack([xs[:, agent], ys[:, agent]], axis=1) * self.scale
-            for path in np.split(points, steps_after_edge):
-                if len(path) > 1:
-                    line = [(float(x), float(y)) for x, y in path]
-                    draw.line(line, fill=MOVIE_COLORS["trail"], width=OVERSAMPLING)
-
-    def _draw_agents(self, draw: ImageDraw.ImageDraw, step: int) -> None:
-        """Draw agents as darts, filled after the first meal, with a flash at each meal."""
-        eaten = self.eaten[step]
-        eaten_before_flash = self.eaten[step - FLASH_STEPS] if step >= FLASH_STEPS else 0
-        is_eating = eaten > eaten_before_flash
-        length = AGENT_LENGTH * self.scale
-        radius = FLASH_RADIUS * self.scale
-        for agent, (map_x, map_y) in enumerate(zip(self.x[step], self.y[step], strict=True)):
-            x = map_x * self.scale
-            y = map_y * self.scale
-            if is_eating[agent]:
-                draw.ellipse(
-                    (x - radius, y - radius, x + radius, y + radius), fill=MOVIE_COLORS["meal"]
-                )
-            heading = math.radians(float(self.heading[step, agent]))
-            angles = [heading + turn for turn in CORNER_ANGLES]
-            corners = [
-                (x + length * math.cos(angle), y + length * math.sin(angle)) for angle in angles
-            ]
-            fill = MOVIE_COLORS["agent"] if eaten[agent] else MOVIE_COLORS["hungry"]
-            draw.polygon(corners, fill, MOVIE_COLORS["outline"], OVERSAMPLING)
-
-    def _draw_caption(self, draw: ImageDraw.ImageDraw, step: int, last: int) -> None:
-        """Draw the title, the step, the number of eaten items, and a progress bar."""
-        eaten = self.eaten[step]
-        width = self.size[0]
-        title = f"{self.trace.attrs['condition']}, generation {self.trace.attrs['generation']}"
-        progress = (
-            f"step {step:,} of {last + 1:,}: {eaten.sum():,} eaten, "
-            f"{(eaten > 0).sum()} of {len(eaten)} agents ate"
-        )
-        draw.text((8, 4), title, MOVIE_COLORS["text"], font_size=14)
-        draw.text((8, 22), progress, MOVIE_COLORS["text"], font_size=14)
-        top = CAPTION_HEIGHT - 3
-        bottom = CAPTION_HEIGHT - 1
-        finished_width = width * (step + 1) / (last + 1)
-        draw.rectangle((0, top, width, bottom), fill=MOVIE_COLORS["line"])
-        draw.rectangle((0, top, finished_width, bottom), fill=MOVIE_COLORS["agent"])

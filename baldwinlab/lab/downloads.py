@@ -14,7 +14,8 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab._version import __version__
-from baldwinlab.analysis.movie import Scene, write_scenes
+from baldwinlab.analysis.movie import write_scenes
+from baldwinlab.analysis.scene import Scene
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.lab import Lab, MissingError, life_query, single_page, study_access

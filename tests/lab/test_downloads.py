@@ -18,7 +18,8 @@ import pytest
 import xarray as xr
 from PIL import Image
 
-from baldwinlab.analysis.movie import CAPTION_HEIGHT, SCENE_GAP, Scene
+from baldwinlab.analysis.movie import SCENE_GAP
+from baldwinlab.analysis.scene import CAPTION_HEIGHT, Scene
 from baldwinlab.cli import main
 from baldwinlab.core.extras import installation_command
 from baldwinlab.lab import binary_frames, downloads, single_page

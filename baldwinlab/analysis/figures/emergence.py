@@ -18,6 +18,7 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from baldwinlab.analysis.agent_symbols import AgentSymbol, list_symbol_numbers, list_symbols
 from baldwinlab.analysis.figures.fitness import plotted_conditions
 from baldwinlab.analysis.figures.style import BLUE, FIGURE_WIDTH, GRAY, styled
 from baldwinlab.analysis.figures.world import draw_empty_map
@@ -41,6 +42,8 @@ MAP_GAP = 0.12
 TITLE_HEIGHT = 0.3
 COLOR_BAR_HEIGHT = 0.75
 CURVE_HEIGHT = 2.1
+# Markers of the shapes of species.
+SHAPE_MARKERS = {"circle": "o", "triangle": "^", "square": "s", "diamond": "D"}
 WHITE_TO_BLUE = LinearSegmentedColormap.from_list("white to blue", ["white", BLUE, "black"])
 
 
@@ -135,21 +138,57 @@ def _draw_presence(axes: Axes, trace: xr.Dataset) -> AxesImage:
 
 @styled
 def draw_trajectories(trace: xr.Dataset) -> Figure:
-    """Draw the paths of all agents in one lifetime, which end at a dot and fade toward birth."""
+    """Draw the paths of all agents in one lifetime, which end at a dot and fade toward birth.
+
+    Each species has a color and a shape, which is hollow for agents that died.
+    """
     figure = Figure((FIGURE_WIDTH / 2, FIGURE_WIDTH / 2 + 0.5))
-    _draw_trajectories(figure.subplots(), trace)
-    handles = [
-        Line2D([], [], color=color, lw=1.5, label=label)
-        for color, label in ((BLUE, "ate"), (GRAY, "never ate"))
-    ]
-    figure.legend(handles=handles, loc="outside upper center", ncols=2)
+    axes = figure.subplots()
+    world = _parse_world(trace)
+    has_eaten = _draw_titled_map(axes, trace, world)
+    symbols = list_symbols(trace)
+    if "species" in trace:
+        numbers = np.array(list_symbol_numbers(trace))
+        colors = np.array([symbol.fill for symbol in symbols])[numbers]
+        handles = _draw_species_ends(axes, trace, symbols, numbers)
+    else:
+        colors = np.where(has_eaten, BLUE, GRAY)
+        axes.scatter(trace["x"].values[-1], trace["y"].values[-1], s=7, c=colors, lw=0, zorder=3)
+        handles = [
+            Line2D([], [], color=color, lw=1.5, label=label)
+            for color, label in ((BLUE, "ate"), (GRAY, "never ate"))
+        ]
+    _draw_paths(axes, trace, world, colors, has_eaten)
+    figure.legend(handles=handles, loc="outside upper center", ncols=min(3, len(handles)))
     return figure
 
 
-def _draw_trajectories(axes: Axes, trace: xr.Dataset) -> None:
-    world = _parse_world(trace)
-    has_eaten = _draw_titled_map(axes, trace, world)
-    colors = np.where(has_eaten, BLUE, GRAY)
+def _draw_species_ends(
+    axes: Axes, trace: xr.Dataset, symbols: Sequence[AgentSymbol], numbers: np.ndarray
+) -> list[Line2D]:
+    """Draw the last position of each agent, and return the entries of the legend."""
+    last_steps = np.isfinite(trace["x"].values).sum(axis=0) - 1
+    agents = np.arange(trace.sizes["agent"])
+    x = trace["x"].values[last_steps, agents]
+    y = trace["y"].values[last_steps, agents]
+    is_dead = last_steps < trace.sizes["step"] - 1
+    handles = []
+    for number, symbol in enumerate(symbols):
+        style = {"color": symbol.fill, "marker": SHAPE_MARKERS[symbol.shape], "lw": 0, "ms": 4}
+        for selected, face in ((~is_dead, symbol.fill), (is_dead, "white")):
+            is_drawn = selected & (numbers == number)
+            axes.plot(x[is_drawn], y[is_drawn], **style, mfc=face, zorder=3)
+        handles.append(Line2D([], [], **style, label=symbol.name))
+    if is_dead.any():
+        handles.append(
+            Line2D([], [], color=GRAY, marker="o", lw=0, ms=4, mfc="white", label="died")
+        )
+    return handles
+
+
+def _draw_paths(
+    axes: Axes, trace: xr.Dataset, world: World, colors: np.ndarray, has_eaten: np.ndarray
+) -> None:
     segments = []
     segment_colors = []
     # Agents that never ate are drawn first, below the others.
@@ -164,7 +203,6 @@ def _draw_trajectories(axes: Axes, trace: xr.Dataset) -> None:
         segment_colors += [to_rgba(colors[agent], opacity) for opacity in opacities]
     lines = LineCollection(segments, colors=segment_colors, linewidths=0.6, rasterized=True)
     axes.add_collection(lines, autolim=False)
-    axes.scatter(trace["x"].values[-1], trace["y"].values[-1], s=7, c=colors, lw=0, zorder=3)
 
 
 def _parse_world(trace: xr.Dataset) -> World:

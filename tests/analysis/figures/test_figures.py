@@ -33,7 +33,7 @@ from tests.analysis.multiverse.variants import (
     multiverse_of,
     variant_of,
 )
-from tests.analysis.statistics.studies import AS_THE_PAPER, Claims, study, trace
+from tests.analysis.statistics.studies import AS_THE_PAPER, Claims, species_trace, study, trace
 
 FORAGERS = "evo+self-taught/B"
 MULTIVERSE = multiverse_of(
@@ -72,6 +72,9 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "overview": lambda: figures.draw_overview({"": CELLS}),
     "emergence": lambda: figures.draw_emergence(study(AS_THE_PAPER), six_traces()),
     "trajectories": lambda: figures.draw_trajectories(trace(FORAGERS, 3)),
+    "trajectories-of-species": lambda: figures.draw_trajectories(
+        species_trace({"predators": 2, "prey": 5})
+    ),
     "maps": lambda: figures.draw_world_maps(MAPS, 20),
     "senses": lambda: figures.draw_agent_senses(describe_appearance(load("evo/A")).to_dict()),
     "networks": lambda: figures.draw_networks([kind("evo", 1), kind("taught", 2)]),
@@ -247,6 +250,18 @@ def test_the_map_of_shares_has_a_row_per_alternative_and_standard() -> None:
         "50%",
         "0%",
     )  # C6 in each row
+
+
+def test_trajectories_of_species_have_a_marker_and_a_color_each() -> None:
+    figure = DRAW["trajectories-of-species"]()
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["predators", "prey", "died"]
+    ends = [line for line in figure.axes[0].lines if len(np.asarray(line.get_xdata()))]
+    # For each species: the living agents, and the one that died.
+    assert [len(np.asarray(line.get_xdata())) for line in ends] == [1, 1, 4, 1]
+    assert [line.get_marker() for line in ends] == ["o", "o", "^", "^"]
+    assert len({line.get_color() for line in ends}) == 2
+    assert [line.get_markerfacecolor() == "white" for line in ends] == [False, True] * 2
 
 
 def test_emergence_needs_a_trace() -> None:

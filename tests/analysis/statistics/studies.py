@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -97,3 +98,36 @@ def trace(
         {"x": (dims, x), "y": (dims, np.full_like(x, 150.0)), "eaten": (dims, eaten)},
         attrs=provenance,
     )
+
+
+def species_trace(sizes: Mapping[str, int], steps: int = 40) -> xr.Dataset:
+    """Return a trace of species by size: rows of agents that walk to the right.
+
+    In each species, the last agent eats in the first step and dies in the middle of the lifetime.
+    """
+    n_agents = sum(sizes.values())
+    species = np.repeat(np.arange(len(sizes), dtype=np.int32), [*sizes.values()])
+    single = trace("evo/A", 1, steps=steps, agents=n_agents)
+    is_last = np.append(np.diff(species) > 0, True)
+    is_dead = (np.arange(steps)[:, None] >= steps // 2) & is_last
+    dims = ("step", "agent")
+    x = 20.0 + np.arange(steps)[:, None] + 40 * np.arange(n_agents)
+    eaten = np.zeros((steps, n_agents), np.int32)
+    eaten[0, is_last] = 1
+    items = np.full((steps, count_items(single)), 600.0)
+    return single.assign(
+        x=(dims, np.where(is_dead, np.nan, x)),
+        y=(dims, np.where(is_dead, np.nan, 100.0 + 60 * species + np.zeros_like(x))),
+        heading=(dims, np.zeros_like(x)),
+        eaten=(dims, eaten),
+        alive=(dims, (~is_dead).astype(np.int8)),
+        item_x=(("step", "item"), items),
+        item_y=(("step", "item"), items),
+        species=("agent", species),
+    ).assign_attrs(species_names=", ".join(sizes))
+
+
+def count_items(single: xr.Dataset) -> int:
+    """Return the number of items of a trace."""
+    kinds = json.loads(single.attrs["appearance"])["item_kinds"]
+    return sum(kind["number"] for kind in kinds)

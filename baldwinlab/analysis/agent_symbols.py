@@ -1,0 +1,160 @@
+"""Symbols of agents on a map, by species, and their drawing in the images of a movie.
+
+Each species has a shape and a color. Agents of a population with one species are darts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+import xarray as xr
+from PIL import ImageColor, ImageDraw
+
+from baldwinlab.analysis.palette import MOVIE_COLORS, choose_species_style, resolve_color
+
+# Angles of the corners of a dart relative to its heading, in radians.
+DART_ANGLES: Final = (0, 2.5, -2.5)
+# Corners of the shapes, in radii. y is downward. The areas are about equal.
+CORNERS: Final[Mapping[str, tuple[tuple[float, float], ...]]] = {
+    "triangle": ((0, -1.45), (1.3, 0.9), (-1.3, 0.9)),
+    "square": ((-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)),
+    "diamond": ((0, -1.3), (1.3, 0), (0, 1.3), (-1.3, 0)),
+}
+# Radius of a shape, and length of the line from its center in the direction of the heading, in
+# lengths of a dart.
+SHAPE_RADIUS: Final = 0.7
+POINTER_LENGTH: Final = 1.5
+# Width of this line, in line widths.
+POINTER_WIDTH: Final = 2
+# Share of the color of a species in the color of its trails.
+TRAIL_SHARE: Final = 0.4
+
+
+class AgentSymbol(NamedTuple):
+    """Symbol of the agents of a species. Colors are "#rrggbb".
+
+    Attributes
+    ----------
+    name : str
+        Name of the species, "" for a population with one species.
+    shape : str
+        "dart", "circle", or a key of `CORNERS`.
+    fill : str
+        Color of an agent that has eaten.
+    outline : str
+        Color of the outline.
+    trail : str
+        Color of the trail.
+    """
+
+    name: str
+    shape: str
+    fill: str
+    outline: str
+    trail: str
+
+
+DART: Final = AgentSymbol(
+    name="",
+    shape="dart",
+    fill=MOVIE_COLORS["agent"],
+    outline=MOVIE_COLORS["outline"],
+    trail=MOVIE_COLORS["trail"],
+)
+
+
+def list_symbols(trace: xr.Dataset) -> list[AgentSymbol]:
+    """Return the symbol of each species of a trace. Without species, all agents are darts.
+
+    Parameters
+    ----------
+    trace
+        A lifetime, as `replay` returns it.
+    """
+    if "species" not in trace:
+        return [DART]
+    names = trace.attrs["species_names"].split(", ")
+    return [_make_symbol(index, name) for index, name in enumerate(names)]
+
+
+def _make_symbol(index: int, name: str) -> AgentSymbol:
+    color_name, shape = choose_species_style(index)
+    color = resolve_color(color_name)
+    trail = "#{:02x}{:02x}{:02x}".format(*blend(color, TRAIL_SHARE))
+    return AgentSymbol(name, shape, color, color, trail)
+
+
+def list_symbol_numbers(trace: xr.Dataset) -> list[int]:
+    """Return the index of the symbol of each agent of a trace."""
+    if "species" not in trace:
+        return [0] * trace.sizes["agent"]
+    return list(trace["species"].values.tolist())
+
+
+def blend(color: str, share: float) -> tuple[int, ...]:
+    """Return the blend of a color with the background. `share` is the color's share, 0 to 1."""
+    background = ImageColor.getrgb(MOVIE_COLORS["background"])
+    pairs = zip(background, ImageColor.getrgb(color), strict=True)
+    return tuple(round(below + (above - below) * share) for below, above in pairs)
+
+
+def draw_agent(
+    draw: ImageDraw.ImageDraw,
+    symbol: AgentSymbol,
+    position: tuple[float, float],
+    heading: float,
+    length: float,
+    fill: str,
+    line_width: int,
+) -> None:
+    """Draw an agent.
+
+    Parameters
+    ----------
+    draw
+        The image.
+    symbol
+        The symbol of the agent.
+    position
+        x and y, in pixels.
+    heading
+        Direction in radians, clockwise from the right.
+    length
+        Length of a dart, in pixels.
+    fill
+        Color of the area.
+    line_width
+        Width of the outline, in pixels.
+    """
+    x, y = position
+    if symbol.shape == "dart":
+        angles = [heading + turn for turn in DART_ANGLES]
+        corners = [(x + length * math.cos(angle), y + length * math.sin(angle)) for angle in angles]
+        draw.polygon(corners, fill, symbol.outline, line_width)
+        return
+    end = (
+        x + POINTER_LENGTH * length * math.cos(heading),
+        y + POINTER_LENGTH * length * math.sin(heading),
+    )
+    draw.line((position, end), symbol.outline, POINTER_WIDTH * line_width)
+    draw_shape(draw, symbol, position, SHAPE_RADIUS * length, fill, line_width)
+
+
+def draw_shape(
+    draw: ImageDraw.ImageDraw,
+    symbol: AgentSymbol,
+    position: tuple[float, float],
+    radius: float,
+    fill: str,
+    line_width: int,
+) -> None:
+    """Draw the shape of a species without a heading. The lengths are in pixels."""
+    x, y = position
+    if symbol.shape == "circle":
+        box = (x - radius, y - radius, x + radius, y + radius)
+        draw.ellipse(box, fill, symbol.outline, line_width)
+    else:
+        corners = [(x + dx * radius, y + dy * radius) for dx, dy in CORNERS[symbol.shape]]
+        draw.polygon(corners, fill, symbol.outline, line_width)
