@@ -189,7 +189,7 @@ class Motor(Fields):
     )
 
 
-class Network(Fields):
+class NetworkSettings(Fields):
     """Topology of the action module and of the reinforcement module."""
 
     kind: NetworkName = Field(
@@ -322,7 +322,7 @@ class Experiment(BaseExperiment):
     contact: Contact = Contact()
     eats: Eats = Eats()
     motor: Motor = Motor()
-    network: Network = Network()
+    network: NetworkSettings = NetworkSettings()
     learning: Learning = Learning()
     evolution: Evolution = Evolution()
     lifetime: Lifetime = Lifetime()

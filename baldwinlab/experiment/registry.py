@@ -124,7 +124,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "lexicase": f"{_EVOLUTION}.lexicase:Lexicase",
         "mu-plus-lambda": f"{_EVOLUTION}.ordinal_selection:MuPlusLambda",
         "outcrossing": f"{_EVOLUTION}.proportional_selection:Outcrossing",
-        "species": f"{_EVOLUTION}.neat.operators:Species",
+        "species": f"{_EVOLUTION}.neat.operators:SpeciesSelection",
     },
     "variation": {
         "bit-flips": f"{_MODELS}.nk_climbers:BitFlips",

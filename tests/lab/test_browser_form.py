@@ -31,7 +31,7 @@ def test_fields_that_a_third_party_part_compiles_are_constant_on_the_page() -> N
     ]
     experiment = assign(load("evo/A"), [*settings, "network.kind=elman", "learning.rule=social"])
     tables = make_form_schema(experiment)["$defs"]
-    assert "const" in tables["Network"]["properties"]["hidden"]
+    assert "const" in tables["NetworkSettings"]["properties"]["hidden"]
     poison = find_fields(tables, "Poison")
     assert all("const" in poison[name] for name in ("x", "y", "count", "cost"))
     assert "const" not in find_fields(tables, "Social")["least"]
@@ -39,7 +39,7 @@ def test_fields_that_a_third_party_part_compiles_are_constant_on_the_page() -> N
 
 def test_the_maximum_size_of_an_evolved_topology_is_constant_on_the_page() -> None:
     tables = make_form_schema(load("worlds-and-minds:evo/A", "neat"))["$defs"]
-    assert "const" in find_fields(tables, "Network")["hidden"]
+    assert "const" in find_fields(tables, "NetworkSettings")["hidden"]
 
 
 def test_the_number_of_inputs_of_a_sense_is_constant_on_the_page() -> None:

@@ -69,7 +69,7 @@ def require_graphs(experiment: Any, setting: str) -> None:
         )
 
 
-class Species(Selection, name="species"):
+class SpeciesSelection(Selection, name="species"):
     """Children per species in proportion to its mean fitness.
 
     The champion of a large species survives.

@@ -26,7 +26,7 @@ WALL_SENSE_DISTANCE = np.float32(0.1)
 ZERO, ONE, TWO, THREE = (np.float32(number) for number in range(4))
 
 
-class World(NamedTuple):
+class Arena(NamedTuple):
     """Layout of the arena, in sides of the arena."""
 
     stripe_x: Any
@@ -54,7 +54,7 @@ class Synapses(NamedTuple):
 @jit_entry_point
 def simulate_lifetimes(
     n_steps: int,
-    world: World,
+    world: Arena,
     initial_draws: Any,
     synapses: Synapses,
     values: Any,
@@ -66,7 +66,7 @@ def simulate_lifetimes(
     ----------
     n_steps : int
         Number of steps of a lifetime.
-    world : World
+    world : Arena
         Layout of the arena.
     initial_draws : array of shape (runs, 4)
         Uniform numbers for the initial position and heading.
@@ -92,7 +92,7 @@ def simulate_lifetimes(
 
 @compiled
 def _simulate_lifetime(
-    n_steps: Any, world: World, initial_draws: Any, synapses: Synapses, values: Any
+    n_steps: Any, world: Arena, initial_draws: Any, synapses: Synapses, values: Any
 ) -> int:
     """Simulate one lifetime and return the number of steps under the lit lamp."""
     current = values[0]
@@ -145,7 +145,7 @@ def _is_within_reach(dx: Any, dy: Any) -> bool:
 
 @compiled
 def _fill_inputs(
-    world: World, is_lit: Any, x: Any, y: Any, heading_x: Any, heading_y: Any, values: Any
+    world: Arena, is_lit: Any, x: Any, y: Any, heading_x: Any, heading_y: Any, values: Any
 ) -> None:
     """Fill the inputs, in [0, 1], in the order of `N_INPUTS`.
 

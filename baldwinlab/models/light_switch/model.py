@@ -10,7 +10,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.engine import poison
-from baldwinlab.models.light_switch.lifetimes import N_INPUTS, Synapses, World, simulate_lifetimes
+from baldwinlab.models.light_switch.lifetimes import N_INPUTS, Arena, Synapses, simulate_lifetimes
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
@@ -34,7 +34,7 @@ STRENGTH_BIT_VALUES: Final = (8, 4, 2, 1)
 MAX_STRENGTH_LEVEL: Final = 15
 # Number of last generations over which measures are averaged.
 N_LAST_GENERATIONS: Final = 10
-STANDARD_WORLD: Final = World(
+STANDARD_WORLD: Final = Arena(
     stripe_x=1.0, stripe_y=0.5, lamp_x=0.15, lamp_y=0.5, sense_strength=1.0, left_wheel_speed=1.0
 )
 CHANGED_WORLDS: Final = {
@@ -170,7 +170,7 @@ class LightSwitch(Model, name="light-switch"):
             values = poison.empty((2, N_INPUTS + self.neurons), np.float32)
             simulate_lifetimes(
                 self.steps_per_life,
-                World(*np.array(world, np.float32)),
+                Arena(*np.array(world, np.float32)),
                 initial_draws,
                 # The weights change during a lifetime.
                 synapses._replace(weights=synapses.weights.copy()),

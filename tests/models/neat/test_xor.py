@@ -15,7 +15,7 @@ from scipy.optimize import linprog
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat.genome import HEAD_SIZE, SPECIES, STALE
-from baldwinlab.evolution.neat.operators import Neat, Species
+from baldwinlab.evolution.neat.operators import Neat, SpeciesSelection
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.experiment.unused_settings import list_changed_unused_settings
@@ -232,5 +232,5 @@ def test_a_study_runs_resumes_and_has_a_report(command: Command) -> None:
 
 @pytest.mark.nightly
 def test_the_parts_pass_all_checks() -> None:
-    findings = bl.check_part([NeatXor, Neat, Species])
+    findings = bl.check_part([NeatXor, Neat, SpeciesSelection])
     assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))
