@@ -21,6 +21,7 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import LoadedExperiment, factors, load_with_origin
+from baldwinlab.studies.store import StudyStore
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -111,7 +112,7 @@ def run(
     changes = [
         {"generation": generation, **settings} for generation, settings in sorted(schedule.items())
     ]
-    return run_loaded(
+    store = run_loaded(
         loaded,
         format_assignments(set or {}),
         options,
@@ -121,6 +122,7 @@ def run(
         founders=references,
         schedule=changes,
     )
+    return Study(store)
 
 
 def _load(source: str | Path | BaseExperiment) -> LoadedExperiment:
@@ -140,7 +142,7 @@ def run_loaded(
     baseline: str = "",
     founders: Sequence[str] = (),
     schedule: Sequence[Mapping[str, Any]] = (),
-) -> Study:
+) -> StudyStore:
     """Run experiments, changed by assignments, as one study.
 
     The function `run` and the command `run` call this function. If the runs are too few to compare
@@ -171,8 +173,8 @@ def run_loaded(
 
     Returns
     -------
-    Study
-        The study, on disk.
+    StudyStore
+        The directory of the study, with all its runs.
 
     Raises
     ------
@@ -206,7 +208,7 @@ def run_loaded(
     if founders:
         experiments = add_founders(experiments, founders, directory, runs)
     request = StudyRequest(experiments, directory, runs=runs, seed=seed)
-    return Study(run_missing(request, options))
+    return run_missing(request, options)
 
 
 def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:

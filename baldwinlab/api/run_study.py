@@ -8,7 +8,7 @@ from pathlib import Path
 
 from baldwinlab.api.interruptions import report_progress_on_error
 from baldwinlab.api.run_options import RunOptions, exclude_remote_memory
-from baldwinlab.core import console, variables
+from baldwinlab.core import console
 from baldwinlab.core.errors import ArgumentError, require_positive
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import is_study
@@ -184,11 +184,7 @@ def _require_resources(request: StudyRequest, execution: _ExecutionPlan, force: 
     need = exclude_remote_memory(need, execution.executor).add_later(request.later_need)
     require_resources(f"{request.total_runs:,} runs", need, request.directory, force=force)
     for experiment in request.experiments:
-        memory.require_storable(
-            variables.record_variables(experiment),
-            memory.dimension_sizes(experiment),
-            experiment.name,
-        )
+        memory.require_storable_record(experiment)
 
 
 def _count_missing_files(request: StudyRequest, condition: str) -> int:

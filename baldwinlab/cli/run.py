@@ -135,7 +135,7 @@ def run(
         all_assignments = list(assignments or [])
         if generations is not None:
             all_assignments.append(f"evolution.generations={generations}")
-        result = run_loaded(
+        study = run_loaded(
             loaded,
             all_assignments,
             options,
@@ -146,6 +146,5 @@ def run(
             founders=founders,
             schedule=parse_changes(at),
         )
-        study = StudyStore(result.directory)
     show_contrasts(lab_results.compare_study(study, baseline=baseline))
     console.info(f"For statistics, figures and a page: baldwinlab report {study.directory}")

@@ -70,15 +70,14 @@ def compile_experiments(
     start = time.perf_counter()
     segments = [segment for experiment in experiments for _, segment in experiment.segments()]
     shortened = {_code_key(segment): _shorten(segment) for segment in segments}
+    # Similar experiments become neighbors, so that one process compiles them.
     uncompiled = [
         experiment
-        for experiment in shortened.values()
+        for _, experiment in sorted(shortened.items(), key=lambda item: str(item[0]))
         if isinstance(experiment, Experiment)
         and not experiment.population.species
         and not cpu.is_compiled(experiment)
     ]
-    # Similar experiments become neighbors, so that one process compiles them.
-    uncompiled.sort(key=lambda experiment: str(_code_key(experiment)))
     can_share_cache = available_cores() > 1 and bool(cache_root())
     if backend is CPU and len(uncompiled) > 1 and can_share_cache:
         _compile_in_processes(uncompiled, log)

@@ -254,6 +254,11 @@ def estimate_replay(experiment: Experiment, n_lives: int = 1) -> Need:
     return Need(memory, disk=trace_bytes + HEADER_BYTES)
 
 
+def require_storable_record(experiment: BaseExperiment) -> None:
+    """Raise RefusedError if a variable of a record exceeds the limit of a netCDF file."""
+    require_storable(record_variables(experiment), _record_sizes(experiment), experiment.name)
+
+
 def require_storable(
     declared: Mapping[str, Variable], sizes: Mapping[str, int], subject: str
 ) -> None:

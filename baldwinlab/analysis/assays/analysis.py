@@ -29,6 +29,7 @@ from baldwinlab.analysis.assays.criteria import (
     combine_verdicts,
     load_criteria,
 )
+from baldwinlab.analysis.assays.phrases import has_foragers
 from baldwinlab.analysis.assays.values import (
     Assays,
     Quantity,
@@ -141,6 +142,8 @@ class Analysis:
     last: int
     # Quantities by condition.
     tables: Mapping[str, Table]
+    # Whether any condition uses the MiniWorld model.
+    is_foraging: bool
 
     @property
     def too_few(self) -> str:
@@ -216,7 +219,13 @@ def evaluate_assays(assays: Assays, last: int = 10) -> Analysis:
         )
         for name in learning_conditions
     ]
-    return Analysis(results=tuple(results), numbers=numbers, last=last, tables=tables)
+    return Analysis(
+        results=tuple(results),
+        numbers=numbers,
+        last=last,
+        tables=tables,
+        is_foraging=has_foragers(experiments.values()),
+    )
 
 
 def _answer_criteria(

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from typing import Final
 
-from baldwinlab.analysis.assays.values import Assays, parse_experiments
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 
 # General terms by terms for food.
 FITNESS_TERMS: Final = {
@@ -22,11 +22,9 @@ FOOD_TERM_PATTERN: Final = re.compile(rf"(?<![\w-])({'|'.join(FITNESS_TERMS)})(?
 IMAGE_PATTERN: Final = re.compile(r'(src="[^"]*")')
 
 
-def has_foragers(assays: Assays) -> bool:
+def has_foragers(experiments: Iterable[BaseExperiment]) -> bool:
     """Return whether any condition uses the MiniWorld model."""
-    return any(
-        isinstance(experiment, Experiment) for experiment in parse_experiments(assays).values()
-    )
+    return any(isinstance(experiment, Experiment) for experiment in experiments)
 
 
 def adapt_terms(text: str, is_foraging: bool) -> str:

@@ -8,7 +8,7 @@ from typing import Any, Final
 from baldwinlab.analysis.assays import fork, headlines, overview, sentences
 from baldwinlab.analysis.assays.analysis import Analysis, Number, evaluate_assays
 from baldwinlab.analysis.assays.criteria import Criterion, load_rules
-from baldwinlab.analysis.assays.phrases import adapt_terms, has_foragers
+from baldwinlab.analysis.assays.phrases import adapt_terms
 from baldwinlab.analysis.assays.records import write_analysis
 from baldwinlab.analysis.assays.section_figures import MEASURE_NAMES, draw_assay_figures
 from baldwinlab.analysis.assays.values import Assays
@@ -63,7 +63,7 @@ def make_section(
     analysis = analysis or evaluate_assays(assays, last)
     write_analysis(analysis, directory)
     figure_folder = directory / "figures"
-    is_foraging = has_foragers(assays)
+    is_foraging = analysis.is_foraging
     is_large = overview.is_large(analysis)
     groups = overview.group_by_verdict(analysis) if is_large else {}
     order = list(dict.fromkeys(name for stored in assays.values() for name in stored))

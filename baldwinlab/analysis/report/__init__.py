@@ -89,7 +89,7 @@ def draw_report(report: ReportData) -> dict[str, Any]:
         "is_reproduction": report.is_reproduction,
         "contrasts": contrasts if has_contrasts else None,
         "overview": setup.summarize_setup(
-            report.data, report.experiments, report.provenance, report.paper
+            report.data, report.experiments, report.provenance, report.variants
         ),
         "figures": [save_and_inline(figure, folder) for figure in draw_figures(report)],
         "setup_figures": SETUP_FIGURES,
@@ -108,7 +108,7 @@ def draw_report(report: ReportData) -> dict[str, Any]:
 def _list_changed_settings(report: ReportData) -> list[str]:
     if report.paper is None:
         return []
-    return settings.describe_changed_settings(report.data, report.experiments, report.paper)
+    return settings.describe_changed_settings(report, report.paper)
 
 
 def _summarize_claims(report: ReportData) -> dict[str, Any]:

@@ -49,6 +49,8 @@ class ReportData:
         The comparisons of the conditions.
     model_measures : sequence of ModelMeasure
         Measures of the models that claims compare.
+    variants : mapping of str to str
+        Variant of the paper by condition, from `settings.describe_variants`.
     is_reproduction : bool
         Whether `paper` defines the study.
     """
@@ -64,4 +66,5 @@ class ReportData:
     appearances: Appearances = field(default_factory=dict)
     contrasts: Contrasts | None = None
     model_measures: Sequence[ModelMeasure] = ()
+    variants: Mapping[str, str] = field(default_factory=dict)
     is_reproduction: bool = False

@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
-import xarray as xr
-
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.report.content import count_runs, format_range, select_foragers
-from baldwinlab.analysis.report.data import Experiments
+from baldwinlab.analysis.report.data import Experiments, ReportData
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.paths import iterate_settings
 from baldwinlab.papers import Paper, PaperError
@@ -43,6 +41,13 @@ def describe_variant(experiment: Experiment, paper: Paper) -> str:
     if STANDARD_VARIANT not in differences:
         return f"{experiment.name} is not a condition of the paper"
     return f"{experiment.name} is standard except for {', '.join(differences[STANDARD_VARIANT])}"
+
+
+def describe_variants(conditions: Experiments, paper: Paper | None) -> dict[str, str]:
+    """Return the result of `describe_variant` by condition, empty without a paper."""
+    if paper is None:
+        return {}
+    return {name: describe_variant(experiment, paper) for name, experiment in conditions.items()}
 
 
 def _list_changes(base: Experiment, experiment: Experiment) -> list[str]:
@@ -98,15 +103,13 @@ def format_value(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def describe_changed_settings(data: xr.Dataset, conditions: Experiments, paper: Paper) -> list[str]:
+def describe_changed_settings(report: ReportData, paper: Paper) -> list[str]:
     """Return a sentence for each difference between the study and the paper.
 
     Parameters
     ----------
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent).
-    conditions : mapping of str to Experiment
-        Experiments by condition.
+    report : ReportData
+        The study.
     paper : Paper
         The paper.
 
@@ -117,9 +120,7 @@ def describe_changed_settings(data: xr.Dataset, conditions: Experiments, paper: 
     """
     declared = paper.study_names()
     variants = [
-        describe_variant(experiment, paper)
-        for name, experiment in select_foragers(conditions).items()
-        if name in declared
+        report.variants[name] for name in select_foragers(report.experiments) if name in declared
     ]
     # `describe_variant` returns the name of a variant, which has no space, or a phrase.
     distinct_variants = list(dict.fromkeys(variants))
@@ -128,7 +129,7 @@ def describe_changed_settings(data: xr.Dataset, conditions: Experiments, paper: 
         if " " not in variant and variant != STANDARD_VARIANT:
             description = paper.describe("variants", variant)
             sentences.append(f"The variant is {variant}: {description}.")
-    n_runs = count_runs(data).values()
+    n_runs = count_runs(report.data).values()
     if max(n_runs) < paper.metadata.runs:
         sentences.append(
             f"This study has {format_range(n_runs)} runs per condition, and the paper "

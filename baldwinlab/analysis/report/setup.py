@@ -10,18 +10,19 @@ import xarray as xr
 
 from baldwinlab.analysis.report.content import count_runs, format_range, select_foragers
 from baldwinlab.analysis.report.data import Experiments
-from baldwinlab.analysis.report.settings import describe_variant
 from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors, read_factors
-from baldwinlab.papers import Paper
 
 # Largest number of conditions that a report lists. Of more, it lists the learners and maps.
 MAX_LISTED_CONDITIONS: Final = 12
 
 
 def summarize_setup(
-    data: xr.Dataset, conditions: Experiments, provenance: Mapping[str, Any], paper: Paper | None
+    data: xr.Dataset,
+    conditions: Experiments,
+    provenance: Mapping[str, Any],
+    variants: Mapping[str, str],
 ) -> list[tuple[str, str]]:
     """Return the setup of a study, as pairs of a heading and a text.
 
@@ -33,8 +34,8 @@ def summarize_setup(
         Experiments by condition.
     provenance : mapping of str to Any
         Known facts about the study, such as its seed.
-    paper : Paper or None
-        The paper whose variant is named.
+    variants : mapping of str to str
+        Variant of the paper by condition. Empty without a paper.
 
     Returns
     -------
@@ -42,8 +43,9 @@ def summarize_setup(
         Headings and texts. Headings without a text are left out.
     """
     experiments = conditions.values()
-    foraging = select_foragers(conditions).values()
-    variants = [describe_variant(experiment, paper) for experiment in foraging] if paper else []
+    foragers = select_foragers(conditions)
+    foraging = foragers.values()
+    foraging_variants = [variants[name] for name in foragers if name in variants]
     models = ", ".join(dict.fromkeys(experiment.model for experiment in experiments))
     rows = [
         *describe_conditions(read_factors(data)),
@@ -63,7 +65,7 @@ def summarize_setup(
             format_range(experiment.population.size for experiment in experiments),
         ),
         ("fitness", describe_fitness(foraging)),
-        ("variant of the paper", "; ".join(dict.fromkeys(variants))),
+        ("variant of the paper", "; ".join(dict.fromkeys(foraging_variants))),
         ("seed", str(provenance.get("seed", data.attrs.get("seed", "unknown")))),
     ]
     return [(heading, text) for heading, text in rows if text]

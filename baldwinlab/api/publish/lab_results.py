@@ -224,7 +224,8 @@ def read_reaction_norms(study: StudyStore) -> dict[str, Any]:
         panel._asdict() | {"evolved": sorted(panel.evolved), "norms": _summarize_norms(panel)}
         for panel in panels
     ]
-    return {"unit": "fitness (energy)" if has_foragers(assays) else "fitness", "panels": records}
+    is_foraging = has_foragers(study.experiments[name] for name in assays["reaction"])
+    return {"unit": "fitness (energy)" if is_foraging else "fitness", "panels": records}
 
 
 def _summarize_norms(panel: Panel) -> dict[str, dict[str, list[float | None]]]:

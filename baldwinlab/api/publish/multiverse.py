@@ -11,7 +11,7 @@ from baldwinlab.analysis.multiverse.records import Multiverse, VariantResult
 from baldwinlab.analysis.multiverse.section import compose_lead, make_section
 from baldwinlab.analysis.report import write_page
 from baldwinlab.api.publish.plan import ReportPlan
-from baldwinlab.papers import Paper, load_stored_paper
+from baldwinlab.papers import Paper
 from baldwinlab.studies.multiverse import group_by_variant
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.run import Progress
@@ -52,7 +52,8 @@ def publish_multiverse(
     """
     study = plan.study
     study.require_runs()
-    paper = plan.paper or load_stored_paper(study.directory, study.paper)
+    paper = plan.paper
+    assert paper is not None, "the plan of a multiverse has a paper"
     variants = _evaluate_variants(study, paper, plan.last, progress)
     multiverse = Multiverse(
         seed=study.seed,

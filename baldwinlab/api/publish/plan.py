@@ -1,7 +1,8 @@
-"""The plan of a report: the paper, the replayed condition, and the estimate of memory."""
+"""The plan of a report: the paper, the replayed conditions, and the estimate of memory."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,6 +32,8 @@ class ReportPlan:
         Condition with which all other conditions are compared, or "" for the default.
     paper : Paper or None
         Paper whose claims are evaluated.
+    replayable : tuple of str
+        Conditions that can be replayed. Empty for a sweep and a multiverse.
     emergence_condition : str or None
         Condition that is replayed for the figure of emergence. None without this figure.
     """
@@ -40,6 +43,7 @@ class ReportPlan:
     last: int = 10
     baseline: str = ""
     paper: Paper | None = None
+    replayable: tuple[str, ...] = ()
     emergence_condition: str | None = None
 
 
@@ -73,11 +77,16 @@ def plan_report(
     """
     if paper is None and (study.paper or study.kind == MULTIVERSE):
         paper = load_stored_paper(study.directory, study.paper)
-    condition = _emergence_condition(study, paper) if study.kind == CONDITIONS else None
-    return ReportPlan(study, out, last, baseline, paper, condition)
+    if study.kind != CONDITIONS:
+        return ReportPlan(study, out, last, baseline, paper)
+    replayable = tuple(name for name in study.experiments if _can_replay(study, name))
+    condition = _emergence_condition(study, paper, replayable)
+    return ReportPlan(study, out, last, baseline, paper, replayable, condition)
 
 
-def _emergence_condition(study: StudyStore, paper: Paper | None) -> str | None:
+def _emergence_condition(
+    study: StudyStore, paper: Paper | None, replayable: Sequence[str]
+) -> str | None:
     """Return the condition of the figure of emergence, or None without this figure.
 
     It is the condition that the paper names, or the first condition that can be replayed.
@@ -85,23 +94,12 @@ def _emergence_condition(study: StudyStore, paper: Paper | None) -> str | None:
     figures = paper.metadata.figures if paper else DEFAULT_FIGURES
     if "emergence" not in figures:
         return None
-    candidates = (paper.metadata.emergence if paper else "", *study.experiments)
-    for name in candidates:
-        if name in study.experiments and study.runs(name) and can_replay(study, name):
-            return name
-    return None
+    candidates = (paper.metadata.emergence if paper else "", *replayable)
+    return next((name for name in candidates if name in replayable and study.runs(name)), None)
 
 
-def can_replay(study: StudyStore, condition: str) -> bool:
-    """Return whether a condition has the model MiniWorld, one species, and loaded parts.
-
-    Parameters
-    ----------
-    study
-        The study.
-    condition
-        The name of the condition.
-    """
+def _can_replay(study: StudyStore, condition: str) -> bool:
+    """Return whether a condition has the model MiniWorld, one species, and loaded parts."""
     # PartError is a ValueError.
     try:
         study.require_parts(condition)

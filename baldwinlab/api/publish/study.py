@@ -27,13 +27,13 @@ from baldwinlab.analysis.report import (
     write_report,
 )
 from baldwinlab.analysis.report.content import count_runs
-from baldwinlab.analysis.report.settings import describe_variant
+from baldwinlab.analysis.report.settings import describe_variants
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_conditions
 from baldwinlab.api.publish import results_cache
-from baldwinlab.api.publish import sweep as sweeps
 from baldwinlab.api.publish.multiverse import MULTIVERSE_FILE, MULTIVERSE_FOLDERS
-from baldwinlab.api.publish.plan import ReportPlan, can_replay
+from baldwinlab.api.publish.plan import ReportPlan
+from baldwinlab.api.publish.sweep import publish_sweep
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.models.miniworld.appearance import describe_appearance
@@ -42,7 +42,6 @@ from baldwinlab.studies.assays import storage
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.provenance import provenance
-from baldwinlab.studies.store import StudyStore
 
 
 class Published(NamedTuple):
@@ -80,7 +79,8 @@ def publish(plan: ReportPlan, log: Callable[[str], None]) -> Published:
         A file cannot be written.
     """
     if plan.study.kind == SWEEP:
-        return _publish_sweep(plan, log)
+        contrasts = publish_sweep(plan, log)
+        return Published([], contrasts, lambda: publish_sweep(plan, log))
     study = plan.study
     study.require_runs()
     data = fitness.cache_measures(open_conditions(study, list(study.experiments)))
@@ -100,9 +100,10 @@ def publish(plan: ReportPlan, log: Callable[[str], None]) -> Published:
         provenance=provenance(study),
         last=plan.last,
         paper=plan.paper,
-        appearances=_describe_appearances(study),
+        appearances=_describe_appearances(plan),
         contrasts=contrasts,
         model_measures=samples.model_measures() if samples else (),
+        variants=describe_variants(study.experiments, plan.paper),
         is_reproduction=bool(study.paper),
     )
     template_values = draw_report(report)
@@ -115,16 +116,6 @@ def publish(plan: ReportPlan, log: Callable[[str], None]) -> Published:
     write()
     results_cache.cache_results(study, data)
     return Published(results, contrasts, write)
-
-
-def _publish_sweep(plan: ReportPlan, log: Callable[[str], None]) -> Published:
-    def write() -> Contrasts:
-        """Write the report, and return the comparisons of the points."""
-        return sweeps.publish_sweep(plan.study, plan.out, plan.last, log, plan.baseline)
-
-    contrasts = write()
-    results_cache.cache_results(plan.study)
-    return Published([], contrasts, write)
 
 
 def _write_report(
@@ -193,25 +184,18 @@ def _standard_study(report: ReportData) -> multiverse_section.StandardStudy | No
 
     None without a paper, or if the study uses another variant than the standard variant.
     """
-    if report.paper is None:
-        return None
-    paper = report.paper
-    used_variants = {
-        describe_variant(experiment, paper) for experiment in report.experiments.values()
-    }
-    if used_variants != {STANDARD}:
+    if set(report.variants.values()) != {STANDARD}:
         return None
     counts = count_runs(report.data).values()
     verdicts = {result.claim.id: result.verdict for result in report.results}
     return multiverse_section.StandardStudy(verdicts, (min(counts), max(counts)))
 
 
-def _describe_appearances(study: StudyStore) -> dict[str, dict[str, Any]]:
-    """Return the appearances of the conditions whose parts are loaded."""
+def _describe_appearances(plan: ReportPlan) -> dict[str, dict[str, Any]]:
+    """Return the appearances of the conditions that can be replayed."""
     return {
-        name: describe_appearance(study.experiments[name]).to_dict()
-        for name in study.experiments
-        if can_replay(study, name)
+        name: describe_appearance(plan.study.experiments[name]).to_dict()
+        for name in plan.replayable
     }
 
 

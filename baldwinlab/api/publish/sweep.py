@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 import xarray as xr
 
@@ -15,31 +14,24 @@ from baldwinlab.analysis.statistics.contrasts import (
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.section import write_sweep_report
+from baldwinlab.api.publish import results_cache
+from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.provenance import provenance
-from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import label_points
 
 
-def publish_sweep(
-    study: StudyStore, out: Path, last: int, log: Callable[[str], None], baseline: str = ""
-) -> Contrasts:
-    """Write responses.csv, statistics.csv, the figures and the report of a sweep.
+def publish_sweep(plan: ReportPlan, log: Callable[[str], None]) -> Contrasts:
+    """Write responses.csv, statistics.csv, results.json, the figures and the report of a sweep.
 
     Parameters
     ----------
-    study : StudyStore
-        The sweep.
-    out : Path
-        HTML file to write.
-    last : int
-        Number of final generations to average in each run.
+    plan : ReportPlan
+        The plan of the report, from `plan_report`.
     log : callable
         Called with progress messages.
-    baseline : str
-        Point with which all other points are compared, or "" for the first.
 
     Returns
     -------
@@ -53,22 +45,27 @@ def publish_sweep(
     OSError
         A file cannot be written.
     """
+    study = plan.study
     study.require_runs()
-    data = label_points(study, open_conditions(study, list(study.experiments)))
-    finals = analysis.compute_finals(data, last)
+    data = open_conditions(study, list(study.experiments))
+    finals = analysis.compute_finals(label_points(study, data), plan.last)
     analysis.write_responses(finals, study.directory)
-    contrasts = _compare_points(study, finals, last, baseline)
+    contrasts = _compare_points(plan, finals)
     rows = [contrast.row() for contrast in contrasts.rows]
     write_atomically(study.directory / "statistics.csv", to_csv(COMPARISON_COLUMNS, rows))
     log("drawing the figures")
-    write_sweep_report(study.directory, finals, provenance(study), out, last, contrasts=contrasts)
+    write_sweep_report(
+        study.directory, finals, provenance(study), plan.out, plan.last, contrasts=contrasts
+    )
+    results_cache.cache_results(study, data)
     return contrasts
 
 
-def _compare_points(study: StudyStore, finals: xr.Dataset, last: int, baseline: str) -> Contrasts:
+def _compare_points(plan: ReportPlan, finals: xr.Dataset) -> Contrasts:
     """Return the comparisons of the points. A large sweep has none."""
+    study = plan.study
     if not has_comparisons(study):
-        return Contrasts("", last, ())
+        return Contrasts("", plan.last, ())
     by_condition = finals[list(COMPARED_MEASURES)].rename(point="condition").reset_coords(drop=True)
     by_condition = by_condition.assign_coords(condition=list(study.experiments))
-    return compare_points(study, by_condition, last, baseline)
+    return compare_points(study, by_condition, plan.last, plan.baseline)

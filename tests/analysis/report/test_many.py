@@ -12,6 +12,7 @@ from baldwinlab import papers
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.report import ReportData, ReportSummary, draw_report, write_report
 from baldwinlab.analysis.report.content import parse_experiments, read_experiment_texts
+from baldwinlab.analysis.report.settings import describe_variants
 from baldwinlab.analysis.report.setup import describe_conditions
 from baldwinlab.experiment.factors import Factors
 from tests.analysis.report.browsing import errors_and_width
@@ -36,7 +37,9 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     data = study(eaten, generations=3, agents=2)
     experiments = parse_experiments(read_experiment_texts(data))
     results = evaluate_claims(data, 10, PAPER)
-    contents = draw_report(ReportData(folder, data, experiments, results, paper=PAPER))
+    variants = describe_variants(experiments, PAPER)
+    report = ReportData(folder, data, experiments, results, paper=PAPER, variants=variants)
+    contents = draw_report(report)
     return write_report(folder, contents, folder / "report.html", summary=SUMMARY)
 
 

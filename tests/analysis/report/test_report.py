@@ -29,6 +29,7 @@ from baldwinlab.analysis.report.phrases import (
 )
 from baldwinlab.analysis.report.settings import (
     describe_variant,
+    describe_variants,
     format_setting,
     select_open_choices,
 )
@@ -56,8 +57,10 @@ FACTS = {
 
 
 def report_data(data: xr.Dataset, folder: Path, **fields: Any) -> ReportData:
-    """Return a study and its results, without a paper."""
-    return ReportData(folder, data, parse_experiments(read_experiment_texts(data)), **fields)
+    """Return a study and its results."""
+    experiments = parse_experiments(read_experiment_texts(data))
+    variants = describe_variants(experiments, fields.get("paper"))
+    return ReportData(folder, data, experiments, variants=variants, **fields)
 
 
 def report_of(
@@ -280,8 +283,7 @@ def test_maps_are_titled_by_what_tells_them_apart() -> None:
 def test_facts_may_be_absent() -> None:
     assert format_timing({}) == ""
     assert (
-        dict(summarize_setup(study({"mine": [1]}), {"mine": load("evo/A")}, {}, PAPER))["seed"]
-        == "7"
+        dict(summarize_setup(study({"mine": [1]}), {"mine": load("evo/A")}, {}, {}))["seed"] == "7"
     )
     assert select_open_choices([], {}) == []
 
