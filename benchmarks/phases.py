@@ -20,7 +20,6 @@ from baldwinlab.engine.reference import as_pointer
 from baldwinlab.engine.simd import WIDTH, get, put, simd_block
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
-from baldwinlab.models.miniworld.allocation import list_hooks
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.items import eat_items
@@ -31,6 +30,7 @@ from baldwinlab.models.miniworld.senses.perception import (
     mark_agents_near_regions,
     perceive,
 )
+from baldwinlab.models.miniworld.state_arrays import list_hooks
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.bodies import choose_action
 from baldwinlab.parts.learning_rules import learn

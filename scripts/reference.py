@@ -13,6 +13,7 @@ import baldwinlab
 from baldwinlab import papers
 from baldwinlab.cli.options import app
 from baldwinlab.core import variables
+from baldwinlab.core.assay_variables import ASSAY_VARIABLES
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.papers.claims import COMMON_MEASURES, RULES
@@ -201,7 +202,7 @@ If agents can die, a trace has `alive`. With [species](../explanation/species.md
 `NAME_eaten` for each species that others eat, and the names in the attribute `species_names`.
 
 {table_of_variables({"alive": variables.ALIVE_IN_STEP, "species": variables.SPECIES_IN_TRACE})}"""
-    for assay, measured in variables.ASSAY_VARIABLES.items():
+    for assay, measured in ASSAY_VARIABLES.items():
         text += f"""
 ## Assay {assay}
 

@@ -16,6 +16,7 @@ import baldwinlab
 from baldwinlab import papers, parts
 from baldwinlab.cli import COMMANDS
 from baldwinlab.core import variables
+from baldwinlab.core.assay_variables import ASSAY_VARIABLES
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.experiment import Experiment, registry, validate
 from baldwinlab.experiment.class_builder import choosing_fields
@@ -207,7 +208,7 @@ def test_every_recorded_variable_is_on_its_page(site: Path) -> None:
         variables.RUN_VARIABLES,
         variables.RECORD_VARIABLES,
         variables.TRACE_VARIABLES,
-        *variables.ASSAY_VARIABLES.values(),
+        *ASSAY_VARIABLES.values(),
     ):
         for name, variable in group.items():
             assert name in text and variable.meaning in text, name

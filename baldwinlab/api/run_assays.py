@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from baldwinlab.api.interruptions import report_progress_on_error
 from baldwinlab.api.run_options import RunOptions, exclude_remote_memory
 from baldwinlab.core import console
+from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.core.errors import ArgumentError, require_positive
 from baldwinlab.core.file_writing import require_writable_path
 from baldwinlab.core.resources import require_resources
-from baldwinlab.core.variables import FORKS
 from baldwinlab.studies.assays import fork
 from baldwinlab.studies.assays.catalog import not_applicable_reasons
 from baldwinlab.studies.assays.memory import estimate_assays

@@ -131,8 +131,9 @@ class Study(StudyExports):
         Returns
         -------
         xarray.Dataset
-            The variables of `baldwinlab.core.variables.ASSAY_VARIABLES[name]`. Without `condition`
-            it has the dimension `condition`, with the conditions to which the assay applies.
+            The variables of `baldwinlab.core.assay_variables.ASSAY_VARIABLES[name]`. Without
+            `condition` it has the dimension `condition`, with the conditions to which the assay
+            applies.
 
         Raises
         ------

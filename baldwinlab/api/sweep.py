@@ -18,7 +18,7 @@ from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.simulation.memory import estimate_tables
-from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep, require_same_size
+from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep
 from baldwinlab.studies.sweeps.file import read_sweep, validate_sweep
 
 
@@ -88,7 +88,6 @@ def sweep(
         content = path.read_bytes()
     directory = Path("results") / path.stem if out is None else parse_location(out)
     points = expand_sweep(design, path)
-    require_same_size(directory, points)
     console.info_if_any(describe_too_few_runs(design, len(points)))
     request = StudyRequest(
         points,

@@ -19,8 +19,8 @@ from baldwinlab.cli.options import (
     Workers,
     load_parts,
 )
+from baldwinlab.core.assay_variables import FORKS, POPULATION
 from baldwinlab.core.errors import ArgumentError
-from baldwinlab.core.variables import FORKS, POPULATION
 from baldwinlab.studies.assays.catalog import ASSAYS, DEFAULT_ASSAYS
 from baldwinlab.studies.store import StudyStore
 

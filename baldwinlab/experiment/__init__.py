@@ -2,7 +2,8 @@
 
 from baldwinlab.experiment.base import BaseExperiment, assign, validate
 from baldwinlab.experiment.fields import ExperimentError, Fields, merge
-from baldwinlab.experiment.miniworld import Experiment, FoodRegion, World
+from baldwinlab.experiment.miniworld import Experiment
+from baldwinlab.experiment.miniworld_tables import FoodRegion, World
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.tables import NAME_PATTERN, Evolution
 

@@ -11,7 +11,7 @@ from baldwinlab.core.file_writing import write_exclusively
 from baldwinlab.core.files import PARTIAL_SUFFIX, STUDY_FILE_NAME, is_local, require_inside_study
 from baldwinlab.core.output_paths import enclosing_study, is_study
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.factors import CONDITIONS, Factors, StudyKind
+from baldwinlab.experiment.factors import CONDITIONS, SWEEP, Factors, StudyKind
 from baldwinlab.experiment.file import require_files
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.studies import part_sources
@@ -101,7 +101,7 @@ def create_study(
     study = StudyStore(directory)
     if not is_new:
         study.require_parts()
-        _require_same(study, experiments, seed, paper)
+        _require_same(study, experiments, seed, kind, paper)
     return study
 
 
@@ -152,8 +152,14 @@ def _is_study_entry(entry: Path) -> bool:
 
 
 def _require_same(
-    study: StudyStore, experiments: Sequence[Experiment], seed: int, paper: str
+    study: StudyStore, experiments: Sequence[Experiment], seed: int, kind: StudyKind, paper: str
 ) -> None:
+    n_points = len(study.experiments)
+    if study.kind == kind == SWEEP and n_points != len(experiments):
+        raise StudyError(
+            f"{study.directory} holds another sweep: of {n_points} points, not {len(experiments)}; "
+            "choose another --out"
+        )
     where = f"{study.directory} holds another study"
     if study.seed != seed:
         raise StudyError(f"{where}: its seed is {study.seed}, not {seed}; choose another --out")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.core.variables import FORKS
+from baldwinlab.core.assay_variables import FORKS
 from tests.commands import Command
 from tests.small_studies import make_small_study, shorten_preset
 

@@ -11,8 +11,8 @@ import pytest
 
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.api.publish import lab_results
+from baldwinlab.core.assay_variables import UNCHANGED_SETTING
 from baldwinlab.core.netcdf import to_bytes
-from baldwinlab.core.variables import UNCHANGED_SETTING
 from baldwinlab.studies.open import open_runs
 from tests.analysis.assays.artificial_assays import assign_to_study, reaction
 from tests.lab.client import LabServer, get_error, get_json

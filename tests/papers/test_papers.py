@@ -14,7 +14,7 @@ from baldwinlab import papers
 from baldwinlab.analysis.assays.criteria import load_criteria
 from baldwinlab.analysis.statistics.fitness import MEASURES
 from baldwinlab.analysis.statistics.rules import RULES
-from baldwinlab.core.variables import ASSAY_VARIABLES
+from baldwinlab.core.assay_variables import ASSAY_VARIABLES
 from baldwinlab.papers import PaperError, presets
 from baldwinlab.papers.claims import COMMON_MEASURES
 from baldwinlab.papers.claims import RULES as RULE_DESCRIPTIONS

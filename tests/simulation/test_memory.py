@@ -10,14 +10,10 @@ import pytest
 
 import baldwinlab
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.variables import record_variables
 from baldwinlab.experiment import BaseExperiment, assign
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.models.miniworld.allocation import (
-    iterate_arrays,
-    make_state,
-    state_bytes,
-)
+from baldwinlab.models.miniworld.allocation import make_state, state_bytes
+from baldwinlab.models.miniworld.state_arrays import iterate_arrays
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 from baldwinlab.simulation import memory
@@ -189,15 +185,15 @@ def test_the_estimate_counts_only_the_runs_that_are_simulated_at_the_same_time()
 
 
 def test_a_record_larger_than_the_netcdf_limit_is_refused() -> None:
-    large = shorten_preset().replace(population={"size": 1_000_000}, network={"hidden": [20]})
+    large = shorten_preset().replace(
+        name="mine", population={"size": 1_000_000}, network={"hidden": [20]}
+    )
     with pytest.raises(
         RefusedError,
         match=r"mine: kept_genome would take 2\.7 GiB, and netCDF files hold at most 2 GiB",
     ):
-        memory.require_storable(record_variables(large), memory.dimension_sizes(large), "mine")
-    memory.require_storable(
-        record_variables(shorten_preset()), memory.dimension_sizes(shorten_preset()), "mine"
-    )
+        memory.require_storable_record(large)
+    memory.require_storable_record(shorten_preset())
 
 
 def test_simulate_and_replay_refuse_requests_for_too_much_memory() -> None:

@@ -45,7 +45,7 @@ from baldwinlab.analysis.statistics.sample_sizes import (
     describe_too_few,
     smallest_corrected_p,
 )
-from baldwinlab.core.variables import FORKS
+from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.experiment.factors import Factors

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.statistics import median_interval
-from baldwinlab.core.variables import HISTORIES, REGIMES
+from baldwinlab.core.assay_variables import HISTORIES, REGIMES
 
 MEASURES: Final = {"innate_fitness": "innate fitness", "fitness": "fitness in the regime"}
 QUANTITY_PREFIX: Final = "fork: "

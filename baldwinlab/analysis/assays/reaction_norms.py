@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.assays.values import parse_experiments, read_factors
-from baldwinlab.core.variables import UNCHANGED_SETTING
+from baldwinlab.core.assay_variables import UNCHANGED_SETTING
 from baldwinlab.experiment.paths import short_name
 
 

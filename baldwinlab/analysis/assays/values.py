@@ -1,6 +1,6 @@
 """Quantities of the stored assays, with one value per run.
 
-`baldwinlab.core.variables.ASSAYS` declares the datasets of the assays. The value of a run is an
+`baldwinlab.core.assay_variables` declares the datasets of the assays. The value of a run is an
 average over its agents and, if the assay has generations, over its first or last generations.
 Fitness is the variable `energy`: for MiniWorld, the energy of the items that an agent eats.
 """
@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.assays.fork import compute_effects
-from baldwinlab.core.variables import (
+from baldwinlab.core.assay_variables import (
     EVOLVED_NEWBORNS,
     LIFE_KINDS,
     NEUTRAL_NEWBORNS,

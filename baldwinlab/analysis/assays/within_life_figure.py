@@ -20,7 +20,7 @@ from baldwinlab.analysis.assays.panels import (
 from baldwinlab.analysis.assays.values import Assays, count_steps, parse_generation
 from baldwinlab.analysis.figures.style import LINE_STYLES, MARKERS, SeriesStyle, styled
 from baldwinlab.analysis.palette import NEWBORN_COLORS
-from baldwinlab.core.variables import RANDOM_NEWBORNS
+from baldwinlab.core.assay_variables import RANDOM_NEWBORNS
 
 # Number of time steps to which a meal rate refers.
 RATE_STEPS: Final = 100

@@ -14,15 +14,11 @@ from baldwinlab.engine.reference import as_pointer
 from baldwinlab.engine.simd import get, lanes_in_block, put, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.several_worlds import count_worlds
-from baldwinlab.models.miniworld.allocation import (
-    list_hooks,
-    make_model,
-    make_state,
-    poison_state,
-)
+from baldwinlab.models.miniworld.allocation import make_model, make_state
 from baldwinlab.models.miniworld.birth import init_generation
 from baldwinlab.models.miniworld.regions import eaten_energies
 from baldwinlab.models.miniworld.state import Floats, MiniWorldModel, State
+from baldwinlab.models.miniworld.state_arrays import list_hooks, poison_state
 from baldwinlab.models.miniworld.step import (
     act_and_learn,
     all_agents,

@@ -7,7 +7,7 @@ from typing import Any, Final, Protocol
 
 import numpy.typing as npt
 
-from baldwinlab.core.variables import FORKS
+from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.studies.assays import (
@@ -36,7 +36,7 @@ class Assay(Protocol):
         """Return the number of simulated generations per run."""
 
     def measure(self, sample: Sample) -> Arrays:
-        """Return the variables that `variables.ASSAY_VARIABLES` declares."""
+        """Return the variables that `ASSAY_VARIABLES` declares."""
 
 
 ASSAYS: Mapping[str, Assay] = {

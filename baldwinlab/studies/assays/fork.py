@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.variables import HISTORIES, MODE, REGIMES
+from baldwinlab.core.assay_variables import HISTORIES, MODE, REGIMES
 from baldwinlab.evolution import GenerationKey, Genome, make_founders
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.controls import find_control

@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.variables import LIFE_KINDS
+from baldwinlab.core.assay_variables import LIFE_KINDS
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.studies.assays.sample import Conditions, Sample
 

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from baldwinlab.core import variables
+from baldwinlab.core.assay_variables import ASSAY_VARIABLES, FORKS
 from baldwinlab.core.resources import NO_NEED, Need
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
@@ -111,7 +111,7 @@ def _task_bytes(experiment: Experiment, names: Sequence[str], n_worlds: int) -> 
     if "within-life" in names:
         simulation_bytes *= SAVED_STATES
     descent_bytes = _descent_bytes(experiment) if "descent" in names else 0
-    has_fork = any(name in variables.FORKS for name in names)
+    has_fork = any(name in FORKS for name in names)
     n_datasets = n_worlds * (RUNS_OF_FORK if has_fork else 1)
     # A task measures its assays one after the other.
     return n_datasets * memory.dataset_bytes(experiment) + max(simulation_bytes, descent_bytes)
@@ -132,4 +132,4 @@ def _results_bytes(study: Conditions, condition: str, name: str, n_runs: int) ->
     coordinates = ASSAYS[name].coordinates(study, condition)
     sizes = {"run": n_runs, "agent": study.experiments[condition].population.size}
     sizes |= {dim: len(values) for dim, values in coordinates.items()}
-    return sum(memory.variable_bytes(variables.ASSAY_VARIABLES[name], sizes).values())
+    return sum(memory.variable_bytes(ASSAY_VARIABLES[name], sizes).values())

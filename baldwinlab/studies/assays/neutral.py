@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.variables import LIFE_KINDS, NEUTRAL_NEWBORNS
+from baldwinlab.core.assay_variables import LIFE_KINDS, NEUTRAL_NEWBORNS
 from baldwinlab.evolution import (
     GenerationKey,
     Genome,

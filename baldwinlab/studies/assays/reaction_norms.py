@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.variables import UNCHANGED_SETTING
+from baldwinlab.core.assay_variables import UNCHANGED_SETTING
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.studies.assays.sample import Conditions, OnMap, Sample
 

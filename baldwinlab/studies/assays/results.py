@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab._version import __version__
+from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.core.files import parse_location
-from baldwinlab.core.variables import FORKS
 from baldwinlab.studies.assays.catalog import require_assay_names, why_not_in_study
 from baldwinlab.studies.assays.storage import assay_path, read_assay
 from baldwinlab.studies.records import StudyError
@@ -38,7 +38,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        The variables of `baldwinlab.core.variables.ASSAY_VARIABLES[assay]`.
+        The variables of `baldwinlab.core.assay_variables.ASSAY_VARIABLES[assay]`.
 
     Raises
     ------

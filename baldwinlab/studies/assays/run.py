@@ -16,8 +16,8 @@ import numpy as np
 
 from baldwinlab._version import __version__
 from baldwinlab.core import variables
+from baldwinlab.core.assay_variables import ASSAY_VARIABLES, FORKS
 from baldwinlab.core.netcdf import to_bytes
-from baldwinlab.core.variables import FORKS
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.experiment.toml import to_toml
@@ -231,7 +231,7 @@ def _store_results(
     runs = np.array([run for task, _ in measured for run in task.runs], np.int32)
     agents = np.arange(study.experiments[condition].population.size, dtype=np.int32)
     for name in names:
-        declared = variables.ASSAY_VARIABLES[name]
+        declared = ASSAY_VARIABLES[name]
         arrays = {
             variable: np.concatenate([results[name][variable] for _, results in measured])
             for variable in declared

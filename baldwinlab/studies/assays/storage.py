@@ -8,9 +8,14 @@ from typing import Any, Final, Protocol
 
 import xarray as xr
 
+from baldwinlab.core.assay_variables import (
+    ASSAY_VARIABLES,
+    FORKS,
+    NEUTRAL_NEWBORNS,
+    RANDOM_NEWBORNS,
+)
 from baldwinlab.core.files import ASSAY_FILE, read_bytes
 from baldwinlab.core.netcdf import DamagedError, from_bytes, verify_checksum
-from baldwinlab.core.variables import ASSAY_VARIABLES, FORKS, NEUTRAL_NEWBORNS, RANDOM_NEWBORNS
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.variables import RANDOM_NEWBORNS
+from baldwinlab.core.assay_variables import RANDOM_NEWBORNS
 from baldwinlab.evolution import Genome
 from baldwinlab.simulation.recorder import FirstTime, Series, record_batch
 from baldwinlab.simulation.reevaluation import make_batch

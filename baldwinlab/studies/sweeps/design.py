@@ -26,7 +26,7 @@ from baldwinlab.core.files import parse_location
 from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.experiment.fields import format_faults
-from baldwinlab.experiment.miniworld import MAX_LIFETIME_STEPS
+from baldwinlab.experiment.miniworld_tables import MAX_LIFETIME_STEPS
 from baldwinlab.experiment.paths import short_name
 from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import describe_unused_setting, list_unused_settings
@@ -208,18 +208,6 @@ def _require_effect(sweep: Sweep, points: Sequence[Experiment], path: Path) -> N
             for key, field in unused_everywhere.items()
         ]
         raise ExperimentError(format_faults(faults))
-
-
-def require_same_size(directory: Path, points: Sequence[Experiment]) -> None:
-    """Raise StudyError if the directory holds a sweep with a different number of points."""
-    if not (directory / SWEEP_FILE_NAME).exists():
-        return
-    n_stored_points = len(StudyStore(directory).experiments)
-    if n_stored_points != len(points):
-        raise StudyError(
-            f"{directory} holds another sweep: of {n_stored_points} points, not {len(points)}; "
-            "choose another --out"
-        )
 
 
 def open_sweep(directory: str | Path) -> xr.Dataset:

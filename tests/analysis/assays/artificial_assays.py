@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from baldwinlab.core.variables import ASSAY_VARIABLES, LIFE_KINDS, make_dataset
-from baldwinlab.core.variables import NEUTRAL_NEWBORNS as NEWBORNS_COMPARED
+from baldwinlab.core.assay_variables import ASSAY_VARIABLES, LIFE_KINDS
+from baldwinlab.core.assay_variables import NEUTRAL_NEWBORNS as NEWBORNS_COMPARED
+from baldwinlab.core.variables import make_dataset
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import to_toml

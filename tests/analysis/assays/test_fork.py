@@ -12,7 +12,8 @@ import xarray as xr
 from baldwinlab.analysis.assays.analysis import evaluate_assays
 from baldwinlab.analysis.assays.fork import MEASURES, compute_effects, estimate_effects
 from baldwinlab.analysis.assays.section import make_section, tabulate_fork
-from baldwinlab.core.variables import ASSAY_VARIABLES, HISTORIES, REGIMES, make_dataset
+from baldwinlab.core.assay_variables import ASSAY_VARIABLES, HISTORIES, REGIMES
+from baldwinlab.core.variables import make_dataset
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import factors, load
 from tests.analysis.assays import artificial_assays

@@ -12,8 +12,8 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.analysis.assays.fork import ForkEffect, estimate_effects
+from baldwinlab.core.assay_variables import FORKS, MODE, POPULATION
 from baldwinlab.core.errors import ArgumentError
-from baldwinlab.core.variables import FORKS, MODE, POPULATION
 from baldwinlab.evolution import GenerationKey, make_founders
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baldwinlab.core.variables import ASSAY_VARIABLES as DECLARED
-from baldwinlab.core.variables import FORKS
+from baldwinlab.core.assay_variables import ASSAY_VARIABLES as DECLARED
+from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu
 from baldwinlab.studies.assays.catalog import ASSAYS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.core.variables import LIFE_KINDS
+from baldwinlab.core.assay_variables import LIFE_KINDS
 from baldwinlab.studies.assays.catalog import ASSAYS
 from baldwinlab.studies.assays.sample import Sample
 from tests.small_studies import make_small_study, shorten_preset

@@ -18,11 +18,7 @@ from baldwinlab.evolution.founders import list_module_purposes
 from baldwinlab.evolution.inheritance import Darwinian
 from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.registry import table_name
-from baldwinlab.models.miniworld.allocation import (
-    list_hooks,
-    make_model,
-    make_state,
-)
+from baldwinlab.models.miniworld.allocation import make_model, make_state
 from baldwinlab.models.miniworld.backends import browser
 from baldwinlab.models.miniworld.backends.browser_arguments import (
     MEASURED_NAMES,
@@ -46,6 +42,7 @@ from baldwinlab.models.miniworld.backends.browser_leaves import (
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
 from baldwinlab.models.miniworld.regions import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import ARRAYS
+from baldwinlab.models.miniworld.state_arrays import list_hooks
 from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.lifetimes import records_class
 from baldwinlab.parts.networks import Network

@@ -14,14 +14,13 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.allocation import (
     choose_population,
-    list_hooks,
     list_recorders,
     make_model,
     make_state,
-    poison_state,
 )
 from baldwinlab.models.miniworld.lookup import choose_lookup
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
+from baldwinlab.models.miniworld.state_arrays import list_hooks, poison_state
 from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simultaneous
 from baldwinlab.models.miniworld.world_layout import make_world_layout
 

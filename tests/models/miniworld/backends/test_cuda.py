@@ -22,13 +22,10 @@ from baldwinlab.engine.gpu import without_contraction
 from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.several_worlds import count_worlds
-from baldwinlab.models.miniworld.allocation import (
-    make_model,
-    make_state,
-    named_arrays,
-)
+from baldwinlab.models.miniworld.allocation import make_model, make_state
 from baldwinlab.models.miniworld.backends import cpu, cuda, cuda_kernels
 from baldwinlab.models.miniworld.backends.choice import MIN_GPU_WORLDS, Batch, choose_backend
+from baldwinlab.models.miniworld.state_arrays import named_arrays
 from baldwinlab.parts import load_file
 from baldwinlab.parts.loading import load_text
 from tests.worlds import make_small_experiment

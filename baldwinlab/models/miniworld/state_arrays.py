@@ -1,0 +1,86 @@
+"""Arrays and hooks of an allocated state and its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.engine import poison
+from baldwinlab.engine.phases import Array, hook_functions
+from baldwinlab.models.miniworld.state import ARRAYS, ARRAYS_OF_CALLER, State
+
+
+def iterate_arrays(state: Any) -> Iterator[npt.NDArray[Any]]:
+    """Yield every array of a state and its parts, always in the same order."""
+    for entry in state:
+        if isinstance(entry, np.ndarray):
+            yield entry
+        elif isinstance(entry, tuple):
+            yield from iterate_arrays(entry)
+
+
+def poison_state(state: State, agents: int) -> None:
+    """Poison the arrays that a lifetime must write before it reads them.
+
+    The lanes after the last of `agents` agents are not poisoned.
+    """
+    if poison.is_on():
+        lanes = slice(agents)
+        selection = {"agent": (..., lanes), "lane": (lanes,), "world": (), "batch": ()}
+        for holder, arrays in array_holders(state).values():
+            for name, array in arrays.items():
+                is_set_by_caller = holder is state and name in ARRAYS_OF_CALLER
+                if array.fill is None and not is_set_by_caller:
+                    poison.fill(getattr(holder, name)[selection[array.owner]])
+
+
+def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
+    """Return the state and its parts with their declared arrays, by name prefix."""
+    holders: dict[str, tuple[Any, Mapping[str, Array]]] = {"": (state, ARRAYS)}
+    fields = ("lookup", "network", "rule", "body", "senses", "features", "recorders", "population")
+    for name in fields:
+        value = getattr(state, name)
+        parts = value if name in ("senses", "features", "recorders") else [value]
+        for number, part in enumerate(parts):
+            arrays = type(part).part.arrays
+            holders[f"{name}[{number}]."] = (
+                part,
+                {key: array for key, array in arrays.items() if array.owner != "run"},
+            )
+    return holders
+
+
+def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArray[Any]]:
+    """Return copies of all arrays by name, for the first worlds of a batch.
+
+    The worlds and lanes of the padding are left out.
+    """
+    lanes = slice(worlds * agents)
+    selection = {"agent": (..., lanes), "lane": (lanes,), "world": (slice(worlds),), "batch": ()}
+    return {
+        f"{prefix}{name}": getattr(holder, name)[selection[array.owner]].copy()
+        for prefix, (holder, arrays) in array_holders(state).items()
+        for name, array in arrays.items()
+    }
+
+
+def list_hooks(state: State) -> tuple[Any, ...]:
+    """Return the types of the parts of a state, and their hooks, which the step compiles."""
+    parts = [
+        state.lookup,
+        state.network,
+        state.rule,
+        state.body,
+        *state.senses,
+        *state.features,
+        *state.recorders,
+        state.population,
+    ]
+    # Fields of parts can contain further parts.
+    parts += [value for part in parts for value in part if hasattr(type(value), "part")]
+    return tuple(
+        value for part in parts for value in (type(part), *hook_functions(type(part).part))
+    )
