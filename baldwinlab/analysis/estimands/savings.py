@@ -18,7 +18,7 @@ import xarray as xr
 
 from baldwinlab.analysis.assays.values import count_steps, parse_generation
 from baldwinlab.analysis.estimands.windows import split_ends
-from baldwinlab.core.variables import RANDOM_NEWBORNS
+from baldwinlab.core.assay_variables import RANDOM_NEWBORNS
 
 FINAL_SHARE: Final = 0.9
 
