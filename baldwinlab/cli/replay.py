@@ -141,7 +141,7 @@ def replay(
     _write_trace(trace, experiment, out)
     console.info(
         f"{out}: {experiment.lifetime.steps} steps, {trace.sizes['agent']} agents, "
-        f"{int(trace.eaten.sum())} items eaten"
+        f"{int(trace.eaten.sum())} {trace.eaten.attrs['units']} eaten"
     )
 
 

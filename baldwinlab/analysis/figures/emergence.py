@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -174,7 +175,12 @@ def _draw_species_ends(
     is_dead = last_steps < trace.sizes["step"] - 1
     handles = []
     for number, symbol in enumerate(symbols):
-        style = {"color": symbol.fill, "marker": SHAPE_MARKERS[symbol.shape], "lw": 0, "ms": 4}
+        style: dict[str, Any] = {
+            "color": symbol.fill,
+            "marker": SHAPE_MARKERS[symbol.shape],
+            "lw": 0,
+            "ms": 4,
+        }
         for selected, face in ((~is_dead, symbol.fill), (is_dead, "white")):
             is_drawn = selected & (numbers == number)
             axes.plot(x[is_drawn], y[is_drawn], **style, mfc=face, zorder=3)
