@@ -35,6 +35,6 @@ def test_a_report_reads_each_run_once_and_stores_the_results_of_all_runs(
 
     monkeypatch.setattr(StudyStore, "read", count_read)
     sweep.report()
-    assert reads == {("point-0001", 0): 1, ("point-0002", 0): 1}
+    assert reads == {("point-0000", 0): 1, ("point-0001", 0): 1}
     store = StudyStore(sweep.directory)
     assert load_cached_results(store) == compute_results(store)
