@@ -113,8 +113,8 @@ class Study(StudyExports):
         Parameters
         ----------
         name
-            "innate", "neutral", "within-life", "modules", "reaction", "descent", "fork" or
-            "fork-mode".
+            "innate", "neutral", "within-life", "modules", "reaction", "descent", "opponents",
+            "fork" or "fork-mode".
         condition
             Name of a condition. By default all conditions.
         generations

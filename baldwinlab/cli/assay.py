@@ -21,7 +21,7 @@ from baldwinlab.cli.options import (
 )
 from baldwinlab.core.assay_variables import FORKS, POPULATION
 from baldwinlab.core.errors import ArgumentError
-from baldwinlab.studies.assays.catalog import ASSAYS, DEFAULT_ASSAYS
+from baldwinlab.studies.assays.catalog import ASSAYS, DEFAULT_ASSAYS, NAMED_ASSAYS
 from baldwinlab.studies.store import StudyStore
 
 # The name of the assay, by the start of its branches.
@@ -34,7 +34,7 @@ def assay(
     *names: Annotated[
         str,
         Parameter(
-            help=f"Assays: {', '.join(ASSAYS)}. By default all except {' and '.join(FORKS)}."
+            help=f"Assays: {', '.join(ASSAYS)}. By default all except {', '.join(NAMED_ASSAYS)}."
         ),
     ],
     assays: Annotated[
@@ -62,8 +62,9 @@ def assay(
     """Simulate the stored genomes of a study under changed conditions, and measure what they do.
 
     For example, `innate` switches learning off. `fork` evolves populations further, with learning
-    on and off. The results are written to assays/ in the directory of the study, and its report is
-    written again. Stored assays are not repeated.
+    on and off. In `opponents`, earlier generations of two species meet. The results are written to
+    assays/ in the directory of the study, and its report is written again. Stored assays are not
+    repeated.
 
     For example:
 

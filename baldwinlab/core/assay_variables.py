@@ -80,9 +80,19 @@ ASSAY_VARIABLES: Mapping[str, Mapping[str, Variable]] = {
             "effective number of founders: 1 / sum of squared shares in the gene pool",
         ),
     },
+    "opponents": {
+        "energy": Variable(
+            ("run", "first_generation", "second_generation", "species"),
+            np.float64,
+            "energy",
+            "mean fitness of the agents of a species when these generations meet",
+        ),
+    },
     "fork": _FORK_VARIABLES,
     "fork-mode": _FORK_VARIABLES,
 }
+# Assay of two species, which does not concern the Baldwin effect.
+OPPONENTS = "opponents"
 # Assays that evolve populations further, and the start of their branches.
 POPULATION = "population"
 MODE = "mode"

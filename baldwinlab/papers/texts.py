@@ -23,9 +23,17 @@ DEFAULT_FIGURES: tuple[Figure, ...] = (
     "maps",
 )
 Assay = Literal[
-    "innate", "neutral", "within-life", "modules", "reaction", "descent", "fork", "fork-mode"
+    "innate",
+    "neutral",
+    "within-life",
+    "modules",
+    "reaction",
+    "descent",
+    "opponents",
+    "fork",
+    "fork-mode",
 ]
-# Without the assays that evolve populations further, which take longer.
+# Without the assays that simulate many generations.
 DEFAULT_ASSAYS: tuple[Assay, ...] = (
     "innate",
     "neutral",

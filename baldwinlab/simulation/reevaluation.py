@@ -15,6 +15,7 @@ import xarray as xr
 
 from baldwinlab.core.variables import as_record
 from baldwinlab.evolution import (
+    Fitness,
     GenerationKey,
     Genome,
     make_generation,
@@ -22,7 +23,8 @@ from baldwinlab.evolution import (
     needs_simulation,
 )
 from baldwinlab.evolution.genes import trim_genomes
-from baldwinlab.evolution.species import SpeciesIndices, count_agents
+from baldwinlab.evolution.species import SpeciesIndices, count_agents, list_initial_species
+from baldwinlab.evolution.species_breeding import compute_species_fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models import make_simulator
@@ -32,6 +34,7 @@ from baldwinlab.models.miniworld.lifetimes import collect_results
 from baldwinlab.models.miniworld.species import split_genomes
 from baldwinlab.models.miniworld.world_layout import agents_of_world
 from baldwinlab.parts import model_part
+from baldwinlab.parts.lifetimes import lifetimes_of_run
 from baldwinlab.simulation.replay import recompute_genomes, require_simulated
 
 
@@ -81,6 +84,44 @@ def reevaluate(
     results = make_simulator(experiment, seed, runs).simulate(generation, genomes)
     settings = experiment.at(generation)
     return _make_outcomes(settings, results, genomes)
+
+
+def reevaluate_species(
+    experiment: BaseExperiment, seed: int, runs: Sequence[int], generation: int, genomes: Genome
+) -> Fitness:
+    """Simulate complete lifetimes of genomes of several species in the worlds of a generation.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The settings. The species evolve separately, so their sizes are those of the settings.
+    seed : int
+        Seed of the study.
+    runs : sequence of int
+        Numbers of the runs.
+    generation : int
+        Number of the generation.
+    genomes : Genome
+        Genomes, [run, agent, module, weight], species after species.
+
+    Returns
+    -------
+    Fitness
+        Fitness [run, agent], each by the fitness part of its species.
+    """
+    species = list_initial_species(experiment)
+    sizes = count_agents(species, len(experiment.population.species))
+    sizes_of_runs = np.tile(sizes, (len(runs), 1))
+    simulator = make_simulator(experiment, seed, runs)
+    results = simulator.simulate(generation, genomes, sizes_of_runs)
+    settings = experiment.at(generation)
+    lifetimes_of_runs = [
+        lifetimes_of_run(settings, results, run_index, genome, species)
+        for run_index, genome in enumerate(genomes)
+    ]
+    return np.stack(
+        [compute_species_fitness(settings, lifetimes) for lifetimes in lifetimes_of_runs]
+    )
 
 
 def make_batch(

@@ -15,7 +15,7 @@ from baldwinlab.core.variables import record_variables
 from baldwinlab.evolution import GenerationKey, make_founders
 from baldwinlab.evolution.species import derive_seed
 from baldwinlab.simulation.history import History
-from baldwinlab.simulation.reevaluation import reevaluate, restore_genomes
+from baldwinlab.simulation.reevaluation import reevaluate, reevaluate_species, restore_genomes
 from baldwinlab.simulation.simulate import continue_histories, simulate, simulate_batch
 from baldwinlab.studies.assays.catalog import why_not_applicable
 
@@ -139,6 +139,13 @@ def test_another_simulation_of_stored_agents_with_species_is_refused() -> None:
     genomes = make_founders(NEEDLE, GenerationKey(0, 0, 0))[None]
     with pytest.raises(RefusedError, match="has several species"):
         reevaluate(NEEDLE, 0, [0], 0, genomes)
+
+
+def test_another_simulation_of_separate_species_gives_the_stored_fitness() -> None:
+    runs = [simulate(NEEDLE, seed=2, run=run) for run in (3, 0)]
+    genomes = np.stack([run["genome"].values[5] for run in runs])
+    fitness = reevaluate_species(NEEDLE, 2, [3, 0], 5, genomes)
+    np.testing.assert_array_equal(fitness, [run["energy"].values[5] for run in runs])
 
 
 @pytest.mark.parametrize("name", ["innate", "neutral", "fork", "modules"])

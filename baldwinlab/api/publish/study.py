@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
+from baldwinlab.analysis.assays import opponents_section
 from baldwinlab.analysis.assays import section as assays_section
 from baldwinlab.analysis.assays.analysis import Analysis, evaluate_assays
 from baldwinlab.analysis.assays.learner_comparison import compare_learners
@@ -34,6 +35,7 @@ from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.multiverse import MULTIVERSE_FILE, MULTIVERSE_FOLDERS
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.api.publish.sweep import publish_sweep
+from baldwinlab.core.assay_variables import OPPONENTS
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.models.miniworld.appearance import describe_appearance
@@ -127,8 +129,12 @@ def _write_report(
     """Write the report with the assays and the multiverse that are stored now."""
     study = plan.study
     assays = storage.read_assays(study)
+    opponents = assays.pop(OPPONENTS, {})
     analysis = evaluate_assays(assays, plan.last) if assays else None
     sections = _extra_sections(plan, assays, analysis, standard)
+    if opponents:
+        figure_folder = study.directory / "figures"
+        sections.append(opponents_section.make_section(opponents, figure_folder))
     summary = _summarize_learners(plan, report.results, analysis)
     write_report(study.directory, template_values, plan.out, sections, summary)
 

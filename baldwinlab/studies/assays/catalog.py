@@ -7,7 +7,7 @@ from typing import Any, Final, Protocol
 
 import numpy.typing as npt
 
-from baldwinlab.core.assay_variables import FORKS
+from baldwinlab.core.assay_variables import FORKS, OPPONENTS
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.studies.assays import (
@@ -16,6 +16,7 @@ from baldwinlab.studies.assays import (
     innate,
     modules,
     neutral,
+    opponents,
     reaction_norms,
     within_life,
 )
@@ -46,10 +47,13 @@ ASSAYS: Mapping[str, Assay] = {
     "modules": modules,
     "reaction": reaction_norms,
     "descent": descent,
+    OPPONENTS: opponents,
 } | {name: fork.Fork(start) for name, start in FORKS.items()}
 
-# The assays that a command measures unless it names others. Forks simulate many generations.
-DEFAULT_ASSAYS: Final = tuple(name for name in ASSAYS if name not in FORKS)
+# The assays that a command measures unless it names others. Those that are named simulate many
+# generations.
+NAMED_ASSAYS: Final = (OPPONENTS, *FORKS)
+DEFAULT_ASSAYS: Final = tuple(name for name in ASSAYS if name not in NAMED_ASSAYS)
 
 
 def get_assay(name: str, generations: int) -> Assay:
@@ -75,6 +79,8 @@ def why_not_applicable(name: str, condition: str, experiments: Mapping[str, Base
             f"the assay {name} simulates complete lifetimes of stored genomes, "
             "but newborns replace agents during life in this experiment"
         )
+    if name == OPPONENTS:
+        return opponents.find_obstacle(experiment)
     if experiment.population.species and name != "descent":
         return f"the assay {name} needs a population without species, and {condition} has several"
     if name in ("innate", "descent"):

@@ -30,8 +30,8 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     directory
         The directory of a study, or a URL that fsspec can open.
     assay
-        "innate", "neutral", "within-life", "modules", "reaction", "descent", "fork" or
-        "fork-mode".
+        "innate", "neutral", "within-life", "modules", "reaction", "descent", "opponents",
+        "fork" or "fork-mode".
     condition
         Name of a condition.
 

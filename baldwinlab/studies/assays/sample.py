@@ -15,7 +15,12 @@ from baldwinlab.core.variables import STOP_ATTRIBUTE
 from baldwinlab.evolution import GenerationKey, Genome, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
-from baldwinlab.simulation.reevaluation import Outcomes, reevaluate, restore_genomes
+from baldwinlab.simulation.reevaluation import (
+    Outcomes,
+    reevaluate,
+    reevaluate_species,
+    restore_genomes,
+)
 from baldwinlab.studies.records import StudyError, record_path
 
 # Fitness [run, agent], which files and variables call energy.
@@ -105,6 +110,12 @@ class Sample:
         outcomes = reevaluate(experiment, self.seed, self.runs, generation, genomes)
         self.report_generation()
         return outcomes
+
+    def simulate_species(self, generation: int, genomes: Genome) -> Energy:
+        """Simulate genomes of several species in the worlds of a generation, return the energy."""
+        energy = reevaluate_species(self.experiment, self.seed, self.runs, generation, genomes)
+        self.report_generation()
+        return energy
 
     def simulate_as_evolved(self, generation: int, genomes: Genome) -> Outcomes:
         """Simulate a generation as in the study.

@@ -1,0 +1,90 @@
+"""Assay of opponents: stored generations of two species meet, each of one with each of the other.
+
+The fitness of a species depends on the other species, which evolves too. Progress is visible only
+against opponents that are the same: those of earlier generations.
+
+References
+----------
+.. [1] D. Cliff and G. F. Miller, "Tracking the Red Queen: measurements of adaptive progress in
+   co-evolutionary simulations", ECAL 1995: current individuals against ancestral opponents.
+.. [2] D. Floreano and S. Nolfi, "God save the Red Queen! Competition in co-evolutionary robotics",
+   Genetic Programming 1997: the tournament between all generations.
+.. [3] S. Nolfi and D. Floreano, "Coevolving predator and prey robots: do arms races arise in
+   artificial evolution?", Artificial Life 4 (1998).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import product
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.species import ACROSS
+from baldwinlab.studies.assays.sample import Conditions, Sample
+
+N_GENERATIONS: Final = 5
+"""Maximum number of generations of each species that meet."""
+N_WORLDS: Final = 3
+"""Number of worlds in which two generations meet."""
+
+
+def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
+    experiment = study.experiments[condition]
+    generations = np.array(assayed_generations(experiment), np.int32)
+    return {
+        "first_generation": generations,
+        "second_generation": generations,
+        "species": [species.name for species in experiment.population.species],
+    }
+
+
+def count_lives(study: Conditions, condition: str) -> int:
+    n_generations = len(assayed_generations(study.experiments[condition]))
+    # The last generation is simulated as in the study, too.
+    return 1 + n_generations**2 * N_WORLDS
+
+
+def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+    """Measure `energy` [run, first generation, second generation, species]."""
+    generations = assayed_generations(sample.experiment)
+    genomes = [sample.genomes(generation) for generation in generations]
+    last = generations[-1]
+    sample.require_stored_energy(last, sample.simulate_species(last, genomes[-1]))
+    size, _ = (species.size for species in sample.experiment.population.species)
+    n_generations = len(generations)
+    energy = np.empty((len(sample.runs), n_generations, n_generations, 2))
+    for first, second in product(range(n_generations), repeat=2):
+        meeting = np.concatenate([genomes[first][:, :size], genomes[second][:, size:]], axis=1)
+        # No generation of the runs has used these worlds.
+        first_world = sample.experiment.evolution.generations
+        worlds = range(first_world, first_world + N_WORLDS)
+        fitness = np.mean([sample.simulate_species(world, meeting) for world in worlds], axis=0)
+        energy[:, first, second, 0] = fitness[:, :size].mean(axis=1)
+        energy[:, first, second, 1] = fitness[:, size:].mean(axis=1)
+    return {"energy": energy}
+
+
+def assayed_generations(experiment: BaseExperiment) -> list[int]:
+    """Return the first, the last, and generations between them whose genomes are stored."""
+    last = experiment.evolution.generations - 1
+    every = experiment.record.genome_every
+    n_intervals = N_GENERATIONS - 1
+    positions = [last * interval // n_intervals for interval in range(n_intervals)]
+    return sorted({*(position // every * every for position in positions), last})
+
+
+def find_obstacle(experiment: BaseExperiment) -> str:
+    """Return a sentence that says why the assay is not applicable; "" if it is applicable."""
+    if not isinstance(experiment, Experiment):
+        return f"the assay opponents needs the model miniworld, not {experiment.model}"
+    is_separate = experiment.evolution.compete != ACROSS
+    if len(experiment.population.species) != 2 or not is_separate:
+        return (
+            "the assay opponents needs two species that evolve separately "
+            '(evolution.compete = "within")'
+        )
+    return ""

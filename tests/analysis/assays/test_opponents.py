@@ -1,0 +1,117 @@
+"""Comparisons of generations of two species, for artificial assays with a known result."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from baldwinlab.analysis.assays.opponents import (
+    HIGHER,
+    LOWER,
+    UNDECIDED,
+    compare_generations,
+    compose_sentences,
+    list_matrices,
+)
+from baldwinlab.analysis.assays.opponents_section import draw_matrices, make_section
+from baldwinlab.analysis.report.phrases import format_number
+from baldwinlab.core.assay_variables import ASSAY_VARIABLES, OPPONENTS
+from baldwinlab.core.variables import make_dataset
+
+GENERATIONS = (0, 10, 20)
+RUNS = 12
+
+
+def make_opponents(
+    predators: float, prey: float, generations: tuple[int, ...] = GENERATIONS
+) -> xr.Dataset:
+    """Return an assay in which a generation of a species adds an amount to its own fitness.
+
+    A generation of prey subtracts 0.5 from the fitness of predators.
+    """
+    noise = np.random.default_rng(1).normal(scale=0.01, size=(RUNS, *[len(generations)] * 2, 2))
+    steps = np.arange(len(generations))
+    energy = 5 + noise
+    energy[..., 0] += predators * steps[:, None] - 0.5 * steps
+    energy[..., 1] += prey * steps
+    data = make_dataset(ASSAY_VARIABLES[OPPONENTS], {"energy": energy}, {})
+    return data.assign_coords(
+        run=np.arange(RUNS),
+        first_generation=list(generations),
+        second_generation=list(generations),
+        species=["predators", "prey"],
+    )
+
+
+def find_differences(data: xr.Dataset) -> list[str]:
+    return [test.difference for test in compare_generations({"both": data})]
+
+
+def test_a_species_that_evolves_is_better_than_its_founders_against_the_same_opponents() -> None:
+    against_first, against_last, last_against_both, *_ = find_differences(make_opponents(1, 0))
+    assert (against_first, against_last) == (HIGHER, HIGHER)
+    assert last_against_both == LOWER
+
+
+def test_each_species_is_compared_by_its_own_generation() -> None:
+    predators, prey = list_matrices(make_opponents(1, 2))
+    assert (predators.opponents, prey.opponents) == ("prey", "predators")
+    gains = prey.fitness.sel(own=20) - prey.fitness.sel(own=0)
+    np.testing.assert_allclose(gains, 4, atol=0.1)
+    losses = predators.fitness.sel(opponent=20) - predators.fitness.sel(opponent=0)
+    np.testing.assert_allclose(losses, -1, atol=0.1)
+
+
+def test_generations_that_do_not_differ_are_undecided() -> None:
+    *_, prey_against_first, prey_against_last, prey_against_both = find_differences(
+        make_opponents(1, 0)
+    )
+    assert {prey_against_first, prey_against_last, prey_against_both} == {UNDECIDED}
+
+
+def test_the_comparisons_of_all_conditions_are_one_family() -> None:
+    data = make_opponents(1, 0.004)
+    (first_test, *_) = (test for test in compare_generations({"a": data}) if test.pairs.p < 1e-3)
+    among_others = compare_generations(dict.fromkeys("abcdefgh", data))[0]
+    assert among_others.pairs == first_test.pairs
+    assert among_others.p_holm > first_test.p_holm
+
+
+def test_one_generation_has_no_comparison() -> None:
+    assert compare_generations({"single": make_opponents(1, 1, (0,))}) == []
+
+
+def test_sentences_name_the_conditions_of_each_answer() -> None:
+    stored = {"learns": make_opponents(1, 0), "frozen": make_opponents(0, 0)}
+    sentences = compose_sentences(compare_generations(stored))
+    assert len(sentences) == 6
+    assert sentences[0] == (
+        "Fitness of predators of generation 20 compared with generation 0, against prey of "
+        "generation 0: higher in learns; undecided in frozen."
+    )
+
+
+def test_the_figure_has_the_median_of_each_meeting() -> None:
+    data = make_opponents(1, 2)
+    predators, prey = draw_matrices({"both": data}).axes
+    assert predators.get_title(loc="left") == "both: predators"
+    assert prey.get_xlabel() == "generation of predators"
+    (last_prey_against_founders,) = (
+        text.get_text() for text in prey.texts if text.get_position() == (0, 2)
+    )
+    meeting = data.energy.sel(species="prey", first_generation=0, second_generation=20)
+    assert last_prey_against_founders == format_number(float(meeting.median()))
+
+
+@pytest.mark.parametrize("generations", [GENERATIONS, (0,)])
+def test_the_section_has_the_answers_and_the_figure(
+    tmp_path: Path, generations: tuple[int, ...]
+) -> None:
+    section = make_section({"both": make_opponents(1, 0, generations)}, tmp_path)
+    has_tests = len(generations) > 1
+    assert ("predators of generation 20 compared with" in section.body) == has_tests
+    assert ("higher in both" in section.summary) == has_tests
+    assert {path.suffix for path in tmp_path.iterdir()} == {".svg", ".png", ".csv"}
