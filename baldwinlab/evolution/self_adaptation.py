@@ -10,8 +10,8 @@ the mean of the step sizes instead.
 References
 ----------
 .. [1] H.-P. Schwefel, Numerical Optimization of Computer Models (1981): inherited step sizes.
-.. [2] T. Bäck and H.-P. Schwefel, "An overview of evolutionary algorithms for parameter
-   optimization", Evolutionary Computation 1 (1993): the learning rate 1 / sqrt(2 n), for n weights.
+.. [2] H.-G. Beyer, "Evolution strategies", Scholarpedia 2 (2007): one step size for n weights, with
+   the learning rate 1 / sqrt(2 n). Eiben and Smith (2015) state 1 / sqrt(n), up to a factor.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class SelfAdaptive(Variation, name="self-adaptive"):
 
     References
     ----------
-    Schwefel 1981; Bäck and Schwefel 1993.
+    Schwefel 1981; Beyer 2007.
     """
 
     initial_step_size: float = Field(

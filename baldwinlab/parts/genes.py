@@ -6,9 +6,9 @@ child inherits each gene from one of its parents, and the gene can mutate.
 References
 ----------
 .. [1] H.-P. Schwefel, Numerical Optimization of Computer Models (1981): log-normal mutation.
-.. [2] T. Bäck and H.-P. Schwefel, "An overview of evolutionary algorithms for parameter
-   optimization", Evolutionary Computation 1 (1993): the size 1 / sqrt(2 n) of a log-normal
-   mutation, for n weights.
+.. [2] H.-G. Beyer, "Evolution strategies", Scholarpedia 2 (2007): the size 1 / sqrt(2 n) of a
+   log-normal mutation, for one step size of n weights. With a step size for each weight, it is the
+   size of the common factor: T. Bäck and H.-P. Schwefel, Evolutionary Computation 1 (1993).
 """
 
 from __future__ import annotations

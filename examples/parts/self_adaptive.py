@@ -1,7 +1,7 @@
 """A variation whose mutations have an inherited step size: the gene `step_size` of the agent.
 
 The gene mutates log-normally before the variation creates the child (Schwefel 1981). By default,
-the size of this mutation is 1 / sqrt(2 n) for n weights (Bäck and Schwefel 1993).
+the size of this mutation is 1 / sqrt(2 n) for n weights (Beyer 2007).
 
     baldwinlab check examples/parts/self_adaptive.py
     baldwinlab run evo/A --part examples/parts/self_adaptive.py \\
