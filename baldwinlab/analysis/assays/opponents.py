@@ -183,5 +183,7 @@ def _list_answers(group: Sequence[GenerationTest]) -> Iterator[str]:
     """Yield each answer to a question with its conditions."""
     for difference in DIFFERENCES:
         conditions = [test.condition for test in group if test.difference == difference]
+        is_unanimous = len(conditions) == len(group) > 1
         if conditions:
-            yield f"{difference} in {', '.join(conditions)}"
+            names = "all conditions" if is_unanimous else ", ".join(conditions)
+            yield f"{difference} in {names}"

@@ -34,7 +34,7 @@ CAPTION: Final = (
     "largest value of the species in all conditions."
 )
 # Text on cells with at least this share of the largest value is white.
-MIN_SHARE_FOR_WHITE_TEXT: Final = 0.6
+MIN_SHARE_FOR_WHITE_TEXT: Final = 0.85
 PANEL_HEIGHT: Final = 2.1
 """Height of the panels of a condition, in inches."""
 

@@ -92,6 +92,7 @@ def test_sentences_name_the_conditions_of_each_answer() -> None:
         "Fitness of predators of generation 20 compared with generation 0, against prey of "
         "generation 0: higher in learns; undecided in frozen."
     )
+    assert sentences[3].endswith("against predators of generation 0: undecided in all conditions.")
 
 
 def test_the_figure_has_the_median_of_each_meeting() -> None:
