@@ -80,9 +80,11 @@ class Samples:
         return {
             comparison.measure
             for comparison in claim.comparisons
-            if comparison.measure not in COMMON_MEASURES
-            and any(self.source.measures(name) is None for name in comparison.conditions)
+            if comparison.measure not in COMMON_MEASURES and self._lacks_model(comparison)
         }
+
+    def _lacks_model(self, comparison: ClaimComparison) -> bool:
+        return any(self.source.measures(name) is None for name in comparison.conditions)
 
     def meaning(self, comparison: ClaimComparison) -> str:
         """Return the meaning of a measure that a model defines, or ""."""
@@ -110,21 +112,18 @@ class Samples:
 
     def model_measures(self) -> list[ModelMeasure]:
         """Return the measures of models that claims use to compare two conditions."""
-        comparisons = {
-            comparison.measure: comparison
-            for claim in self.source.claims
-            for comparison in claim.comparisons
-            if comparison.b and self.meaning(comparison)
-        }
+        meanings = {}
+        for claim in self.source.claims:
+            for comparison in claim.comparisons:
+                meaning = self.meaning(comparison)
+                if comparison.b and meaning:
+                    meanings[comparison.measure] = meaning
         conditions = [str(name) for name in self._data["condition"].values]
-        return [
-            ModelMeasure(
-                name=measure,
-                meaning=self.meaning(comparison),
-                values={condition: self.get(condition, measure).values for condition in conditions},
-            )
-            for measure, comparison in comparisons.items()
-        ]
+        measures = []
+        for name, meaning in meanings.items():
+            values = {condition: self.get(condition, name).values for condition in conditions}
+            measures.append(ModelMeasure(name, meaning, values))
+        return measures
 
     def _measure_model(self, condition: str, measure: str) -> xr.DataArray:
         measures = self.source.measures(condition) or {}

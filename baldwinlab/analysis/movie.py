@@ -163,17 +163,17 @@ def _write_mp4(frames: Iterator[Image.Image], path: Path) -> None:
     except ImportError:
         reason = missing_extra_error("video", "writing .mp4")
         raise MovieError(f"{reason}; .gif and .png need no extra") from None
-    first = next(frames)
+    first_frame = next(frames)
     writer = imageio_ffmpeg.write_frames(
         str(path),
-        first.size,
+        first_frame.size,
         output_params=["-metadata", f"comment={REPLAY_MARK}"],
         fps=FRAMES_PER_SECOND,
         macro_block_size=2,
         ffmpeg_log_level="quiet",
     )
     writer.send(None)
-    writer.send(np.ascontiguousarray(first))
+    writer.send(np.ascontiguousarray(first_frame))
     for frame in frames:
         writer.send(np.ascontiguousarray(frame))
     writer.close()

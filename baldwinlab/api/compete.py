@@ -74,7 +74,7 @@ def compete(
     a, b
         Genome files of `freeze` (.nc), or arrays of NumPy (.npy).
     experiment
-        A preset or an experiment file; the experiment of A, unless given.
+        A preset or an experiment file. The default is the experiment of A.
     map
         Name of a map, which replaces the world of the experiment.
     set
@@ -164,9 +164,9 @@ def _require_same_agents(experiment: BaseExperiment, stored: StoredGenomes, path
     """Raise RefusedError if the agents of B have other settings than those of A."""
     if "experiment" not in stored.origin or not isinstance(experiment, Experiment):
         return
-    second = choose_experiment(stored, path, None)
+    second_experiment = choose_experiment(stored, path, None)
     for table in AGENT_TABLES:
-        if getattr(experiment, table) != getattr(second, table, None):
+        if getattr(experiment, table) != getattr(second_experiment, table, None):
             raise RefusedError(
                 f"the agents of {path} have other settings of {table!r} than those of the first "
                 "file; give the experiment of both with --experiment"
@@ -204,8 +204,8 @@ def _simulate_lives(
     """Return the mean energy of A and of B in each life, [life, competitor]."""
     half = experiment.population.size // 2
     rows = []
-    for first in range(0, lives, CPU.worlds):
-        runs = range(first, min(first + CPU.worlds, lives))
+    for first_life in range(0, lives, CPU.worlds):
+        runs = range(first_life, min(first_life + CPU.worlds, lives))
         # The next agents of a file, [life, agent]. After the last agent, the first one follows.
         agents = np.arange(runs.start * half, runs.stop * half).reshape(len(runs), half)
         half_a = genomes_a[agents % len(genomes_a)]

@@ -88,7 +88,7 @@ def freeze(
         STUDY:CONDITION@GENERATION, with [RUN] at the end for the population of one run. Without it,
         the file has the populations of all stored runs.
     agent
-        Number of an agent, from 0; all agents, unless given.
+        Number of an agent, from 0. The default is all agents.
     out
         The genome file to write, which ends in .nc. It has the genomes at birth, the experiment and
         the origin.
@@ -151,7 +151,9 @@ def encode_population(population: StoredPopulation, agent: int | None = None) ->
     study.require_runs()
     runs = study.runs(condition) if run is None else [run]
     agents = None if agent is None else [agent]
-    genomes = [read_genomes(study, condition, number, generation, agents).values for number in runs]
+    genomes = [
+        read_genomes(study, condition, run_index, generation, agents).values for run_index in runs
+    ]
     origin: dict[str, Any] = {
         "condition": condition,
         "seed": study.seed,

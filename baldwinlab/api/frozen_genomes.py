@@ -103,7 +103,7 @@ def read_frozen(
     path
         A genome file of `freeze` (.nc), or an array of NumPy (.npy).
     experiment
-        A preset or an experiment file; the experiment of the genome file, unless given.
+        A preset or an experiment file. The default is the experiment of the genome file.
     map_name
         Name of a map, which replaces the world of the experiment.
     assignments
@@ -285,8 +285,8 @@ def replay_frozen(
     frozen
         The genomes and their experiment.
     seed, run, generation
-        The random numbers of the lifetime; those of the origin of the genomes, unless given. Of a
-        file with several runs, `run` is required.
+        Key of the random numbers of the lifetime. The default is the origin of the genomes. For
+        a file with several runs, `run` is required.
     world
         Number of a world of the population, from 0.
     force
@@ -305,13 +305,13 @@ def replay_frozen(
     RefusedError
         The model has no world, `run` is missing, or too little memory is free.
     """
-    genome, number = frozen.population(run)
+    genome, run_index = frozen.population(run)
     origin = frozen.origin
     return replay_genomes(
         frozen.experiment,
         genome,
         seed=origin.seed if seed is None else seed,
-        run=number,
+        run=run_index,
         generation=origin.generation if generation is None else generation,
         world=world,
         force=force,

@@ -107,8 +107,8 @@ def reproduce_all(
     """
     load_installed_parts()
     names = list(papers.built_in())
-    for number, name in enumerate(names, 1):
-        console.info(f"{name}, paper {number} of {len(names)}")
+    for paper_number, name in enumerate(names, 1):
+        console.info(f"{name}, paper {paper_number} of {len(names)}")
         has_foragers = are_foragers(papers.load(name).experiments())
         steps_of_paper = steps if has_foragers else None
         directory = Path(folder) / ("paper" if name == papers.DEFAULT_PAPER else name)

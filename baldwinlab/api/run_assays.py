@@ -34,8 +34,8 @@ def run_missing_assays(
     options
         Workers, executor and force.
     generations
-        Number of generations of the branches of a fork, at least 1; 20 unless given, and a stored
-        fork with another number remains.
+        Number of generations of the branches of a fork, at least 1. The default is 20. Without
+        this argument, a stored fork with another number remains.
 
     Raises
     ------

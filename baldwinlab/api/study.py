@@ -312,8 +312,8 @@ class Study(StudyExports):
         return render_study(repr(self), self._store, self.conditions[:MAX_LISTED_CONDITIONS])
 
 
-def _format_run_count(number: int) -> str:
-    return "1 run" if number == 1 else f"{number:,} runs"
+def _format_run_count(n_runs: int) -> str:
+    return "1 run" if n_runs == 1 else f"{n_runs:,} runs"
 
 
 def open_study(directory: str | Path) -> Study:

@@ -40,7 +40,7 @@ PICTURE_DPI: Final = 200
 
 
 class StoredGeneration(NamedTuple):
-    """The numbers of a stored run, of one of its generations and of a world."""
+    """A stored run, with the generation and the world to replay."""
 
     run: int
     generation: int

@@ -66,46 +66,46 @@ def atomic_path(path: Path, *, exclusive: bool = False) -> Iterator[Path]:
     require_inside_study(path)
     with name_file_in_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL_SUFFIX}")
+        partial_path = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL_SUFFIX}")
         try:
-            yield partial
-            if partial.is_file():
-                with partial.open("rb+") as file:
+            yield partial_path
+            if partial_path.is_file():
+                with partial_path.open("rb+") as file:
                     os.fsync(file.fileno())
             if exclusive:
-                _name_exclusively(partial, path)
+                _name_exclusively(partial_path, path)
             else:
-                partial.replace(path)
+                partial_path.replace(path)
         finally:
-            _remove(partial)
+            _remove(partial_path)
 
 
-def _name_exclusively(partial: Path, path: Path) -> None:
+def _name_exclusively(partial_path: Path, path: Path) -> None:
     """Give a file the name `path`; raise FileExistsError if another process has created it."""
     try:
-        os.link(partial, path)
+        os.link(partial_path, path)
     except FileExistsError:
         raise
     except OSError:
         # The file system has no hard links.
         with path.open("xb") as file:
-            file.write(partial.read_bytes())
+            file.write(partial_path.read_bytes())
 
 
-def _remove(partial: Path) -> None:
-    if partial.is_dir():
+def _remove(partial_path: Path) -> None:
+    if partial_path.is_dir():
         # Imported late: it takes a while to load.
         import shutil
 
-        shutil.rmtree(partial, ignore_errors=True)
+        shutil.rmtree(partial_path, ignore_errors=True)
     else:
-        partial.unlink(missing_ok=True)
+        partial_path.unlink(missing_ok=True)
 
 
 def write_atomically(path: Path, content: bytes) -> Path:
     """Write a file completely or not at all. Raise as `atomic_path` does."""
     if is_local(path):
-        with atomic_path(path) as partial, partial.open("xb") as file:
+        with atomic_path(path) as partial_path, partial_path.open("xb") as file:
             file.write(content)
     else:
         with name_file_in_errors(path):
@@ -123,7 +123,7 @@ def write_exclusively(path: Path, content: bytes) -> None:
     FileExistsError if another process has overwritten the file.
     """
     if is_local(path):
-        with atomic_path(path, exclusive=True) as partial, partial.open("xb") as file:
+        with atomic_path(path, exclusive=True) as partial_path, partial_path.open("xb") as file:
             file.write(content)
         return
     conflict = FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))

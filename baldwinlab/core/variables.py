@@ -112,10 +112,10 @@ TIME_SERIES_VARIABLES: Mapping[str, Variable] = {
 
 def window_coordinates(experiment: Any) -> dict[str, Any]:
     """Return the coordinate of the windows of `record.every`; without it, an empty dict."""
-    every = getattr(experiment.record, "every", None)
-    if every is None:
+    interval = getattr(experiment.record, "every", None)
+    if interval is None:
         return {}
-    return {"window": np.arange(0, experiment.steps, every, dtype=np.int32)}
+    return {"window": np.arange(0, experiment.steps, interval, dtype=np.int32)}
 
 
 def record_variables(experiment: Any) -> Mapping[str, Variable]:

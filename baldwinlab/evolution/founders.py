@@ -173,11 +173,11 @@ def draw_normal(key: GenerationKey, purpose: int, genome: Genome, module: int) -
     One call of the random number generator returns the words of `WORDS_PER_CALL` weights.
     """
     for agent in range(genome.shape[0]):
-        for first in range(0, genome.shape[2], WORDS_PER_CALL):
+        for first_word in range(0, genome.shape[2], WORDS_PER_CALL):
             words = rng.philox(
-                first // WORDS_PER_CALL, agent, key.generation, purpose, key.seed, key.run
+                first_word // WORDS_PER_CALL, agent, key.generation, purpose, key.seed, key.run
             )
-            for weight in range(first, min(first + WORDS_PER_CALL, genome.shape[2])):
+            for weight in range(first_word, min(first_word + WORDS_PER_CALL, genome.shape[2])):
                 genome[agent, module, weight] = np.float32(
-                    normal_quantile(rng.uniform(words[weight - first]))
+                    normal_quantile(rng.uniform(words[weight - first_word]))
                 )

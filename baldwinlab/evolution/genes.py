@@ -105,16 +105,16 @@ def gene_values(experiment: BaseExperiment, genome: Genome) -> dict[str, npt.NDA
     names = experiment.gene_names
     if not names:
         return {}
-    first = experiment.genome_length - len(names)
-    return {name: genome[:, 0, first + number] for number, name in enumerate(names)}
+    first_gene = experiment.genome_length - len(names)
+    return {name: genome[:, 0, first_gene + index] for index, name in enumerate(names)}
 
 
 def set_initial_genes(experiment: BaseExperiment, genome: Genome) -> None:
     """Set the genes of parts in genomes [agent, module, weight] to their initial values."""
     genes = experiment.genes
-    first = experiment.genome_length - len(genes)
-    for number, gene in enumerate(genes.values()):
-        genome[:, 0, first + number] = gene.initial
+    first_gene = experiment.genome_length - len(genes)
+    for gene_index, gene in enumerate(genes.values()):
+        genome[:, 0, first_gene + gene_index] = gene.initial
 
 
 def require_genes_in_range(experiment: BaseExperiment, genome: Genome, path: str) -> None:

@@ -137,10 +137,11 @@ class Lexicase(Selection, name="lexicase"):
     def oracle(part: Any, stream: Any, lifetimes: Any, fitness: Any, uniforms: Any) -> Any:
         agents = range(len(fitness))
         regions = [list(case) for case in zip(*lifetimes.eaten, strict=True)]
-        records = [
-            [-math.inf if math.isnan(value) else value for value in record]
-            for record in lifetimes.records
-        ]
+
+        def score(value: float) -> float:
+            return -math.inf if math.isnan(value) else value
+
+        records = [[score(value) for value in record] for record in lifetimes.records]
         cases = regions + records
 
         def choose(number: int) -> int:

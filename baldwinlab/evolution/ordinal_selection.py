@@ -97,7 +97,7 @@ class LargerTournament(Selection, name="larger-tournament"):
 
 
 class Truncation(Selection, name="truncation"):
-    """A random agent of the fitter half, rounded down. Ties are broken at random."""
+    """A random agent of the fitter half (n // 2 of n agents). Ties are broken at random."""
 
     @staticmethod
     def select(
@@ -176,10 +176,12 @@ class BestCopies(Selection, name="best-copies"):
         )
         n_best = max(1, int(part.parent_share * len(fitness) + 0.5))
         best = order[:n_best]
-        pairs = [[best[child % len(best)]] * 2 for child in range(len(uniforms))]
-        for pair, (draws, _) in zip(pairs, uniforms, strict=True):
+        pairs = []
+        for child, (draws, _) in enumerate(uniforms):
+            first_parent = second_parent = best[child % len(best)]
             if draws[0] < part.two_parent_share:
-                pair[1] = best[int(draws[1] * len(best))]
+                second_parent = best[int(draws[1] * len(best))]
+            pairs.append([first_parent, second_parent])
         return pairs
 
 
@@ -219,7 +221,7 @@ class MuPlusLambda(Selection, name="mu-plus-lambda"):
         n_survivors = max(1, n_survivors)
         for agent in range(fitness.size):
             shares[agent] = -fitness[agent]
-        # `mark_survivors` breaks ties by the same numbers.
+        # `mark_survivors` breaks ties by the same random numbers, so both choose the same agents.
         sort_by(shares, uniforms[:, 1, 3], order)
         for child in range(n_agents):
             if child < n_survivors:
@@ -236,8 +238,10 @@ class MuPlusLambda(Selection, name="mu-plus-lambda"):
         order = sorted(range(n_agents), key=lambda agent: (-fitness[agent], uniforms[agent][1][3]))
         mu = max(1, min(n_agents - 1, int(part.survivor_share * n_agents + 0.5)))
         survivors = order[:mu]
-        children = [[survivors[int(draw * mu)] for draw in draws[0][:2]] for draws in uniforms[mu:]]
-        return [[survivor, ITSELF] for survivor in survivors] + children
+        pairs = [[survivor, ITSELF] for survivor in survivors]
+        for draws in uniforms[mu:]:
+            pairs.append([survivors[int(draw * mu)] for draw in draws[0][:2]])
+        return pairs
 
 
 class Rank(Selection, name="rank"):
@@ -263,7 +267,7 @@ class Rank(Selection, name="rank"):
         first = 0
         for end in range(1, fitness.size + 1):
             if end == fitness.size or fitness[order[end]] != fitness[order[first]]:
-                # Agents order[first:end] are equal. Ranks start at 1: first + 1 to end.
+                # Agents order[first:end] are equal and have the ranks first + 1 to end.
                 mean_rank = 0.5 * (first + 1 + end)
                 for index in range(first, end):
                     shares[order[index]] = mean_rank

@@ -11,6 +11,7 @@ References
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from itertools import accumulate
 from typing import Any, ClassVar
 
@@ -103,9 +104,7 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
         pointers = [
             (index + uniforms[0][1][0]) * sums[-1] / n_parents for index in range(n_parents)
         ]
-        selected_agents = [
-            next(agent for agent, end in enumerate(sums) if pointer < end) for pointer in pointers
-        ]
+        selected_agents = [bisect_right(sums, pointer) for pointer in pointers]
         for index in range(n_parents - 1, 0, -1):
             swap_index = int(uniforms[index // 2][0][index % 2] * (index + 1))
             swapped_agent = selected_agents[swap_index]

@@ -98,12 +98,12 @@ def stack_genomes(experiment: BaseExperiment, genomes: Sequence[Genome]) -> Geno
     n_agents = sum(map(len, genomes))
     shape = (n_agents, len(experiment.modules), experiment.genome_length)
     stacked = np.zeros(shape, np.float32)
-    first = 0
+    first_agent = 0
     for genome in genomes:
-        end = first + len(genome)
+        end = first_agent + len(genome)
         _, n_modules, n_weights = genome.shape
-        stacked[first:end, :n_modules, :n_weights] = genome
-        first = end
+        stacked[first_agent:end, :n_modules, :n_weights] = genome
+        first_agent = end
     return stacked
 
 

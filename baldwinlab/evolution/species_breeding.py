@@ -64,9 +64,9 @@ class Member(NamedTuple):
 def iterate_members(experiment: BaseExperiment, species: SpeciesIndices) -> Iterator[Member]:
     """Yield each species that has agents, for agents that are numbered species after species."""
     for index, member in enumerate(experiment.species_experiments()):
-        first, end = np.searchsorted(species, [index, index + 1]).tolist()
-        if end > first:
-            yield Member(index, member, slice(first, end))
+        first_agent, end = np.searchsorted(species, [index, index + 1]).tolist()
+        if end > first_agent:
+            yield Member(index, member, slice(first_agent, end))
 
 
 def compute_species_fitness(

@@ -57,7 +57,7 @@ def flatten(genome: Sequence[Sequence[Any]]) -> list[Any]:
 
 def split_modules(genes: Sequence[Any], length: int) -> list[Sequence[Any]]:
     """Split a list of genes into modules of `length` genes, for oracles."""
-    return [genes[first : first + length] for first in range(0, len(genes), length)]
+    return [genes[start : start + length] for start in range(0, len(genes), length)]
 
 
 def cross_at_point(
@@ -101,19 +101,14 @@ class Gaussian(Variation, name="gaussian"):
             has_effect = is_mutated and part.size > 0
             return NormalDist(0, part.size).inv_cdf(draw[2]) if has_effect else 0.0
 
-        # The iterator of draws continues from module to module, so `zip` must not be strict.
         remaining_draws = iter(draws)
-        genes = [
-            zip(*modules, remaining_draws)  # noqa: B905
-            for modules in zip(fitter, second, strict=True)
-        ]
-        return [
-            [
-                (fitter_weight if draw[0] < 0.5 else second_weight) + draw_mutation(draw)
-                for fitter_weight, second_weight, draw in module
-            ]
-            for module in genes
-        ]
+        child: list[list[float]] = [[] for _ in fitter]
+        for module, weights in enumerate(fitter):
+            for weight in range(len(weights)):
+                draw = next(remaining_draws)
+                parent = fitter if draw[0] < 0.5 else second
+                child[module].append(parent[module][weight] + draw_mutation(draw))
+        return child
 
 
 class OnePointCrossover(Variation, name="one-point-crossover"):
@@ -221,21 +216,18 @@ class GenePool(Variation, name="gene-pool"):
 
     @staticmethod
     def oracle(part: Any, genome: Any, fitness: Any, parents: Any, draws: Any) -> Any:
-        pool = [
-            agent
-            for first, second in parents
-            for agent in (first, first if second == ITSELF else second)
-        ]
+        pool = []
+        for first, second in parents:
+            pool += [first, first if second == ITSELF else second]
 
         def make_child(child_draws: Any) -> Any:
             remaining_draws = iter(child_draws)
-            return [
-                [
-                    _draw_from_pool(part, genome, pool, module, weight, next(remaining_draws))
-                    for weight in range(len(genes))
-                ]
-                for module, genes in enumerate(genome[0])
-            ]
+            child: list[list[float]] = [[] for _ in genome[0]]
+            for module, weights in enumerate(genome[0]):
+                for weight in range(len(weights)):
+                    draw = next(remaining_draws)
+                    child[module].append(_draw_from_pool(part, genome, pool, module, weight, draw))
+            return child
 
         return [
             genome[first] if second == ITSELF else make_child(child_draws)

@@ -39,8 +39,8 @@ def iterate_rows(table: BaseModel, default: Any = None, path: str = "") -> Itera
         if isinstance(value, BaseModel):
             yield from iterate_rows(value, to_plain_data(default_value), f"{path}{name}.")
         elif isinstance(value, tuple) and value and isinstance(value[0], BaseModel):
-            for number, entry in enumerate(value):
-                yield from iterate_rows(entry, None, f"{path}{name}.{number}.")
+            for index, entry in enumerate(value):
+                yield from iterate_rows(entry, None, f"{path}{name}.{index}.")
         else:
             has_default = default_value is not PydanticUndefined
             yield Row(
@@ -82,10 +82,10 @@ def _format_table(rows: list[Row]) -> str:
     head = "".join(
         f"<th {LEFT_STYLE}>{name}</th>" for name in ("field", "value", "default", "meaning")
     )
-    body = "".join(
-        f"<tr>{''.join(f'<td {LEFT_STYLE}>{cell}</td>' for cell in _format_cells(row))}</tr>"
-        for row in rows
-    )
+    body = ""
+    for row in rows:
+        cells = "".join(f"<td {LEFT_STYLE}>{cell}</td>" for cell in _format_cells(row))
+        body += f"<tr>{cells}</tr>"
     table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     return f'<div style="overflow-x: auto">{table}</div>'
 

@@ -135,9 +135,9 @@ class Experiment(BaseExperiment):
                 "lifetime.update = 'sequential': species share the simultaneous update; use "
                 "'simultaneous' or remove population.species"
             )
-        for number, member in enumerate(self.species_experiments()):
+        for species_index, member in enumerate(self.species_experiments()):
             for path, name in member.named_species():
-                location = f"population.species.{number}.{path} = {name!r}"
+                location = f"population.species.{species_index}.{path} = {name!r}"
                 if name not in names:
                     faults.append(f"{location}: must be one of {', '.join(names)}")
                 elif name in kinds:
@@ -147,8 +147,8 @@ class Experiment(BaseExperiment):
     def named_species(self) -> list[tuple[str, str]]:
         """Return path and value of each setting that names a species."""
         settings = [
-            (f"eats.prey.{number}.species", prey.species)
-            for number, prey in enumerate(self.eats.prey)
+            (f"eats.prey.{prey_index}.species", prey.species)
+            for prey_index, prey in enumerate(self.eats.prey)
         ]
         for sense in self.parts("senses.kinds"):
             if target := getattr(sense, "target", ""):

@@ -33,8 +33,12 @@ def average_species(variable: str, species: int, runs: xr.Dataset) -> xr.DataArr
     xr.DataArray
         Mean over the last ten generations. NaN for a run without agents of the species.
     """
-    last = runs[[variable, "species"]].isel(generation=slice(-LAST_GENERATIONS, None))
-    return last[variable].where(last["species"] == species).mean(["generation", "agent"])
+    final_values = runs[[variable, "species"]].isel(generation=slice(-LAST_GENERATIONS, None))
+    return (
+        final_values[variable]
+        .where(final_values["species"] == species)
+        .mean(["generation", "agent"])
+    )
 
 
 def make_predation_measures(names: Iterable[str], prey: Iterable[str]) -> dict[str, Measure]:

@@ -109,15 +109,15 @@ def require_valid_schedule(experiment: Any) -> None:
 
 def _find_fixed_settings(changes: Sequence[Change]) -> Iterator[str]:
     """Yield a sentence for each change without settings, and each setting that cannot change."""
-    for number, change in enumerate(changes):
+    for change_index, change in enumerate(changes):
         if not change.settings:
-            yield f"schedule.{number}: generation {change.generation} changes no setting"
+            yield f"schedule.{change_index}: generation {change.generation} changes no setting"
         for path in change.settings:
             is_fixed = path.split(".")[0] in FIXED_TABLES or path.startswith(FIXED_FIELDS)
             if is_fixed:
                 yield (
-                    f"schedule.{number}: {path} cannot change during a run; settings of the world, "
-                    "of learning and of evolution can"
+                    f"schedule.{change_index}: {path} cannot change during a run; settings of the "
+                    "world, of learning and of evolution can"
                 )
 
 

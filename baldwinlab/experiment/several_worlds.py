@@ -26,7 +26,7 @@ def find_world_conflicts(experiment: Any) -> list[str]:
     """
     worlds = experiment.population.worlds
     repeats = experiment.lifetime.repeats
-    every = experiment.record.every
+    interval = experiment.record.every
     several = {"population.worlds": worlds, "lifetime.repeats": repeats}
     conflicts = []
     for path, value in several.items():
@@ -37,10 +37,10 @@ def find_world_conflicts(experiment: Any) -> list[str]:
                 f"{path} = {value} must be 1, because world.features has births during life, "
                 "which are births of one world and one lifetime"
             )
-    if every is not None and experiment.population.species:
+    if interval is not None and experiment.population.species:
         conflicts.append(
-            f"record.every = {every} must be left out, because the time series of several species "
-            "are not recorded"
+            f"record.every = {interval} must be left out, because the time series of several "
+            "species are not recorded"
         )
     inheritance = experiment.evolution.inheritance
     if repeats > 1 and experiment.part("evolution.inheritance").wants_learned(experiment):

@@ -110,8 +110,8 @@ def make_species_experiments(experiment: Any) -> tuple[Any, ...]:
         A setting of a species is invalid, or all species share it.
     """
     members = []
-    for number, species in enumerate(experiment.population.species):
-        location = f"population.species.{number}"
+    for species_index, species in enumerate(experiment.population.species):
+        location = f"population.species.{species_index}"
         _require_unshared_settings(species, location)
         try:
             member = experiment.replace(

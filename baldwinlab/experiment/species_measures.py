@@ -43,8 +43,8 @@ def count_generations_to_end(runs: xr.Dataset) -> xr.DataArray:
 def _final_share(runs: xr.Dataset) -> xr.DataArray:
     """Return the share of the first species in the last generation with data, [run]."""
     share = compute_first_species_share(runs)
-    last = share.notnull().sum("generation") - 1
-    return share.isel(generation=last)
+    last_generation = share.notnull().sum("generation") - 1
+    return share.isel(generation=last_generation)
 
 
 SPECIES_MEASURES: Final[Mapping[str, Measure]] = {

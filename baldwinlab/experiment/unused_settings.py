@@ -28,12 +28,13 @@ def list_unused_settings(experiment: BaseExperiment) -> dict[str, str]:
     """Return the unused settings of an experiment by path, each with the reason."""
     if members := experiment.species_experiments():
         # A setting has an effect if one species uses it.
-        unused = [list_unused_settings(member) for member in members]
-        return {
-            path: reason
-            for path, reason in unused[0].items()
-            if path not in (*SPECIES_SETTINGS, STOP) and all(path in reasons for reasons in unused)
-        } | _unused_stop(experiment)
+        first_reasons, *other_reasons = [list_unused_settings(member) for member in members]
+        unused = {}
+        for path, reason in first_reasons.items():
+            is_unused_in_all = all(path in reasons for reasons in other_reasons)
+            if is_unused_in_all and path not in (*SPECIES_SETTINGS, STOP):
+                unused[path] = reason
+        return unused | _unused_stop(experiment)
     no_species = dict.fromkeys(SPECIES_SETTINGS, "population.species = []")
     if not isinstance(experiment, Experiment):
         del no_species[PREY]

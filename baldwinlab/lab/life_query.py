@@ -137,16 +137,19 @@ def find_life(lab: Lab, query: Query) -> Life:
 def require_agent(experiment: BaseExperiment, agent: int) -> None:
     """Raise MissingError if the population does not have this agent."""
     if agent >= experiment.population.size:
-        last = experiment.population.size - 1
-        raise MissingError(f"{experiment.name} has no agent {agent}: its agents are 0 to {last}")
+        last_agent = experiment.population.size - 1
+        raise MissingError(
+            f"{experiment.name} has no agent {agent}: its agents are 0 to {last_agent}"
+        )
 
 
 def require_generation(experiment: BaseExperiment, generation: int) -> None:
     """Raise MissingError if the experiment does not have this generation."""
     if generation >= experiment.evolution.generations:
-        last = experiment.evolution.generations - 1
+        last_generation = experiment.evolution.generations - 1
         raise MissingError(
-            f"{experiment.name} has no generation {generation}: its generations are 0 to {last}"
+            f"{experiment.name} has no generation {generation}: "
+            f"its generations are 0 to {last_generation}"
         )
 
 

@@ -233,10 +233,10 @@ async def _send_progress(websocket: WebSocket, run: LiveRun) -> None:
         state = run.state
         has_ended = run.has_ended
         n_done = run.generations_done
-        for first in range(n_sent, n_done, MAX_GENERATIONS_PER_MESSAGE):
-            stop = min(first + MAX_GENERATIONS_PER_MESSAGE, n_done)
-            measures = await run_in_threadpool(run.compute_measures, first, stop)
-            await _send(websocket, {"type": "generations", "first": first, **measures})
+        for first_generation in range(n_sent, n_done, MAX_GENERATIONS_PER_MESSAGE):
+            stop = min(first_generation + MAX_GENERATIONS_PER_MESSAGE, n_done)
+            measures = await run_in_threadpool(run.compute_measures, first_generation, stop)
+            await _send(websocket, {"type": "generations", "first": first_generation, **measures})
         n_sent = n_done
         if state != sent_state:
             await _send(websocket, {"type": "state", "state": state, "message": run.message})

@@ -43,9 +43,9 @@ class InterruptibleBatch(cpu.CpuBatch):
 
     def simulate(self, first_step: int, last_step: int) -> None:
         """Simulate the steps from `first_step` up to, but not including, `last_step`."""
-        for first in range(first_step, last_step, self._max_uninterrupted_steps):
+        for step in range(first_step, last_step, self._max_uninterrupted_steps):
             self._check()
-            super().simulate(first, min(first + self._max_uninterrupted_steps, last_step))
+            super().simulate(step, min(step + self._max_uninterrupted_steps, last_step))
 
 
 class LiveRun:

@@ -10,7 +10,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab import papers
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.model_displays import read_alleles, read_views
@@ -74,21 +74,7 @@ def summarize(lab: Lab, name: str) -> dict[str, Any]:
 def _summarize_readable(study: StudyStore, name: str) -> dict[str, Any]:
     main_condition = _find_main_condition(study)
     conditions = [
-        {
-            "name": experiment.name,
-            "shown": experiment.name == main_condition,
-            **study.factors[experiment.name]._asdict(),
-            "runs": study.runs(experiment.name),
-            "generations": experiment.evolution.generations,
-            "agents": experiment.population.size,
-            # None for a model without a world.
-            "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,
-            "alleles": list(read_alleles(experiment)),
-            "views": [
-                {"name": view_name, "has_agent_choice": view.has_agent_choice}
-                for view_name, view in read_views(experiment).items()
-            ],
-        }
+        _summarize_condition(study, experiment) | {"shown": experiment.name == main_condition}
         for experiment in study.experiments.values()
     ]
     return {
@@ -98,6 +84,24 @@ def _summarize_readable(study: StudyStore, name: str) -> dict[str, Any]:
         "conditions": conditions,
         "report": (study.directory / "report.html").is_file(),
         "problem": None,
+    }
+
+
+def _summarize_condition(study: StudyStore, experiment: BaseExperiment) -> dict[str, Any]:
+    views = read_views(experiment)
+    return {
+        "name": experiment.name,
+        **study.factors[experiment.name]._asdict(),
+        "runs": study.runs(experiment.name),
+        "generations": experiment.evolution.generations,
+        "agents": experiment.population.size,
+        # None for a model without a world.
+        "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,
+        "alleles": list(read_alleles(experiment)),
+        "views": [
+            {"name": name, "has_agent_choice": view.has_agent_choice}
+            for name, view in views.items()
+        ],
     }
 
 

@@ -1,16 +1,16 @@
-"""The model of numbers that climb a fitness slope, with learning as one step uphill.
+"""Model of agents that are numbers on a fitness slope, with learning as one step uphill.
 
     baldwinlab reproduce paenke-2007
 
-A genome is one number x with the innate fitness f(x) = exp(slope x + curvature x^2 / 2). The
+A genome is one number x with the innate fitness f(x) = exp(slope * x + curvature * x^2 / 2). The
 logarithm of fitness is convex if `curvature` is above 0, linear if it is 0, and concave if it is
 below 0. An agent that learns has the fitness f(x + step).
 
 The gain function is g(x) = f(x + step) / f(x). Learning accelerates evolution where g increases
-with x, and slows evolution where g decreases. In this model, the logarithm of g is
-step curvature x plus a constant.
+with x, and slows evolution where g decreases. In this model, log g(x) is
+a constant plus step * curvature * x.
 
-The population, its standard deviation and the mutation are our choice.
+The papers do not give the population size, its standard deviation and the mutation: we chose them.
 
 References
 ----------
@@ -85,7 +85,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
     measures: ClassVar[Mapping[str, Measure]] = {
         "climb": Measure("increase of mean innate x, first to last generation", _climb_of_mean),
         "uphill": Measure(
-            ("smallest share, over the generations, of agents born where fitness rises"),
+            "share of agents born where fitness rises with x, minimum over generations",
             lambda runs: runs["uphill"].mean("agent").min("generation"),
         ),
     }

@@ -45,12 +45,14 @@ class SpeciesModelSimulator:
             seed = derive_seed(self._seed, species)
             # Runs with equal sizes are one batch.
             groups = {(*pair,) for pair in np.stack([first_agents, sizes])[:, :, species].T}
-            for first, size in sorted(groups):
-                is_in_group = (first_agents[:, species] == first) & (sizes[:, species] == size)
+            for first_agent, size in sorted(groups):
+                is_in_group = (first_agents[:, species] == first_agent) & (
+                    sizes[:, species] == size
+                )
                 run_indices = np.flatnonzero(is_in_group)
                 if size == 0:
                     continue
-                agents = slice(first, first + size)
+                agents = slice(first_agent, first_agent + size)
                 used = cut_genomes(member, genomes[run_indices, agents])
                 runs = [self._runs[index] for index in run_indices.tolist()]
                 # A model does not use the genes of other parts.

@@ -189,8 +189,8 @@ def load_part_genes(part: Any, genome: Any, lane: int) -> None:
     lane : int
         Lane of the agent.
     """
-    for number, name in enumerate(type(part).part.genes):
-        getattr(part, name)[0, lane] = genome[part.first_gene + number]
+    for index, name in enumerate(type(part).part.genes):
+        getattr(part, name)[0, lane] = genome[part.first_gene + index]
 
 
 def _choose_loader(part: Any, genome: Any, lane: Any) -> Callable[..., None]:

@@ -37,7 +37,7 @@ def evolve_genomes(
     *,
     after_generation: Callable[[], None] = lambda: None,
 ) -> Branch:
-    """Evolve genomes of several runs, and simulate the last generation, too.
+    """Evolve genomes of several runs, and simulate all generations, the last one included.
 
     The random numbers are those of the runs in the same generations. If the genomes are those of a
     stored generation, the branch is therefore bit-identical to a longer run.

@@ -116,8 +116,8 @@ def _compile_in_processes(experiments: list[Experiment], log: Callable[[str], No
     n_per_core = math.ceil(len(process_experiments) / available_cores())
     batch_size = min(MAX_COMBINATIONS, n_per_core)
     waiting_batches = [
-        process_experiments[first : first + batch_size]
-        for first in range(0, len(process_experiments), batch_size)
+        process_experiments[start : start + batch_size]
+        for start in range(0, len(process_experiments), batch_size)
     ]
     takes_long = batch_size > QUIET_COMBINATIONS
     if takes_long:

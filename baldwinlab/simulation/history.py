@@ -105,26 +105,26 @@ class History:
         The last generation is simulated again because a record holds no learned weights, and no
         agents that were born during a lifetime. The next generation can depend on them.
         """
-        last = record.sizes["generation"] - 1
+        last_generation = record.sizes["generation"] - 1
         declared = variables.record_variables(self.experiment)
         # The order of the variables is that of an uninterrupted run, so files have equal bytes.
         for name in map(str, record.data_vars):
             if name not in declared or name in variables.COMMON_RECORD_VARIABLES:
                 continue
             values = record[name].values
-            self._allocate(name, values)[:last] = values[:last]
-        self._fitness[:last] = record["energy"].values[:last]
+            self._allocate(name, values)[:last_generation] = values[:last_generation]
+        self._fitness[:last_generation] = record["energy"].values[:last_generation]
         # The parents of the last generation were selected before its simulation.
-        self._parents[: last + 1] = record["parents"].values
+        self._parents[: last_generation + 1] = record["parents"].values
         saved_generations = record["kept_generation"].values.tolist()
         genomes = record["kept_genome"].values.astype(np.float32)
         self._saved_genomes = dict(zip(saved_generations, genomes, strict=True))
-        self.genome = self._saved_genomes.pop(last)
+        self.genome = self._saved_genomes.pop(last_generation)
         if self.species is not None:
-            self.species = record["species"].values[last].astype(np.int32)
+            self.species = record["species"].values[last_generation].astype(np.int32)
         self._run_arrays = read_run_arrays(record)
-        self._expected_fitness = record["energy"].values[last]
-        self.n_generations = last
+        self._expected_fitness = record["energy"].values[last_generation]
+        self.n_generations = last_generation
 
     def _allocate(self, name: str, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Return the array of a variable; `values` [..., agent] give its type and its shape.
@@ -146,7 +146,7 @@ class History:
         run_index : int
             Index of this run in the batch.
         """
-        last = self.experiment.evolution.generations - 1
+        last_generation = self.experiment.evolution.generations - 1
         settings = self.experiment.at(generation)
         previous = generation - 1
         if previous >= 0 and previous % self.experiment.record.genome_every != 0:
@@ -178,7 +178,7 @@ class History:
         self.is_stopped = is_stopped(
             settings, lifetimes, self._fitness[generation], generation, run_arrays
         )
-        if generation < last and not self.is_stopped:
+        if generation < last_generation and not self.is_stopped:
             learned = None if results.learned is None else results.learned[run_index]
             if self.species is not None:
                 self._make_offspring_of_species(settings, lifetimes, learned)
@@ -262,7 +262,7 @@ class History:
         """Return number and genomes of the last saved generation, at most `generation`."""
         # Copy the dictionary at once: another thread may add a generation.
         saved = self._saved_genomes.copy()
-        last_saved = max(number for number in saved if number <= generation)
+        last_saved = max(candidate for candidate in saved if candidate <= generation)
         return last_saved, saved[last_saved]
 
     @property
@@ -311,12 +311,13 @@ class History:
 
 def store_run_arrays(arrays_of_species: SpeciesArrays) -> dict[str, xr.Variable]:
     """Return the arrays of a run as variables of its record, which `read_run_arrays` reads."""
-    return {
-        name: xr.Variable([f"{name}_{axis}" for axis in range(array.ndim)], array)
-        for species, arrays in arrays_of_species.items()
-        for key, array in arrays.items()
-        for name in [f"{variables.RUN_ARRAY_PREFIX}{species}.{key}"]
-    }
+    stored = {}
+    for species, arrays in arrays_of_species.items():
+        for key, array in arrays.items():
+            name = f"{variables.RUN_ARRAY_PREFIX}{species}.{key}"
+            dims = [f"{name}_{axis}" for axis in range(array.ndim)]
+            stored[name] = xr.Variable(dims, array)
+    return stored
 
 
 def read_run_arrays(record: xr.Dataset) -> SpeciesArrays:

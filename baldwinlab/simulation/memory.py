@@ -70,11 +70,11 @@ def dimension_sizes(experiment: BaseExperiment) -> dict[str, int]:
 
 def _record_sizes(experiment: BaseExperiment) -> dict[str, int]:
     """Return the sizes of the dimensions of records."""
-    last = experiment.evolution.generations - 1
-    every = experiment.record.genome_every
-    # The genomes of generations 0, `every`, 2 * `every` ... and of the last one are stored.
-    n_regular = last // every + 1
-    is_last_extra = last % every > 0
+    last_generation = experiment.evolution.generations - 1
+    interval = experiment.record.genome_every
+    # Genomes are stored at this interval from generation 0, and in the last generation.
+    n_regular = last_generation // interval + 1
+    is_last_extra = last_generation % interval > 0
     sizes = _table_sizes(experiment)
     sizes["module"] = len(experiment.modules)
     sizes["weight"] = experiment.genome_length
@@ -94,13 +94,11 @@ def _table_sizes(experiment: BaseExperiment) -> dict[str, int]:
 
 def variable_bytes(declared: Mapping[str, Variable], sizes: Mapping[str, int]) -> dict[str, int]:
     """Return the bytes of each variable for the sizes of its dimensions."""
-    n_values = {
-        name: math.prod(sizes[dim] for dim in variable.dims) for name, variable in declared.items()
-    }
-    return {
-        name: n_values[name] * np.dtype(variable.dtype).itemsize
-        for name, variable in declared.items()
-    }
+    n_bytes = {}
+    for name, variable in declared.items():
+        n_values = math.prod(sizes[dim] for dim in variable.dims)
+        n_bytes[name] = n_values * np.dtype(variable.dtype).itemsize
+    return n_bytes
 
 
 def record_bytes(experiment: BaseExperiment) -> int:

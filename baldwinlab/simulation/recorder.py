@@ -205,15 +205,15 @@ class FirstTime:
     def _is_newly_true(self, batch: SimulatedAgents) -> npt.NDArray[np.bool_]:
         return self._conditions(batch) & np.isnan(self.values)
 
-    def _bisect(self, batch: SimulatedAgents, first: int, last: int) -> None:
-        """Simulate from `first`, the current time, to `last`, where a condition becomes true."""
-        is_single_step = last - first == 1
+    def _bisect(self, batch: SimulatedAgents, first_step: int, last_step: int) -> None:
+        """Simulate from the current step, and store the steps in which conditions become true."""
+        is_single_step = last_step - first_step == 1
         if is_single_step:
-            batch.simulate(first, last)
-            self.values[self._is_newly_true(batch)] = last
+            batch.simulate(first_step, last_step)
+            self.values[self._is_newly_true(batch)] = last_step
             return
-        middle = (first + last) // 2
-        for begin, end in ((first, middle), (middle, last)):
+        middle = (first_step + last_step) // 2
+        for begin, end in ((first_step, middle), (middle, last_step)):
             saved_state = _copy_state(batch)
             batch.simulate(begin, end)
             if self._is_newly_true(batch).any():

@@ -153,9 +153,9 @@ def _list_constant_species(experiment: Experiment) -> SpeciesIndices:
 
 def _require_world_number(experiment: Experiment, world: int) -> None:
     """Raise ArgumentError if a population does not have this world."""
-    last = experiment.population.worlds - 1
-    if not 0 <= world <= last:
-        raise ArgumentError("world", world, f"must be a whole number from 0 to {last}")
+    last_world = experiment.population.worlds - 1
+    if not 0 <= world <= last_world:
+        raise ArgumentError("world", world, f"must be a whole number from 0 to {last_world}")
 
 
 def require_generation(experiment: BaseExperiment, generation: int) -> None:

@@ -115,15 +115,15 @@ def require_content(record: xr.Dataset, experiment: BaseExperiment) -> None:
         raise DamagedRecordError(
             f"it does not contain the variables of {n_generations} generations of {n_agents} agents"
         )
-    every = experiment.record.genome_every
+    interval = experiment.record.genome_every
     expected_generations = [
         generation
         for generation in range(n_generations)
-        if generation % every == 0 or generation == n_generations - 1
+        if generation % interval == 0 or generation == n_generations - 1
     ]
     if record["kept_generation"].values.tolist() != expected_generations:
         raise DamagedRecordError(
-            f"the generations of its genomes are not those of record.genome_every = {every}"
+            f"the generations of its genomes are not those of record.genome_every = {interval}"
         )
 
 

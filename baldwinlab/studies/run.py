@@ -81,8 +81,8 @@ class RunTask(NamedTuple):
         if isinstance(self.experiment, Experiment):
             # A batch has a world for each repeat of a lifetime.
             batch_size = max(1, batch_size // self.experiment.lifetime.repeats)
-        for first in range(0, len(self.runs), batch_size):
-            batch_runs = self.runs[first : first + batch_size]
+        for start in range(0, len(self.runs), batch_size):
+            batch_runs = self.runs[start : start + batch_size]
             self._replace(runs=batch_runs)._simulate_batch(
                 seed, directory, backend, report_progress
             )
@@ -223,10 +223,10 @@ def plan_tasks(
     for condition, missing_runs in missing.items():
         groups = _group_by_stored(study, condition, missing_runs)
         for n_stored, runs in groups.items():
-            for first in range(0, len(runs), runs_per_task):
+            for start in range(0, len(runs), runs_per_task):
                 task = RunTask(
                     experiment=study.experiments[condition],
-                    runs=tuple(runs[first : first + runs_per_task]),
+                    runs=tuple(runs[start : start + runs_per_task]),
                     n_stored=n_stored,
                     checkpoint_interval=checkpoint_interval,
                     callback=callback,

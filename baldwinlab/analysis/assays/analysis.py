@@ -312,14 +312,16 @@ def planned_tests(
     list of PlannedTest
         The tests. Some may not be made, because their quantities may be undefined.
     """
-    return [
-        _planned_test(runs)
-        for name, experiment in experiments.items()
-        if evolves_and_learns(experiment, None)
-        for criterion in load_criteria()
-        if criterion.applies_to(experiment) and criterion.assay in assays[name]
-        if criterion.b != CONTROL_LAST or find_control(name, experiments)
-    ]
+    tests = []
+    for name, experiment in experiments.items():
+        if not evolves_and_learns(experiment, None):
+            continue
+        has_control = bool(find_control(name, experiments))
+        for criterion in load_criteria():
+            is_measured = criterion.applies_to(experiment) and criterion.assay in assays[name]
+            if is_measured and (has_control or criterion.b != CONTROL_LAST):
+                tests.append(_planned_test(runs))
+    return tests
 
 
 def _decide(sign: int, pairs: statistics.Pairs | None, p_holm: float) -> Verdict:

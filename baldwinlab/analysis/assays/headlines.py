@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import chain
 from typing import Final
 
 from baldwinlab.analysis.assays.analysis import Analysis, ConditionResult
@@ -50,19 +51,19 @@ def describe_condition(result: ConditionResult) -> str:
 
 def describe_phases(result: ConditionResult) -> str:
     """Return which phases of the Baldwin effect a condition reaches."""
-    first = result.phase_verdict(1)
-    second = result.phase_verdict(2)
-    if (first, second) == (YES, NO) and result.eats_only_with_learning:
+    first_phase = result.phase_verdict(1)
+    second_phase = result.phase_verdict(2)
+    if (first_phase, second_phase) == (YES, NO) and result.eats_only_with_learning:
         return NOTHING_INNATE_HEADLINE
-    if (first, second) in HEADLINES:
-        return HEADLINES[first, second]
+    if (first_phase, second_phase) in HEADLINES:
+        return HEADLINES[first_phase, second_phase]
     has_too_few_runs = any(answer.has_too_few_runs for answer in result.answers_of_phase(1))
     headline = (
         TOO_FEW_RUNS_HEADLINE
-        if first == UNDECIDED and has_too_few_runs
-        else PHASE_1_HEADLINES[first]
+        if first_phase == UNDECIDED and has_too_few_runs
+        else PHASE_1_HEADLINES[first_phase]
     )
-    return headline + PHASE_2_ADDITIONS.get(second, "")
+    return headline + PHASE_2_ADDITIONS.get(second_phase, "")
 
 
 def compose_headline(result: ConditionResult) -> str:
@@ -82,13 +83,8 @@ def compose_headline(result: ConditionResult) -> str:
 
 
 def _list_questions(result: ConditionResult, verdict: str, *phases: int) -> str:
-    questions = [
-        answer.criterion.question
-        for phase in phases
-        for answer in result.answers_of_phase(phase)
-        if answer.verdict == verdict
-    ]
-    return " ".join(questions)
+    answers = chain.from_iterable(result.answers_of_phase(phase) for phase in phases)
+    return " ".join(answer.criterion.question for answer in answers if answer.verdict == verdict)
 
 
 def compare_with_paper(analysis: Analysis, inference: Inference) -> str:

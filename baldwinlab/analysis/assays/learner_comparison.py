@@ -16,7 +16,7 @@ from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS
 from baldwinlab.experiment.factors import Factors
 
-# Criteria of questions.toml, by their column in the table of learners.
+# A column of the table of learners shows one criterion of `questions.toml`: its key and its name.
 CRITERIA_BY_COLUMN: Final = {"innate": "built-innate", "learned": "built-learned", "cost": "cost"}
 
 # Names of maps by learner.
@@ -30,7 +30,7 @@ class LearnerOnMap(NamedTuple):
     map: str
     # Fitness of the average agent, compared with evolution alone.
     finding: Finding
-    # Answers of the assays, by their column in the table of learners.
+    # The answers that the assays give, by column of the table of learners.
     answers: Mapping[str, Answer]
 
     def has_answer(self, name: str, *verdicts: Verdict) -> bool:
@@ -58,12 +58,12 @@ class LearnerOnMap(NamedTuple):
 
 
 def _make_answer_record(name: str, answer: Answer | None) -> dict[str, Any]:
-    pairs = answer.numbers if answer else None
+    numbers = answer.numbers if answer else None
     return {
-        name: pairs and pairs.median_a,
-        f"{name}_reference": pairs and pairs.median_b,
-        f"{name}_effect": pairs and pairs.effect,
-        f"{name}_p_holm": answer and answer.p_holm,
+        name: numbers.median_a if numbers else None,
+        f"{name}_reference": numbers.median_b if numbers else None,
+        f"{name}_effect": numbers.effect if numbers else None,
+        f"{name}_p_holm": answer.p_holm if answer else None,
         f"{name}_verdict": answer.verdict if answer else NOT_MEASURED,
     }
 
@@ -89,10 +89,10 @@ class LearnerComparison:
 
     @property
     def maps_without_food(self) -> list[str]:
-        """The maps on which evolution alone eats nothing, in the median over runs."""
-        return [map_name for map_name in self.maps if self._has_no_food(map_name)]
+        """The maps on which the reference eats nothing, in the median over runs."""
+        return [map_name for map_name in self.maps if self._reference_starves(map_name)]
 
-    def _has_no_food(self, map_name: str) -> bool:
+    def _reference_starves(self, map_name: str) -> bool:
         entries = [entry for entry in self.entries if entry.map == map_name]
         return all(entry.finding.numbers.median_b == 0 for entry in entries)
 
@@ -107,7 +107,7 @@ class LearnerComparison:
 
     @property
     def successful_learners(self) -> MapsByLearner:
-        """Learners that eat more than evolution alone on maps without food, or on any map."""
+        """Learners that eat more than the reference, on `maps_without_food` if there are any."""
         maps = self.maps_without_food or self.maps
         return _group_maps_by_learner(
             entry for entry in self.entries if entry.finding.verdict == HOLDS and entry.map in maps
@@ -115,7 +115,7 @@ class LearnerComparison:
 
     @property
     def innate_with_gain(self) -> MapsByLearner:
-        """Learners that eat more than evolution alone and whose innate fitness was selected."""
+        """Learners whose innate fitness evolved and that eat more than the reference."""
         return _group_maps_by_learner(
             entry
             for entry in self.entries
@@ -124,7 +124,7 @@ class LearnerComparison:
 
     @property
     def innate_without_gain(self) -> MapsByLearner:
-        """Learners whose innate fitness was selected without eating more than evolution alone."""
+        """Learners whose innate fitness evolved but that do not eat more than the reference."""
         return _group_maps_by_learner(
             entry
             for entry in self.entries
@@ -133,14 +133,14 @@ class LearnerComparison:
 
     @property
     def worse_learners(self) -> MapsByLearner:
-        """Learners that eat less than evolution alone."""
+        """Learners that eat less than the reference."""
         return _group_maps_by_learner(
             entry for entry in self.entries if entry.finding.verdict == FAILS
         )
 
     @property
     def learning_costs(self) -> MapsByLearner:
-        """Learners that eat more if born with their weights at death."""
+        """Learners that lose food while they learn: born with learned weights, they eat more."""
         return _group_maps_by_learner(
             entry for entry in self.entries if entry.has_answer("cost", YES)
         )
@@ -170,8 +170,8 @@ def compare_learners(
     Returns
     -------
     LearnerComparison or None
-        The comparison. None unless the claims compare every learner with the same learner, on the
-        same map.
+        The comparison, or None if the claims do not compare all learners with one reference
+        learner on the same map.
     """
     findings = {
         finding.comparison.a: finding
@@ -205,21 +205,17 @@ def _compares_averages(finding: Finding) -> bool:
 
 def _is_same_map(finding: Finding, factors: Mapping[str, Factors]) -> bool:
     """Return whether a finding compares two learners on the same map."""
-    condition = factors[finding.comparison.a]
+    learner = factors[finding.comparison.a]
     reference = factors[finding.comparison.b]
-    is_shared = bool(condition.map) and condition.map == reference.map
-    return is_shared and condition.learner != reference.learner
+    is_same_map = bool(learner.map) and learner.map == reference.map
+    return is_same_map and learner.learner != reference.learner
 
 
 def _select_measured_answers(condition: str, analysis: Analysis | None) -> dict[str, Answer]:
     """Return the measured answers of a condition, by their column in the table of learners."""
-    results = analysis.results if analysis else ()
-    for result in results:
-        if result.condition == condition:
-            answers = {
-                name: result.answer(criterion) for name, criterion in CRITERIA_BY_COLUMN.items()
-            }
-            return {
-                name: answer for name, answer in answers.items() if answer.verdict != NOT_MEASURED
-            }
-    return {}
+    condition_results = analysis.results if analysis else ()
+    result = next((item for item in condition_results if item.condition == condition), None)
+    if result is None:
+        return {}
+    answers = {column: result.answer(name) for column, name in CRITERIA_BY_COLUMN.items()}
+    return {name: answer for name, answer in answers.items() if answer.verdict != NOT_MEASURED}

@@ -1,6 +1,6 @@
 """Figure of the evolution of foraging: positions of agents by generation, and shares that ate.
 
-Source: N. Le (2019), "The Emergence of Intelligent Foraging" and the last figure.
+Source: the last figure of N. Le (2019), in the section "The Emergence of Intelligent Foraging".
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ MAX_SEGMENTS = 40
 N_COLUMNS = 3
 # Number of cells along each edge of a map.
 N_CELLS = 32
-# Percentage of time with the darkest color: ten times the value of a uniform distribution.
+# The darkest color marks ten times the percentage that equal time in all cells would give.
 DARKEST_PERCENT = 1000 / N_CELLS**2
 # Layout, in inches: side of a map, space between and above maps, and heights below the maps.
 MAP_SIDE = 2.24
@@ -85,7 +85,7 @@ def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
         n_rows_below = n_rows - 1 - row
         bottom = maps_bottom + n_rows_below * (MAP_SIDE + TITLE_HEIGHT)
         axes = _add_axes(figure, left, bottom, MAP_SIDE, MAP_SIDE)
-        image = _draw_presence(axes, trace)
+        image = _draw_time_shares(axes, trace)
     bar = _add_axes(figure, FIGURE_WIDTH / 4, maps_bottom - 0.22, FIGURE_WIDTH / 2, 0.1)
     figure.colorbar(
         image,
@@ -96,7 +96,7 @@ def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
         ticks=[0, 0.1, 0.3, 0.6, 0.9],
     )
     curve = _add_axes(figure, 0.55, 0.45, FIGURE_WIDTH - 0.65, CURVE_HEIGHT - 0.55)
-    _draw_share(curve, dataset, traces)
+    _draw_share_that_ate(curve, dataset, traces)
     return figure
 
 
@@ -124,7 +124,7 @@ def compute_time_shares(trace: xr.Dataset) -> np.ndarray:
     return np.asarray(100 * counts / trace["x"].size)
 
 
-def _draw_presence(axes: Axes, trace: xr.Dataset) -> AxesImage:
+def _draw_time_shares(axes: Axes, trace: xr.Dataset) -> AxesImage:
     world = _parse_world(trace)
     _draw_titled_map(axes, trace, world)
     return axes.imshow(
@@ -237,7 +237,7 @@ def split_at_edges(x: np.ndarray, y: np.ndarray, world: World) -> np.ndarray:
     return np.insert(path, steps_after_edge, np.nan, axis=0)
 
 
-def _draw_share(axes: Axes, dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> None:
+def _draw_share_that_ate(axes: Axes, dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> None:
     name = traces[0].attrs["condition"]
     run = traces[0].attrs["run"]
     conditions = plotted_conditions(dataset)

@@ -11,7 +11,7 @@ with the effects of the paper has distance 0, and a variant without any effect h
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
@@ -131,12 +131,13 @@ def group_by_verdict(
     multiverse: Multiverse, claim: str
 ) -> dict[Verdict, tuple[VariantResult, ...]]:
     """Return the variants by the verdict on a claim, without variants that lack runs."""
-    return {
-        verdict: tuple(
-            variant for variant in multiverse.variants if variant.outcomes[claim].verdict == verdict
-        )
-        for verdict in DECIDED_VERDICTS
-    }
+
+    def select_variants(verdict: Verdict) -> Iterator[VariantResult]:
+        for variant in multiverse.variants:
+            if variant.outcomes[claim].verdict == verdict:
+                yield variant
+
+    return {verdict: tuple(select_variants(verdict)) for verdict in DECIDED_VERDICTS}
 
 
 def select_claims(multiverse: Multiverse, *verdicts: Verdict) -> list[str]:

@@ -56,11 +56,11 @@ def emergence_generations(generations: int) -> list[int]:
     """
     if generations <= MAX_EMERGENCE_PANELS:
         return list(range(generations))
-    last = generations - 1
-    # Generation 0 is in addition to the powers of `last` with exponents from 0 to 1.
+    last_generation = generations - 1
+    # The generations have equal distances on a logarithmic axis. Generation 0 is added.
     n_intervals = MAX_EMERGENCE_PANELS - 2
     exponents = [interval_index / n_intervals for interval_index in range(n_intervals + 1)]
-    return sorted({0, *(round(last**exponent) for exponent in exponents)})
+    return sorted({0, *(round(last_generation**exponent) for exponent in exponents)})
 
 
 def draw_report(report: ReportData) -> dict[str, Any]:

@@ -81,9 +81,7 @@ def compute_shares(data: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -
         Empty unless the models of all conditions are loaded and define the same shares.
     """
     shares = [model.all_shares() for model in _iterate_loaded_models(conditions)]
-    meanings = [
-        {name: share.meaning for name, share in model_shares.items()} for model_shares in shares
-    ]
+    meanings = [_list_meanings(model_shares) for model_shares in shares]
     is_model_missing = len(shares) < len(conditions)
     if is_model_missing or any(meaning != meanings[0] for meaning in meanings):
         return xr.Dataset()
@@ -146,10 +144,9 @@ def title_worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dic
     names: dict[str, list[str]] = {}
     for name, experiment in conditions.items():
         names.setdefault(_serialize_world(experiment), []).append(name)
-    maps = {
-        world: sorted({factors[name].map for name in shared} - {""})
-        for world, shared in names.items()
-    }
+    maps: dict[str, list[str]] = {}
+    for world, shared in names.items():
+        maps[world] = sorted({factors[name].map for name in shared} - {""})
     unique_maps = {world_maps[0] for world_maps in maps.values() if len(world_maps) == 1}
     if len(unique_maps) == len(names):
         return {f"Map {world_maps[0]}": names[world][0] for world, world_maps in maps.items()}
@@ -158,6 +155,10 @@ def title_worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dic
         suffix = f" and {len(shared) - 1} more" if len(shared) > 1 else ""
         titles[f"{shared[0]}{suffix}"] = shared[0]
     return titles
+
+
+def _list_meanings(shares: Mapping[str, Any]) -> dict[str, str]:
+    return {name: share.meaning for name, share in shares.items()}
 
 
 def _serialize_world(experiment: Experiment) -> str:
@@ -183,23 +184,24 @@ def _count_claims(results: Sequence[ClaimResult], verdict: Verdict) -> int:
 
 def find_weakest_findings(result: ClaimResult) -> list[Finding]:
     """Return the weakest finding under each rule of a claim."""
-    rules = dict.fromkeys(finding.comparison.rule for finding in result.findings)
-    parts = [
-        tuple(finding for finding in result.findings if finding.comparison.rule == rule)
-        for rule in rules
-    ]
-    weakest = [
-        ClaimResult(claim=result.claim, findings=part, missing=()).deciding for part in parts
-    ]
-    return [finding for finding in weakest if finding]
+    findings_by_rule: dict[str, list[Finding]] = {}
+    for finding in result.findings:
+        findings_by_rule.setdefault(finding.comparison.rule, []).append(finding)
+    weakest = []
+    for findings in findings_by_rule.values():
+        result_of_rule = ClaimResult(claim=result.claim, findings=tuple(findings), missing=())
+        if result_of_rule.deciding:
+            weakest.append(result_of_rule.deciding)
+    return weakest
 
 
 def select_differing_claims(results: Sequence[ClaimResult]) -> list[ClaimResult]:
     """Return the evaluated claims whose verdict or effect size differs from the paper."""
+    evaluated = [result for result in results if result.findings]
     return [
         result
-        for result in results
-        if result.findings and (result.verdict != HOLDS or not phrases.agrees_with_paper(result))
+        for result in evaluated
+        if result.verdict != HOLDS or not phrases.agrees_with_paper(result)
     ]
 
 

@@ -44,8 +44,8 @@ class Survival(NamedTuple):
     @property
     def follow_up(self) -> float:
         """The time up to which the curve is defined; infinite if the last event is a death."""
-        last = float(self.times.max())
-        return last if self.censored[self.times == last].any() else inf
+        last_time = float(self.times.max())
+        return last_time if self.censored[self.times == last_time].any() else inf
 
 
 def compare_survival(a: Survival, b: Survival) -> Comparison:

@@ -220,14 +220,14 @@ def compare_selection(group: PartGroup, part: Any) -> None:
     """
     names = ("stream", "lifetimes", "fitness", "uniforms", "shares", "order", "parents")
     _, code = breeding_part(group.experiment, "selection")
-    for number, values, arrays, lists in _draw_rounds(group, part):
+    for round_number, values, arrays, lists in _draw_rounds(group, part):
         cached_jit(select_parents, code)(values, 0, *(arrays[name] for name in names))
         parents = arrays["parents"].tolist()
         fitness = lists["fitness"]
         expected = _sort_by_fitness(part.oracle(values, fitness, lists["uniforms"]), fitness)
         if parents != expected:
             raise FailsError(
-                f"in round {number}, with the fitness {fitness}, parents are {parents}, "
+                f"in round {round_number}, with the fitness {fitness}, parents are {parents}, "
                 f"and by the oracle {expected}"
             )
 
@@ -251,12 +251,12 @@ def compare_variation(group: PartGroup, part: Any) -> None:
         If the results differ.
     """
     names = ("fitter", "second", "draws", "gate")
-    for number, values, arrays, lists in _draw_rounds(group, part):
+    for round_number, values, arrays, lists in _draw_rounds(group, part):
         genes = {name: float(arrays["child"][0, getattr(values, name)]) for name in part.genes}
         part.vary(values, *(arrays[name] for name in names), arrays["child"])
         further_arguments = (genes,) if part.genes else ()
         expected = part.oracle(values, *(lists[name] for name in names), *further_arguments)
-        _require_close(arrays["child"], expected, f"in round {number}, a child")
+        _require_close(arrays["child"], expected, f"in round {round_number}, a child")
 
 
 def compare_inheritance(group: PartGroup, part: Any) -> None:
@@ -278,7 +278,7 @@ def compare_inheritance(group: PartGroup, part: Any) -> None:
         If the results differ.
     """
     _, code = breeding_part(group.experiment, "inheritance")
-    for number, values, arrays, lists in _draw_rounds(group, part):
+    for round_number, values, arrays, lists in _draw_rounds(group, part):
         genome = np.stack([arrays["innate"], arrays["taught"]])[None]
         inherited = genome.copy()
         n_learned = min(group.experiment.weight_count, genome.shape[2])
@@ -288,7 +288,9 @@ def compare_inheritance(group: PartGroup, part: Any) -> None:
         if "assign_teachers" not in overridden_hooks(part):
             expected = (expected, lists["taught"][:n_learned])
         inherited_weights = inherited[0, :, :n_learned]
-        _require_close(inherited_weights, expected, f"in round {number}, the inherited genome")
+        _require_close(
+            inherited_weights, expected, f"in round {round_number}, the inherited genome"
+        )
 
 
 def compare_fitness(group: PartGroup, part: Any) -> None:
@@ -309,13 +311,13 @@ def compare_fitness(group: PartGroup, part: Any) -> None:
         If the results differ.
     """
     _, code = breeding_part(group.experiment, "fitness")
-    for number, values, arrays, lists in _draw_rounds(group, part):
+    for round_number, values, arrays, lists in _draw_rounds(group, part):
         fitness = arrays["fitness"]
         # The hook changes arrays of the run.
         values_before = copy.deepcopy(values)
         cached_jit(evaluate_agents, code)(values, arrays["lifetimes"], fitness)
         expected = part.oracle(values_before, lists["lifetimes"])
-        _require_close(fitness, expected, f"in round {number}, fitness")
+        _require_close(fitness, expected, f"in round {round_number}, fitness")
 
 
 def compare_stop(group: PartGroup, part: Any) -> None:
@@ -339,17 +341,19 @@ def compare_stop(group: PartGroup, part: Any) -> None:
     values, code = breeding_part(group.experiment, "stop")
     lifetimes: list[Any] = []
     fitness: list[list[float]] = []
-    for number, _, arrays, lists in _draw_rounds(group, part):
+    for round_number, _, arrays, lists in _draw_rounds(group, part):
         lifetimes.append(lists["lifetimes"])
         fitness.append(lists["fitness"])
         stops = bool(
-            cached_jit(call_stop, code)(values, arrays["lifetimes"], arrays["fitness"], number)
+            cached_jit(call_stop, code)(
+                values, arrays["lifetimes"], arrays["fitness"], round_number
+            )
         )
         expected = bool(part.oracle(values, lifetimes, fitness))
         if stops != expected:
             raise FailsError(
-                f"in generation {number}, with the fitness {lists['fitness']}, should_stop returns "
-                f"{stops}, and the oracle {expected}"
+                f"in generation {round_number}, with the fitness {lists['fitness']}, "
+                f"should_stop returns {stops}, and the oracle {expected}"
             )
 
 

@@ -52,8 +52,8 @@ def hash_runs(
         batch = backend.batch(experiment, seed, runs)
         keys = [GenerationKey(seed, run, 0) for run in runs]
         batch.begin(0, np.stack([draw_genomes(experiment, key) for key in keys]))
-        for first, last in pairwise([0, *cuts, experiment.lifetime.steps]):
-            batch.simulate(first, last)
+        for first_step, last_step in pairwise([0, *cuts, experiment.lifetime.steps]):
+            batch.simulate(first_step, last_step)
         for array in (batch.eaten_in_life(), batch.weights(), batch.items()):
             for world, digest in enumerate(digests):
                 digest.update(np.ascontiguousarray(array[world]).tobytes())

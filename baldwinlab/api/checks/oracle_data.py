@@ -1,4 +1,4 @@
-"""Agents, items and modules in plain Python, as oracles get them.
+"""Agents, items and modules in plain Python: the arguments of oracles.
 
 A module is a nested list [layer][source unit][target unit].
 With biases, each layer has one more row: the weights of a unit that is always 1.

@@ -1,4 +1,4 @@
-"""Lifetimes as oracles get them: agents and items in plain Python, before and after each step."""
+"""Lifetimes as arguments of oracles: agents and items in plain Python, by step."""
 
 from __future__ import annotations
 
@@ -134,16 +134,16 @@ def _initial_arrays(experiment: Any, part: Any, state: Any) -> list[dict[str, An
 
 
 def _make_agent(
-    snapshot: Mapping[str, Any], number: int, fixed: Mapping[str, Any], modules: Sequence[Any]
+    snapshot: Mapping[str, Any], agent_index: int, fixed: Mapping[str, Any], modules: Sequence[Any]
 ) -> Agent:
     positions = enumerate(zip(snapshot["x"], snapshot["y"], strict=True))
     action_module, reinforcement_module = modules
     return Agent(
-        **{name: snapshot[name][number] for name in MOVED_VARIABLES},
+        **{name: snapshot[name][agent_index] for name in MOVED_VARIABLES},
         **fixed,
         action_module=action_module,
         reinforcement_module=reinforcement_module,
-        other_agents=[Item(x, y, "agent") for agent, (x, y) in positions if agent != number],
+        other_agents=[Item(x, y, "agent") for agent, (x, y) in positions if agent != agent_index],
     )
 
 

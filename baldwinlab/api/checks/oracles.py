@@ -111,8 +111,8 @@ def _compare_network(group: PartGroup, part: Any) -> str:
     naive = make_naive(group.experiment)
     values = part_values(group.experiment, part)
     for step in record_steps(group, part):
-        for number, agent in enumerate(step.learning):
-            label = f"in step {step.number}, agent {number}: output"
+        for agent_index, agent in enumerate(step.learning):
+            label = f"in step {step.number}, agent {agent_index}: output"
             _require_close(agent.outputs, part.oracle(values, agent, naive), label)
     return ""
 
@@ -121,12 +121,12 @@ def _compare_body(group: PartGroup, part: Any) -> str:
     naive = make_naive(group.experiment)
     values = part_values(group.experiment, part)
     for step in record_steps(group, part):
-        for number, (agent, after) in enumerate(zip(step.sensing, step.learning, strict=True)):
+        for agent_index, (agent, after) in enumerate(zip(step.sensing, step.learning, strict=True)):
             part.oracle(values, agent, naive)
             dx, dy = naive.displacement(agent, after)
             turn = math.remainder(agent.heading - after.heading, 360)
             errors = [dx, dy, turn, agent.action - after.action]
-            label = f"after step {step.number}, agent {number}: error (x, y, heading, action)"
+            label = f"after step {step.number}, agent {agent_index}: error (x, y, heading, action)"
             _require_close(errors, [0, 0, 0, 0], label, POSITION_TOLERANCE)
     return ""
 
@@ -134,14 +134,14 @@ def _compare_body(group: PartGroup, part: Any) -> str:
 def _compare_sense(group: PartGroup, part: Any) -> str:
     senses = group.experiment.parts("senses.kinds")
     index = [type(sense) for sense in senses].index(part)
-    first = sum(len(sense.inputs) for sense in senses[:index])
+    first_input = sum(len(sense.inputs) for sense in senses[:index])
     naive = make_naive(group.experiment)
     values = part_values(group.experiment, part)
     are_same = _are_close if part.is_continuous else _are_alike
     for step in record_steps(group, part):
-        for number, agent in enumerate(step.sensing):
-            inputs = agent.inputs[first : first + len(senses[index].inputs)]
-            label = f"in step {step.number}, agent {number}: inputs"
+        for agent_index, agent in enumerate(step.sensing):
+            inputs = agent.inputs[first_input : first_input + len(senses[index].inputs)]
+            label = f"in step {step.number}, agent {agent_index}: inputs"
             if not all(0 <= value <= 1 for value in inputs):
                 raise FailsError(f"{label} are {inputs}: each must be at least 0 and at most 1")
 
@@ -153,7 +153,7 @@ def _compare_sense(group: PartGroup, part: Any) -> str:
             _require_same(inputs_at, inputs, label, are_same)
             copy = deepcopy(agent)
             part.oracle(values, copy, step.items, naive)
-            step.learning[number].arrays = copy.arrays
+            step.learning[agent_index].arrays = copy.arrays
     return ""
 
 

@@ -16,7 +16,7 @@ from baldwinlab.engine import rng
 
 @dataclass(frozen=True)
 class Naive:
-    """The experiment, and functions in plain Python, as an oracle gets them.
+    """Argument of an oracle: the experiment, and functions in plain Python.
 
     Attributes
     ----------

@@ -206,10 +206,10 @@ def check_replay(group: PartGroup) -> str:
         raise NotCheckedError("lifetimes of the model are not recorded")
     for experiment in make_update_variants(group):
         record = simulate_batch(experiment, group.seed, [2])[0]
-        last = experiment.evolution.generations - 1
+        last_generation = experiment.evolution.generations - 1
         names = [name for name in map(str, record.data_vars) if name.endswith("_eaten")]
-        eaten = sum(record[name].values[last] for name in names)
-        trace = replay(experiment, seed=group.seed, run=2, generation=last)
+        eaten = sum(record[name].values[last_generation] for name in names)
+        trace = replay(experiment, seed=group.seed, run=2, generation=last_generation)
         replayed_items = trace.eaten.sum("step").values
         if np.any(eaten != replayed_items):
             raise FailsError(

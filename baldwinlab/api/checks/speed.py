@@ -76,8 +76,8 @@ def _measure_seconds(*experiments: Any) -> list[float]:
     shortest_seconds = [float("inf")] * len(experiments)
     # The first round compiles.
     for _ in range(N_ROUNDS + 1):
-        for number, experiment in enumerate(experiments):
+        for index, experiment in enumerate(experiments):
             start = time.perf_counter()
             simulate_batch(experiment, SEED, range(4))
-            shortest_seconds[number] = min(shortest_seconds[number], time.perf_counter() - start)
+            shortest_seconds[index] = min(shortest_seconds[index], time.perf_counter() - start)
     return shortest_seconds

@@ -83,14 +83,12 @@ def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
         for column in table.columns
     ]
     schema = pa.schema(fields, {"PANDAS_ATTRS": json.dumps(table.attributes)})
-    with atomic_path(path) as partial, pq.ParquetWriter(partial, schema) as writer:
+    with atomic_path(path) as partial_path, pq.ParquetWriter(partial_path, schema) as writer:
         for blocks in _group_blocks(table):
-            batches = [
-                pa.record_batch(
-                    [_make_array(column, block) for column in table.columns], schema=schema
-                )
-                for block in blocks
-            ]
+            batches = []
+            for block in blocks:
+                arrays = [_make_array(column, block) for column in table.columns]
+                batches.append(pa.record_batch(arrays, schema=schema))
             writer.write_table(pa.Table.from_batches(batches))
 
 
@@ -140,9 +138,12 @@ def write_csv(table: Table, path: Path, *, force: bool = False) -> None:
     header_mark = f",{','.join(KEY_COLUMNS[1:])},"
     require_writable("--out", path, header_mark.encode(), force=force)
     require_writable("--out", metadata_path, FILE_MARK.encode(), force=force)
-    with atomic_path(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
-        for number, block in enumerate(table.blocks()):
-            is_first = number == 0
+    with (
+        atomic_path(path) as partial_path,
+        partial_path.open("w", encoding="utf-8", newline="") as file,
+    ):
+        for block_index, block in enumerate(table.blocks()):
+            is_first = block_index == 0
             make_frame(table, block).to_csv(file, index=False, header=is_first, lineterminator="\n")
     metadata = json.dumps(_describe_table(table, path), indent=1, ensure_ascii=False)
     write_atomically(metadata_path, f"{metadata}\n".encode())
@@ -215,7 +216,10 @@ def write_phylogeny(
     has_run_columns = run is None
     header = f"{PHYLOGENY_HEADER},condition,run" if has_run_columns else PHYLOGENY_HEADER
     n_agents = 0
-    with atomic_path(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+    with (
+        atomic_path(path) as partial_path,
+        partial_path.open("w", encoding="utf-8", newline="") as file,
+    ):
         file.write(f"{header}\n")
         for name in names:
             runs = study.runs(name) if run is None else [run]

@@ -129,8 +129,8 @@ def to_polars(table: Table) -> pl.DataFrame:
             return pl.Series(block.arrays[column.name]).cast(dtype)
         return pl.repeat(block.run_values.get(column.name), block.rows, dtype=dtype, eager=True)
 
-    frames = [
-        pl.DataFrame({column.name: _series(column, block) for column in table.columns})
-        for block in table.blocks()
-    ]
+    frames = []
+    for block in table.blocks():
+        series = {column.name: _series(column, block) for column in table.columns}
+        frames.append(pl.DataFrame(series))
     return pl.concat(frames, rechunk=True)

@@ -180,16 +180,15 @@ def _list_run_values(study: StudyStore) -> dict[str, dict[str, RunValue]]:
     """Return the name, the factors and the swept settings of each condition."""
     names = list(study.experiments)
     columns: dict[str, Any] = {"condition": names}
-    columns |= {
-        name: values
-        for name, (_, values) in factor_coordinates([study.factors[name] for name in names]).items()
-    }
+    factors = [study.factors[name] for name in names]
+    for factor, (_, values) in factor_coordinates(factors).items():
+        columns[factor] = values
     if study.kind == SWEEP:
         columns |= settings_by_path(study)
-    return {
-        name: {column: values[index] for column, values in columns.items()}
-        for index, name in enumerate(names)
-    }
+    rows = {}
+    for index, name in enumerate(names):
+        rows[name] = {column: values[index] for column, values in columns.items()}
+    return rows
 
 
 def _index_columns() -> Iterator[Column]:

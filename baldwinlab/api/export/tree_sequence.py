@@ -96,12 +96,12 @@ def write_tree_sequence(
     experiment = study.experiment(name)
     study.require_parts(name)
     _require_inherited_genes(experiment)
-    number = choose_run(study, name, run)
-    record = study.record(name, number)
+    run_index = choose_run(study, name, run)
+    record = study.record(name, run_index)
     metadata = {
         "condition": name,
         "seed": study.seed,
-        "run": number,
+        "run": run_index,
         "modules": list(experiment.modules),
         "genes": experiment.genome_length,
     }
@@ -109,8 +109,8 @@ def write_tree_sequence(
     parents = np.asarray(record["parents"].values, np.int32)
     tables = _make_tables(tskit, generations, parents, metadata)
     sequence = tables.tree_sequence()
-    with atomic_path(path) as partial:
-        sequence.dump(partial)
+    with atomic_path(path) as partial_path:
+        sequence.dump(partial_path)
     return sequence.num_trees, sequence.num_individuals
 
 

@@ -128,9 +128,9 @@ def _summarize_claims(entries: Sequence[Entry]) -> str:
     )
 
 
-def _count(number: int, noun: str) -> str:
+def _count(count: int, noun: str) -> str:
     """Return a number with its noun, such as "1 paper" or "2 papers"."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def explain_omissions(entries: Sequence[Entry]) -> Iterator[str]:

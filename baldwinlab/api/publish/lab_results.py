@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import compress
 from math import isnan
 from typing import Any, Final
 
@@ -62,7 +61,7 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
     if data is None or data["condition"].values.tolist() != names:
         data = open_conditions(study, names)
     data = fitness.cache_measures(data)
-    # Without food, the lab does not say that agents eat.
+    # The lab names fitness "food" only in models with food.
     results["food"] = "food_eaten" in data
     results["generation"] = data["generation"].values.tolist()
     for measure, compute in fitness.MEASURES.items():
@@ -71,7 +70,8 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
         finals = fitness.final(data, measure)
         for name in names:
             results["curves"][name][measure] = {
-                bound: _to_list(curve.sel(condition=name)) for bound, curve in curves.items()
+                curve_name: _to_list(curve.sel(condition=name))
+                for curve_name, curve in curves.items()
             }
             values = finals.sel(condition=name, run=study.runs(name))
             results["final"][name][measure] = _to_list(values)
@@ -115,11 +115,10 @@ def _comparison_record(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
     if study.kind == MULTIVERSE or is_large_sweep:
         return {"pairing": "", "too_few": "", "rows": []}
     contrasts = _compare_finals(study, final_values(data), DEFAULT_LAST)
-    rows = [
-        {name: _finite_or_none(value) for name, value in contrast.row().items()}
-        | {"verdict": contrast.verdict}
-        for contrast in contrasts.rows
-    ]
+    rows = []
+    for contrast in contrasts.rows:
+        row = {name: _finite_or_none(value) for name, value in contrast.row().items()}
+        rows.append(row | {"verdict": contrast.verdict})
     return {"pairing": contrasts.pairing, "too_few": contrasts.too_few, "rows": rows}
 
 
@@ -236,7 +235,8 @@ def _summarize_norms(panel: Panel) -> dict[str, dict[str, list[float | None]]]:
         median, low, high = curve_intervals.interval_of_median(fitness_values)
         curves = {"median": median, "low": low, "high": high}
         summaries[name] = {
-            bound: _to_list(curve.reindex(place=indices)) for bound, curve in curves.items()
+            curve_name: _to_list(curve.reindex(place=indices))
+            for curve_name, curve in curves.items()
         }
     return summaries
 
@@ -258,9 +258,8 @@ def distinguishing_factors(study: StudyStore, names: list[str]) -> dict[str, lis
     """
     columns: dict[str, list[Any]]
     if study.kind == SWEEP:
-        is_compared = [name in names for name in study.experiments]
         columns = {
-            field: [*compress(values, is_compared)]
+            field: _select_values(study, names, values)
             for field, values in settings_by_label(study).items()
         }
     else:
@@ -269,6 +268,12 @@ def distinguishing_factors(study: StudyStore, names: list[str]) -> dict[str, lis
             for factor in Factors._fields
         }
     return {name: values for name, values in columns.items() if len(set(values)) > 1}
+
+
+def _select_values(study: StudyStore, names: list[str], values: list[Any]) -> list[Any]:
+    """Return the values of the named conditions, from values of all conditions of the study."""
+    value_by_name = dict(zip(study.experiments, values, strict=True))
+    return [value_by_name[name] for name in names]
 
 
 def _to_list(values: xr.DataArray) -> list[float | None]:

@@ -42,16 +42,16 @@ def read_genes(graph: Any) -> Genes:
     }
 
 
-def distance(part: Any, first: Genes, second: Genes) -> float:
+def distance(part: Any, first_genes: Genes, second_genes: Genes) -> float:
     """Compute the compatibility distance of two networks."""
     # Genes after the last gene of the shorter genome are excess genes.
-    last = min(max(first), max(second))
-    unmatched = set(first) ^ set(second)
-    n_excess = sum(number > last for number in unmatched)
+    last_shared = min(max(first_genes), max(second_genes))
+    unmatched = set(first_genes) ^ set(second_genes)
+    n_excess = sum(number > last_shared for number in unmatched)
     n_disjoint = len(unmatched) - n_excess
-    matching = set(first) & set(second)
-    differences = [abs(first[number][2] - second[number][2]) for number in matching]
-    n_genes = max(len(first), len(second))
+    matching = set(first_genes) & set(second_genes)
+    differences = [abs(first_genes[number][2] - second_genes[number][2]) for number in matching]
+    n_genes = max(len(first_genes), len(second_genes))
     divisor = 1 if n_genes < MIN_LINKS_FOR_DIVISION else n_genes
     mean_difference = sum(differences) / len(differences) if differences else 0.0
     return float(

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 
-# Number of inputs: the angle and the distance of the nearest food, and two bits of the next action.
+# Number of inputs: angle and distance of the nearest food, and the two bits of the next action.
 N_INPUTS: Final = 4
 # Number of outputs for the action: its two bits.
 N_ACTION_OUTPUTS: Final = 2
@@ -33,7 +33,7 @@ class Activations(NamedTuple):
     values: npt.NDArray[np.float32]
     # float32 [unit]: the same for the teaching module.
     teacher: npt.NDArray[np.float32]
-    # float32 [2]: targets of the two outputs that learn.
+    # float32 [2]: target values of the two trained outputs.
     targets: npt.NDArray[np.float32]
 
 

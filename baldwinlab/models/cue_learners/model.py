@@ -30,9 +30,9 @@ from baldwinlab.parts import (
 
 def _first_generation(condition: xr.DataArray) -> xr.DataArray:
     """Return the first generation in which a condition is true, or the number of generations."""
-    first = condition.argmax("generation")
+    first_generation = condition.argmax("generation")
     is_ever_true = condition.any("generation")
-    return first.where(is_ever_true, condition.sizes["generation"]).astype(np.float64)
+    return first_generation.where(is_ever_true, condition.sizes["generation"]).astype(np.float64)
 
 
 def _time_to_midpoint(runs: xr.Dataset) -> xr.DataArray:
@@ -127,13 +127,11 @@ class CueLearners(Model, name="cue-learners"):
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, :, 0]
-        return np.array(
-            [
-                [[draw_allele(gene, self.units, draw) for gene, draw in enumerate(row)]]
-                for row in draws
-            ],
-            np.float32,
-        )
+        genomes = np.empty((agents, 1, self.n_weights()), np.float32)
+        for agent, agent_draws in enumerate(draws):
+            for gene, draw in enumerate(agent_draws):
+                genomes[agent, 0, gene] = draw_allele(gene, self.units, draw)
+        return genomes
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]

@@ -124,8 +124,8 @@ def eaten_by_kind(
         is_kind = [region_kind == kind for region_kind in region_kinds]
         eaten_items = eaten[..., : len(is_kind)]
         records[eaten_variable(kind)] = eaten_items[..., is_kind].sum(axis=-1, dtype=np.int32)
-    for number, prey in enumerate(experiment.eats.prey):
-        records[eaten_variable(prey.species)] = eaten[..., len(region_kinds) + number]
+    for prey_index, prey in enumerate(experiment.eats.prey):
+        records[eaten_variable(prey.species)] = eaten[..., len(region_kinds) + prey_index]
     return records
 
 

@@ -16,15 +16,15 @@ def combine_lifetimes(lifetimes: Sequence[LifeResults]) -> LifeResults:
     The eaten items of each region are those of all lifetimes. The learned weights and the final
     positions are those of the first lifetime. A single lifetime is returned unchanged.
     """
-    first = lifetimes[0]
+    first_lifetime = lifetimes[0]
     if len(lifetimes) == 1:
-        return first
+        return first_lifetime
     records: dict[str, Any] = {
         name: np.mean([results.records[name] for results in lifetimes], axis=0, dtype=np.float64)
-        for name in first.records
+        for name in first_lifetime.records
     }
     eaten = [results.eaten for results in lifetimes if results.eaten is not None]
-    return first._replace(
+    return first_lifetime._replace(
         eaten=np.sum(eaten, axis=0, dtype=np.int32),
         energy=np.mean([results.energy for results in lifetimes], axis=0),
         cost=np.mean([results.cost for results in lifetimes], axis=0),

@@ -115,11 +115,11 @@ def split_genomes(
 ) -> list[npt.NDArray[np.float32]]:
     """Return the genomes of each species, from all genomes [run, agent, module, weight]."""
     genomes_of_species = []
-    first = 0
+    first_agent = 0
     for member in members:
-        end = first + member.population.size
-        genomes_of_species.append(cut_genomes(member, genomes[:, first:end]))
-        first = end
+        end = first_agent + member.population.size
+        genomes_of_species.append(cut_genomes(member, genomes[:, first_agent:end]))
+        first_agent = end
     return genomes_of_species
 
 
@@ -141,19 +141,18 @@ def _collect_species(
         records |= read_part_records(view.state, shape)
     steps_learned = reshape_lanes(view.state.population.steps_learned, shape)
     energies = np.array(eaten_energies(member) or [0.0], np.float64)
-    return [
-        LifeResults(
-            energy=sum_energy(energies, eaten[run_index]),
-            cost=compute_learning_cost(
-                member, genomes[run_index], weights[run_index], steps_learned[run_index]
-            ),
-            learned=weights[run_index],
-            records={name: values[run_index] for name, values in records.items()},
-            eaten=eaten[run_index],
-            position=positions[run_index],
+
+    def collect_run(run: int) -> LifeResults:
+        return LifeResults(
+            energy=sum_energy(energies, eaten[run]),
+            cost=compute_learning_cost(member, genomes[run], weights[run], steps_learned[run]),
+            learned=weights[run],
+            records={name: values[run] for name, values in records.items()},
+            eaten=eaten[run],
+            position=positions[run],
         )
-        for run_index in range(len(genomes))
-    ]
+
+    return [collect_run(run) for run in range(len(genomes))]
 
 
 def _join_species(results: Sequence[LifeResults], learns: bool) -> LifeResults:
@@ -163,20 +162,19 @@ def _join_species(results: Sequence[LifeResults], learns: bool) -> LifeResults:
     species does not have are 0, too.
     """
     names = dict.fromkeys(name for species in results for name in species.records)
-    records = {
-        name: np.concatenate(
-            [
-                species.records.get(name, np.zeros(len(species.energy), np.int32))
-                for species in results
-            ]
-        )
-        for name in names
-    }
+
+    def join_records(name: str) -> npt.NDArray[Any]:
+        values = []
+        for species in results:
+            zeros = np.zeros(len(species.energy), np.int32)
+            values.append(species.records.get(name, zeros))
+        return np.concatenate(values)
+
     return LifeResults(
         energy=np.concatenate([species.energy for species in results]),
         cost=np.concatenate([species.cost for species in results]),
         learned=_join_columns([species.learned for species in results]) if learns else None,
-        records=records,
+        records={name: join_records(name) for name in names},
         eaten=_join_columns([species.eaten for species in results]),
         position=_join_columns([species.position for species in results]),
     )

@@ -33,14 +33,14 @@ def simulate_windows(experiment: Experiment, batch: Batch, n_runs: int) -> Mappi
         `agents_alive`, `births` and `energy_gained`, as means over the repeats of the lifetime.
     """
     steps = experiment.lifetime.steps
-    every = experiment.record.every or steps
+    interval = experiment.record.every or steps
     # A batch without items has arrays of one region.
     item_energies = np.array(eaten_energies(experiment) or [0.0], np.float64)
     alive: list[npt.NDArray[np.float64]] = []
     births: list[npt.NDArray[np.float64]] = []
     energies: list[npt.NDArray[np.float64]] = []
-    for first in range(0, steps, every):
-        batch.simulate(first, min(first + every, steps))
+    for first_step in range(0, steps, interval):
+        batch.simulate(first_step, min(first_step + interval, steps))
         eaten = batch.eaten_in_life()
         alive.append(_count_alive(experiment, batch, len(eaten)))
         births.append(_count_births(experiment, batch, len(eaten)))

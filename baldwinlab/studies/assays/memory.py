@@ -50,10 +50,12 @@ class PlannedStudy(NamedTuple):
 
     def select_applicable(self, assays: Sequence[str]) -> dict[str, list[str]]:
         """Return the applicable assays of each condition."""
+
+        def is_applicable(assay: str, name: str) -> bool:
+            return not why_not_applicable(assay, name, self.experiments)
+
         return {
-            name: [
-                assay for assay in assays if not why_not_applicable(assay, name, self.experiments)
-            ]
+            name: [assay for assay in assays if is_applicable(assay, name)]
             for name in self.experiments
         }
 

@@ -33,17 +33,17 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
 
     In all cases, an agent has the same initial position and the same random modules.
     """
-    last = sample.experiment.evolution.generations - 1
-    evolved = sample.genomes(last)
+    last_generation = sample.experiment.evolution.generations - 1
+    evolved = sample.genomes(last_generation)
     random = sample.random_genomes()
     combinations = [
         _combine_modules(action=random, reinforcement=evolved),
         _combine_modules(action=evolved, reinforcement=random),
         random,
     ]
-    outcomes = [sample.simulate_as_evolved(last, evolved)]
+    outcomes = [sample.simulate_as_evolved(last_generation, evolved)]
     for genomes in combinations:
-        outcomes.append(sample.simulate(sample.experiment, last, genomes))
+        outcomes.append(sample.simulate(sample.experiment, last_generation, genomes))
     return {"energy": np.stack([lives.energy for lives in outcomes], axis=1)}
 
 

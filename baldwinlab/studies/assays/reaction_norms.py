@@ -51,27 +51,27 @@ def count_lives(study: Conditions, condition: str) -> int:
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """Measure `energy` [run, setting, agent]."""
-    last = sample.experiment.evolution.generations - 1
-    genomes = sample.genomes(last)
+    last_generation = sample.experiment.evolution.generations - 1
+    genomes = sample.genomes(last_generation)
     _, *changed_settings = list_settings(sample.experiment, sample.other_maps)
-    outcomes = [sample.simulate_as_evolved(last, genomes)]
+    outcomes = [sample.simulate_as_evolved(last_generation, genomes)]
     for setting in changed_settings:
-        outcomes.append(sample.simulate(setting.experiment, last, genomes))
+        outcomes.append(sample.simulate(setting.experiment, last_generation, genomes))
     return {"energy": np.stack([lives.energy for lives in outcomes], axis=1)}
 
 
 def list_settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[ChangedSetting]:
     """Return the settings of a condition: the original first, then each distinct change."""
     distinct = [ChangedSetting(UNCHANGED_SETTING, "", experiment)]
-    on_maps = (ChangedSetting("map", name, moved) for name, moved in maps)
-    for setting in (*on_maps, *_scale_settings(experiment)):
+    map_changes = (ChangedSetting("map", name, on_map) for name, on_map in maps)
+    for setting in (*map_changes, *_scale_settings(experiment)):
         if all(setting.experiment != earlier.experiment for earlier in distinct):
             distinct.append(setting)
     return distinct
 
 
 def other_maps(study: Conditions, condition: str) -> tuple[OnMap, ...]:
-    """Return a condition on the other maps of the study that have the same learner."""
+    """Return the experiment of a condition, moved to each map that its learner has in the study."""
     experiment = study.experiments[condition]
     factors = study.factors[condition]
     maps: list[OnMap] = []

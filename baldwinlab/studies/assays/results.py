@@ -167,12 +167,7 @@ def _is_done(study: StudyStore, name: str, condition: str, generations: int | No
         data = read_assay(study, name, condition)
     except (OSError, ValueError):
         return False
-    has_generations = (
-        name not in FORKS or generations is None or generations == data.attrs["generations"]
-    )
-    return (
-        data.attrs.get("condition") == condition
-        and data.attrs.get("baldwinlab") == __version__
-        and data.run.values.tolist() == study.runs(condition)
-        and has_generations
-    )
+    if name in FORKS and generations not in (None, data.attrs["generations"]):
+        return False
+    actual = (data.attrs.get("condition"), data.attrs.get("baldwinlab"), data.run.values.tolist())
+    return actual == (condition, __version__, study.runs(condition))

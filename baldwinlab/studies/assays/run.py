@@ -208,8 +208,8 @@ def _make_tasks(
     control = None
     if FORKS.keys() & names:
         control = study.experiments[find_control(condition, study.experiments)]
-    for first in range(0, len(runs), runs_per_task):
-        task_runs = tuple(runs[first : first + runs_per_task])
+    for start in range(0, len(runs), runs_per_task):
+        task_runs = tuple(runs[start : start + runs_per_task])
         yield AssayTask(
             experiment=study.experiments[condition],
             runs=task_runs,

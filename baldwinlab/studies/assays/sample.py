@@ -148,8 +148,8 @@ class Sample:
 
 def _limit_generation(record: xr.Dataset, generation: int) -> int:
     """Return a generation, or the last one of the record if the run stopped before."""
-    last = record.sizes["generation"] - 1
-    return min(generation, last) if STOP_ATTRIBUTE in record.attrs else generation
+    last_generation = record.sizes["generation"] - 1
+    return min(generation, last_generation) if STOP_ATTRIBUTE in record.attrs else generation
 
 
 def first_middle_last(generations: int) -> list[int]:

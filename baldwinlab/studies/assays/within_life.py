@@ -40,9 +40,9 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     `first_meal` [run, newborns, agent] is the step of the first meal, NaN without one.
     """
     compared = first_middle_last(sample.experiment.evolution.generations)
-    last = compared[-1]
+    last_generation = compared[-1]
     # Random newborns get the world of the last generation.
-    measured = [_measure_newborns(sample, last, sample.random_genomes())]
+    measured = [_measure_newborns(sample, last_generation, sample.random_genomes())]
     for generation in compared:
         measured.append(_measure_newborns(sample, generation, sample.genomes(generation)))
     eaten = [eaten_in_window for eaten_in_window, _ in measured]

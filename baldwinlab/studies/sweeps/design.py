@@ -64,8 +64,8 @@ def expand_sweep(sweep: Sweep, path: Path) -> list[Experiment]:
     base = _load_base(sweep, path)
     points: list[Experiment] = []
     point_by_fault: dict[str, str] = {}
-    for number, point in enumerate(_list_points(sweep, base)):
-        name = f"point-{number:04d}"
+    for point_index, point in enumerate(_list_points(sweep, base)):
+        name = f"point-{point_index:04d}"
         try:
             points.append(assign(base, [f"name={name}", *format_assignments(point)]))
         except ExperimentError as error:

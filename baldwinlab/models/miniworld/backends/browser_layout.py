@@ -232,9 +232,9 @@ class ModuleLayout:
                 f"{name}.", getattr(state, name), path, experiment.part(path)
             )
         for name, path in {"senses": "senses.kinds", "features": "world.features"}.items():
-            for number, part in enumerate(experiment.parts(path)):
+            for part_index, part in enumerate(experiment.parts(path)):
                 leaves |= self._part_leaves(
-                    f"{name}.{number}.", getattr(state, name)[number], path, part
+                    f"{name}.{part_index}.", getattr(state, name)[part_index], path, part
                 )
         return leaves
 
@@ -298,10 +298,13 @@ class ModuleLayout:
                 "-Infinity" if minimum == -math.inf else minimum for minimum in minimum_fitness
             ],
         }
-        for number, variant in enumerate(self.scheme_experiments):
+        for scheme_index, variant in enumerate(self.scheme_experiments):
             scheme = variant.part("evolution.selection")
             leaves |= self._part_leaves(
-                f"schemes.{number}.", self.population.schemes[number], "evolution.selection", scheme
+                f"schemes.{scheme_index}.",
+                self.population.schemes[scheme_index],
+                "evolution.selection",
+                scheme,
             )
         for name, kind in {"variation": "variation", "fitness_part": "fitness"}.items():
             path = f"evolution.{kind}"

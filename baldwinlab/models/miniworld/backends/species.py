@@ -123,14 +123,14 @@ def _make_states(
         name: poison.allocate((worlds, grid.agents), np.dtype(np.float32)) for name in SHARED_ARRAYS
     }
     states: list[State] = []
-    for number, member in enumerate(members):
+    for species_index, member in enumerate(members):
         state = make_state(
             member,
             worlds,
             grid,
             SpeciesPopulation,
-            species=number,
-            first_agent=sum(sizes[:number]),
+            species=species_index,
+            first_agent=sum(sizes[:species_index]),
             all_agents=grid.agents,
             n_species=len(members),
             species_of_agents=np.repeat(np.arange(len(sizes)), sizes),

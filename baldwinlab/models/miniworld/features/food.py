@@ -50,8 +50,8 @@ class Patches(WorldFeature, name="patches"):
     )
 
     def check(self, experiment: Any) -> None:
-        for number, patch in enumerate(self.patches):
-            require_on_map(f"world.patches.patches[{number}]", patch[:4], experiment.world)
+        for patch_index, patch in enumerate(self.patches):
+            require_on_map(f"world.patches.patches[{patch_index}]", patch[:4], experiment.world)
 
     def items(self) -> tuple[ItemRegion, ...]:
         return tuple(
@@ -87,7 +87,7 @@ class DriftingFood(WorldFeature, name="drifting-food"):
     )
 
     def check(self, experiment: Any) -> None:
-        for number, food in enumerate(experiment.world.food):
+        for region_index, food in enumerate(experiment.world.food):
             for axis, velocity, (low, high) in (
                 ("x", self.velocity_x, food.x),
                 ("y", self.velocity_y, food.y),
@@ -95,7 +95,7 @@ class DriftingFood(WorldFeature, name="drifting-food"):
                 if abs(velocity) >= high - low:
                     raise ValueError(
                         f"world.drifting_food.velocity_{axis} = {velocity:g} must be less than "
-                        f"{high - low:g}, the extent of world.food[{number}]"
+                        f"{high - low:g}, the extent of world.food[{region_index}]"
                     )
 
     @staticmethod

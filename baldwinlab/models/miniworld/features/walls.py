@@ -123,8 +123,8 @@ class Walls(WorldFeature, name="walls"):
         boxes = {"world.start": disc} | {
             f"world.food[{k}]": (*food.x, *food.y) for k, food in enumerate(world.food)
         }
-        for number, (left, right, upper, lower) in enumerate(self.boxes):
-            path = f"world.walls.boxes[{number}]"
+        for wall_index, (left, right, upper, lower) in enumerate(self.boxes):
+            path = f"world.walls.boxes[{wall_index}]"
             require_on_map(path, (left, right, upper, lower), world)
             if min(right - left, lower - upper) < stride:
                 raise ValueError(
