@@ -37,7 +37,7 @@ class ModelMeasure(NamedTuple):
 
 
 class Samples:
-    """The value of each run in the measures that claims compare.
+    """Values of the measures that claims compare: one value per measure and run.
 
     A measure is an average over the last or the first generations of a run, or a measure that a
     model defines.

@@ -88,11 +88,12 @@ def _keep_best(lifetimes: Lifetimes, case: int, candidates: Order, count: int) -
 
 
 class Lexicase(Selection, name="lexicase"):
-    """The best agent on cases in random order: items eaten of each region, and each record.
+    """The best agent on cases in random order. A case is a food region or a record.
 
-    The cases of a parent have a random order. All agents are candidates. In each case, the
-    candidates with the highest value remain. A random one of the last candidates is the parent.
-    Fitness has no effect. A record must be higher for a better agent.
+    The cases of each parent have a random order. All agents are candidates. In each case, the
+    candidates with the highest value remain: most items eaten in the region, or the highest record.
+    A random one of the last candidates is the parent. Fitness has no effect. A record must be
+    higher for a better agent.
 
     References
     ----------

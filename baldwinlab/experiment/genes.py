@@ -1,8 +1,8 @@
 """Genes of parts in an experiment: their order in the genome, their values and their checks.
 
 The genes of parts are the last entries of the first module of a genome, in the order of the parts.
-The genes of the selection, and then those of the learning rule, come last. An experiment without
-learning therefore uses the first entries of the genomes of its learners.
+The genes of the selection and then the genes of the learning rule come last. A control without
+learning lacks these genes, so it uses the first entries of the same genomes.
 """
 
 from __future__ import annotations
@@ -48,11 +48,11 @@ def resolve_genes(experiment: Any) -> dict[str, Any]:
     """
     genes: dict[str, Any] = {}
     for path, part_class in _list_parts_with_genes(experiment, registry.count_changes()):
-        (part,) = (part for part in experiment.parts(path) if isinstance(part, part_class))
+        part = next(part for part in experiment.parts(path) if isinstance(part, part_class))
         for name, gene in part.genes.items():
             if name in genes:
                 raise ExperimentError(
-                    f"{path} = {part.name!r} has the gene {name!r}, which another part has, too; "
+                    f"{path} = {part.name!r} has the gene {name!r}, which another part also has; "
                     "rename one of them"
                 )
             try:
@@ -76,7 +76,7 @@ def check_genes(experiment: Any) -> None:
     Raises
     ------
     ExperimentError
-        As `resolve_genes`, or if genomes are graphs, which cannot hold genes.
+        If `resolve_genes` raises it, or if genomes are graphs, which cannot hold genes of parts.
     """
     genes = resolve_genes(experiment)
     genome_path = "network.kind" if experiment.model == "miniworld" else "model"
@@ -106,7 +106,8 @@ def _find_parts_with_genes(experiment: Any) -> Iterator[tuple[str, Any]]:
         if kind == "model":
             continue
         value, _ = paths.look_up(experiment, path)
-        for name in (value,) if isinstance(value, str) else value:
+        names = [value] if isinstance(value, str) else value
+        for name in names:
             # The parts in BUILT_IN have no genes. Their classes would load the engine.
             is_built_in = name in registry.BUILT_IN[kind]
             if not is_built_in and registry.is_available(kind, name):

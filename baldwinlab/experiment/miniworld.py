@@ -227,12 +227,10 @@ class Experiment(BaseExperiment):
 @lru_cache(maxsize=256)
 def _list_part_records(experiment: Experiment) -> dict[str, Any]:
     """Return the records of all parts in all generations: declared arrays by name."""
-    segments = [segment for _, segment in experiment.segments()]
-    return {
-        name: array
-        for segment in segments
-        for member in segment.species_experiments() or (segment,)
-        for path, _, _ in choosing_fields(type(member))
-        for part in member.parts(path)
-        for name, array in part.records.items()
-    }
+    records: dict[str, Any] = {}
+    for _, segment in experiment.segments():
+        for member in segment.species_experiments() or (segment,):
+            for path, _, _ in choosing_fields(type(member)):
+                for part in member.parts(path):
+                    records |= part.records
+    return records

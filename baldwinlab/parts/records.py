@@ -54,17 +54,16 @@ def list_read_records(part: Any) -> tuple[str, ...]:
         Each NAME of `lifetimes.records.NAME` in the source of its hooks.
     """
     hooks = [getattr(part, name) for name in READING_HOOKS if hasattr(part, name)]
-    nodes = [node for hook in hooks if (node := find_definition(hook)) is not None]
-    return tuple(
-        dict.fromkeys(
-            node.attr
-            for definition in nodes
-            for node in ast.walk(definition)
-            if isinstance(node, ast.Attribute)
-            and isinstance(node.value, ast.Attribute)
-            and node.value.attr == "records"
-        )
-    )
+    names: dict[str, None] = {}
+    for definition in map(find_definition, hooks):
+        for node in ast.walk(definition) if definition is not None else ():
+            if isinstance(node, ast.Attribute) and _is_records(node.value):
+                names[node.attr] = None
+    return tuple(names)
+
+
+def _is_records(node: ast.expr) -> bool:
+    return isinstance(node, ast.Attribute) and node.attr == "records"
 
 
 @compiled

@@ -53,7 +53,7 @@ def read_claims(study: StudyStore) -> list[dict[str, Any]]:
             f"{path} was written by an older version, and has no digest of its runs; {remedy}"
         )
     if not _verify_content(content):
-        raise StudyError(f"{path} is not what a report has written; {remedy}")
+        raise StudyError(f"{path} was not written by a report; {remedy}")
     if content["records"] != digest_records(study):
         raise StudyError(
             f"{path} was decided by other runs than those that are stored now; {remedy}"

@@ -71,11 +71,13 @@ class Variant(NamedTuple):
     @property
     def choices(self) -> dict[str, str]:
         """The selected alternative of each choice: {"R2": "contact-5"}."""
+        choice_by_alternative = {
+            name: choice for choice, names in alternatives(self.paper).items() for name in names
+        }
         return {
-            choice: part
-            for part in self.parts
-            for choice, names in alternatives(self.paper).items()
-            if part in names
+            choice_by_alternative[name]: name
+            for name in self.parts
+            if name in choice_by_alternative
         }
 
     @property

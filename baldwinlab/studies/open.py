@@ -37,8 +37,8 @@ def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) ->
     -------
     xarray.Dataset
         The variables of `baldwinlab.core.variables.RUN_VARIABLES`, with the dimensions `condition`,
-        `run`, `generation` and `agent`. Missing values are NaN where conditions differ in their
-        numbers of runs, generations or agents, and after the generation in which a run stopped. If
+        `run`, `generation` and `agent`. Missing values are NaN: conditions can differ in their
+        numbers of runs, generations or agents, and a run that stopped has no later generations. If
         runs can stop, the coordinate `n_generations` (condition, run) is the number of simulated
         generations. `experiment` is each condition as TOML. `learner`, `map` and `variant` are
         coordinates of `condition` if a condition has them. Write `data["map"]`: `data.map` is a
@@ -63,9 +63,8 @@ def open_conditions(study: StudyStore, names: Sequence[str]) -> xr.Dataset:
         return data
     counts = np.zeros((len(names), data.sizes["run"]), np.int32)
     for row, dataset in zip(counts, datasets, strict=True):
-        row[data.indexes["run"].get_indexer(dataset["run"].values)] = dataset.attrs[
-            GENERATION_COUNT
-        ]
+        run_indices = data.indexes["run"].get_indexer(dataset["run"].values)
+        row[run_indices] = dataset.attrs[GENERATION_COUNT]
     coordinate = (("condition", "run"), counts, GENERATION_COUNT_ATTRIBUTES)
     return data.assign_coords({GENERATION_COUNT: coordinate})
 
@@ -118,8 +117,8 @@ def _open_condition(study: StudyStore, condition: str) -> xr.Dataset:
     if not runs:
         return make_empty_dataset(study.experiments[condition])
     records = [study.read(condition, run, genomes=False) for run in runs]
-    # Runs have different numbers of generations if some have stopped, and while an extended study
-    # is simulated.
+    # Runs have different numbers of generations if some have stopped, or if an extended study is
+    # not complete.
     data = xr.concat(records, "run", join="outer", combine_attrs="drop")
     data = data.assign_coords(run=np.array(runs, np.int32))
     data.attrs[GENERATION_COUNT] = [record.sizes["generation"] for record in records]

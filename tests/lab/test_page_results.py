@@ -205,7 +205,7 @@ def test_manually_changed_claims_are_not_shown(
     open_results(page)
     section = page.get_by_test_id("claims")
     expect(section.get_by_test_id("claims-problem")).to_contain_text(
-        "claims.json is not what a report has written"
+        "claims.json was not written by a report"
     )
     expect(section).not_to_contain_text("holds")
 

@@ -49,7 +49,7 @@ def test_a_manually_changed_file_is_refused(study: StudyStore, change: str) -> N
     path.write_text(json.dumps(stored))
     with pytest.raises(
         StudyError,
-        match=r"claims\.json is not what a report has written; `baldwinlab report .*` makes it",
+        match=r"claims\.json was not written by a report; `baldwinlab report .*` makes it",
     ):
         read_claims(study)
 
@@ -84,7 +84,7 @@ def test_claims_of_an_older_version_are_refused_with_the_command_that_writes_the
 @pytest.mark.parametrize("content", [5, {}, {"claims": 5}, {"claims": [5]}, None, "claims"])
 def test_json_with_unexpected_content_is_refused(study: StudyStore, content: Any) -> None:
     (study.directory / CLAIMS_FILE).write_text(json.dumps(content))
-    with pytest.raises(StudyError, match="is not what a report has written"):
+    with pytest.raises(StudyError, match="was not written by a report"):
         read_claims(study)
 
 

@@ -185,16 +185,16 @@ def tabulate_fork(analysis: Analysis) -> list[dict[str, Any]]:
         for condition, start, measure in numbers
         if measure.startswith(fork.QUANTITY_PREFIX)
     )
-    return [
-        {
-            "condition": condition,
-            "start": start,
-            "measure": name,
-            "numbers": [
-                numbers[condition, start, fork.name_quantity(effect, measure)]
-                for effect in fork.EFFECTS
-            ],
-        }
-        for condition, start in starts
-        for measure, name in fork.MEASURES.items()
-    ]
+    rows = []
+    for condition, start in starts:
+        for measure, name in fork.MEASURES.items():
+            quantities = [fork.name_quantity(effect, measure) for effect in fork.EFFECTS]
+            rows.append(
+                {
+                    "condition": condition,
+                    "start": start,
+                    "measure": name,
+                    "numbers": [numbers[condition, start, quantity] for quantity in quantities],
+                }
+            )
+    return rows

@@ -88,14 +88,11 @@ def draw_networks(report: ReportData) -> ReportFigure | None:
         if name in report.appearances and name in experiments:
             kind = _make_kind(factors.learner, experiments[name], report.appearances[name])
             kinds.setdefault(factors.learner, kind)
-    sources = {
-        learner: kind
-        for kind in ("conditions", "controls")
-        for learner in paper.names(kind)
-        if learner in kinds
-    }
     descriptions = " ".join(
-        f"{learner}: {paper.describe(kind, learner)}." for learner, kind in sources.items()
+        f"{learner}: {paper.describe(preset_kind, learner)}."
+        for preset_kind in ("conditions", "controls")
+        for learner in paper.names(preset_kind)
+        if learner in kinds
     )
     alternatives = [
         f"{kind.name}: {', '.join(kind.lines)}; {' and '.join(kind.modules)}"

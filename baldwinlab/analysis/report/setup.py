@@ -14,7 +14,7 @@ from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors, read_factors
 
-# Largest number of conditions that a report lists. Of more, it lists the learners and maps.
+# Largest number of conditions that a report lists. For more, it lists the learners and the maps.
 MAX_LISTED_CONDITIONS: Final = 12
 
 
@@ -97,7 +97,7 @@ def describe_stopped_runs(data: xr.Dataset, conditions: Experiments) -> str:
         return ""
     return (
         f"{'; '.join(texts)}. In figures, tables and assays, a stopped run keeps the values of its "
-        "last generation. The last generations of a run are those before its end."
+        "last generation, and its last generations are counted back from there."
     )
 
 

@@ -181,17 +181,11 @@ def format_percent(share: float) -> str:
 
 
 def _draw_figure(papers: dict[str, tuple[System, ...]], last: int) -> ReportFigure:
-    rows = [
-        row
-        for paper, systems in papers.items()
-        for system in systems
-        for row in _tabulate_answers(paper, system)
-    ]
+    systems = [(paper, system) for paper in papers for system in papers[paper]]
+    rows = [row for paper, system in systems for row in _tabulate_answers(paper, system)]
     meanings = "; ".join(f"{effect.title}: {effect.meaning}" for effect in EFFECTS)
     headlines = "; ".join(
-        f"{paper}, {system.condition}: {system.phases_sentence}"
-        for paper, systems in papers.items()
-        for system in systems
+        f"{paper}, {system.condition}: {system.phases_sentence}" for paper, system in systems
     )
     return ReportFigure(
         "gallery",

@@ -250,18 +250,18 @@ def state_bytes(experiment: Experiment, worlds: int) -> int:
         type(part).arrays for path in paths for part in experiment.parts(path)
     ]
     part_arrays += [type(part).arrays for part in list_recorders(experiment)]
-    arrays = [
-        array
-        for declared_arrays in (
-            ARRAYS,
-            choose_lookup(experiment).arrays,
-            choose_population(experiment).arrays,
-            *part_arrays,
-        )
-        for array in declared_arrays.values()
-        if array.owner != "run"
+    all_arrays = [
+        ARRAYS,
+        choose_lookup(experiment).arrays,
+        choose_population(experiment).arrays,
+        *part_arrays,
     ]
-    return sum(math.prod(array_shape(array)) * np.dtype(array.dtype).itemsize for array in arrays)
+    n_bytes = 0
+    for declared_arrays in all_arrays:
+        for array in declared_arrays.values():
+            if array.owner != "run":
+                n_bytes += math.prod(array_shape(array)) * np.dtype(array.dtype).itemsize
+    return n_bytes
 
 
 def make_population(

@@ -5,7 +5,7 @@ The items of neighboring cells in a row are contiguous in *slots*, and are teste
 A region with few items is a single cell, and its items never change slots.
 An empty SIMD block follows the slots of each region. A block never contains items of two regions.
 
-Source: the paper, "The Simulated World of Foods and Agents".
+Source: Le (2019), "The Simulated World of Foods and Agents".
 `docs/explanation/model.md` lists the choices that the paper leaves open.
 """
 

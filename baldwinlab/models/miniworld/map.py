@@ -1,6 +1,6 @@
 """Positions on the map: birthplaces, and movement on a torus.
 
-Source: the paper, "The Simulated World of Foods and Agents".
+Source: Le (2019), "The Simulated World of Foods and Agents".
 `docs/explanation/model.md` lists the choices that the paper leaves open.
 """
 

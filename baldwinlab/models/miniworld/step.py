@@ -1,4 +1,4 @@
-"""One time step: the phases of the paper, in its order. All backends use this code.
+"""One time step: the phases of Le (2019), in the same order. All backends use this code.
 
 A lifetime is a pure function of the experiment, the seed, the run, the generation and the genomes.
 

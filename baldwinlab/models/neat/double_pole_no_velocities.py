@@ -57,15 +57,11 @@ START_SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
 # Limits of position (m), velocity (m/s), angle (rad) and angular velocity (rad/s) in both
 # directions, of the cart and the long pole.
 START_LIMITS: Final = (2.16, 1.35, np.radians(3.6), np.radians(8.6))
-START_STATES: Final = [
-    [
-        *((2 * share - 1) * limit for share, limit in zip(shares, START_LIMITS, strict=True)),
-        # The short pole is upright and at rest.
-        0.0,
-        0.0,
-    ]
-    for shares in product(START_SHARES, repeat=len(START_LIMITS))
+START_VALUES: Final = [
+    [(2 * share - 1) * limit for share in START_SHARES] for limit in START_LIMITS
 ]
+# The short pole is upright and at rest.
+START_STATES: Final = [[*values, 0.0, 0.0] for values in product(*START_VALUES)]
 
 
 class UnseenVelocities(Poles, name="neat-poles-without-velocities"):

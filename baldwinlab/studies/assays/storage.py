@@ -81,9 +81,9 @@ def read_assays(
             path.relative_to(folder).with_suffix("").as_posix()
             for path in sorted(folder.rglob("*.nc"))
         ]
-        # The conditions of the study are first, in their order.
-        names_in_order = dict.fromkeys((*study.experiments, *stored))
-        for condition in [name for name in names_in_order if name in stored]:
+        # The conditions of the study come first, in their order.
+        in_study = [name for name in study.experiments if name in stored]
+        for condition in dict.fromkeys((*in_study, *stored)):
             factors = study.factors.get(condition, Factors())
             # The points of a sweep have no factors.
             factors = factors._replace(learner=factors.learner or condition)
@@ -114,7 +114,7 @@ def read_assay(study: AssayedStudy, assay: str, condition: str) -> xr.Dataset:
         raise ValueError(f"{path} is damaged: {error}; {remedy}") from None
     data = _upgrade_names(data)
     if not _is_declared(data, assay):
-        raise ValueError(f"{path} is not what the assay {assay!r} stores; {remedy}")
+        raise ValueError(f"{path} does not have the content of the assay {assay!r}; {remedy}")
     if mismatch := _find_mismatch(data, study, condition):
         if condition not in study.experiments:
             remedy = "remove it"
@@ -123,14 +123,14 @@ def read_assay(study: AssayedStudy, assay: str, condition: str) -> xr.Dataset:
 
 
 def _find_mismatch(data: xr.Dataset, study: AssayedStudy, condition: str) -> str:
-    """Return the end of a sentence that says why a file does not match a study; "" if it matches.
+    """Return why a file does not match a study, as the end of a sentence. Return "" if it matches.
 
     Every version stores the seed, the experiment and the runs. A file without them is refused.
     """
     name = data.attrs.get("condition", condition)
     seed = data.attrs.get("seed")
     if condition not in study.experiments:
-        return f"is of the condition {condition!r}, which the study has not"
+        return f"is of the condition {condition!r}, which is not in the study"
     if name != condition:
         return f"is of the condition {name!r}, not of {condition!r}"
     if str(seed) != str(study.seed):
@@ -152,7 +152,7 @@ def _find_control_mismatch(data: xr.Dataset, study: AssayedStudy) -> str:
     if not control:
         return ""
     if control not in study.experiments:
-        return f"compares with the condition {control!r}, which the study has not"
+        return f"compares with the condition {control!r}, which is not in the study"
     if _parse_fields(data.attrs["control_experiment"]) != study.experiments[control].to_dict():
         return f"was measured on another experiment than that of {control} in this study"
     return ""
@@ -163,7 +163,7 @@ def _parse_fields(text: str) -> dict[str, Any]:
 
 
 def _is_declared(data: xr.Dataset, assay: str) -> bool:
-    """Return whether a dataset has the attributes and variables of an assay with coordinates."""
+    """Return whether a dataset has the attributes, variables and coordinates of an assay."""
     declared = ASSAY_VARIABLES[assay]
     present_names = [name for name in declared if name in data]
     coordinate_dims = {dim for coordinate in data.coords.values() for dim in coordinate.dims}
@@ -179,12 +179,13 @@ def _is_declared(data: xr.Dataset, assay: str) -> bool:
     has_runs = "run" in data.coords and data["run"].dtype.kind == "i"
     if not present_names or not has_runs:
         return False
-    return all(
-        set(data[name].dims) == set(declared[name].dims)
-        and data[name].dtype.kind in "if"
-        and coordinate_dims.issuperset(declared[name].dims)
-        for name in present_names
-    )
+    for name in present_names:
+        dims = set(declared[name].dims)
+        if set(data[name].dims) != dims or not dims <= coordinate_dims:
+            return False
+        if data[name].dtype.kind not in "if":
+            return False
+    return True
 
 
 def _upgrade_names(data: xr.Dataset) -> xr.Dataset:

@@ -104,7 +104,8 @@ def test_a_netcdf_file_that_is_no_assay_is_named_despite_a_valid_checksum(
     }[foreign]
     stored(tmp_path).write_bytes(to_bytes(invalid))
     with pytest.raises(
-        ValueError, match=r"A\.nc is not what the assay 'innate' stores; `baldwinlab assay"
+        ValueError,
+        match=r"A\.nc does not have the content of the assay 'innate'; `baldwinlab assay",
     ):
         read_assays(Assayed(tmp_path))
 
@@ -117,7 +118,9 @@ def test_a_window_longer_than_the_run_has_all_generations(tmp_path: Path) -> Non
 
 def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
     stored(tmp_path, "within-life")
-    with pytest.raises(ValueError, match=r"A\.nc is not what the assay 'within-life' stores"):
+    with pytest.raises(
+        ValueError, match=r"A\.nc does not have the content of the assay 'within-life'"
+    ):
         read_assays(Assayed(tmp_path))
 
 
@@ -267,7 +270,7 @@ def test_an_assay_of_an_absent_condition_is_refused(tmp_path: Path) -> None:
     foreign.parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(path, foreign)
     with pytest.raises(
-        ValueError, match=r"C\.nc is of the condition 'evo/C', which the study has not; remove it"
+        ValueError, match=r"C\.nc is of the condition 'evo/C', which is not in the study; remove it"
     ):
         read_assays(StudyStore(tmp_path))
 

@@ -1,6 +1,6 @@
 """Bodies in addition to that of the paper: with a stay action, on a grid, and with two wheels.
 
-A body moves by at most `STRIDE` in a step, as the body of the paper.
+A body moves by at most `STRIDE` in a step, as in Le (2019).
 
 The lengths of moves and the angles of turns are our interpretation. Sources:
 

@@ -1,6 +1,6 @@
 """The body of the paper: an agent that turns and moves forward.
 
-Source: the paper, "The Simulated World of Foods and Agents".
+Source: Le (2019), "The Simulated World of Foods and Agents".
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Learning rules `none`, `self-taught`, and `drift`, which is the control of self-teaching.
 
-Source: the paper, "The Self-learned neural architecture".
+Source: Le (2019), "The Self-learned neural architecture".
 `docs/explanation/controls.md` explains the control.
 """
 
@@ -78,7 +78,7 @@ class Drift(LearningRule, name="drift"):
         "shadow_weights": per_agent("weights"),
         "shadow_activations": per_agent("units"),
         "birth_weights": per_agent("weights"),
-        # 1 or -1: factor of the changes of the copy.
+        # 1 or -1: whether a weight changes as in the copy or in the opposite direction.
         "signs": per_agent("weights"),
     }
 
@@ -129,12 +129,8 @@ class Drift(LearningRule, name="drift"):
         target = naive.think(agent.reinforcement_module, agent.inputs)
         naive.backpropagate(shadow, agent.inputs, target, agent.rate)
         agent.arrays["shadow_weights"] = naive.weights(shadow)
-        entries = zip(
-            agent.arrays["birth_weights"],
-            agent.arrays["signs"],
-            agent.arrays["shadow_weights"],
-            strict=True,
-        )
-        agent.action_module = naive.module(
-            [weight + sign * (learned_weight - weight) for weight, sign, learned_weight in entries]
-        )
+        weights = []
+        for weight, birth_weight in enumerate(agent.arrays["birth_weights"]):
+            change = agent.arrays["shadow_weights"][weight] - birth_weight
+            weights.append(birth_weight + agent.arrays["signs"][weight] * change)
+        agent.action_module = naive.module(weights)

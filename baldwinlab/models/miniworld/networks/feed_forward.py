@@ -5,7 +5,7 @@ Units are numbered layer by layer, from the inputs.
 Weights are ordered by layer, then by source unit, then by target unit.
 With biases, the bias weights of a layer follow its weights.
 
-Source: the paper, "The neural network controller".
+Source: Le (2019), "The neural network controller".
 """
 
 from __future__ import annotations

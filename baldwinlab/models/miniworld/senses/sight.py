@@ -4,7 +4,7 @@ u and v are the coordinates of an item along and across the heading. v is positi
 An item is in the front sector if |v| <= u tan 15, and in a side sector if u tan 15 < |v| < u.
 These tests need no angle.
 
-Source: the paper, "The Simulated World of Foods and Agents", on the angle theta.
+Source: Le (2019), "The Simulated World of Foods and Agents", on the angle theta.
 `docs/explanation/model.md` describes the boundaries of the sectors (interpretation R8).
 """
 
