@@ -1,4 +1,4 @@
-"""Evaluate claims about a study: of its paper, of another paper, or in a file."""
+"""Evaluate claims about a study, from its paper, another paper, or a file."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def claims(
     ] = None,
     force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
 ) -> None:
-    """Evaluate claims about a study: of its paper, of another paper, or in a file.
+    """Evaluate claims about a study, from its paper, another paper, or a file.
 
     The verdicts are printed. Nothing is written unless --out is given.
 

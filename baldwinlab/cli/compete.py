@@ -36,12 +36,15 @@ def compete(
     ] = None,
     assignments: Assignments = None,
     lives: Annotated[
-        Integer, Parameter(help="Number of lives. Each is simulated with swapped places, too.")
+        Integer,
+        Parameter(
+            help="Number of lives. Each is also simulated with the birthplaces of A and B swapped."
+        ),
     ] = 100,
     seed: Seed = 0,
     part: Parts = None,
 ) -> None:
-    """Simulate the agents of two genome files in one population, half and half.
+    """Compare the agents of two genome files in one population. Each has half of it.
 
     The command prints the mean energy of each competitor, and their difference with its 95 %
     interval over lives.
