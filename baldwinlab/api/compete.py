@@ -66,8 +66,8 @@ def compete(
     """Simulate the agents of two genome files in one population, and compare their energy.
 
     Half of a population has genomes of A, half of B. Each life is simulated twice with the same
-    random numbers, and A and B swap their birthplaces. The files can have any number of agents: each
-    life takes the next agents, and begins again after the last agent of a file.
+    random numbers, and A and B swap their birthplaces. The files can have any number of agents.
+    Each life takes the next agents, and begins again after the last agent of a file.
 
     Parameters
     ----------
