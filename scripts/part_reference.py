@@ -169,13 +169,12 @@ def _python_hooks(kind: type[Part]) -> str:
 
 def _python_methods(kind: type[Part]) -> list[str]:
     """Return the names of the documented methods and properties that a part may replace."""
-    return [
-        name
-        for name, value in vars(kind).items()
-        if not name.startswith("_")
-        and (inspect.isfunction(value) or isinstance(value, property | classmethod))
-        and inspect.getdoc(value)
-    ]
+
+    def is_method(value: Any) -> bool:
+        return inspect.isfunction(value) or isinstance(value, property | classmethod)
+
+    public = {name: value for name, value in vars(kind).items() if not name.startswith("_")}
+    return [name for name, value in public.items() if is_method(value) and inspect.getdoc(value)]
 
 
 def _order_of_calls(calls: Iterable[Call]) -> str:

@@ -96,8 +96,8 @@ def main(paths: list[str]) -> int:
     names = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
     counts: Counter[str] = Counter()
     for path in map(Path, names):
-        is_third_party = "vendor" in path.parts
-        if path.suffix in NOT_PROSE and path.is_file() and path != WORDS and not is_third_party:
+        is_excluded = path == WORDS or "vendor" in path.parts
+        if path.suffix in NOT_PROSE and path.is_file() and not is_excluded:
             for line, word, plain in sorted(set(check_file(path))):
                 print(f"{path}:{line}: {word} -> {plain}")
                 counts["/".join(path.parts[:-1][:2]) or "."] += 1

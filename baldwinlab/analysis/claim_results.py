@@ -42,7 +42,7 @@ class Finding:
             return False
         if self.comparison.rule in P_VALUE_RULES:
             return self.smallest_p_holm >= SIGNIFICANCE_LEVEL
-        # A single run has no interval, without which the other rules cannot decide.
+        # A single run has no interval. All other rules need one.
         has_single_run = 1 in (self.numbers.n_a, self.numbers.n_b)
         return has_single_run and math.isnan(self.numbers.low)
 

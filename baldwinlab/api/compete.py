@@ -219,7 +219,7 @@ def _simulate_lives(
             energy.reshape(len(runs), 2, half).mean(axis=2)
             for energy in (energy_a_first, energy_b_first)
         )
-        # Reversed, the columns of a population with B first are A and B.
+        # In a population with B first, the columns are B and A, so they are reversed.
         rows.append((means_a_first + means_b_first[:, ::-1]) / 2)
     return np.concatenate(rows)
 

@@ -276,8 +276,10 @@ def _write_founders(directory: Path, contents: Mapping[Path, bytes]) -> None:
     """Write the genome files of a new study. Raise RefusedError if the study has other files."""
     require_available(directory)
     for path, content in contents.items():
-        is_stored = path.exists() and path.read_bytes() == content
-        has_other_founders = not is_stored and (path.exists() or is_study(directory))
+        if path.exists():
+            has_other_founders = path.read_bytes() != content
+        else:
+            has_other_founders = is_study(directory)
         if has_other_founders:
             raise RefusedError(
                 f"{directory} holds a study with other founders; choose another --out"

@@ -70,7 +70,7 @@ class RunOptions:
         return executors.choose_executor(self.executor, self.workers)
 
     def make_callback(self) -> Callable[[xr.Dataset], None] | None:
-        """Return the callback, of which one call runs at a time."""
+        """Return the callback, protected by a lock: one call runs at a time."""
         callback = self.callback
         if callback is None:
             return None

@@ -123,7 +123,7 @@ def run(
     )
     directory = parse_location(experiment)
     if is_study(directory):
-        has_other_options = experiments or assignments or out or seed or founders or at
+        has_other_options = any((experiments, assignments, out, seed, founders, at))
         if has_other_options or variant != STANDARD_VARIANT:
             raise RefusedError(
                 f"{experiment} is a stored study, which determines its experiments, settings, seed "

@@ -54,7 +54,7 @@ def parse_json(text: str | bytes) -> Any:
     """Return the value of a JSON text. Raise ValueError if it is invalid or nested too deeply."""
     try:
         value = json.loads(text)
-        # `level` holds the values at one depth, and at the end those below the allowed depth.
+        # The values at one depth. After the loop, they are deeper than allowed.
         level = [value]
         for _ in range(MAX_JSON_DEPTH):
             level = [child for parent in level for child in _list_children(parent)]

@@ -80,7 +80,7 @@ SPECIES_VARIABLE = Variable(
     PER_AGENT_DIMS, np.int32, "1", "index of the species of the agent, in the order of the settings"
 )
 
-# Names of the arrays of a run, with which an extension of the run begins.
+# Prefix of the names of the arrays of a run. An extension of the run reads these arrays.
 RUN_ARRAY_PREFIX = "run_array."
 # Variables in the records of every model.
 COMMON_RECORD_VARIABLES = ("energy", "parents", "kept_genome")

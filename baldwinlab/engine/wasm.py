@@ -165,13 +165,13 @@ def _memory_offsets(
     is_named = isinstance(numba_type, BaseNamedTuple)
     names = numba_type.fields if is_named else range(len(numba_type))
     fields = zip(names, numba_type.types, strict=True)
-    for field_index, (field_name, field_type) in enumerate(fields):
+    for number, (field_name, field_type) in enumerate(fields):
         if isinstance(llvm_type, ir.ArrayType):
             field_llvm_type = llvm_type.element
-            start = field_index * field_llvm_type.get_abi_size(data)
+            start = number * field_llvm_type.get_abi_size(data)
         else:
-            field_llvm_type = llvm_type.elements[field_index]
-            start = llvm_type.get_element_offset(data, field_index)
+            field_llvm_type = llvm_type.elements[number]
+            start = llvm_type.get_element_offset(data, number)
         yield from _memory_offsets(
             field_type, field_llvm_type, data, f"{name}.{field_name}", offset + start
         )

@@ -116,9 +116,11 @@ def selects_by_lifetimes(experiment: BaseExperiment) -> bool:
 
 def _reads_lifetimes(experiment: BaseExperiment) -> bool:
     selection = type(experiment.part("evolution.selection"))
-    reads_lifetimes = selection.select_with_genomes is not select_with_genomes.default
+    overrides_hook = selection.select_with_genomes is not select_with_genomes.default
+    if overrides_hook and not selection.reads_only_genomes:
+        return True
     parts = [experiment.part(f"evolution.{field}") for field in ("selection", "variation")]
-    return (reads_lifetimes and not selection.reads_only_genomes) or any(map(has_run_arrays, parts))
+    return any(has_run_arrays(part) for part in parts)
 
 
 @jit_entry_point

@@ -41,7 +41,10 @@ class File(Fields):
     def _fill_in_hash(cls, value: Any, info: Any) -> Any:
         tree = {"path": str(value)} if isinstance(value, str | Path) else value
         is_lenient = (info.context or {}).get("lenient")
-        if is_lenient or not isinstance(tree, dict) or tree.get("sha256") or not tree.get("path"):
+        if is_lenient or not isinstance(tree, dict):
+            return tree
+        has_hash = bool(tree.get("sha256"))
+        if has_hash or not tree.get("path"):
             return tree
         return {**tree, "sha256": hashlib.sha256(_read_content(str(tree["path"]))).hexdigest()}
 

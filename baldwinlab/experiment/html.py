@@ -33,9 +33,9 @@ def iterate_rows(table: BaseModel, default: Any = None, path: str = "") -> Itera
     """Yield a row per setting below `path`. `default` is the table with default values."""
     # A table of a model that is not loaded has values without fields.
     for name, value in table:
-        info = type(table).model_fields.get(name)
+        field = type(table).model_fields.get(name)
         has_given_default = isinstance(default, dict) and name in default
-        default_value = default[name] if has_given_default else _find_default(info)
+        default_value = default[name] if has_given_default else _find_default(field)
         if isinstance(value, BaseModel):
             yield from iterate_rows(value, to_plain_data(default_value), f"{path}{name}.")
         elif isinstance(value, tuple) and value and isinstance(value[0], BaseModel):
@@ -47,12 +47,12 @@ def iterate_rows(table: BaseModel, default: Any = None, path: str = "") -> Itera
                 path=f"{path}{name}",
                 value=_format_value(value),
                 default=_format_value(default_value) if has_default else "–",
-                meaning=(info and info.description) or "",
+                meaning=(field.description or "") if field else "",
             )
 
 
-def _find_default(info: Any) -> Any:
-    return PydanticUndefined if info is None else info.get_default(call_default_factory=True)
+def _find_default(field: Any) -> Any:
+    return PydanticUndefined if field is None else field.get_default(call_default_factory=True)
 
 
 def _format_value(value: Any) -> str:

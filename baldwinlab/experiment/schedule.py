@@ -155,9 +155,9 @@ def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, A
         part, such as `learning.rule`, also drops the scheduled settings of that table.
     """
     replaced_values = dict(iterate_settings(changes))
-    # A scheduled setting is dropped if it is replaced, or if the choice of its part is.
-    # Only the name of a part is a text, for example that of `learning.rule`.
-    # A text without a section, such as the name of the experiment, is no choice of a part.
+    # A scheduled setting is dropped if it gets a value, or if its table chooses another part.
+    # A text in a table is the name of a part, for example `learning.rule`. The name of the
+    # experiment is a text outside tables.
     sections = {
         _parent_path(path)
         for path, value in replaced_values.items()

@@ -34,7 +34,7 @@ def is_unresolved(runs: xr.Dataset) -> xr.DataArray:
 
 
 def count_generations_to_end(runs: xr.Dataset) -> xr.DataArray:
-    """Return the first generation without or with only the first species; NaN if unresolved."""
+    """Return the generation in which the first species is lost or fixed; NaN if unresolved."""
     share = compute_first_species_share(runs)
     is_end = (share == 0) | (share == 1)
     return is_end.argmax("generation").where(is_end.any("generation"))

@@ -18,7 +18,7 @@ def make_appearance_template(experiment: Experiment) -> dict[str, Any]:
     appearance = describe_appearance(experiment).to_dict()
     n_foods = len(experiment.world.food)
     n_regions = len(item_regions(experiment))
-    # A path without the name of a table is that of a field of the row.
+    # A path without the name of a table is the path of a field in a row of `table`.
     food = {"name": FOOD, "color": FOOD_COLOR, "number": {"path": "count"}}
     food_region = {
         "kind": "rectangle",
@@ -30,7 +30,7 @@ def make_appearance_template(experiment: Experiment) -> dict[str, Any]:
         "label": FOOD,
         "solid": False,
     }
-    # The marks are the food regions, the other regions, the start area, and those of features.
+    # The marks have this order: food regions, other regions, start area, marks of features.
     start_area = appearance["marks"][n_regions] | {
         "x": {"sum": [["world.start.x", 1], ["world.start.radius", -1]]},
         "y": {"sum": [["world.start.y", 1], ["world.start.radius", -1]]},

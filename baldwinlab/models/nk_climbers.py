@@ -237,7 +237,7 @@ class NKClimbers(Model, name="nk-climbers"):
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
-        # The number of a string has bit i of the string as its bit i.
+        # Bit i of the number of a string is bit i of the string.
         bit_masks = 1 << np.arange(self.bits)
         newborn_strings = self.numbers(genomes)
         strings = newborn_strings.copy()

@@ -49,7 +49,7 @@ Question = Literal[
 
 
 class Inference(DeclaredTable):
-    """Inference of the Baldwin effect in a paper, and the question with the same comparison."""
+    """Statement of a paper on the Baldwin effect, and the question that makes its comparison."""
 
     question: Question
     # One sentence of the report.

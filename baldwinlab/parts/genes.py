@@ -33,7 +33,7 @@ MUTATIONS: Final = ("none", "normal", "log-normal")
 class Gene:
     """Declaration of a gene of a part.
 
-    A number can also be the name of a numeric setting, or of a derived value, of the part.
+    Instead of a number, write the name of a numeric setting or of a derived value of the part.
 
     Attributes
     ----------

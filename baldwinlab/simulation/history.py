@@ -71,7 +71,7 @@ class History:
         record: xr.Dataset | None = None,
         start: BranchStart | None = None,
     ) -> None:
-        """Begin with the founders, the last generation of a stored `record`, or with `start`."""
+        """Begin with the founders, with the last generation of a `record`, or with `start`."""
         self.experiment = experiment
         self.seed = seed
         self.run = run

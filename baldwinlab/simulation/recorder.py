@@ -32,7 +32,7 @@ VARIABLE_READERS: Mapping[str, Callable[[SimulatedAgents, Lanes], Array]] = {
     # Only for a teacher that computes its outputs in every step.
     "teacher_activations": lambda batch, lanes: batch.state.lookup.activations[:, lanes].T,
     "inputs": lambda batch, lanes: batch.state.activations[: batch.model.inputs, lanes].T,
-    # The outputs are the last units, as many as targets.
+    # The outputs are the last units. Each output has a target.
     "outputs": lambda batch, lanes: batch.state.activations[-len(batch.state.targets) :, lanes].T,
     "weights": lambda batch, lanes: batch.state.weights[:, lanes].T,
     # 1 for agents that are alive.

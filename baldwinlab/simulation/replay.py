@@ -223,7 +223,8 @@ def simulate_energy_before(experiment: BaseExperiment, key: GenerationKey) -> xr
         evolution={"generations": generation}, record={"genome_every": generation}
     )
     (dataset,) = simulate_batch(shortened, seed, [run])
-    # A run that stopped has no later generation, even if its last one is the one before.
+    # The dataset has all generations before `generation`, or fewer if the run stopped. A run that
+    # stopped in the last of them does not have `generation` itself.
     n_generations = dataset.sizes["generation"] + (STOP_ATTRIBUTE not in dataset.attrs)
     require_simulated(experiment, run, generation, n_generations)
     return dataset["energy"]

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 # Suffixes of the files of a study, which the folder of a condition must not have.
 RESERVED_SUFFIXES = (".nc", ".toml", ".damaged")
-# Value of a setting that only one of two compared experiments has.
+# Value of a setting that one of two compared experiments lacks.
 NOT_SET = "not set"
 
 

@@ -296,7 +296,7 @@ def _planned_test(n_runs: int) -> PlannedTest:
 def planned_tests(
     experiments: Mapping[str, Experiment], assays: Mapping[str, Collection[str]], runs: int
 ) -> list[PlannedTest]:
-    """Return the tests that the planned assays allow at most.
+    """Return the largest possible set of tests of planned assays.
 
     Parameters
     ----------

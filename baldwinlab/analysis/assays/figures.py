@@ -54,7 +54,7 @@ LIFE_STYLES: Final = {
     life: SeriesStyle(LIFE_COLORS[life], line, marker)
     for life, line, marker in zip(LIFE_NAMES, LINE_STYLES, MARKERS, strict=False)
 }
-# Height of the points of a kind of modules, and half the length of its median line, in rows.
+# Vertical spread of the points of a kind of modules, and half of its median line, in rows.
 POINT_SPREAD: Final = 0.4
 HALF_MEDIAN_LINE: Final = 0.32
 

@@ -305,7 +305,7 @@ def _final_median(mean_fitness: xr.DataArray, last: int) -> float:
 def _find_time_to_level(
     mean_fitness: xr.DataArray, runs: xr.Dataset, counter_variable: str, level: float
 ) -> tuple[float, float]:
-    """Return medians over runs: the first generation at `level`, and the evaluations by then.
+    """Return medians over runs: the first generation at `level`, and the evaluations until then.
 
     Evaluations are counted up to the end of that generation.
     """

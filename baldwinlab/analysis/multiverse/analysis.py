@@ -230,7 +230,7 @@ def variants_with_most_claims(multiverse: Multiverse) -> list[VariantResult]:
 
 
 class Share(NamedTuple):
-    """Share of the combinations with one alternative of a choice under which a claim holds."""
+    """Share of the combinations under which a claim holds, for one alternative of a choice."""
 
     choice: str
     # "standard", or the name of a variant.

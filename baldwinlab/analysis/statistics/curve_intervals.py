@@ -82,7 +82,7 @@ def interval_of_median(values: xr.DataArray, over: str = "run") -> CurveInterval
     count = values.count(over)
     # NaN is sorted to the end.
     ordered = np.sort(values.transpose(..., over).values, axis=-1)
-    # The number k of the docstring. Without a k of at least 1, there is no interval.
+    # The number k of the docstring. If k is 0, there is no interval.
     rank = stats.binom.ppf(LOW_QUANTILE, np.maximum(count.values, 1), 0.5).astype(np.int64)
     has_interval = rank > 0
     low = np.where(has_interval, _take_along_last(ordered, rank - 1), np.nan)

@@ -97,8 +97,8 @@ def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:
 
 
 def _p_of_all_arrangements(ranks: Sample, size_a: int) -> float:
-    """Compute the exact p-value of the rank sum of sample a, whose ranks are the first ones."""
-    # [arrangement, value]: the indices of the ranks that could belong to a.
+    """Compute the exact p-value of the rank sum of sample a: of the first `size_a` ranks."""
+    # [arrangement, value]: indices of ranks, for each way to choose the ranks of sample a.
     arrangements = list(combinations(range(ranks.size), size_a))
     rank_sums = ranks[arrangements].sum(axis=1)
     observed_rank_sum = float(ranks[:size_a].sum())

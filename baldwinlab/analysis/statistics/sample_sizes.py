@@ -62,8 +62,8 @@ class PlannedTest(NamedTuple):
 def smallest_corrected_p(tests: Sequence[PlannedTest]) -> Sample:
     """Compute the smallest p-value of each test after Holm's correction for all tests.
 
-    No corrected p-value falls if a p-value of the family rises. So correcting the smallest p-values
-    of all tests gives a lower bound for each test.
+    A larger p-value never makes a corrected p-value smaller. The corrected values of the smallest
+    p-values are therefore lower bounds.
 
     Parameters
     ----------

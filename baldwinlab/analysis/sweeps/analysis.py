@@ -1,9 +1,9 @@
 """Response of the final fitness to the fields of a sweep.
 
-The value of a run is its average over the last generations. In a grid or a list, the sample
-consists of runs: a run is averaged over the points that share a value, and the interval is that of
-the mean over runs. In a random or a Sobol sample, the sample consists of points: a point is
-averaged over its runs, and the interval is that of the mean over points.
+The value of a run is its average over the last generations. In a grid or a list, each
+run is averaged over the points that share a value, and intervals are for the mean over runs. In a
+random or a Sobol sample, each point is averaged over its runs, and intervals are for the mean over
+points.
 
 Source: C. Spearman, American Journal of Psychology 15 (1904), for the rank correlation.
 """

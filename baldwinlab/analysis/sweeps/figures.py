@@ -62,7 +62,7 @@ def choose_axis_scale(values: Sequence[float] | npt.NDArray[np.float64]) -> str:
     numbers = np.unique(np.asarray(values, np.float64))
     positive = numbers[numbers > 0]
     has_negative = numbers.size > 0 and numbers[0] < 0
-    # Distances between values exist for two values, and their spread for three.
+    # Two values have one distance between neighbors. Only three or more have a spread of distances.
     if has_negative or positive.size < 2 or positive[-1] < MIN_LOG_RANGE * positive[0]:
         return "linear"
     if positive.size > 2 and _measure_unevenness(np.log(positive)) >= _measure_unevenness(positive):

@@ -75,8 +75,8 @@ class Watch:
     def __init__(self, parts: Iterable[type[Part]]) -> None:
         self.unwritten_read = ""
         self._calls: list[_Call] = []
-        # The key is the address of a tuple and its name. The value is the tuple and the tuple with
-        # named arrays. Without a reference to the tuple, Python could use its address again.
+        # By address and name of a tuple: the tuple, and its copy with named arrays. The reference
+        # to the tuple prevents that Python uses its address for another object.
         self._named: dict[tuple[int, str], tuple[Any, Any]] = {}
         for part in parts:
             for hook in overridden_hooks(part):

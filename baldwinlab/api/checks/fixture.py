@@ -122,7 +122,7 @@ def group_parts(parts: Iterable[type[Part]], seed: int = SEED) -> Iterator[PartG
     listed = tuple(part for kind in LISTED_KINDS for part in parts_of_kind.pop(kind, []))
     rows: Iterable[tuple[type[Part] | None, ...]] = zip_longest(*parts_of_kind.values())
     if listed and not parts_of_kind:
-        # A row without further parts, because `zip_longest` of nothing has no row.
+        # `zip_longest` without lists yields no row, but the listed parts need one.
         rows = [()]
     for row in rows:
         members = (*listed, *(part for part in row if part))

@@ -21,8 +21,7 @@ from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.studies.store import StudyStore
 
 Moment = Literal["birth", "death"]
-# Old versions of the operators and of the format, which all runtimes of the last
-# years read.
+# Old versions of the operators and of the format, because all recent runtimes can read them.
 OPERATOR_SET_VERSION: Final = 13
 FORMAT_VERSION: Final = 8
 
@@ -133,7 +132,7 @@ def _encode(
     """Return the bytes of a network with the input `inputs` and the output `outputs`."""
     helper = onnx.helper
     sizes = experiment.layer_sizes
-    # The weights of layer 0 lead from the inputs to the second size.
+    # Layer 0 has the links from the inputs to the next units.
     last_layer = len(sizes) - 2
     nodes = []
     arrays = []

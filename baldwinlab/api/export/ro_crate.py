@@ -197,7 +197,9 @@ def _add_entry(crate: ROCrate, entry: Path) -> None:
 def _add_file(crate: ROCrate, path: str) -> Any:
     """Add a file of the study, with its media type if the type is known."""
     properties = {"name": path}
-    if media_type := MEDIA_TYPES.get(Path(path).suffix) or MimeTypes(()).guess_type(path)[0]:
+    standard_type, _ = MimeTypes(()).guess_type(path)
+    media_type = MEDIA_TYPES.get(Path(path).suffix) or standard_type
+    if media_type:
         properties["encodingFormat"] = media_type
     return crate.add_file(dest_path=path, properties=properties)
 

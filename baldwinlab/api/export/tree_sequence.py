@@ -216,7 +216,7 @@ def _add_agents(
 ) -> npt.NDArray[np.int32]:
     """Add individuals and nodes of a generation; return the numbers of the nodes.
 
-    `nodes` are those of the generation before. Each individual has one node.
+    `nodes` are the nodes of the previous generation. Each individual has one node.
     """
     last_generation = len(parents) - 1
     individuals = tables.nodes.individual
@@ -264,7 +264,8 @@ def find_edges(genome: Genome, previous: Genome, parents: Parents) -> Edges:
     # 1 for the second parent, -1 for the first, 0 if both are equally close.
     closer = np.sign(difference_to_first - difference_to_second).astype(int)
     genes = np.arange(values.shape[1])
-    # The last gene, up to this gene, whose parent is decided by its value.
+    # The gene that decides the parent of each gene: itself, or the last one before it whose value
+    # is closer to one parent.
     decided_gene = np.maximum.accumulate(np.where(closer != 0, genes, 0), axis=1)
     is_second = np.take_along_axis(closer, decided_gene, axis=1) > 0
     is_second[parents[:, 0] == parents[:, 1]] = False

@@ -134,7 +134,8 @@ def _make_layout(study: StudyStore) -> Layout:
     )
     has_missing_runs = any(len(numbers) < len(coords["run"]) for numbers in runs.values())
     may_stop = any(experiment.may_stop for experiment in experiments)
-    has_gaps = has_missing_runs or may_stop or len(generations) > 1 or len(agents) > 1
+    has_unequal_sizes = len(generations) > 1 or len(agents) > 1
+    has_gaps = has_missing_runs or may_stop or has_unequal_sizes
     sizes = {str(dim): size for dim, size in (*data.sizes.items(), *frame.sizes.items())}
     return Layout(
         frame=frame,
@@ -175,7 +176,7 @@ def _write_records(study: StudyStore, layout: Layout, group: zarr.Group) -> None
     chunk_runs = max(1, min(n_runs, MAX_CHUNK_ROWS // rows_of_run))
     max_conditions = MAX_CHUNK_ROWS // (rows_of_run * chunk_runs)
     chunk_conditions = max(1, min(layout.conditions.shape[-1], max_conditions))
-    # The dimensions of a sweep before the last one have chunks of one point.
+    # A chunk has one point of each field of a sweep, and several points of the last field.
     chunk_shape = (*[1] * (layout.conditions.ndim - 1), chunk_conditions, chunk_runs)
     arrays = {
         name: _create_array(group, name, sample, layout, chunk_shape)

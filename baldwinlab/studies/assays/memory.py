@@ -30,7 +30,7 @@ HEADER_BYTES: Final = 1000
 SHARE_COPIES: Final = 4
 # Copies of the sets of descendants, which have a bit for each agent.
 DESCENDANT_COPIES: Final = 2
-# Runs in the memory of a fork: those of the learner and of the control, and a branch.
+# Runs in the memory of a fork: of the learner, of the control, and of a branch.
 RUNS_OF_FORK: Final = 3
 # Copies of the results: of single runs, of all runs, and as a file.
 RESULT_COPIES: Final = 3

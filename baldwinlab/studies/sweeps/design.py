@@ -150,7 +150,7 @@ def _pick_value(values: list[Any] | Range, share: float, is_integer: bool) -> An
 def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
     """Return the value and the meaning of a field. Raises ExperimentError for an unknown field.
 
-    An unset number of steps means "for life". It is the longest lifetime on an axis and in a file.
+    An unset number of steps means "for life". Axes and files show the longest lifetime instead.
     """
     try:
         value, meaning = look_up(experiment, path)

@@ -182,7 +182,7 @@ def _has_agents(part: Any) -> bool:
 
 
 def _set_targets(state: State, member: Experiment, names: Sequence[str]) -> State:
-    """Return the state with the numbers of the species that senses name."""
+    """Return the state, with the number of the target species in each sense that has one."""
     senses = [
         values._replace(target_number=names.index(part.target))
         if isinstance(part, SpeciesSense) and part.target
