@@ -276,11 +276,8 @@ def _write_founders(directory: Path, contents: Mapping[Path, bytes]) -> None:
     """Write the genome files of a new study. Raise RefusedError if the study has other files."""
     require_available(directory)
     for path, content in contents.items():
-        if path.exists():
-            has_other_founders = path.read_bytes() != content
-        else:
-            has_other_founders = is_study(directory)
-        if has_other_founders:
+        is_stored = path.exists() and path.read_bytes() == content
+        if not is_stored and (path.exists() or is_study(directory)):
             raise RefusedError(
                 f"{directory} holds a study with other founders; choose another --out"
             )
