@@ -190,7 +190,8 @@ def _measure_savings(data: ConditionData) -> Result:
         return Result(NOT_MEASURABLE, reason)
     return Result(
         MEASURED,
-        "1 - t_last / t_first: share of the learning time that is saved.",
+        "1 - t_last / t_first: share of the learning time that is saved, with the lifetime as the "
+        "time of an agent that does not reach its goal.",
         times.name,
         "1",
         measure_savings(times.values, data.last),
@@ -208,7 +209,8 @@ def _select_learning_times(data: ConditionData) -> Trait | None:
     if "within-life" not in data.assays:
         return None
     name = "steps until 90 % of the final performance"
-    return Trait(name, "steps", measure_foraging_times(data.assays["within-life"]))
+    times = measure_foraging_times(data.assays["within-life"], data.experiment.steps)
+    return Trait(name, "steps", times)
 
 
 ESTIMANDS: Final = (

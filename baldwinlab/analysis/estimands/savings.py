@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.assays.values import count_steps, parse_generation
+from baldwinlab.analysis.assays.values import parse_generation
 from baldwinlab.analysis.estimands.windows import split_ends
 from baldwinlab.core.assay_variables import RANDOM_NEWBORNS
 
@@ -45,13 +45,15 @@ def find_learning_time(performance: xr.DataArray, ends: xr.DataArray) -> xr.Data
     return ends.isel(window=first_window).drop_vars("window", errors="ignore").where(final > 0)
 
 
-def measure_foraging_times(within_life: xr.Dataset) -> xr.DataArray:
+def measure_foraging_times(within_life: xr.Dataset, steps: int) -> xr.DataArray:
     """Return the learning time of the average agent from the stored assay `within-life`.
 
     Parameters
     ----------
     within_life : xr.Dataset
         The stored assay.
+    steps : int
+        Number of steps of a lifetime.
 
     Returns
     -------
@@ -62,7 +64,7 @@ def measure_foraging_times(within_life: xr.Dataset) -> xr.DataArray:
     eaten = within_life["eaten_in_window"].sel(newborns=names).mean("agent")
     starts = eaten["window"].values
     # The last window may be shorter than the others.
-    ends = xr.DataArray(np.append(starts[1:], count_steps(within_life)), dims="window")
+    ends = xr.DataArray(np.append(starts[1:], steps), dims="window")
     times = find_learning_time(eaten / (ends - starts), ends)
     generations = [parse_generation(name) for name in names]
     return times.rename(newborns="generation").assign_coords(generation=generations)

@@ -10,8 +10,6 @@ from baldwinlab.analysis.estimands.savings import (
     measure_foraging_times,
     measure_savings,
 )
-from baldwinlab.experiment.toml import to_toml
-from tests.analysis.assays.artificial_assays import experiment
 
 ENDS = xr.DataArray([250, 500, 600], dims="window")
 
@@ -32,9 +30,8 @@ def test_foraging_times_compare_meal_rates_although_the_last_window_is_shorter()
     data = xr.Dataset(
         {"eaten_in_window": (("newborns", "window", "run", "agent"), eaten[:, :, None, None])},
         {"newborns": names, "window": [0, 250, 500]},
-        {"experiment": to_toml(experiment("evo+self-taught/A"))},
     )
-    times = measure_foraging_times(data)
+    times = measure_foraging_times(data, 600)
     assert times["generation"].values.tolist() == [0, 39]
     np.testing.assert_array_equal(times.transpose("run", "generation"), [[600, 250]])
     np.testing.assert_allclose(measure_savings(times, 10), [1 - 250 / 600])

@@ -57,6 +57,26 @@ def test_learning_guides_on_convex_and_hides_on_concave_slopes(
         assert (difference * SIGNS[shape] > 0.02).all()
 
 
+@pytest.mark.parametrize("shape", SIGNS)
+def test_the_difference_is_that_of_the_closed_form(stored: dict[str, Stored], shape: str) -> None:
+    # Fitness with the logarithm s x + c x^2 / 2 turns a normal distribution with the standard
+    # deviation sd into another one. A step d adds c d to the slope of the logarithm at x = 0.
+    # Then S_on - S_off = c d sd / (1 - c sd^2).
+    data = stored[f"stepping/{shape}"]
+    model = data.experiment.model_part
+    trait = select_innate_trait(data.runs, data.innate, data.experiment).values
+    variance = trait.var("agent")
+    scale = model.curvature * model.learning_step
+    closed_form = scale * variance**0.5 / (1 - model.curvature * variance)
+    difference = differentials_of(data)["difference"]
+    np.testing.assert_allclose(
+        difference.mean(("run", "generation")),
+        closed_form.mean(("run", "generation")),
+        rtol=0.05,
+        atol=1e-6,
+    )
+
+
 def test_the_differential_on_an_exponential_slope_is_that_of_a_normal_distribution(
     stored: dict[str, Stored],
 ) -> None:
