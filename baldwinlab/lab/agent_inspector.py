@@ -23,7 +23,8 @@ from baldwinlab.lab.life_query import (
 )
 from baldwinlab.lab.query import read_number
 from baldwinlab.models.miniworld.appearance import describe_appearance
-from baldwinlab.models.miniworld.backends.cpu import CpuBatch
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch, PopulationView
+from baldwinlab.models.miniworld.backends.species import SpeciesView
 from baldwinlab.models.miniworld.lookup import (
     ActionTable,
     DirectTeacher,
@@ -32,7 +33,7 @@ from baldwinlab.models.miniworld.lookup import (
 )
 from baldwinlab.parts.networks import forward, links
 from baldwinlab.simulation.recorder import Series, record_batch
-from baldwinlab.simulation.reevaluation import collect_outcomes, make_batch
+from baldwinlab.simulation.reevaluation import collect_outcomes, make_batch, make_species_batch
 from baldwinlab.simulation.replay import recompute_genomes
 
 # With more inputs, the container has no table of all input combinations.
@@ -106,14 +107,10 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
         If the population does not have this agent.
 
     """
-    seed, run, generation = life.key
-    experiment = life.experiment.at(generation)
-    require_agent(experiment, agent)
+    require_agent(life.experiment, agent)
     start = life.load_start_data()
-    # The batch has a single run.
-    genomes_by_run = start.genomes[None]
-    batch = make_batch(experiment, seed, [run], generation, genomes_by_run)
-    arrays = _record_agent(experiment, batch, span, agent)
+    experiment, batch, lane = _find_subject(life, start, agent)
+    arrays = _record_agent(experiment, batch, span, lane)
     has_few_inputs = len(experiment.inputs) <= MAX_TABLE_INPUTS and not experiment.real_valued
     if has_few_inputs and experiment.part("network.kind").is_memoryless:
         arrays["responses"] = _make_response_table(experiment, batch, arrays["weights"])
@@ -123,7 +120,6 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
     network_links = _list_links(batch, weights_at_birth)
     if network_links.size:
         arrays["links"] = network_links
-    fitness = collect_outcomes(experiment, batch, genomes_by_run).energy[0]
     header = {
         "kind": "agent",
         "agent": agent,
@@ -131,15 +127,68 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
         "appearance": describe_appearance(experiment).to_dict(),
         "layer_sizes": experiment.layer_sizes,
         "biases": experiment.network.biases,
-        **_find_relatives(life, start, fitness, agent),
-        "food": int(batch.eaten_in_life()[0, agent].sum()),
-        "rank": 1 + int((fitness > fitness[agent]).sum()),
+        **_describe_success(life, start, batch, agent),
+        "food": int(batch.eaten_in_life()[0, lane].sum()),
     }
     return binary_frames.pack(header, arrays)
 
 
+def _find_subject(
+    life: Life, start: StartData, agent: int
+) -> tuple[Experiment, CpuBatch | SpeciesView, int]:
+    """Return the settings of an agent, the batch of its species, and its index in the batch."""
+    seed, run, generation = life.key
+    experiment = life.experiment.at(generation)
+    if start.species is None:
+        # The batch has a single run.
+        return (
+            experiment,
+            make_batch(experiment, seed, [run], generation, start.genomes[None]),
+            agent,
+        )
+    number = int(start.species[agent])
+    batch = make_species_batch(experiment, seed, run, generation, start.genomes, start.species)
+    first_agent = int(np.searchsorted(start.species, number))
+    return batch.members[number], batch.views()[number], agent - first_agent
+
+
+def _describe_success(
+    life: Life, start: StartData, batch: CpuBatch | SpeciesView, agent: int
+) -> dict[str, Any]:
+    """Return the relatives of an agent, and its rank in its species after a complete lifetime."""
+    generation = life.key.generation
+    experiment = life.experiment.at(generation)
+    if isinstance(batch, CpuBatch):
+        fitness = collect_outcomes(experiment, batch, start.genomes[None]).energy[0]
+        relatives = _find_relatives(life, start, fitness, agent)
+        return {**relatives, "rank": 1 + int((fitness > fitness[agent]).sum())}
+    assert start.fitness is not None
+    fitness = start.fitness.values[generation]
+    is_fitter = (fitness > fitness[agent]) & (start.species == start.species[agent])
+    species = experiment.population.species[int(start.species[agent])]
+    return {
+        **_read_relatives(start, generation, agent),
+        "rank": 1 + int(is_fitter.sum()),
+        "species": species.name,
+    }
+
+
+def _read_relatives(start: StartData, generation: int, agent: int) -> dict[str, Any]:
+    """Return the recorded parents and children of an agent. Its teachers are not recorded."""
+    assert start.parents is not None
+    parents = start.parents.values
+    children: list[int] = []
+    if generation + 1 < len(parents):
+        children = np.flatnonzero((parents[generation + 1] == agent).any(axis=1)).tolist()
+    return {
+        "parents": _read_pair(parents[generation], agent),
+        "teachers": None,
+        "children": children,
+    }
+
+
 def _record_agent(
-    experiment: Experiment, batch: CpuBatch, span: Span, agent: int
+    experiment: Experiment, batch: CpuBatch | SpeciesView, span: Span, agent: int
 ) -> dict[str, npt.NDArray[Any]]:
     """Simulate the complete lifetime and record one agent.
 
@@ -172,7 +221,10 @@ def _choose_sample_steps(experiment: Experiment) -> npt.NDArray[np.uint32]:
 
 
 def _add_module_activations(
-    experiment: Experiment, batch: CpuBatch, genome: Floats, arrays: dict[str, npt.NDArray[Any]]
+    experiment: Experiment,
+    batch: PopulationView,
+    genome: Floats,
+    arrays: dict[str, npt.NDArray[Any]],
 ) -> None:
     """Add the activations of the modules that do not learn; `genome` is [module, weight].
 
@@ -201,7 +253,7 @@ def _add_module_activations(
 
 
 def _make_response_table(
-    experiment: Experiment, batch: CpuBatch, weights: Floats
+    experiment: Experiment, batch: PopulationView, weights: Floats
 ) -> npt.NDArray[np.uint8]:
     """Return the action of the largest output for each combination of inputs [sample, code]."""
     n_inputs = len(experiment.inputs)
@@ -219,7 +271,7 @@ def _make_response_table(
     return np.asarray(actions[row_of_sample.ravel()], np.uint8)
 
 
-def _evaluate_module(batch: CpuBatch, weights: Floats, inputs: Floats) -> Floats:
+def _evaluate_module(batch: PopulationView, weights: Floats, inputs: Floats) -> Floats:
     """Return the activations [step, unit] of a module without memory, for inputs [step, input]."""
     # Equal inputs are evaluated once. A lane is one combination of inputs.
     unique_inputs, lane_of_step = np.unique(inputs, axis=0, return_inverse=True)
@@ -233,7 +285,7 @@ def _evaluate_module(batch: CpuBatch, weights: Floats, inputs: Floats) -> Floats
     return np.ascontiguousarray(activations.T[lane_of_step.ravel()])
 
 
-def _list_links(batch: CpuBatch, weights: Floats) -> Floats:
+def _list_links(batch: PopulationView, weights: Floats) -> Floats:
     """Return the links [link, (from unit, to unit, weight)] of a network without layers."""
     # A row contains the two units and the weight of a link.
     buffer = np.empty((len(weights), 3), np.float32)

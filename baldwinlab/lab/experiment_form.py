@@ -16,6 +16,7 @@ from baldwinlab.lab import Lab
 from baldwinlab.lab.limits import check_size
 from baldwinlab.lab.query import read_body, read_body_number
 from baldwinlab.lab.schema import make_schema
+from baldwinlab.lab.species import describe_species
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.models.miniworld.description import list_topics
 from baldwinlab.simulation.simulate import check_seed
@@ -56,6 +57,7 @@ def describe_world(experiment: Experiment) -> dict[str, Any]:
         "world": experiment.world.model_dump(mode="json"),
         "appearance": describe_appearance(experiment).to_dict(),
         "topics": [topic._asdict() for topic in list_topics(experiment)],
+        **describe_species(experiment),
     }
 
 

@@ -14,7 +14,6 @@ from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.several_worlds import count_worlds
-from baldwinlab.experiment.species import require_single_species
 from baldwinlab.lab import single_page
 from baldwinlab.lab.appearance_template import make_appearance_template
 from baldwinlab.lab.browser_form import FIELD_RULES, list_choosable_parts, make_form_schema
@@ -69,7 +68,12 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
                 f"{experiment.name} cannot run in a browser: its model {experiment.model} is"
                 " simulated in Python"
             )
-        require_single_species(experiment, "a live page")
+        if experiment.population.species:
+            raise RefusedError(
+                f"{experiment.name} cannot run in a browser: it has several species, which only"
+                " the engine in Python supports; start a live run in `baldwinlab lab`, or save a"
+                " lifetime as a page there"
+            )
         if experiment.schedule or experiment.evolution.founders or experiment.may_stop:
             raise RefusedError(
                 f"{experiment.name} cannot run in a browser: it has a schedule, founders or a stop,"

@@ -5,20 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
 import xarray as xr
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import Response
 
 from baldwinlab.evolution import GenerationKey, Genome
+from baldwinlab.evolution.species import SpeciesIndices
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab, MissingError, study_access
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.presets import load_preset
 from baldwinlab.lab.query import Query, read_number, read_text
+from baldwinlab.simulation.history import History
 from baldwinlab.simulation.reevaluation import restore_genomes
-from baldwinlab.simulation.replay import recompute_genomes, simulate_energy_before
-from baldwinlab.simulation.simulate import check_seed
+from baldwinlab.simulation.replay import (
+    recompute_genomes,
+    require_simulated,
+    simulate_energy_before,
+)
+from baldwinlab.simulation.simulate import check_seed, simulate_histories
 
 MAX_RESPONSE_STEPS = 20_000
 # The size of a response is estimated, so a response can be slightly larger.
@@ -37,13 +44,16 @@ class StartData(NamedTuple):
         contains the later generations. None in generation 0.
     parents
         The parents in all generations of a stored run [generation, agent, parent]. None for a run
-        that is not stored.
+        that is not stored, unless it has species.
+    species
+        The species of each agent [agent]. None without species.
 
     """
 
     genomes: Genome
     fitness: xr.DataArray | None
     parents: xr.DataArray | None = None
+    species: SpeciesIndices | None = None
 
 
 class Life(NamedTuple):
@@ -162,12 +172,21 @@ def _find_life_of_any_model(lab: Lab, query: Query) -> Life:
         live_run = lab.live.find_run(query["live"])
         fitness = live_run.read_fitness(run, generation)
         key = GenerationKey(live_run.seed, run, generation)
+        if live_run.experiment.population.species:
+            genomes = live_run.read_genomes(run, generation)
+            history = live_run.find_history(run, generation)
+            return Life(
+                live_run.experiment, key, lambda: _read_history(history, generation, genomes)
+            )
         return _make_recomputed_life(live_run.experiment, key, lambda: fitness)
     key = GenerationKey(
         seed=read_number(query, "seed", 0), run=read_number(query, "run", 0), generation=generation
     )
     check_seed(key.seed, key.run)
     experiment = load_preset(read_text(query, "preset"))
+    if experiment.population.species:
+        require_generation(experiment, generation)
+        return Life(experiment, key, lambda: _simulate_species(experiment, key))
     return _make_recomputed_life(experiment, key, lambda: simulate_energy_before(experiment, key))
 
 
@@ -183,7 +202,10 @@ def _find_stored_life(lab: Lab, query: Query, generation: int) -> Life:
     def load_start_data() -> StartData:
         record = study.record(name, run)
         genomes = restore_genomes(experiment, record, generation)
-        return StartData(genomes, fitness=record.energy, parents=record.parents)
+        species = None
+        if experiment.population.species:
+            species = record["species"].values[generation].astype(np.int32)
+        return StartData(genomes, record.energy, record.parents, species)
 
     return Life(experiment, GenerationKey(study.seed, run, generation), load_start_data)
 
@@ -200,3 +222,24 @@ def _make_recomputed_life(
         return StartData(genomes, fitness=fitness)
 
     return Life(experiment, key, load_start_data)
+
+
+def _simulate_species(experiment: Experiment, key: GenerationKey) -> StartData:
+    """Simulate a run with species up to a generation, and return the data that it starts with."""
+    n_generations = key.generation + 1
+    shortened = experiment.replace(
+        evolution={"generations": n_generations}, record={"genome_every": n_generations}
+    )
+    (history,) = simulate_histories(shortened, key.seed, [key.run])
+    require_simulated(experiment, key.run, key.generation, history.n_generations)
+    return _read_history(history, key.generation, history.last_genome)
+
+
+def _read_history(history: History, generation: int, genomes: Genome) -> StartData:
+    """Return the data that a generation of a run with species starts with."""
+    return StartData(
+        genomes,
+        fitness=xr.DataArray(history.energy, dims=("generation", "agent")),
+        parents=xr.DataArray(history.parents, dims=("generation", "agent", "parent")),
+        species=history.recorded_values("species")[generation],
+    )

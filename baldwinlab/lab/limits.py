@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from typing import Final
 
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.allocation import estimate_scanned_items
 from baldwinlab.studies.run import count_agent_steps
 
@@ -60,7 +59,6 @@ def check_size(experiment: BaseExperiment, n_runs: int) -> None:
         raise ValueError(
             f"runs = {n_runs} must be at least 1 and at most {MAX_RUNS} for a live run"
         )
-    require_single_species(experiment, "a live run")
     _check_run_limit(experiment.evolution.generations, MAX_GENERATIONS, "generations")
     if isinstance(experiment, Experiment):
         n_worlds = n_runs * experiment.population.worlds * experiment.lifetime.repeats

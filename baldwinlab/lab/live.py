@@ -31,6 +31,7 @@ from baldwinlab.lab.memory import release_memory
 from baldwinlab.lab.model_displays import read_alleles
 from baldwinlab.lab.query import read_body, read_body_number
 from baldwinlab.lab.rate_limit import CLIENT_TIMEOUT
+from baldwinlab.lab.species import describe_species, list_species_curves
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies.creation import create_study
@@ -208,6 +209,8 @@ def _summarize_run(run: LiveRun) -> dict[str, Any]:
         "id": run.id,
         "experiment": run.experiment.to_dict(),
         "alleles": list(read_alleles(run.experiment)),
+        **describe_species(run.experiment),
+        "species_curves": list_species_curves(run.experiment),
         "seed": run.seed,
         "runs": run.n_runs,
         "seconds": run.seconds_per_generation,

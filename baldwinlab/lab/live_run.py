@@ -16,10 +16,13 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.evolution import Genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab.limits import count_uninterrupted_steps, estimate_memory
-from baldwinlab.models.miniworld.backends import cpu
+from baldwinlab.lab.species import list_species_curves
 from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
+from baldwinlab.models.miniworld.backends.species import SpeciesBatch
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.simulate import simulate_histories
@@ -31,13 +34,19 @@ MAX_SECONDS_PER_GENERATION: Final = 60.0
 ID_LENGTH: Final = 8
 
 
-class InterruptibleBatch(cpu.CpuBatch):
-    """A batch that calls `check` every few steps. Its results are bit-identical to `CpuBatch`."""
+class Interruption:
+    """Calls `check` every few steps of a batch. The results are bit-identical."""
 
     def __init__(
-        self, check: Callable[[], None], experiment: Experiment, seed: int, runs: Sequence[int]
+        self,
+        check: Callable[[], None],
+        experiment: Experiment,
+        seed: int,
+        runs: Sequence[int],
+        *sizes: Sequence[int],
     ) -> None:
-        super().__init__(experiment, seed, runs)
+        """The arguments after `check` are those of the batch."""
+        super().__init__(experiment, seed, runs, *sizes)  # type: ignore[call-arg]
         self._check = check
         self._max_uninterrupted_steps = count_uninterrupted_steps(experiment, n_runs=len(runs))
 
@@ -45,7 +54,16 @@ class InterruptibleBatch(cpu.CpuBatch):
         """Simulate the steps from `first_step` up to, but not including, `last_step`."""
         for step in range(first_step, last_step, self._max_uninterrupted_steps):
             self._check()
-            super().simulate(step, min(step + self._max_uninterrupted_steps, last_step))
+            last = min(step + self._max_uninterrupted_steps, last_step)
+            super().simulate(step, last)  # type: ignore[misc]
+
+
+class InterruptibleBatch(Interruption, CpuBatch):
+    """A batch of one species that calls `check` every few steps."""
+
+
+class InterruptibleSpeciesBatch(Interruption, SpeciesBatch):
+    """A batch of several species that calls `check` every few steps."""
 
 
 class LiveRun:
@@ -96,6 +114,8 @@ class LiveRun:
         # `Live` replaces this timer, which never starts.
         self.removal_timer = threading.Timer(0, lambda: None)
         self._histories: Sequence[History] = ()
+        # [generation][run], only with species, because their genomes cannot be computed again.
+        self._genomes: list[list[Genome]] = []
         self._is_compiled = False
         self._end_state = ""
         self._is_stopping = False
@@ -169,41 +189,73 @@ class LiveRun:
         Returns
         -------
         dict
-            For each measure (best, mean, share): `mean` over runs [generation]. With several runs
-            also `low` and `high`, the 95 % interval of the mean [generation], and `runs`, the
-            values of all runs [generation, run]. A run that stopped keeps the values of its last
-            generation.
+            For each measure (best, mean, share, and those of each species): `mean` over runs
+            [generation]. With several runs also `low` and `high`, the 95 % interval of the mean
+            [generation], and `runs`, the values of all runs [generation, run]. A run that stopped
+            keeps the values of its last generation.
 
         """
         # This import takes time.
-        from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
         from baldwinlab.analysis.statistics.fitness import MEASURES
 
         generations = np.arange(first, min(stop, self.generations_done))
-        values_by_run = {
-            "energy": [_take_until_last(history.energy, generations) for history in self._histories]
-        }
+        names = ["energy"]
         if isinstance(self.experiment, Experiment):
-            values_by_run["food_eaten"] = [
-                _take_until_last(history.recorded_values("food_eaten"), generations)
+            names.append("food_eaten")
+        dataset = self._read_variables(names, generations)
+        measures = {name: compute(dataset) for name, compute in MEASURES.items()}
+        measures |= self._measure_species(generations)
+        return {name: self._summarize_runs(values) for name, values in measures.items()}
+
+    def _measure_species(self, generations: npt.NDArray[np.int64]) -> dict[str, xr.DataArray]:
+        """Return the measures of each species [run, generation], such as `mean:predators`."""
+        # This import takes time.
+        from baldwinlab.analysis.statistics.species import compute_species_curves
+
+        curves = list_species_curves(self.experiment)
+        if not curves:
+            return {}
+        names = ["energy", "species"]
+        if "survivors" in curves:
+            names.append("alive")
+        data = self._read_variables(names, generations)
+        species_names = [species.name for species in self.experiment.population.species]
+        return {
+            f"{curve}:{name}": values
+            for curve, by_species in compute_species_curves(data, species_names, curves).items()
+            for name, values in by_species.items()
+        }
+
+    def _read_variables(
+        self, names: Sequence[str], generations: npt.NDArray[np.int64]
+    ) -> xr.Dataset:
+        """Return recorded variables of all runs, [run, generation, agent]."""
+        values_by_name = {
+            name: [
+                _take_until_last(
+                    history.energy if name == "energy" else history.recorded_values(name),
+                    generations,
+                )
                 for history in self._histories
             ]
+            for name in names
+        }
         dimensions = ("run", "generation", "agent")
-        dataset = xr.Dataset(
-            {name: (dimensions, np.stack(values)) for name, values in values_by_run.items()}
+        return xr.Dataset(
+            {name: (dimensions, np.stack(values)) for name, values in values_by_name.items()}
         )
-        curves_by_measure = {}
-        for name, compute_measure in MEASURES.items():
-            values = compute_measure(dataset)
-            mean, low, high = interval_of_mean(values)
-            curves = {"mean": mean}
-            if self.n_runs > 1:
-                # A single run has no interval.
-                curves |= {"low": low, "high": high, "runs": values.transpose("generation", "run")}
-            curves_by_measure[name] = {
-                curve: array.values.tolist() for curve, array in curves.items()
-            }
-        return curves_by_measure
+
+    def _summarize_runs(self, values: xr.DataArray) -> dict[str, list[Any]]:
+        """Return the mean of a measure [run, generation] over runs, and its interval."""
+        # This import takes time.
+        from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
+
+        mean, low, high = interval_of_mean(values)
+        curves = {"mean": mean}
+        if self.n_runs > 1:
+            # A single run has no interval.
+            curves |= {"low": low, "high": high, "runs": values.transpose("generation", "run")}
+        return {curve: _to_list(array) for curve, array in curves.items()}
 
     def read_fitness(self, run: int, generation: int) -> xr.DataArray:
         """Return the fitness of all finished generations of a run [generation, agent].
@@ -212,6 +264,14 @@ class LiveRun:
         """
         fitness = self.find_history(run, generation).energy
         return xr.DataArray(fitness, dims=("generation", "agent"))
+
+    def read_genomes(self, run: int, generation: int) -> Genome:
+        """Return the genomes [agent, module, weight] of a generation of a run with species.
+
+        Raise ValueError as `find_history`.
+        """
+        self.find_history(run, generation)
+        return self._genomes[generation][run]
 
     def find_history(self, run: int, generation: int) -> History:
         """Return the history of one run.
@@ -247,7 +307,10 @@ class LiveRun:
         try:
             compile_experiments([self.experiment])
             self._is_compiled = True
-            backend = CPU._replace(batch=partial(InterruptibleBatch, self._check_commands))
+            backend = CPU._replace(
+                batch=partial(InterruptibleBatch, self._check_commands),
+                species_batch=partial(InterruptibleSpeciesBatch, self._check_commands),
+            )
             simulate_histories(
                 self.experiment,
                 self.seed,
@@ -265,6 +328,8 @@ class LiveRun:
 
     def _finish_generation(self, histories: Sequence[History]) -> None:
         """Store the histories, and wait until the next generation may start."""
+        if self.experiment.population.species:
+            self._genomes.append([history.last_genome for history in histories])
         self._histories = histories
         if self.generations_done == self.experiment.evolution.generations:
             return
@@ -289,6 +354,12 @@ class LiveRun:
 def _take_until_last(values: npt.NDArray[Any], generations: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Return the values of generations; those of the last one if a run stopped before."""
     return np.asarray(values[np.minimum(generations, len(values) - 1)])
+
+
+def _to_list(array: xr.DataArray) -> list[Any]:
+    """Return the values as a list, with None for the fitness of a species without agents."""
+    values = array.values
+    return np.where(np.isfinite(values), values, None).tolist()  # type: ignore[call-overload, no-any-return]
 
 
 def read_seconds(command: dict[str, Any]) -> float:

@@ -266,6 +266,11 @@ class History:
         return last_saved, saved[last_saved]
 
     @property
+    def last_genome(self) -> Genome:
+        """Genomes of the last simulated generation, [agent, module, weight]."""
+        return self._saved_genomes[self.n_generations - 1]
+
+    @property
     def energy(self) -> npt.NDArray[np.float64]:
         """Fitness, [generation, agent], of the simulated generations."""
         return self._fitness[: self.n_generations]

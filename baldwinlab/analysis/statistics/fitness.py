@@ -112,13 +112,24 @@ def _reduce_agents(
         # Reduce one run at a time: intermediate arrays of all runs would be as large as the study.
         for run in np.ndindex(agents.shape[:-2]):
             result.values[run] = reduce(agents.values[run])
-    return _hold_last(result)
+    return hold_last(result)
 
 
-def _hold_last(values: xr.DataArray) -> xr.DataArray:
+def hold_last(values: xr.DataArray) -> xr.DataArray:
     """Repeat the last value of each run that stopped, until the longest run of its condition ends.
 
     Without these values, the mean over runs would change whenever a run stops.
+
+    Parameters
+    ----------
+    values
+        Values with the dimension `generation`. Without the coordinate of the number of generations
+        of each run, they are returned unchanged.
+
+    Returns
+    -------
+    xarray.DataArray
+        The values, with the same dimensions.
     """
     if GENERATION_COUNT not in values.coords or "run" not in values[GENERATION_COUNT].dims:
         return values
