@@ -82,8 +82,8 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
         - eaten_in_life: [step, agent], number of items eaten up to and including the step.
         - teacher: [step, agent], only for rules that learn from others. The index of the agent
           that this agent learns from. It is the agent's own index if there is no teacher.
-        - species: [agent], and alive: [step, agent], only with several species. The index of the
-          species in header.species, and whether the agent is alive if agents can die.
+        - species: [agent], only with several species. The index of the species in header.species.
+          The position of a dead agent is then NaN.
         - item_x, item_y: [item], at the first step.
         - move_step, move_item, move_x, move_y: [move]. The item has this position from that step.
 
@@ -190,6 +190,10 @@ def _record_species(
         name: np.concatenate([arrays[name] for arrays in arrays_of_species], axis=1)
         for name in set.intersection(*({*arrays} for arrays in arrays_of_species))
     }
+    if experiment.has_deaths:
+        is_dead = joined.pop("alive") == 0
+        for name in ("x", "y"):
+            joined[name] = np.where(is_dead, np.float32(np.nan), joined[name])
     return joined | {"sensor": _join_inputs(batch.members, inputs_of_species)}
 
 

@@ -1,9 +1,10 @@
 /**
- * Draw agents as darts. A dart is filled after the first meal, and has a flash for each meal. The
- * selected agent has a ring.
+ * Draw agents as darts, or as the shapes of their species. An agent is filled after the first meal,
+ * and has a flash for each meal. The selected agent has a ring.
  */
 
 import { FONT, palette } from "./palette.js";
+import { drawSpecies } from "./species_shapes.js";
 
 // In map units. A body has a length of about ten units.
 const DART_CORNERS = [
@@ -33,13 +34,11 @@ export function drawAgents(view, recording, step, selectedAgent) {
   // A dart is thinner than a body, so it has a minimum size.
   const size = Math.max(1.15, 1.15 / scale);
   drawFlashes(view, recording, step, size);
-  for (const hasEaten of [false, true])
-    drawDarts(
-      view,
-      (agent) => recording.countEaten(step + 1, agent) > 0 === hasEaten,
-      hasEaten,
-      size,
-    );
+  const countEaten = (agent) => recording.countEaten(step + 1, agent);
+  if (recording.header.species) drawSpecies(view, recording, countEaten, size);
+  else
+    for (const hasEaten of [false, true])
+      drawDarts(view, (agent) => countEaten(agent) > 0 === hasEaten, hasEaten, size);
   drawTeacherLinks(view, recording, step, selectedAgent);
   if (selectedAgent != null && selectedAgent < count) drawSelectionRing(view, selectedAgent, size);
   if (scale > 1.7 && (count <= MAX_DETAILED_AGENTS || scale > 5)) drawCounts(view, recording, step);

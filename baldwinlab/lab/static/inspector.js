@@ -170,6 +170,7 @@ export class Inspector {
     this.inputs.replaceChildren(
       ...header.appearance.inputs.map((name) => el("span", { class: "sensor" }, name)),
     );
+    if (header.species) this.title.textContent = `Agent ${header.agent}, ${header.species}`;
     this.facts.textContent =
       `${header.food.toLocaleString("en")} items eaten · ` + `rank\u00a0${header.rank}`;
     this.traces.error.root.hidden = !arrays.error;

@@ -2,12 +2,14 @@
 
 import { el } from "./common.js";
 import { formatColor } from "./palette.js";
+import { drawSpeciesSwatch } from "./species_shapes.js";
 
 const MARKS = { agent: "has eaten", hungry: "has not eaten", lit: "active sensor", meal: "eating" };
 
 export class Legend {
   constructor() {
     this.kinds = el("span", { class: "entries" });
+    this.species = el("span", { class: "entries", "data-testid": "legend-species" });
     this.teachers = createLegendEntry("learns from", { class: "mark lesson" });
     this.teachers.hidden = true;
     const entries = Object.entries(MARKS).map(([mark, text]) =>
@@ -17,13 +19,15 @@ export class Legend {
       "div",
       { class: "legend", role: "group", "aria-label": "Legend", "data-testid": "legend" },
       this.kinds,
+      this.species,
       entries,
       this.teachers,
     );
   }
 
-  /** Show the kinds of items in worlds of these appearances, each once. */
-  show(appearances) {
+  /** Show the kinds of items and the species in the worlds of recordings, each once. */
+  show(headers) {
+    const appearances = headers.map(({ appearance }) => appearance);
     this.teachers.hidden = !appearances.some(({ has_teachers: hasTeachers }) => hasTeachers);
     const colorOfKind = new Map(
       appearances.flatMap(({ item_kinds: kinds }) => kinds).map(({ name, color }) => [name, color]),
@@ -31,6 +35,16 @@ export class Legend {
     this.kinds.replaceChildren(
       ...[...colorOfKind].map(([name, color]) =>
         createLegendEntry(name, { class: "mark item", style: `background: ${formatColor(color)}` }),
+      ),
+    );
+    const speciesByName = new Map(
+      headers.flatMap(({ species = [] }) => species).map((entry) => [entry.name, entry]),
+    );
+    // The marks of agents without species are darts.
+    this.root.classList.toggle("with-species", speciesByName.size > 0);
+    this.species.replaceChildren(
+      ...[...speciesByName.values()].map((entry) =>
+        el("span", { class: "entry" }, drawSpeciesSwatch(entry), entry.name),
       ),
     );
   }

@@ -4,43 +4,68 @@ import { selectSeriesStyle } from "./chart_series.js";
 import { LineChart } from "./charts.js";
 import { el } from "./common.js";
 import { createChartDownloads } from "./downloads.js";
+import { resolveColor } from "./palette.js";
 
 const CSV_COLUMNS = ["curve", "generation", "mean", "low", "high"];
+// The charts of numbers of agents, by measure.
+const COUNT_TITLES = {
+  size: "Agents of each species",
+  survivors: "Agents of each species that are alive at the end of a lifetime",
+};
 
-/** Fitness and the share of agents that eat. A click on a curve shows that generation. */
+/**
+ * Fitness and the share of agents that eat, of the population or of each species. A click on a
+ * curve shows that generation.
+ */
 export class LiveCurves {
   /**
    * @param {import("./live_feed.js").Feed} feed
    * @param {HTMLElement} fitnessRoot is filled
    * @param {HTMLElement} shareRoot is filled
+   * @param {HTMLElement} countRoot is filled with the numbers of agents of each species
    * @param {HTMLInputElement} runSwitch is checked if each run is drawn
    * @param {(generation: number, run?: number) => void} pick
    */
-  constructor(feed, fitnessRoot, shareRoot, runSwitch, pick) {
+  constructor(feed, fitnessRoot, shareRoot, countRoot, runSwitch, pick) {
     Object.assign(this, { feed, runSwitch, pick });
     const { generations } = feed.summary.experiment.evolution;
     // The axis covers all generations from the start.
     this.x = Array.from({ length: generations }, (_, generation) => generation);
     this.hasWorld = Boolean(feed.summary.experiment.world);
     this.frame = 0;
-    this.fitnessChart = this.createFitnessChart(fitnessRoot);
-    this.shareChart = this.createShareChart(shareRoot);
+    this.species = feed.summary.species ?? [];
+    /** @type {{chart: LineChart, listSeries: () => import("./charts.js").Series[]}[]} */
+    this.charts = [];
+    this.createFitnessChart(fitnessRoot);
+    this.createShareChart(shareRoot);
+    for (const measure of feed.summary.species_curves ?? [])
+      if (COUNT_TITLES[measure]) this.createCountChart(countRoot, measure);
   }
 
   createFitnessChart(root) {
     const { runs } = this.feed.summary;
     const suffix = runs > 1 ? `, mean of ${runs} runs with 95 % interval` : "";
-    return this.createChart(root, "fitness", () => this.listFitnessSeries(), {
-      title: `Fitness${suffix}`,
+    const title = this.species.length ? "Fitness of the average agent" : "Fitness";
+    this.createChart(root, "fitness", () => this.listFitnessSeries(), {
+      title: `${title}${suffix}`,
       yLabel: this.hasWorld ? "fitness (energy)" : "fitness",
       height: 210,
     });
   }
 
   createShareChart(root) {
-    return this.createChart(root, "share", () => this.listShareSeries(), {
-      title: this.hasWorld ? "Share of agents that eat" : "Share of agents with fitness above 0",
+    const countsMeals = this.hasWorld && !this.species.length;
+    this.createChart(root, "share", () => this.listShareSeries(), {
+      title: countsMeals ? "Share of agents that eat" : "Share of agents with fitness above 0",
       yLabel: "share",
+      height: 150,
+    });
+  }
+
+  createCountChart(root, measure) {
+    this.createChart(root, measure, () => this.listSpeciesSeries(measure), {
+      title: COUNT_TITLES[measure],
+      yLabel: "agents",
       height: 150,
     });
   }
@@ -60,24 +85,33 @@ export class LiveCurves {
       plot,
       createChartDownloads(name, CSV_COLUMNS, rows, () => chart.drawFile()),
     );
-    return chart;
+    this.charts.push({ chart, listSeries });
   }
 
   listFitnessSeries() {
+    if (this.species.length) return this.listSpeciesSeries("mean");
     return [
-      this.createSeries("best agent", "best", 0),
-      this.createSeries("average agent", "mean", 1),
+      this.createSeries("best agent", "best", selectSeriesStyle(0)),
+      this.createSeries("average agent", "mean", selectSeriesStyle(1)),
     ];
   }
 
   listShareSeries() {
+    if (this.species.length) return this.listSpeciesSeries("share");
     const label = this.hasWorld ? "share of agents that eat" : "share above 0";
-    return [this.createSeries(label, "share", 2)];
+    return [this.createSeries(label, "share", selectSeriesStyle(2))];
+  }
+
+  /** Return a series for each species, in its color on the map. */
+  listSpeciesSeries(measure) {
+    return this.species.map(({ name, color }) =>
+      this.createSeries(name, `${measure}:${name}`, { color: resolveColor(color) }),
+    );
   }
 
   /** Return the series of a measure. It is null in generations that are not finished. */
-  createSeries(label, measure, styleNumber) {
-    const { mean, low, high, runs: runValues = [] } = this.feed.bands[measure];
+  createSeries(label, measure, { color }) {
+    const { mean, low, high, runs: runValues = [] } = this.feed.bands[measure] ?? { mean: [] };
     const pad = (values) => values && this.x.map((generation) => values[generation] ?? null);
     const runCount = this.runSwitch.checked ? this.feed.summary.runs : 0;
     const runLines = Array.from({ length: runCount }, (_, run) => ({
@@ -86,7 +120,7 @@ export class LiveCurves {
     }));
     return {
       label,
-      color: selectSeriesStyle(styleNumber).color,
+      color,
       values: pad(mean),
       low: pad(low),
       high: pad(high),
@@ -112,13 +146,11 @@ export class LiveCurves {
 
   draw() {
     this.frame = 0;
-    this.fitnessChart.update(this.x, this.listFitnessSeries());
-    this.shareChart.update(this.x, this.listShareSeries());
+    for (const { chart, listSeries } of this.charts) chart.update(this.x, listSeries());
   }
 
   close() {
     cancelAnimationFrame(this.frame);
-    this.fitnessChart.destroy();
-    this.shareChart.destroy();
+    for (const { chart } of this.charts) chart.destroy();
   }
 }

@@ -91,10 +91,11 @@ export class Feed {
     this.onUpdate();
   }
 
-  add(update) {
-    for (const [name, band] of Object.entries(this.bands)) {
-      for (const [part, values] of Object.entries(update[name]))
-        (band[part] ??= []).push(...values);
+  /** Add generations to the bands of all measures. Species have measures such as `mean:prey`. */
+  add({ type, first, ...measures }) {
+    for (const [name, update] of Object.entries(measures)) {
+      const band = (this.bands[name] ??= { mean: [] });
+      for (const [part, values] of Object.entries(update)) (band[part] ??= []).push(...values);
     }
   }
 

@@ -37,15 +37,26 @@ export class LivePanel {
     this.buttons = new RunButtons(feed, editRun);
     const fitness = el("div", { "data-testid": "live-fitness" });
     const share = el("div", { "data-testid": "live-share" });
-    root.replaceChildren(this.createHead(), createColumns(fitness, share, this.world.element));
+    const counts = el("div", { "data-testid": "live-counts" });
+    const curves = createCurveColumn(fitness, share, counts);
+    root.replaceChildren(
+      this.createHead(),
+      el("div", { class: "live-both" }, curves, this.world.element),
+    );
     const runSwitch = createRunSwitch(state.lines === "each", (isChecked) => {
       navigate({ lines: isChecked ? "each" : null }, true);
       this.curves.update();
     });
     if (runs > 1) fitness.after(runSwitch);
-    this.curves = new LiveCurves(feed, fitness, share, runSwitch.firstChild, (generation, run) =>
-      this.world.pick(generation, run),
+    this.curves = new LiveCurves(
+      feed,
+      fitness,
+      share,
+      counts,
+      runSwitch.firstChild,
+      (generation, run) => this.world.pick(generation, run),
     );
+    curves.lastChild.hidden = !counts.hasChildNodes();
     this.update();
   }
 
@@ -100,18 +111,12 @@ export class LivePanel {
   }
 }
 
-/** Return the curves on the left and the world on the right. */
-function createColumns(fitness, share, world) {
+/** Return a column with a card for each chart. */
+function createCurveColumn(...charts) {
   return el(
     "div",
-    { class: "live-both" },
-    el(
-      "div",
-      { class: "live-curves" },
-      el("section", { class: "card" }, fitness),
-      el("section", { class: "card" }, share),
-    ),
-    world,
+    { class: "live-curves" },
+    ...charts.map((chart) => el("section", { class: "card" }, chart)),
   );
 }
 

@@ -200,7 +200,7 @@ export class LiveWorld {
     this.share ??= mountShare(document.getElementById("actions"), () => this.describeShared());
     this.title.textContent = `Generation ${source.generation.toLocaleString("en")}`;
     this.figure.show(life);
-    this.legend.show([life.header.appearance]);
+    this.legend.show([life.header]);
     this.player.last = life.steps - 1;
     this.player.seek(step ?? (this.player.time < this.player.last ? this.player.time : 0));
     const prefersStill = matchMedia("(prefers-reduced-motion: reduce)").matches;

@@ -1,6 +1,7 @@
 /** The list of agents with the number of eaten items. A click opens the inspector. */
 
 import { el } from "./common.js";
+import { drawSpeciesSwatch } from "./species_shapes.js";
 
 // Maximum number of listed agents.
 const MAX_LISTED = 40;
@@ -39,7 +40,7 @@ export class Population {
       const eaten = recording.countEaten(step + 1, agent);
       if (number.textContent === String(eaten)) return;
       number.textContent = eaten;
-      line.setAttribute("aria-label", formatAgent(agent, eaten));
+      line.setAttribute("aria-label", formatAgent(recording, agent, eaten));
       bar.style.transform = `scaleX(${eaten / this.best})`;
       line.classList.toggle("fed", eaten > 0);
     });
@@ -63,14 +64,14 @@ export class Population {
       const bar = el("i", {});
       const number = el("b", { class: "number" });
       const attributes = {
-        "aria-label": formatAgent(agent, 0),
+        "aria-label": formatAgent(recording, agent, 0),
         "data-testid": `agent-${agent}`,
         onclick: () => this.pick(agent),
       };
       const line = el(
         "button",
         { type: "button", class: "agent-line", ...attributes },
-        el("span", { class: "number" }, agent),
+        el("span", { class: "number" }, ...createMark(recording, agent), agent),
         el("span", { class: "gauge" }, bar),
         number,
       );
@@ -84,7 +85,13 @@ export class Population {
   }
 }
 
+/** Return the shape of the species of an agent, if there are species. */
+function createMark(recording, agent) {
+  const species = recording.findSpecies(agent);
+  return species ? [drawSpeciesSwatch(species)] : [];
+}
+
 /** Return a label such as: agent 3, 12 items eaten. */
-export function formatAgent(agent, eaten) {
-  return `agent ${agent}, ${eaten.toLocaleString("en")} ${eaten === 1 ? "item" : "items"} eaten`;
+export function formatAgent(recording, agent, eaten) {
+  return `${recording.describeAgent(agent)}, ${eaten.toLocaleString("en")} ${eaten === 1 ? "item" : "items"} eaten`;
 }

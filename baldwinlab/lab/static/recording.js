@@ -81,6 +81,32 @@ export class Recording {
       );
   }
 
+  /**
+   * Return the species of an agent, or null without species.
+   * @returns {{name: string, color: string, shape: string, inputs: number[],
+   *   actions: string[]}|null}
+   */
+  findSpecies(agent) {
+    return this.header.species?.[this.arrays.species[agent]] ?? null;
+  }
+
+  /** Return whether an agent has an input. Species can have different inputs. */
+  hasInput(agent, input) {
+    return this.findSpecies(agent)?.inputs.includes(input) ?? true;
+  }
+
+  /** Return the name of the action of an agent in a step. */
+  findAction(step, agent) {
+    const { actions } = this.findSpecies(agent) ?? this.header.appearance;
+    return actions[this.arrays.action[(step - this.first) * this.agents + agent]];
+  }
+
+  /** Return a text such as: agent 3, prey. */
+  describeAgent(agent) {
+    const species = this.findSpecies(agent);
+    return species ? `agent ${agent}, ${species.name}` : `agent ${agent}`;
+  }
+
   /** Return the agent that another agent learns from in a step, or null. */
   findTeacher(step, agent) {
     const teacher = this.arrays.teacher?.[(step - this.first) * this.agents + agent] ?? agent;

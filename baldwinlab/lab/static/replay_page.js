@@ -39,7 +39,7 @@ export async function play(root, replay) {
       }),
   );
   const legend = new Legend();
-  legend.show(lives.map(({ header }) => header.appearance));
+  legend.show(lives.map(({ header }) => header));
   const panels = replay.panels.map((panel, index) =>
     createPanel(panel, lives[index], figures[index]),
   );

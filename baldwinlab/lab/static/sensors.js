@@ -31,11 +31,16 @@ export function drawSensors(view, recording, step, selectedAgent) {
     pen.moveTo(x + farthest, y);
     pen.arc(x, y, farthest, 0, 2 * Math.PI);
   });
-  pen.fillStyle = pen.strokeStyle = palette.sight;
+  // Blue is the color of a species.
+  pen.fillStyle = pen.strokeStyle = recording.header.species ? palette.outline : palette.sight;
   pen.globalAlpha = 0.055;
   pen.fill();
   drawShape((agent, x, y) =>
-    visibleSectors.forEach((sector) => traceSector(pen, x, y, view.angle[agent], sector)),
+    visibleSectors.forEach(
+      (sector) =>
+        recording.hasInput(agent, sector.input) &&
+        traceSector(pen, x, y, view.angle[agent], sector),
+    ),
   );
   pen.lineWidth = 1 / scale;
   pen.globalAlpha = 0.17;
@@ -52,7 +57,10 @@ export function drawSensors(view, recording, step, selectedAgent) {
         Math.ceil(BRIGHTNESS_LEVELS * recording.readInput(step, agent, input)) === level;
       drawShape((agent, x, y) =>
         sameColor.forEach(
-          (sector) => hasLevel(agent, sector) && traceSector(pen, x, y, view.angle[agent], sector),
+          (sector) =>
+            recording.hasInput(agent, sector.input) &&
+            hasLevel(agent, sector) &&
+            traceSector(pen, x, y, view.angle[agent], sector),
         ),
       );
       pen.globalAlpha = (0.42 * level) / BRIGHTNESS_LEVELS;

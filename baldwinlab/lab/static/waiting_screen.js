@@ -98,7 +98,7 @@ class WaitingScreen {
       `${header.generation}, first ${header.last.toLocaleString("en")} ` +
       "steps.";
     this.figure.show(life);
-    this.legend.show([header.appearance]);
+    this.legend.show([header]);
     this.player.last = header.last - 1;
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.player.play();
     this.player.invalidate();

@@ -98,7 +98,8 @@ export class WorldView {
     let nearestDistance = Math.max(reach / this.scale, 6) ** 2;
     for (let agent = 0; agent < this.count; agent++) {
       const distance = (this.x[agent] - x) ** 2 + (this.y[agent] - y) ** 2;
-      if (distance >= nearestDistance) continue;
+      // The distance of a dead agent is NaN.
+      if (!(distance < nearestDistance)) continue;
       nearest = agent;
       nearestDistance = distance;
     }
@@ -196,6 +197,8 @@ export class WorldView {
   drawTrails(transform, recording, step, options, scale) {
     const { trails = "recent", selectedAgent } = options;
     const width = Math.max(1.1 / scale, 0.9);
+    // Blue is the color of a species.
+    const color = recording.header.species ? palette.outline : palette.trail;
     let isComplete = true;
     if (trails === "life")
       isComplete = this.life.draw(
@@ -204,10 +207,10 @@ export class WorldView {
         transform,
         recording,
         step,
-        palette.trail,
+        color,
         width,
       );
-    else if (trails === "recent") drawRecentTrails(this.pen, recording, step, palette.trail, width);
+    else if (trails === "recent") drawRecentTrails(this.pen, recording, step, color, width);
     if (trails !== "off" && selectedAgent != null && selectedAgent < this.count)
       drawAgentTrail(this.pen, recording, step, selectedAgent, palette.chosen, width * 1.3);
     return isComplete;

@@ -72,9 +72,11 @@ export class WorldFigure {
   show(life) {
     this.life = life;
     const { agents } = life.header;
-    if (this.picker.options.length !== agents + 1) {
+    const firstPart = life.parts.values().next().value;
+    // The species of an agent can change from generation to generation.
+    if (this.picker.options.length !== agents + 1 || life.header.species) {
       const options = Array.from({ length: agents }, (_, agent) =>
-        el("option", { value: agent }, `agent ${agent}`),
+        el("option", { value: agent }, firstPart.describeAgent(agent)),
       );
       this.picker.replaceChildren(el("option", { value: "" }, "all agents"), ...options);
     }
@@ -123,14 +125,12 @@ export class WorldFigure {
     if (this.agent === null) return;
     const { agent } = this;
     const senses = recording.listActiveInputs(step, agent);
-    const action =
-      recording.header.appearance.actions[
-        recording.arrays.action[(step - recording.first) * recording.agents + agent]
-      ];
+    const action = recording.findAction(step, agent);
+    const name = recording.describeAgent(agent).replace(/^a/, "A");
     const eaten = recording.countEaten(step + 1, agent);
     setText(
       this.facts,
-      `Agent ${agent}: ${eaten} eaten · senses: ${senses.join(", ") || "nothing"} · ` +
+      `${name}: ${eaten} eaten · senses: ${senses.join(", ") || "nothing"} · ` +
         `action: ${action}`,
     );
   }

@@ -118,7 +118,7 @@ export class WorldPanel extends LifetimeSelector {
   }
 
   showCount(recording, step) {
-    this.describe = (agent) => formatAgent(agent, recording.countEaten(step + 1, agent));
+    this.describe = (agent) => formatAgent(recording, agent, recording.countEaten(step + 1, agent));
     const text = recording.describeEaten(step + 1);
     if (this.note.textContent !== text) this.note.textContent = text;
   }

@@ -223,8 +223,7 @@ export class WorldTab {
     const names = this.panels.map(({ source }) => el("p", {}, formatLifetimeTitle(source)));
     if (this.panels.some(({ source }) => source.study !== PRESETS)) names.push(el("p", {}, CURVE));
     const legend = new Legend();
-    for (const legendView of [legend, this.playbackBar.legend])
-      legendView.show(headers.map(({ appearance }) => appearance));
+    for (const legendView of [legend, this.playbackBar.legend]) legendView.show(headers);
     this.guide.setTopics([
       { title: "Shown here", text: el("div", {}, names, legend.root) },
       ...headers[0].topics,
