@@ -1,15 +1,41 @@
-"""Measures of runs with several species: fixation, and the number of generations until it."""
+"""Measures of runs with several species: curves of each species, and fixation."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from baldwinlab.core.measures import Measure
+from baldwinlab.experiment.species import ACROSS
 
 # Commands that show presets do not load xarray, which takes time.
 if TYPE_CHECKING:
     import xarray as xr
+
+
+def list_species_curves(experiment: Any) -> list[str]:
+    """Return the names of the curves of each species that the lab shows; none without species.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+
+    Returns
+    -------
+    list of str
+        "mean" is the mean fitness, and "share" the share of agents with fitness above 0. "size" is
+        the number of agents, which is constant unless the species compete. "survivors" is the
+        number of agents that are alive at the end of a lifetime, if agents can die.
+    """
+    if not experiment.population.species:
+        return []
+    curves = ["mean", "share"]
+    if experiment.evolution.compete == ACROSS:
+        curves.append("size")
+    if experiment.model == "miniworld" and experiment.has_deaths:
+        curves.append("survivors")
+    return curves
 
 
 def compute_first_species_share(runs: xr.Dataset) -> xr.DataArray:

@@ -24,6 +24,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from baldwinlab.core.files import parse_json
 from baldwinlab.experiment import Experiment, validate
+from baldwinlab.experiment.species_measures import list_species_curves
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.limits import check_size, estimate_memory
 from baldwinlab.lab.live_run import LiveRun, read_seconds
@@ -31,7 +32,7 @@ from baldwinlab.lab.memory import release_memory
 from baldwinlab.lab.model_displays import read_alleles
 from baldwinlab.lab.query import read_body, read_body_number
 from baldwinlab.lab.rate_limit import CLIENT_TIMEOUT
-from baldwinlab.lab.species import describe_species, list_species_curves
+from baldwinlab.lab.species import describe_species
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies.creation import create_study

@@ -18,8 +18,8 @@ import xarray as xr
 
 from baldwinlab.evolution import Genome
 from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.species_measures import list_species_curves
 from baldwinlab.lab.limits import count_uninterrupted_steps, estimate_memory
-from baldwinlab.lab.species import list_species_curves
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.backends.species import SpeciesBatch

@@ -6,7 +6,7 @@ from typing import Any
 
 from baldwinlab.analysis.palette import choose_species_style
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.species import ACROSS, combine_inputs
+from baldwinlab.experiment.species import combine_inputs
 
 
 def describe_species(experiment: BaseExperiment) -> dict[str, Any]:
@@ -27,18 +27,3 @@ def describe_species(experiment: BaseExperiment) -> dict[str, Any]:
         for entry, member, inputs in zip(entries, members, inputs_of_species, strict=True):
             entry |= {"inputs": inputs, "actions": list(member.actions)}
     return {"species": entries}
-
-
-def list_species_curves(experiment: BaseExperiment) -> list[str]:
-    """Return the names of the curves of each species (`SPECIES_CURVES`); none without species.
-
-    The number of agents of a species is constant unless the species compete.
-    """
-    if not experiment.population.species:
-        return []
-    curves = ["mean", "share"]
-    if experiment.evolution.compete == ACROSS:
-        curves.append("size")
-    if isinstance(experiment, Experiment) and experiment.has_deaths:
-        curves.append("survivors")
-    return curves

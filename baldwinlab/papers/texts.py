@@ -12,10 +12,11 @@ from baldwinlab.papers.loading import DeclaredTable, read_tables, validate_table
 
 Figure = Literal[
     "overview", "fitness", "final-fitness", "emergence", "networks", "senses", "maps", "shares",
-    "clocks", "measures", "survival",
+    "species", "clocks", "measures", "survival",
 ]  # fmt: skip
 DEFAULT_FIGURES: tuple[Figure, ...] = (
     "fitness",
+    "species",
     "final-fitness",
     "emergence",
     "networks",

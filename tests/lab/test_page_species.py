@@ -1,4 +1,4 @@
-"""Tests of experiments with several species in the lab: live runs, the World tab and the results."""
+"""Tests of the pages of experiments with several species."""
 
 from __future__ import annotations
 

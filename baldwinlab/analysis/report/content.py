@@ -12,8 +12,10 @@ from baldwinlab.analysis.report import phrases
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.rules import HOLDS, VERDICTS, Verdict
+from baldwinlab.analysis.statistics.species import compute_species_shares
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.species import ACROSS
 from baldwinlab.experiment.toml import from_toml
 
 # Singular and plural of each verdict, in the order of `VERDICTS`.
@@ -91,6 +93,35 @@ def compute_shares(data: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -
             for name, share in shares[0].items()
         }
     )
+
+
+def compute_species_composition(
+    data: xr.Dataset, conditions: Mapping[str, BaseExperiment]
+) -> xr.Dataset:
+    """Return the share of each species in the generations of the conditions in which they compete.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent).
+    conditions : mapping of str to BaseExperiment
+        Experiments by condition.
+
+    Returns
+    -------
+    xr.Dataset
+        A variable for each species with the dimensions (condition, run, generation), NaN in the
+        conditions without the species. Empty if no species compete.
+    """
+    compositions = []
+    for name, experiment in conditions.items():
+        if experiment.population.species and experiment.evolution.compete == ACROSS:
+            species_names = [species.name for species in experiment.population.species]
+            compositions.append(compute_species_shares(data.sel(condition=[name]), species_names))
+    if not compositions:
+        return xr.Dataset()
+    # The attributes of a species are those of the first condition with it.
+    return xr.concat(compositions, "condition", join="outer", combine_attrs="override")
 
 
 def find_evaluation_variable(conditions: Mapping[str, BaseExperiment]) -> str:

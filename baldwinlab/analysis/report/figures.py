@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Final
 
@@ -30,7 +31,7 @@ from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.papers.texts import DEFAULT_FIGURES, Figure
 
 # Figures that are also drawn for models other than MiniWorld.
-FIGURES_OF_ANY_MODEL: Final = ("shares", "clocks", "measures", "survival")
+FIGURES_OF_ANY_MODEL: Final = ("shares", "species", "clocks", "measures", "survival")
 # Figures in the section "What was run".
 SETUP_FIGURES: Final = ("networks", "senses", "maps")
 # Figures at the top of a report.
@@ -143,6 +144,25 @@ def _draw_shares(report: ReportData) -> ReportFigure | None:
     )
 
 
+def _draw_species(report: ReportData) -> ReportFigure | None:
+    shares = content.compute_species_composition(report.data, report.experiments)
+    if not shares:
+        return None
+    names = ", ".join(map(str, shares))
+    return ReportFigure(
+        name="species",
+        title="Shares of the species",
+        caption=(
+            "Share of each species in the agents of a generation, in the conditions in which the "
+            "species compete. Lines are means over runs. Bands are 95 % intervals of the mean "
+            "(Student's t). A run that stopped keeps its last value."
+        ),
+        alternative=f"Curves by generation for each condition: shares of {names}.",
+        figure=figures.draw_shares(shares),
+        table=[row for row in tabulate_shares(shares) if not math.isnan(row["mean"])],
+    )
+
+
 def _draw_measures(report: ReportData) -> ReportFigure | None:
     if not report.model_measures:
         return None
@@ -213,6 +233,7 @@ DRAW_FUNCTIONS: Final[Mapping[Figure, Callable[[ReportData], ReportFigure | None
     "maps": draw_maps,
     "senses": draw_senses,
     "shares": _draw_shares,
+    "species": _draw_species,
     "clocks": _draw_fitness_by_evaluations,
     "measures": _draw_measures,
     "survival": _draw_survival,

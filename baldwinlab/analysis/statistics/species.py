@@ -7,19 +7,14 @@ generations are NaN. A run that stopped has the value of its last generation in 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Final
 
 import xarray as xr
 
 from baldwinlab.analysis.statistics.fitness import hold_last
 
-SPECIES_CURVES: Final = ("mean", "share", "size", "survivors")
-"""Names of the curves of a species: mean fitness, share of agents with fitness above 0, number of
-agents, and number of agents that are alive at the end of a lifetime."""
-
 
 def compute_species_curves(
-    data: xr.Dataset, names: Sequence[str], curves: Iterable[str] = SPECIES_CURVES
+    data: xr.Dataset, names: Sequence[str], curves: Iterable[str]
 ) -> dict[str, dict[str, xr.DataArray]]:
     """Compute curves of each species.
 
@@ -30,7 +25,7 @@ def compute_species_curves(
     names
         Names of the species, in the order of their indices.
     curves
-        Names of `SPECIES_CURVES`.
+        Names of curves, as `list_species_curves` returns them.
 
     Returns
     -------
@@ -73,18 +68,14 @@ def compute_species_shares(data: xr.Dataset, names: Sequence[str]) -> xr.Dataset
     Returns
     -------
     xarray.Dataset
-        A variable for each species, 0 to 1, without the dimension `agent`.
+        A variable for each species, such as "species learner", without the dimension `agent`.
+        Names of species alone could be those of coordinates.
     """
     species = data["species"]
     n_agents = species.notnull().sum("agent")
-    shares = {
-        name: hold_last((species == index).sum("agent") / n_agents.where(n_agents > 0))
-        for index, name in enumerate(names)
-    }
-    meanings = {name: f"share of agents of the species {name}" for name in names}
-    return xr.Dataset(
-        {
-            name: share.assign_attrs(long_name=meanings[name], valid_max=1.0)
-            for name, share in shares.items()
-        }
-    )
+    shares = {}
+    for index, name in enumerate(names):
+        share = hold_last((species == index).sum("agent") / n_agents.where(n_agents > 0))
+        meaning = f"share of agents of the species {name}"
+        shares[f"species {name}"] = share.assign_attrs(long_name=meaning, valid_max=1.0)
+    return xr.Dataset(shares)

@@ -12,8 +12,10 @@ from baldwinlab.analysis.assays.reaction_norms import Panel, make_reaction_panel
 from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, final_values
 from baldwinlab.analysis.statistics.csv import finite_or_none
+from baldwinlab.analysis.statistics.species import compute_species_curves
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
 from baldwinlab.experiment.factors import MULTIVERSE, SWEEP, Factors
+from baldwinlab.experiment.species_measures import list_species_curves
 from baldwinlab.studies.assays.storage import read_assays
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
@@ -75,9 +77,34 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
             }
             values = finals.sel(condition=name, run=study.runs(name))
             results["final"][name][measure] = _to_list(values)
+    results["species"] = _compute_species(study, data)
     results["comparison"] = _comparison_record(study, data)
     results["typical_run"] = {name: fitness.typical_run(data, name) for name in names}
     return results
+
+
+def _compute_species(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
+    """Return the curves of each species, by condition, curve and species; only with species."""
+    curves_by_condition: dict[str, Any] = {}
+    for name in data["condition"].values.tolist():
+        experiment = study.experiments[name]
+        curves = list_species_curves(experiment)
+        if not curves:
+            continue
+        species_names = [species.name for species in experiment.population.species]
+        condition_data = data.sel(condition=name)
+        values_by_curve = compute_species_curves(condition_data, species_names, curves)
+        curves_by_condition[name] = {
+            curve: {species: _summarize_runs(values) for species, values in by_species.items()}
+            for curve, by_species in values_by_curve.items()
+        }
+    return curves_by_condition
+
+
+def _summarize_runs(values: xr.DataArray) -> dict[str, list[float | None]]:
+    """Return the mean over runs of values [run, generation], and its 95 % interval."""
+    average, low, high = curve_intervals.interval_of_mean(values)
+    return {"mean": _to_list(average), "low": _to_list(low), "high": _to_list(high)}
 
 
 def compare_study(study: StudyStore, last: int = 10, baseline: str = "") -> Contrasts:

@@ -17,6 +17,7 @@ import {
   hasWorldView,
 } from "./results_measures.js";
 import { createRunTable } from "./results_runs.js";
+import { createSpeciesCards, drawSpeciesCharts } from "./results_species.js";
 import { formatLifetimeAddress } from "./sources.js";
 
 // With more curves, the lines of single runs cannot be distinguished.
@@ -218,6 +219,7 @@ function draw(page, view, setHidden) {
     el("section", { class: "card", "data-testid": `final-${measure}` }),
   );
   const norms = createNorms(view);
+  const speciesCards = createSpeciesCards(view);
   page.replaceChildren(
     el("h1", { class: "visually-hidden" }, "Results"),
     createHeading(view),
@@ -225,6 +227,7 @@ function draw(page, view, setHidden) {
     createMeasureRow(view),
     createComparisonTable(view.results.comparison),
     curves,
+    speciesCards ?? "",
     el(
       "div",
       { class: view.groups.length > MAX_CURVES ? "results-boxes wide" : "results-boxes" },
@@ -236,6 +239,7 @@ function draw(page, view, setHidden) {
   const charts = [
     new ResultsCurves(curves, view, setHidden),
     ...BOX_MEASURES.map((measure, index) => drawBoxes(boxes[index], view, measure)),
+    ...drawSpeciesCharts(speciesCards, view),
     norms,
   ];
   return () => charts.forEach((chart) => chart.destroy());
