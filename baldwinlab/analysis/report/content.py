@@ -12,7 +12,7 @@ from baldwinlab.analysis.report import phrases
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.rules import HOLDS, VERDICTS, Verdict
-from baldwinlab.analysis.statistics.species import compute_species_shares
+from baldwinlab.analysis.statistics.species import compute_species_curves
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.species import ACROSS
@@ -110,14 +110,24 @@ def compute_species_composition(
     Returns
     -------
     xr.Dataset
-        A variable for each species with the dimensions (condition, run, generation), NaN in the
-        conditions without the species. Empty if no species compete.
+        A variable for each species, such as "species prey", with the dimensions (condition, run,
+        generation), NaN in the conditions without the species. Empty if no species compete.
     """
     compositions = []
     for name, experiment in conditions.items():
         if experiment.population.species and experiment.evolution.compete == ACROSS:
             species_names = [species.name for species in experiment.population.species]
-            compositions.append(compute_species_shares(data.sel(condition=[name]), species_names))
+            curves = compute_species_curves(
+                data.sel(condition=[name]), species_names, ["composition"]
+            )
+            # A species can have the name of a coordinate.
+            shares = {
+                f"species {species}": share.assign_attrs(
+                    long_name=f"share of agents of the species {species}", valid_max=1.0
+                )
+                for species, share in curves["composition"].items()
+            }
+            compositions.append(xr.Dataset(shares))
     if not compositions:
         return xr.Dataset()
     # The attributes of a species are those of the first condition with it.

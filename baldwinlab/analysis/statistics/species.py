@@ -25,7 +25,8 @@ def compute_species_curves(
     names
         Names of the species, in the order of their indices.
     curves
-        Names of curves, as `list_species_curves` returns them.
+        Names of curves, as `list_species_curves` returns them. "composition" is the share of the
+        species in all agents.
 
     Returns
     -------
@@ -44,38 +45,15 @@ def compute_species_curves(
 def _compute_curve(data: xr.Dataset, curve: str, index: int) -> xr.DataArray:
     """Return a curve of the species with an index."""
     is_member = data["species"] == index
+    n_agents = data["species"].notnull().sum("agent")
     energy = data["energy"].where(is_member)
     if curve == "mean":
         return energy.mean("agent")
     if curve == "share":
         is_above = (energy > 0).where(energy.notnull())
         return is_above.mean("agent").assign_attrs(valid_max=1.0)
+    if curve == "composition":
+        return (is_member.sum("agent") / n_agents.where(n_agents > 0)).assign_attrs(valid_max=1.0)
     counted = is_member if curve == "size" else data["alive"].where(is_member)
-    has_data = data["species"].notnull().any("agent")
-    return counted.sum("agent").where(has_data)
-
-
-def compute_species_shares(data: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
-    """Compute the share of each species in the agents of a generation.
-
-    Parameters
-    ----------
-    data
-        Dataset with `species`.
-    names
-        Names of the species, in the order of their indices.
-
-    Returns
-    -------
-    xarray.Dataset
-        A variable for each species, such as "species learner", without the dimension `agent`.
-        Names of species alone could be those of coordinates.
-    """
-    species = data["species"]
-    n_agents = species.notnull().sum("agent")
-    shares = {}
-    for index, name in enumerate(names):
-        share = hold_last((species == index).sum("agent") / n_agents.where(n_agents > 0))
-        meaning = f"share of agents of the species {name}"
-        shares[f"species {name}"] = share.assign_attrs(long_name=meaning, valid_max=1.0)
-    return xr.Dataset(shares)
+    counts = counted.sum("agent").where(n_agents > 0)
+    return counts.assign_attrs(valid_max=float(n_agents.max()))

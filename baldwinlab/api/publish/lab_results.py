@@ -88,7 +88,10 @@ def _compute_species(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
     curves_by_condition: dict[str, Any] = {}
     for name in data["condition"].values.tolist():
         experiment = study.experiments[name]
-        curves = list_species_curves(experiment)
+        # The number of agents is constant, so shares of species say the same.
+        curves = [
+            "composition" if curve == "size" else curve for curve in list_species_curves(experiment)
+        ]
         if not curves:
             continue
         species_names = [species.name for species in experiment.population.species]

@@ -11,7 +11,7 @@ const CSV_COLUMNS = ["curve", "generation", "mean", "low", "high"];
 const CHARTS = {
   mean: ["Fitness of the average agent of each species", "fitness"],
   share: ["Share of agents of each species with fitness above 0", "share"],
-  size: ["Agents of each species", "agents"],
+  composition: ["Shares of the species", "share of the agents"],
   survivors: ["Agents of each species that are alive at the end of a lifetime", "agents"],
 };
 
@@ -37,9 +37,7 @@ export function drawSpeciesCharts(cards, { results, groups }) {
   return [...(cards?.children ?? [])].map((card) => {
     const name = card.dataset.curve;
     const [title, yLabel] = CHARTS[name];
-    const series = groups.flatMap((group, number) =>
-      createGroupSeries(results.species, group, number, name, groups.length === 1),
-    );
+    const series = listSeries(results.species, groups, name);
     const plot = el("div");
     const chart = new LineChart(plot, {
       title,
@@ -57,27 +55,41 @@ export function drawSpeciesCharts(cards, { results, groups }) {
   });
 }
 
+/** Return the series of all groups of conditions. A species has the same dash in all groups. */
+function listSeries(species, groups, curve) {
+  const curvesOfGroups = groups.map(({ conditions }) =>
+    conditions.flatMap((condition) => species[condition]?.[curve] ?? []),
+  );
+  const names = [...new Set(curvesOfGroups.flat().flatMap(Object.keys))];
+  const isSingle = groups.length === 1;
+  return groups.flatMap(({ label }, number) =>
+    names.flatMap((name, index) => {
+      const curves = curvesOfGroups[number].flatMap((byName) => byName[name] ?? []);
+      return createSeries(curves, { label, number, isSingle }, { name, index });
+    }),
+  );
+}
+
 /**
- * Return a series for each species of a group of conditions. The color shows the group, and the
- * dash the species. A single group has a color for each species.
+ * Return the series of a species in a group of conditions, or none. The color shows the group, and
+ * the dash the species. A single group has a color for each species.
+ * @param {{mean: number[]}[]} curves of the conditions with the species
+ * @param {{label: string, number: number, isSingle: boolean}} group
+ * @param {{name: string, index: number}} species
  */
-function createGroupSeries(species, { label, conditions }, number, name, isSingle) {
-  const curves = conditions.flatMap((condition) => species[condition]?.[name] ?? []);
-  const names = [...new Set(curves.flatMap((curve) => Object.keys(curve)))];
-  return names.map((speciesName, index) => {
-    const { mean, low, high } = combineCurves(
-      curves.flatMap((curve) => curve[speciesName] ?? []),
-    );
-    const style = selectSeriesStyle(isSingle ? index : number);
-    return {
-      label: isSingle ? speciesName : `${label}, ${speciesName}`,
+function createSeries(curves, group, species) {
+  if (!curves.length) return [];
+  const { mean, low, high } = combineCurves(curves);
+  return [
+    {
+      label: group.isSingle ? species.name : `${group.label}, ${species.name}`,
       values: mean,
       low,
       high,
-      color: style.color,
-      dash: selectSeriesStyle(index).dash,
-    };
-  });
+      color: selectSeriesStyle(group.isSingle ? species.index : group.number).color,
+      dash: selectSeriesStyle(species.index).dash,
+    },
+  ];
 }
 
 function listRows(generations, { label, values, low, high }) {
