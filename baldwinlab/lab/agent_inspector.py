@@ -162,7 +162,7 @@ def _describe_success(
         fitness = collect_outcomes(experiment, batch, start.genomes[None]).energy[0]
         relatives = _find_relatives(life, start, fitness, agent)
         return {**relatives, "rank": 1 + int((fitness > fitness[agent]).sum())}
-    assert start.fitness is not None
+    assert start.fitness is not None and start.species is not None
     fitness = start.fitness.values[generation]
     is_fitter = (fitness > fitness[agent]) & (start.species == start.species[agent])
     species = experiment.population.species[int(start.species[agent])]

@@ -211,7 +211,7 @@ def _join_inputs(
         complete = np.zeros((n_steps, inputs.shape[1], len(names)), np.float32)
         complete[:, :, columns] = inputs
         padded.append(complete)
-    joined = np.concatenate(padded, axis=1)
+    joined: npt.NDArray[Any] = np.concatenate(padded, axis=1)
     if not any(member.real_valued for member in members):
         joined = np.packbits(joined > 0, axis=2, bitorder="little")
     return joined.reshape(n_steps, -1)

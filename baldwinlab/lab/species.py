@@ -15,14 +15,14 @@ def describe_species(experiment: BaseExperiment) -> dict[str, Any]:
     Each species has its name, color and shape. In a model with a world, it also has its actions,
     and the indices of its inputs in the appearance of the world.
     """
-    members = experiment.species_experiments()
-    if not members:
+    if not experiment.population.species:
         return {}
     entries: list[dict[str, Any]] = []
     for number, species in enumerate(experiment.population.species):
         color, shape = choose_species_style(number)
         entries.append({"name": species.name, "color": color, "shape": shape})
     if isinstance(experiment, Experiment):
+        members = experiment.species_experiments()
         _, inputs_of_species = combine_inputs([member.inputs for member in members])
         for entry, member, inputs in zip(entries, members, inputs_of_species, strict=True):
             entry |= {"inputs": inputs, "actions": list(member.actions)}

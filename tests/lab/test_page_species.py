@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 from playwright.sync_api import Page, expect
 
-QUICK = {"lifetime.steps": 120, "evolution.generations": 3, "world.food.0.count": 30}
+QUICK = {"lifetime.steps": 120, "evolution.generations": 3}
 
 
 def start_live_run(page: Page) -> None:

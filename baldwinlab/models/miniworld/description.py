@@ -19,12 +19,35 @@ class Topic(NamedTuple):
 def list_topics(experiment: Experiment) -> tuple[Topic, ...]:
     """Return the topics that the lab shows for an experiment under "What is this?"."""
     appearance = describe_appearance(experiment)
+    if members := experiment.species_experiments():
+        return (
+            Topic("The map", _describe_map(experiment, appearance)),
+            *(
+                Topic(f"Species {species.name}", _describe_species(member))
+                for species, member in zip(experiment.population.species, members, strict=True)
+            ),
+            Topic("What to look for", _describe_observations(experiment)),
+        )
     return (
         Topic("The map", _describe_map(experiment, appearance)),
         Topic("Senses", _describe_senses(experiment, appearance)),
         Topic("Network", _describe_network(experiment, appearance)),
         Topic("Learning", _describe_learning(experiment, appearance)),
         Topic("What to look for", _describe_observations(experiment)),
+    )
+
+
+def _describe_species(member: Experiment) -> str:
+    """Return the size, the senses and the learning of a species."""
+    appearance = describe_appearance(member)
+    kinds = {kind.name for kind in appearance.item_kinds}
+    items = sorted(kinds) if member.eats.items is None else member.eats.items
+    diet = [*items, *(prey.species for prey in member.eats.prey)]
+    return _join_sentences(
+        f"{member.population.size:,} agents in the first generation.",
+        f"They eat {' and '.join(diet)}." if diet else "",
+        _describe_senses(member, appearance),
+        _describe_learning(member, appearance),
     )
 
 
