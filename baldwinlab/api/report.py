@@ -7,10 +7,11 @@ from pathlib import Path
 
 from baldwinlab.analysis.claims import describe_claims_too_few
 from baldwinlab.analysis.multiverse.sentences import compose_sentences, describe_combinations
-from baldwinlab.api.publish import lab_results, results_cache
+from baldwinlab.api.publish import lab_results
 from baldwinlab.api.publish.multiverse import publish_multiverse
 from baldwinlab.api.publish.plan import ReportPlan, plan_report, required_memory
-from baldwinlab.api.publish.study import Published, publish
+from baldwinlab.api.publish.study import Published, publish_study
+from baldwinlab.api.publish.sweep import publish_sweep
 from baldwinlab.api.tables import (
     VERDICT_STYLE,
     make_claims_table,
@@ -23,7 +24,7 @@ from baldwinlab.core.file_writing import require_writable_path
 from baldwinlab.core.files import is_local
 from baldwinlab.core.output_paths import REPORT_MARK, require_writable
 from baldwinlab.core.resources import require_resources
-from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE
+from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE, SWEEP
 from baldwinlab.papers import Paper
 from baldwinlab.studies.claims_file import CLAIMS_FILE
 from baldwinlab.studies.store import StudyStore
@@ -53,8 +54,8 @@ def report(
         Write even if less memory is free than the estimate, and overwrite an HTML file that is not
         a report.
     add_results
-        Called after the page is written. The page is then written again, with the results
-        that the function has added to the study.
+        Called after the page of a study of conditions is written. The page is then written again,
+        with the results that the function has added to the study.
     baseline
         Condition with which all other conditions are compared; see
         `statistics.contrasts.find_references` for the default.
@@ -88,13 +89,11 @@ def report(
     require_resources(f"the report of {study.directory}", required_memory(plan), force=force)
     if study.kind == MULTIVERSE:
         _report_multiverse(plan)
-        return page
-    published = publish(plan, console.info)
-    _show_results(study, published, page)
-    if add_results:
-        add_results()
-        published.write()
-        _show_results(study, published, page)
+    elif study.kind == SWEEP:
+        show_contrasts(publish_sweep(plan, console.info))
+        console.info(f"report: {page}")
+    else:
+        _report_conditions(plan, add_results)
     return page
 
 
@@ -116,12 +115,21 @@ def _check_options(study: StudyStore, baseline: str, paper: Paper | None) -> Non
 def _report_multiverse(plan: ReportPlan) -> None:
     """Write and print the results of a multiverse."""
     multiverse = publish_multiverse(plan, console.progress, console.info)
-    results_cache.cache_results(plan.study)
     console.console.print(make_variants_table(multiverse))
     sentences = compose_sentences(multiverse.singles)
     for sentence in (*sentences, *describe_combinations(multiverse)):
         console.info(f"- {sentence}")
     console.info(f"report: {plan.out}")
+
+
+def _report_conditions(plan: ReportPlan, add_results: Callable[[], None] | None) -> None:
+    """Write and print the results of a study of conditions, without and with added results."""
+    published = publish_study(plan, console.info)
+    _show_results(plan.study, published, plan.out)
+    if add_results:
+        add_results()
+        published.write()
+        _show_results(plan.study, published, plan.out)
 
 
 def _show_results(study: StudyStore, published: Published, page: Path) -> None:

@@ -10,6 +10,7 @@ from baldwinlab.analysis.multiverse.files import write_multiverse
 from baldwinlab.analysis.multiverse.records import Multiverse, VariantResult
 from baldwinlab.analysis.multiverse.section import compose_lead, make_section
 from baldwinlab.analysis.report import write_page
+from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.papers import Paper
 from baldwinlab.studies.multiverse import group_by_variant
@@ -27,7 +28,7 @@ def publish_multiverse(
     progress: Callable[[str, int, str], Progress],
     log: Callable[[str], None],
 ) -> Multiverse:
-    """Write multiverse.json, the figures and the page of a multiverse.
+    """Write multiverse.json, results.json, the figures and the page of a multiverse.
 
     Parameters
     ----------
@@ -68,6 +69,7 @@ def publish_multiverse(
     sections = [make_section(multiverse, figures)]
     title = "Claims of the paper under all variants"
     write_page(title, compose_lead(multiverse), sections, plan.out, figures)
+    results_cache.cache_results(study)
     return multiverse
 
 

@@ -34,10 +34,8 @@ from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_conditio
 from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.multiverse import MULTIVERSE_FILE, MULTIVERSE_FOLDERS
 from baldwinlab.api.publish.plan import ReportPlan
-from baldwinlab.api.publish.sweep import publish_sweep
 from baldwinlab.core.assay_variables import OPPONENTS
 from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.simulation.replay import count_generations, replay
 from baldwinlab.studies.assays import storage
@@ -51,15 +49,15 @@ class Published(NamedTuple):
 
     claims: Sequence[ClaimResult]
     contrasts: Contrasts
-    # Writes the report again, with the results that were added to the study after `publish`.
+    # Writes the report again, with the results that were added to the study after `publish_study`.
     write: Callable[[], object]
 
 
-def publish(plan: ReportPlan, log: Callable[[str], None]) -> Published:
-    """Write the results, figures and report of a study or a sweep.
+def publish_study(plan: ReportPlan, log: Callable[[str], None]) -> Published:
+    """Write the results, figures and report of a study of conditions.
 
     The files are claims.json, statistics.csv, summary.csv, results.json, the figures and the
-    report. A sweep has no claims.
+    report.
 
     Parameters
     ----------
@@ -80,9 +78,6 @@ def publish(plan: ReportPlan, log: Callable[[str], None]) -> Published:
     OSError
         A file cannot be written.
     """
-    if plan.study.kind == SWEEP:
-        contrasts = publish_sweep(plan, log)
-        return Published([], contrasts, lambda: publish_sweep(plan, log))
     study = plan.study
     study.require_runs()
     data = fitness.cache_measures(open_conditions(study, list(study.experiments)))

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.api.publish.plan import plan_report
-from baldwinlab.api.publish.study import publish
+from baldwinlab.api.publish.study import publish_study
 from tests.analysis.assays.artificial_assays import assign_to_study, constant, innate, rising
 from tests.small_studies import ignore_message, make_small_study
 
@@ -17,18 +17,18 @@ A = "evo+self-taught/A"
 @pytest.mark.nightly  # two reports with assays
 def test_stored_assays_add_a_section_and_nothing_stored_adds_none(tmp_path: Path) -> None:
     study, page = make_small_study(tmp_path / "study", runs=2), tmp_path / "page.html"
-    publish(plan_report(study, page), ignore_message)
+    publish_study(plan_report(study, page), ignore_message)
     assert "Baldwin effect?" not in page.read_text("utf-8")
     path = study.directory / "assays" / "innate" / f"{A}.nc"
     path.parent.mkdir(parents=True)
     assign_to_study(innate(A, off=constant(1), on=rising(1, 9)), study, A).to_netcdf(
         path, engine="scipy"
     )
-    publish(plan_report(study, page), ignore_message)
+    publish_study(plan_report(study, page), ignore_message)
     assert '<h2 id="baldwin">Is there a Baldwin effect?</h2>' in page.read_text("utf-8")
     assert (study.directory / "baldwin.csv").exists() and (
         study.directory / "baldwin.json"
     ).exists()
     path.write_bytes(path.read_bytes()[:99])
     with pytest.raises(ValueError, match=r"A\.nc is damaged"):
-        publish(plan_report(study, page), ignore_message)
+        publish_study(plan_report(study, page), ignore_message)
