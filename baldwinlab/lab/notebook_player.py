@@ -53,25 +53,30 @@ def is_playable(dataset: xr.Dataset) -> bool:
 
 def _render_frame(trace: xr.Dataset) -> str:
     """Return a frame with the player. Its scripts run, but have no access to the notebook."""
-    run = trace.attrs["run"]
-    generation = trace.attrs["generation"]
-    title = f"{trace.attrs['condition']}, run {run}, generation {generation}"
-    command = (
-        f"bl.replay(bl.load('experiment.toml'), seed={trace.attrs['seed']}, run={run},"
-        f" generation={generation})"
-    )
-    panel = {
-        "title": title,
-        "recording": single_page.compress(pack_trace(trace)),
-        "experiment": trace.attrs["experiment"],
-        "commands": [command],
-    }
+    panel = make_panel(trace)
+    title = panel["title"]
     replay = {"version": __version__, "step": 0, "panels": [panel]}
     page = single_page.render_page("replay.html", REPLAY_MODULE, STYLES, title=title, replay=replay)
     return (
         f'<iframe sandbox="allow-scripts" title="{escape(title)}"'
         f' style="width: 100%; height: 700px; border: 0" srcdoc="{escape(page.decode())}"></iframe>'
     )
+
+
+def make_panel(trace: xr.Dataset) -> dict[str, Any]:
+    """Return a recorded lifetime for the player, with the command that repeats it."""
+    run = trace.attrs["run"]
+    generation = trace.attrs["generation"]
+    command = (
+        f"bl.replay(bl.load('experiment.toml'), seed={trace.attrs['seed']}, run={run},"
+        f" generation={generation})"
+    )
+    return {
+        "title": f"{trace.attrs['condition']}, run {run}, generation {generation}",
+        "recording": single_page.compress(pack_trace(trace)),
+        "experiment": trace.attrs["experiment"],
+        "commands": [command],
+    }
 
 
 def pack_trace(trace: xr.Dataset) -> bytes:
