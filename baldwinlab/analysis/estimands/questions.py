@@ -277,6 +277,8 @@ def estimate(
 def _answer(estimand: Estimand, data: ConditionData) -> Estimate:
     if data.experiment.evolution.inheritance == "none":
         result = Result(IMPOSSIBLE, "Genomes are not inherited.")
+    elif data.experiment.population.species:
+        result = Result(NOT_MEASURABLE, "The agents of a generation belong to several species.")
     else:
         result = estimand.measure(data)
     if result.values is not None and not bool(result.values.notnull().any()):

@@ -97,7 +97,7 @@ OBSTACLES: Mapping[str, bool] = {
 
 @pytest.mark.parametrize("preset", OBSTACLES)
 def test_models_state_whether_learned_behavior_can_become_innate(preset: str) -> None:
-    obstacle = bl.load(preset).loaded_model.assimilation_obstacle
+    obstacle = bl.load(preset).model_part.assimilation_obstacle
     assert bool(obstacle) is OBSTACLES[preset]
 
 
@@ -108,6 +108,13 @@ def test_without_inheritance_every_question_is_impossible(stored: dict[str, Stor
     assert {(row.measurability, row.reason) for row in rows} == {
         (IMPOSSIBLE, "Genomes are not inherited.")
     }
+
+
+def test_questions_on_several_species_are_not_measurable(stored: dict[str, Stored]) -> None:
+    data = stored["guessing"]
+    species = bl.load("invasion:learner-on-needle")
+    rows = estimate(data.runs, {"innate": data.innate}, species, 5)
+    assert {row.measurability for row in rows} == {NOT_MEASURABLE}
 
 
 def test_a_distance_that_is_0_from_the_start_is_not_measurable(stored: dict[str, Stored]) -> None:
