@@ -25,6 +25,7 @@ from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.species import ACROSS
 from baldwinlab.parts.breeding import ITSELF, RunArrays
 from baldwinlab.parts.lifetimes import Lifetimes, select_lifetimes
+from baldwinlab.parts.variation import vary_population
 
 SpeciesArrays = dict[int, RunArrays]
 """Arrays of the run by index of the species."""
@@ -200,7 +201,12 @@ def _breed_across(
     children = np.empty_like(genome)
     for index, member, agents in iterate_members(experiment, sorted_species):
         run_arrays = _select_run_arrays(arrays_of_species, index)
-        all_children = make_children(member, key, genome, fitness, parents.copy(), run_arrays)
+        parents_in_species = parents.copy()
+        if type(member.part("evolution.variation")).vary_population is vary_population.default:
+            # The children of other species are copied, because a copy is faster than variation.
+            # Their numbers remain, because the random numbers of a child depend on its number.
+            parents_in_species[species_of_children != index, 1] = ITSELF
+        all_children = make_children(member, key, genome, fitness, parents_in_species, run_arrays)
         varied = all_children[order[agents]]
         children[agents] = apply_teacher_control(member, varied, derive_key(key, index))
     return Offspring(children, complete_parents[order], sorted_species)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -22,10 +23,14 @@ from baldwinlab.evolution.species_breeding import (
     iterate_members,
     make_offspring,
 )
+from baldwinlab.evolution.variation import Crossover
+from baldwinlab.experiment import registry
+from baldwinlab.parts import compiled, per_run
 from baldwinlab.parts.lifetimes import make_lifetimes, select_lifetimes
 
 KEY = GenerationKey(seed=3, run=2, generation=0)
 CHILD_KEY = KEY._replace(generation=1)
+vary_by_crossover = compiled(Crossover.vary)
 LEARNERS = {"name": "learners", "size": 8, "learning": {"rule": "self-taught"}}
 
 
@@ -182,6 +187,39 @@ def test_identical_species_in_competition_evolve_as_one_species() -> None:
     rows = np.concatenate([parents, genome[:, 0]], axis=1)
     sorted_rows = np.concatenate([offspring.parents, offspring.genome[:, 0]], axis=1)
     assert sorted(rows.tolist()) == sorted(sorted_rows.tolist())
+
+
+@pytest.fixture
+def counted_crossover() -> Iterator[str]:
+    class CountedCrossover(Crossover, name="counted-crossover"):
+        """Crossover that counts the children that it makes."""
+
+        arrays: ClassVar[Mapping[str, Any]] = {"n_children": per_run(dtype="int32")}
+
+        @staticmethod
+        def vary(part: Any, fitter: Any, second: Any, draws: Any, gate: float, child: Any) -> None:
+            part.n_children[0] += 1
+            vary_by_crossover(part, fitter, second, draws, gate, child)
+
+    yield CountedCrossover.name
+    registry.remove("variation", CountedCrossover.name)
+
+
+def test_a_competing_species_makes_only_its_children(counted_crossover: str) -> None:
+    counted, plain = (
+        make_experiment(evolution={"compete": "across", "variation": variation})
+        for variation in (counted_crossover, "crossover")
+    )
+    founders = make_founders(plain, KEY)
+    lifetimes = make_lifetimes(founders, species=list_initial_species(plain))
+    arrays: dict[int, Any] = {}
+    offspring = make_offspring(counted, CHILD_KEY, founders, np.arange(20.0), lifetimes, arrays)
+    n_children = [
+        arrays[index][f"variation.{counted_crossover}.n_children"].item() for index in (0, 1)
+    ]
+    assert n_children == count_agents(offspring.species, 2).tolist()
+    expected = make_offspring(plain, CHILD_KEY, founders, np.arange(20.0), lifetimes)
+    assert np.array_equal(offspring.genome, expected.genome)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
