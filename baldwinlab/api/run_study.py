@@ -17,7 +17,11 @@ from baldwinlab.evolution import require_founders
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import CONDITIONS, Factors, StudyKind
 from baldwinlab.experiment.several_worlds import count_worlds
-from baldwinlab.models.miniworld.backends.choice import Backend, choose_backend
+from baldwinlab.models.miniworld.backends.choice import (
+    Backend,
+    choose_backend,
+    require_species_batch,
+)
 from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import check_seed
@@ -158,20 +162,24 @@ def _check_request(request: StudyRequest, options: RunOptions) -> _ExecutionPlan
 
 
 def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Backend:
-    """Return the backend. "auto" is the CPU for remote workers, and for models of other kinds.
+    """Return the backend. "auto" is the CPU for remote workers, species, and other models.
 
-    Remote workers may lack a GPU, and only the model MiniWorld runs on a GPU.
+    Remote workers may lack a GPU. Only the model MiniWorld without species runs on a GPU.
     """
     is_miniworld = all(isinstance(experiment, Experiment) for experiment in request.experiments)
     is_local = executor.name == THREADS.name
-    can_use_gpu = is_miniworld and is_local
+    has_species = any(experiment.population.species for experiment in request.experiments)
+    can_use_gpu = is_miniworld and is_local and not has_species
     if name == "auto" and not can_use_gpu:
         name = "cpu"
     if not is_miniworld:
         return choose_backend(name, request.total_runs)
     n_agents = max(experiment.agents_per_world for experiment in request.experiments)
     n_worlds = request.total_runs * min(map(count_worlds, request.experiments))
-    return choose_backend(name, n_worlds, n_agents)
+    backend = choose_backend(name, n_worlds, n_agents)
+    if has_species:
+        require_species_batch(backend)
+    return backend
 
 
 def _require_resources(request: StudyRequest, execution: _ExecutionPlan, force: bool) -> None:

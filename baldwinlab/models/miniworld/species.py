@@ -12,7 +12,7 @@ from baldwinlab.evolution.fitness import compute_learning_cost, sum_energy
 from baldwinlab.evolution.species import cut_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import read_part_records
-from baldwinlab.models.miniworld.backends.choice import CPU, Backend
+from baldwinlab.models.miniworld.backends.choice import CPU, Backend, require_species_batch
 from baldwinlab.models.miniworld.backends.cpu import PopulationView
 from baldwinlab.models.miniworld.backends.species import SpeciesBatch
 from baldwinlab.models.miniworld.lifetimes import (
@@ -44,13 +44,7 @@ class SpeciesSimulator:
         ValueError
             If the backend cannot simulate species.
         """
-        backend = backend or CPU
-        if backend.species_batch is None:
-            raise ValueError(
-                f"backend = {backend.name!r} must be cpu or auto: an experiment with "
-                "population.species runs on the CPU only"
-            )
-        self._batch_class = backend.species_batch
+        self._batch_class = require_species_batch(backend or CPU)
         self._experiment = experiment
         self._seed = seed
         self._runs = runs

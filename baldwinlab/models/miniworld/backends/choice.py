@@ -46,6 +46,10 @@ class Batch(SimulatedAgents, Protocol):
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None: ...
 
 
+SpeciesBatchClass = Callable[[Experiment, int, Sequence[int], Sequence[int]], SpeciesBatch]
+"""Class of a batch of several species: its last argument is the size of each species."""
+
+
 class Backend(NamedTuple):
     """A backend and its best batch size."""
 
@@ -55,11 +59,8 @@ class Backend(NamedTuple):
     batch: Callable[[Experiment, int, Sequence[int]], Batch]
     # Best number of worlds in a batch.
     worlds: int
-    # Class of a batch of several species: its last argument is the size of each species. None if
-    # the backend cannot simulate species.
-    species_batch: (
-        Callable[[Experiment, int, Sequence[int], Sequence[int]], SpeciesBatch] | None
-    ) = None
+    # None if the backend cannot simulate species.
+    species_batch: SpeciesBatchClass | None = None
 
 
 # With 20 agents per world, the weights of the 80 lanes fit the first-level cache.
@@ -90,3 +91,13 @@ def choose_backend(name: str = "auto", worlds: int = 1, agents: int = 1) -> Back
     if reason or too_large:
         return CPU
     return Backend(name="cuda", batch=cuda.CudaBatch, worlds=GPU_WORLDS)
+
+
+def require_species_batch(backend: Backend) -> SpeciesBatchClass:
+    """Return the class of a batch with species. Raise ValueError if the backend has none."""
+    if backend.species_batch is None:
+        raise ValueError(
+            f"backend = {backend.name!r} must be cpu or auto: an experiment with "
+            "population.species runs on the CPU only"
+        )
+    return backend.species_batch

@@ -1,0 +1,32 @@
+"""A study chooses its backend before it is created."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from baldwinlab.api.run_study import StudyRequest, _choose_backend
+from baldwinlab.models.miniworld.backends import cuda
+from baldwinlab.models.miniworld.backends.choice import MIN_GPU_WORLDS
+from baldwinlab.studies.executors import THREADS
+from tests.worlds import make_small_experiment
+
+SPECIES = [{"name": "first", "size": 3}, {"name": "second", "size": 3}]
+
+
+def test_many_runs_of_species_use_the_cpu_if_a_gpu_is_available(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cuda, "unavailable_reason", lambda: None)
+    single = make_small_experiment("evo")
+    species = make_small_experiment("evo", population={"species": SPECIES})
+    names = [
+        _choose_backend(
+            "auto", THREADS, StudyRequest([experiment], tmp_path, runs=MIN_GPU_WORLDS, seed=0)
+        ).name
+        for experiment in (single, species)
+    ]
+    assert names == ["cuda", "cpu"]
+    with pytest.raises(ValueError, match="runs on the CPU only"):
+        _choose_backend("cuda", THREADS, StudyRequest([species], tmp_path, runs=1, seed=0))
