@@ -18,6 +18,9 @@ RECORDS_PREFIX: Final = "Records("
 class Lifetimes(NamedTuple):
     """Results of the lifetimes of a population. Hooks read them, and compiled code accepts them.
 
+    With several lifetimes per agent (`lifetime.repeats`), `evaluate` reads each of them separately.
+    A selection and a stop read means of the lifetimes, except for `eaten` and `position`.
+
     Attributes
     ----------
     energy : array, float64 [agent]
@@ -25,8 +28,8 @@ class Lifetimes(NamedTuple):
     cost : array, float64 [agent]
         Cost of learning, in energy.
     eaten : array, int32 [agent, region]
-        Eaten items of each region. No regions for a model without a world. In a selection, those of
-        all lifetimes, if agents have several (`lifetime.repeats`).
+        Eaten items of each region. No regions for a model without a world. In a selection, the sum
+        over all lifetimes.
     position : array, float32 [agent, 2]
         Position at the end, x and y, in units of length. NaN for a model without a world. In a
         selection, that of the first lifetime.

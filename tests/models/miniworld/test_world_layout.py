@@ -14,7 +14,7 @@ from baldwinlab.evolution import GenerationKey, draw_genomes, fitness, mean_fitn
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
 from baldwinlab.models.miniworld.world_layout import draw_world_keys
-from baldwinlab.parts.lifetimes import make_lifetimes
+from baldwinlab.parts.lifetimes import lifetimes_of_run, make_lifetimes
 from baldwinlab.parts.model_part import LifeResults
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_batch
@@ -133,6 +133,24 @@ def test_the_first_lifetime_is_that_of_an_experiment_with_one_lifetime() -> None
     assert repeated.learned is not None
     assert single.learned is not None
     assert np.array_equal(repeated.learned, single.learned)
+
+
+def test_a_selection_reads_the_items_of_all_lifetimes_and_the_means_of_records() -> None:
+    experiment = small_experiment(lifetime={"repeats": 3}, evolution={"fitness": "early-food"})
+    genomes = draw(experiment)
+    results = simulate_generation(experiment, genomes)
+    combined = lifetimes_of_run(experiment, results, 0, genomes[0])
+    lifetimes = [
+        lifetimes_of_run(experiment, lifetime, 0, genomes[0]) for lifetime in results.lifetimes
+    ]
+    assert np.array_equal(combined.eaten, sum(lifetime.eaten for lifetime in lifetimes))
+    assert np.array_equal(combined.position, lifetimes[0].position)
+    for name in ("energy", "cost"):
+        values = [getattr(lifetime, name) for lifetime in lifetimes]
+        assert np.allclose(getattr(combined, name), np.mean(values, axis=0))
+    weighted_energies = [lifetime.records.early_energy for lifetime in lifetimes]
+    assert np.ptp(weighted_energies, axis=0).any()
+    assert np.allclose(combined.records.early_energy, np.mean(weighted_energies, axis=0))
 
 
 def test_a_run_with_several_worlds_and_lifetimes_does_not_depend_on_its_batch() -> None:
