@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from baldwinlab.api.integrations.optimizers import make_problem
     from baldwinlab.api.integrations.pettingzoo import parallel_env
     from baldwinlab.api.load import load, read_experiment
+    from baldwinlab.api.replay_genomes import replay_genome_file
     from baldwinlab.api.reproduce import reproduce
     from baldwinlab.api.run import run
     from baldwinlab.api.study import Study, open_study
@@ -70,6 +71,7 @@ __all__ = [
     "parallel_env",
     "read_experiment",
     "replay",
+    "replay_genome_file",
     "reproduce",
     "reproduce_all",
     "run",
@@ -106,6 +108,7 @@ _MODULE_BY_NAME = {
     "parallel_env": "api.integrations.pettingzoo",
     "read_experiment": "api.load",
     "replay": "simulation.replay",
+    "replay_genome_file": "api.replay_genomes",
     "reproduce": "api.reproduce",
     "reproduce_all": "api.gallery",
     "run": "api.run",

@@ -39,6 +39,16 @@ def test_a_replayed_population_has_the_bits_of_the_stored_lifetime(
     assert replayed.equals(stored)
 
 
+def test_the_public_function_replays_a_genome_file(study: bl.Study, population: Path) -> None:
+    assert bl.replay_genome_file(population).equals(study.replay(CONDITION, run=1, generation=2))
+    changed = {"seed": 6, "run": 0, "generation": 1}
+    trace = bl.replay_genome_file(population, map="B", set={"lifetime": {"steps": 50}}, **changed)
+    frozen = read_frozen(population, map_name="B", assignments=SHORT)
+    assert trace.equals(replay_frozen(frozen, **changed))
+    with pytest.raises(BaldwinLabError, match="there is no map 'Z'"):
+        bl.replay_genome_file(population, map="Z")
+
+
 def test_another_generation_run_or_seed_gives_another_lifetime(population: Path) -> None:
     frozen = read_frozen(population, assignments=SHORT)
     lifetime = replay_frozen(frozen)
