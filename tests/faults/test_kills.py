@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from baldwinlab.core.netcdf import verify_checksum
+from baldwinlab.core.netcdf import from_bytes, verify_checksum
+from baldwinlab.core.variables import RUN_ARRAY_PREFIX
 from baldwinlab.studies.store import StudyStore
 from tests.faults.amount import amount
 
@@ -29,6 +30,12 @@ SMALL = (
     "world.start.x=380",
 )
 RUN = ("run", "evo/A", "evo+self-taught/A", *SMALL, "--runs", "12", "--out", "study")
+# The archive of novelty is an array of the run.
+NOVELTY = (
+    *("run", "evo/A", "--runs", "1", "--checkpoint", "1", "--out", "study"),
+    *("--set", "evolution.fitness=novelty", "evolution.generations=60", "lifetime.steps=1000"),
+)
+ARCHIVE_SIZE = f"{RUN_ARRAY_PREFIX}0.fitness.novelty.n_archived"
 LIFETIME = ("--condition", "evo/A", "--run", "0", "--generation", "5")
 SWEEP = """
 experiment = "evo+self-taught/A"
@@ -200,3 +207,30 @@ def test_a_killed_command_loses_no_stored_result(
     stage: Stage, finished_study: Path, tmp_path: Path
 ) -> None:
     kill_repeatedly(stage, finished_study, tmp_path, amount(stage.kills, 1))
+
+
+@pytest.mark.nightly
+def test_a_killed_run_continues_with_its_archive(tmp_path: Path) -> None:
+    expected, killed = tmp_path / "expected", tmp_path / "killed"
+    for folder in (expected, killed):
+        folder.mkdir()
+    finish(NOVELTY, expected, {})
+    process = start_process(NOVELTY, killed, {})
+    checkpoint = killed / "study/runs/evo/A/0000.checkpoint"
+    while not checkpoint.exists() or read_number_of_behaviors(checkpoint) == 0:
+        assert process.exitcode is None
+        time.sleep(0.005)
+    process.kill()
+    process.join()
+    assert checkpoint.exists(), "the run ended before the kill"
+    finish(NOVELTY, killed, {})
+    assert reproducible_files(killed) == reproducible_files(expected)
+    record = StudyStore(killed / "study").record("evo/A", 0)
+    assert record[ARCHIVE_SIZE].item() > 0
+
+
+def read_number_of_behaviors(path: Path) -> int:
+    """Return the number of positions in the archive of a checkpoint."""
+    # The first checkpoint begins without arrays of the run.
+    size = from_bytes(path.read_bytes()).get(ARCHIVE_SIZE)
+    return 0 if size is None else int(size.item())
