@@ -42,8 +42,9 @@ class Distance(Fitness, name="distance"):
     With `measure = "displacement"`, it is the length of the straight line between the ends of the
     path. The map is a torus, and the line is that of the unrolled path: an agent that walks around
     the map has the displacement of the width of the map. The path starts at the position after the
-    first step of the life, and ends at the position after the last step. The cost of learning has
-    no effect.
+    first step of the lifetime, so the movement of this step does not count. The path of an agent
+    that is born during the lifetimes of others starts at its birthplace. The path ends at the
+    position after the last step. The cost of learning has no effect.
 
     References
     ----------
