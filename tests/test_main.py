@@ -115,7 +115,7 @@ def _start_process(words: list[str], *messages: str) -> subprocess.Popen[str]:
 
 
 def _check_stopped(process: subprocess.Popen[str]) -> None:
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=180)
     assert process.returncode == 130, err
     assert "Traceback" not in err + out
     assert "Interrupted" in err
