@@ -41,10 +41,11 @@ def test_a_replayed_population_has_the_bits_of_the_stored_lifetime(
 
 def test_the_public_function_replays_a_genome_file(study: bl.Study, population: Path) -> None:
     assert bl.replay_genome_file(population).equals(study.replay(CONDITION, run=1, generation=2))
-    changed = {"seed": 6, "run": 0, "generation": 1}
-    trace = bl.replay_genome_file(population, map="B", set={"lifetime": {"steps": 50}}, **changed)
+    trace = bl.replay_genome_file(
+        population, map="B", set={"lifetime": {"steps": 50}}, seed=6, run=0, generation=1
+    )
     frozen = read_frozen(population, map_name="B", assignments=SHORT)
-    assert trace.equals(replay_frozen(frozen, **changed))
+    assert trace.equals(replay_frozen(frozen, seed=6, run=0, generation=1))
     with pytest.raises(BaldwinLabError, match="there is no map 'Z'"):
         bl.replay_genome_file(population, map="Z")
 
