@@ -184,8 +184,8 @@ class SceneRenderer:
         entries = []
         row = 0
         left: float = LEGEND_INDENT
-        for number, symbol in enumerate(self.symbols if "species" in self.trace else ()):
-            n_agents = self.symbol_numbers.count(number)
+        for species_index, symbol in enumerate(self.symbols if "species" in self.trace else ()):
+            n_agents = self.symbol_numbers.count(species_index)
             text = self._legend_text(symbol, n_agents, n_agents)
             width = 4 * LEGEND_RADIUS + FONT.getlength(text) + 2 * LEGEND_INDENT
             if left > LEGEND_INDENT and left + width > self.size[0]:

@@ -92,12 +92,12 @@ class World(Fields):
             if position >= size:
                 rule = f"must be less than world.{side} = {size:g}"
                 faults.append((f"start.{axis}", position, rule))
-            for number, region in enumerate(self.food):
+            for region_index, region in enumerate(self.food):
                 edges = getattr(region, axis)
                 _, far_edge = edges
                 if far_edge > size:
                     rule = f"must be on the map, from 0 to world.{side} = {size:g}"
-                    faults.append((f"food.{number}.{axis}", edges, rule))
+                    faults.append((f"food.{region_index}.{axis}", edges, rule))
         max_radius = min(self.width, self.height) / 2
         if self.start.radius > max_radius:
             limit = "half of the smaller of world.width and world.height"

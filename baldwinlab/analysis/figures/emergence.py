@@ -174,7 +174,7 @@ def _draw_species_ends(
     y = trace["y"].values[last_steps, agents]
     is_dead = last_steps < trace.sizes["step"] - 1
     handles = []
-    for number, symbol in enumerate(symbols):
+    for species_index, symbol in enumerate(symbols):
         style: dict[str, Any] = {
             "color": symbol.fill,
             "marker": SHAPE_MARKERS[symbol.shape],
@@ -182,7 +182,7 @@ def _draw_species_ends(
             "ms": 4,
         }
         for selected, face in ((~is_dead, symbol.fill), (is_dead, "white")):
-            is_drawn = selected & (numbers == number)
+            is_drawn = selected & (numbers == species_index)
             axes.plot(x[is_drawn], y[is_drawn], **style, mfc=face, zorder=3)
         handles.append(Line2D([], [], **style, label=symbol.name))
     if is_dead.any():

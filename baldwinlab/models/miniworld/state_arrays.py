@@ -44,9 +44,9 @@ def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
     for name in fields:
         value = getattr(state, name)
         parts = value if name in ("senses", "features", "recorders") else [value]
-        for number, part in enumerate(parts):
+        for part_index, part in enumerate(parts):
             arrays = type(part).part.arrays
-            holders[f"{name}[{number}]."] = (
+            holders[f"{name}[{part_index}]."] = (
                 part,
                 {key: array for key, array in arrays.items() if array.owner != "run"},
             )
