@@ -91,8 +91,8 @@ class SceneRenderer:
 
     def frame(self, step: int) -> Image.Image:
         """Draw a step, or the last step if the scene is shorter."""
-        last = self.trace.sizes["step"] - 1
-        step = min(step, last)
+        last_step = self.trace.sizes["step"] - 1
+        step = min(step, last_step)
         image = self.background.copy()
         draw = ImageDraw.Draw(image)
         self._draw_trails(draw, step)
@@ -102,7 +102,7 @@ class SceneRenderer:
         frame = Image.new("RGB", (width, height + self.map_top), MOVIE_COLORS["background"])
         frame.paste(image.reduce(OVERSAMPLING), (0, self.map_top))
         draw = ImageDraw.Draw(frame)
-        self._draw_caption(draw, step, last)
+        self._draw_caption(draw, step, last_step)
         self._draw_legend(draw, step)
         return frame
 
@@ -133,24 +133,24 @@ class SceneRenderer:
         ys = self.item_y[step] * self.scale
         half_side = HALF_ITEM_SIDE * self.scale
         # Items of a kind are next to each other, in the order of the kinds.
-        first = 0
+        start = 0
         for kind in self.appearance["item_kinds"]:
-            stop = first + kind["number"]
-            for x, y in zip(xs[first:stop], ys[first:stop], strict=True):
+            end = start + kind["number"]
+            for x, y in zip(xs[start:end], ys[start:end], strict=True):
                 box = (x - half_side, y - half_side, x + half_side, y + half_side)
                 draw.rectangle(box, fill=resolve_color(kind["color"]))
-            first = stop
+            start = end
 
     def _draw_trails(self, draw: ImageDraw.ImageDraw, step: int) -> None:
-        first = max(0, step - TRAIL_STEPS)
-        xs = self.x[first : step + 1]
-        ys = self.y[first : step + 1]
+        steps = slice(max(0, step - TRAIL_STEPS), step + 1)
+        xs = self.x[steps]
+        ys = self.y[steps]
         distances = np.abs(np.diff(xs, axis=0)) + np.abs(np.diff(ys, axis=0))
         crosses_edge = distances > MAX_STEP_LENGTH
         for agent in range(self.trace.sizes["agent"]):
             steps_after_edge = np.flatnonzero(crosses_edge[:, agent]) + 1
             points = np.stack([xs[:, agent], ys[:, agent]], axis=1) * self.scale
-            points = points[self.is_alive[first : step + 1, agent]]
+            points = points[self.is_alive[steps, agent]]
             color = self._symbol(agent).trail
             for path in np.split(points, steps_after_edge):
                 if len(path) > 1:
@@ -202,9 +202,9 @@ class SceneRenderer:
     def _draw_legend(self, draw: ImageDraw.ImageDraw, step: int) -> None:
         """Draw shape, name and number of living agents of each species."""
         numbers = np.array(self.symbol_numbers)
-        for number, (row, left, symbol) in enumerate(self.legend):
-            n_alive = int(self.is_alive[step][numbers == number].sum())
-            text = self._legend_text(symbol, n_alive, int((numbers == number).sum()))
+        for species_index, (row, left, symbol) in enumerate(self.legend):
+            n_alive = int(self.is_alive[step][numbers == species_index].sum())
+            text = self._legend_text(symbol, n_alive, int((numbers == species_index).sum()))
             top = LEGEND_TOP + row * LEGEND_ROW_HEIGHT
             center = (left + LEGEND_RADIUS, top + LEGEND_ROW_HEIGHT / 2)
             draw_shape(draw, symbol, center, LEGEND_RADIUS, symbol.fill, 1)

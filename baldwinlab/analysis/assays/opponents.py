@@ -55,8 +55,10 @@ class GenerationTest:
     def difference(self) -> Difference:
         """The direction of a significant difference."""
         majority = self.pairs.above - self.pairs.below
-        # A p-value of NaN is undecided, too.
-        if not self.p_holm < SIGNIFICANCE_LEVEL or majority * self.pairs.effect <= 0:
+        # False for a p-value of NaN.
+        is_significant = self.p_holm < SIGNIFICANCE_LEVEL
+        has_one_direction = majority * self.pairs.effect > 0
+        if not is_significant or not has_one_direction:
             return UNDECIDED
         return HIGHER if majority > 0 else LOWER
 
@@ -101,12 +103,11 @@ def compare_generations(stored: Mapping[str, xr.Dataset]) -> list[GenerationTest
     list of GenerationTest
         Three tests for each species of each condition; none if only one generation met.
     """
-    comparisons = [
-        (condition, question, pairs)
-        for condition, data in stored.items()
-        for matrix in list_matrices(data)
-        for question, pairs in _compare_matrix(matrix)
-    ]
+    comparisons = []
+    for condition, data in stored.items():
+        for matrix in list_matrices(data):
+            for question, pairs in _compare_matrix(matrix):
+                comparisons.append((condition, question, pairs))
     p_values = statistics.holm([pairs.p for *_, pairs in comparisons]).tolist()
     return [
         GenerationTest(*comparison, p_holm=p)

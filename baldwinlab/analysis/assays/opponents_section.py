@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
@@ -102,16 +103,11 @@ def draw_matrices(stored: Mapping[str, xr.Dataset]) -> Figure:
     matrices = {condition: list_matrices(data) for condition, data in stored.items()}
     figure = Figure((FIGURE_WIDTH, PANEL_HEIGHT * len(stored)))
     grid = figure.subplots(len(stored), 2, squeeze=False)
-    names = dict.fromkeys(matrix.species for pair in matrices.values() for matrix in pair)
-    largest = {
-        name: max(
-            float(matrix.fitness.median("run").max())
-            for pair in matrices.values()
-            for matrix in pair
-            if matrix.species == name
-        )
-        for name in names
-    }
+    # The largest median of each species in all conditions.
+    largest: dict[str, float] = {}
+    for matrix in chain.from_iterable(matrices.values()):
+        value = float(matrix.fitness.median("run").max())
+        largest[matrix.species] = max(value, largest.get(matrix.species, value))
     for row, (condition, pair) in zip(grid, matrices.items(), strict=True):
         for axes, matrix in zip(row, pair, strict=True):
             _draw_matrix(axes, matrix, largest[matrix.species])

@@ -1,7 +1,7 @@
-"""Assay of opponents: stored generations of two species meet, each of one with each of the other.
+"""Assay of opponents: every selected generation of one species meets every one of the other.
 
 The fitness of a species depends on the other species, which evolves too. Progress is visible only
-against opponents that are the same: those of earlier generations.
+against the same opponents, so generations also meet opponents of other generations.
 
 References
 ----------
@@ -52,8 +52,10 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """Measure `energy` [run, first generation, second generation, species]."""
     generations = assayed_generations(sample.experiment)
     genomes = [sample.genomes(generation) for generation in generations]
-    last = generations[-1]
-    sample.require_stored_energy(last, sample.simulate_species(last, genomes[-1]))
+    last_generation = generations[-1]
+    sample.require_stored_energy(
+        last_generation, sample.simulate_species(last_generation, genomes[-1])
+    )
     size, _ = (species.size for species in sample.experiment.population.species)
     n_generations = len(generations)
     energy = np.empty((len(sample.runs), n_generations, n_generations, 2))
@@ -70,11 +72,12 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
 
 def assayed_generations(experiment: BaseExperiment) -> list[int]:
     """Return the first, the last, and generations between them whose genomes are stored."""
-    last = experiment.evolution.generations - 1
-    every = experiment.record.genome_every
+    last_generation = experiment.evolution.generations - 1
+    storage_interval = experiment.record.genome_every
     n_intervals = N_GENERATIONS - 1
-    positions = [last * interval // n_intervals for interval in range(n_intervals)]
-    return sorted({*(position // every * every for position in positions), last})
+    positions = [last_generation * index // n_intervals for index in range(n_intervals)]
+    stored = {position - position % storage_interval for position in positions}
+    return sorted({*stored, last_generation})
 
 
 def find_obstacle(experiment: BaseExperiment) -> str:
