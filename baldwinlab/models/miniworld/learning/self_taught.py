@@ -129,8 +129,12 @@ class Drift(LearningRule, name="drift"):
         target = naive.think(agent.reinforcement_module, agent.inputs)
         naive.backpropagate(shadow, agent.inputs, target, agent.rate)
         agent.arrays["shadow_weights"] = naive.weights(shadow)
-        weights = []
-        for weight, birth_weight in enumerate(agent.arrays["birth_weights"]):
-            change = agent.arrays["shadow_weights"][weight] - birth_weight
-            weights.append(birth_weight + agent.arrays["signs"][weight] * change)
-        agent.action_module = naive.module(weights)
+        entries = zip(
+            agent.arrays["birth_weights"],
+            agent.arrays["signs"],
+            agent.arrays["shadow_weights"],
+            strict=True,
+        )
+        agent.action_module = naive.module(
+            [weight + sign * (learned_weight - weight) for weight, sign, learned_weight in entries]
+        )
