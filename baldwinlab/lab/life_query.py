@@ -186,7 +186,7 @@ def _find_life_of_any_model(lab: Lab, query: Query) -> Life:
     experiment = load_preset(read_text(query, "preset"))
     if experiment.population.species:
         require_generation(experiment, generation)
-        return Life(experiment, key, lambda: _simulate_species(experiment, key))
+        return Life(experiment, key, lambda: simulate_species(experiment, key))
     return _make_recomputed_life(experiment, key, lambda: simulate_energy_before(experiment, key))
 
 
@@ -224,7 +224,7 @@ def _make_recomputed_life(
     return Life(experiment, key, load_start_data)
 
 
-def _simulate_species(experiment: Experiment, key: GenerationKey) -> StartData:
+def simulate_species(experiment: Experiment, key: GenerationKey) -> StartData:
     """Simulate a run with species up to a generation, and return the data that it starts with."""
     n_generations = key.generation + 1
     shortened = experiment.replace(
