@@ -71,8 +71,8 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
         if experiment.population.species:
             raise RefusedError(
                 f"{experiment.name} cannot run in a browser: it has several species, which only"
-                " the engine in Python supports; start a live run in `baldwinlab lab`, or save a"
-                " lifetime as a page there"
+                " the engine in Python supports; start a live run in `baldwinlab lab`, or export a"
+                " stored study (`baldwinlab export STUDY --format page`)"
             )
         if experiment.schedule or experiment.evolution.founders or experiment.may_stop:
             raise RefusedError(
