@@ -17,6 +17,7 @@ from baldwinlab._version import __version__
 from baldwinlab.analysis.traces import has_appearance, read_appearance
 from baldwinlab.api.load import read_experiment
 from baldwinlab.lab import binary_frames, single_page
+from baldwinlab.lab.species import describe_species
 
 REPLAY_MODULE: Final = "replay_page.js"
 STYLES: Final = ("style.css", "world.css", "world_figure.css", "replay_page.css")
@@ -90,6 +91,7 @@ def pack_trace(trace: xr.Dataset) -> bytes:
     # A trace does not contain the teachers.
     appearance = {**read_appearance(trace), "has_teachers": False}
     agent_arrays = _collect_agent_arrays(first_steps, appearance)
+    experiment = read_experiment(trace)
     header = {
         "kind": "recording",
         **{name: trace.attrs[name] for name in ("condition", "seed", "run", "generation")},
@@ -98,10 +100,13 @@ def pack_trace(trace: xr.Dataset) -> bytes:
         "steps": trace.sizes["step"],
         "agents": n_agents,
         "items": trace.sizes["item"],
-        "world": read_experiment(trace).world.model_dump(mode="json"),
+        "world": experiment.world.model_dump(mode="json"),
         "appearance": appearance,
+        **describe_species(experiment),
     }
     arrays = agent_arrays | _collect_item_arrays(first_steps)
+    if "species" in trace:
+        arrays["species"] = trace["species"].values.astype(np.uint8)
     return binary_frames.pack(header, arrays, differences=agent_arrays.keys())
 
 
@@ -109,7 +114,8 @@ def _collect_agent_arrays(
     trace: xr.Dataset, appearance: dict[str, Any]
 ) -> dict[str, npt.NDArray[Any]]:
     """Return the arrays of agents [step, agent], and sensors [step, agent * byte or input]."""
-    sensor = trace.sensor.values
+    # An input that a species lacks is NaN.
+    sensor = np.nan_to_num(trace.sensor.values)
     if not any(appearance["is_continuous"]):
         sensor = np.packbits(sensor > 0, axis=2, bitorder="little")
     n_headings = appearance["headings"]

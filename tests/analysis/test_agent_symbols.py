@@ -30,7 +30,8 @@ def mask_of_shape(symbol: AgentSymbol) -> npt.NDArray[np.bool_]:
     image = Image.new("RGB", (SIZE, SIZE), "white")
     draw_shape(ImageDraw.Draw(image), symbol, CENTER, 30, symbol.fill, 1)
     pixels: npt.NDArray[np.uint8] = np.asarray(image)
-    return np.any(pixels != 255, axis=2)
+    is_inside: npt.NDArray[np.bool_] = (pixels != 255).any(axis=2)
+    return is_inside
 
 
 def test_the_shapes_of_species_differ_without_color_and_have_similar_areas() -> None:
