@@ -26,6 +26,8 @@ MAX_EXACT_PAIRS = 40_000
 MAX_EXACT_ARRANGEMENTS = 20_000
 # Largest number of differences for which all 2**n combinations of signs are enumerated.
 MAX_EXACT_SIGNS = 13
+# Number of samples whose signs are enumerated together, which bounds the memory.
+SAMPLES_PER_BLOCK = 250
 
 
 def signed_rank(differences: Sample) -> float:
@@ -51,13 +53,53 @@ def signed_rank(differences: Sample) -> float:
     if differences.size > MAX_EXACT_SIGNS or not has_ties:
         return float(stats.wilcoxon(differences).pvalue)
     # SciPy would take a second or more, because it enumerates the signs one at a time.
-    ranks = stats.rankdata(sizes)
-    # The bits of a number are a combination of signs, [combination, difference]: 1 is positive.
-    combination_numbers = np.arange(2**nonzero.size)[:, None]
-    is_positive = (combination_numbers >> np.arange(nonzero.size)) & 1
-    rank_sums = np.asarray(is_positive @ ranks, np.float64)
-    observed_rank_sum = float(ranks[nonzero > 0].sum())
-    return _two_sided_p(rank_sums, observed_rank_sum)
+    share_below, share_above = _enumerate_signs(differences[None])
+    return min(1.0, 2 * min(float(share_below[0]), float(share_above[0])))
+
+
+def signed_rank_tails(samples: Sample) -> tuple[Sample, Sample]:
+    """Compute both one-sided p-values of Wilcoxon's signed-rank test for each sample.
+
+    p is exact for up to 13 differences. For more, it is that of SciPy.
+
+    Parameters
+    ----------
+    samples
+        Finite differences of pairs, [sample, pair]. Zeros are ignored.
+
+    Returns
+    -------
+    p_less, p_greater : Sample
+        p-values of the alternatives that differences are below 0 and above 0, [sample]. They are 1
+        if all differences are 0.
+    """
+    if samples.shape[1] <= MAX_EXACT_SIGNS:
+        blocks = np.array_split(samples, -(-samples.shape[0] // SAMPLES_PER_BLOCK))
+        tails = [_enumerate_signs(block) for block in blocks]
+        share_below, share_above = (np.concatenate(tail) for tail in zip(*tails, strict=True))
+        return share_below, share_above
+    # SciPy divides by 0 if all differences are 0.
+    with np.errstate(invalid="ignore", divide="ignore"):
+        p_less, p_greater = (
+            stats.wilcoxon(samples, axis=1, alternative=alternative).pvalue
+            for alternative in ("less", "greater")
+        )
+    return np.where(np.isnan(p_less), 1.0, p_less), np.where(np.isnan(p_greater), 1.0, p_greater)
+
+
+def _enumerate_signs(samples: Sample) -> tuple[Sample, Sample]:
+    """Return the shares of all signs with a rank sum at most and at least the observed one."""
+    sizes = np.abs(samples)
+    n_zeros = (sizes == 0).sum(axis=1, keepdims=True)
+    # Ranks among the differences that are not 0, [sample, pair]. A difference of 0 has no rank.
+    ranks = np.where(sizes > 0, stats.rankdata(sizes, axis=1) - n_zeros, 0.0)
+    n_pairs = samples.shape[1]
+    # The bits of a number are a combination of signs, [combination, pair]: 1 is positive.
+    is_positive = (np.arange(2**n_pairs)[:, None] >> np.arange(n_pairs)) & 1
+    # [combination, sample]
+    rank_sums = is_positive.astype(np.float64) @ ranks.T
+    observed = np.where(samples > 0, ranks, 0.0).sum(axis=1)
+    return (rank_sums <= observed).mean(axis=0), (rank_sums >= observed).mean(axis=0)
 
 
 def mann_whitney(a: Sample, b: Sample) -> tuple[float, float]:

@@ -11,7 +11,7 @@ Minimum attainable p-value: R. E. Tarone, Biometrics 46 (1990).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import count
 from math import comb, exp, lgamma
 from typing import Any, Literal, NamedTuple
@@ -28,6 +28,8 @@ TOO_FEW_RUNS = "too few runs"
 MAX_EXACT_RUNS = 1000
 
 TestMethod = Literal["Mann-Whitney", "Wilcoxon", "log-rank"]
+# Function that corrects the p-values of a family of tests.
+Correction = Callable[[Sequence[float]], Sample]
 
 
 class PlannedTest(NamedTuple):
@@ -59,8 +61,8 @@ class PlannedTest(NamedTuple):
         return 2 * exp(lgamma(self.n_a + 1) + lgamma(self.n_b + 1) - lgamma(n_runs + 1))
 
 
-def smallest_corrected_p(tests: Sequence[PlannedTest]) -> Sample:
-    """Compute the smallest p-value of each test after Holm's correction for all tests.
+def smallest_corrected_p(tests: Sequence[PlannedTest], correct: Correction = holm) -> Sample:
+    """Compute the smallest p-value of each test after the correction for all tests.
 
     A larger p-value never makes a corrected p-value smaller. The corrected values of the smallest
     p-values are therefore lower bounds.
@@ -69,22 +71,26 @@ def smallest_corrected_p(tests: Sequence[PlannedTest]) -> Sample:
     ----------
     tests
         All tests of the family.
+    correct
+        Correction for several tests: `holm` or `q_values`.
 
     Returns
     -------
     Sample
         The smallest corrected p-values, [test].
     """
-    return holm([test.smallest_p for test in tests])
+    return correct([test.smallest_p for test in tests])
 
 
-def required_runs(tests: Sequence[PlannedTest]) -> int:
+def required_runs(tests: Sequence[PlannedTest], correct: Correction = holm) -> int:
     """Compute the number of runs per condition with which every test can be significant.
 
     Parameters
     ----------
     tests
         All tests of the family; their sample sizes are not used.
+    correct
+        Correction for several tests: `holm` or `q_values`.
 
     Returns
     -------
@@ -93,18 +99,20 @@ def required_runs(tests: Sequence[PlannedTest]) -> int:
     """
     for runs in count(1):
         enlarged = [PlannedTest(runs, runs, test.method) for test in tests]
-        if not _is_impossible(enlarged).any():
+        if not _is_impossible(enlarged, correct).any():
             return runs
     raise AssertionError("a rank test of enough runs can be significant")
 
 
-def describe_too_few(tests: Sequence[PlannedTest]) -> str:
+def describe_too_few(tests: Sequence[PlannedTest], correct: Correction = holm) -> str:
     """Describe the tests that cannot be significant.
 
     Parameters
     ----------
     tests
         All tests of the family.
+    correct
+        Correction for several tests: `holm` or `q_values`.
 
     Returns
     -------
@@ -112,26 +120,28 @@ def describe_too_few(tests: Sequence[PlannedTest]) -> str:
         Up to three sentences, with the number of runs that is needed. Empty if every test can be
         significant.
     """
-    is_impossible = _is_impossible(tests)
+    is_impossible = _is_impossible(tests, correct)
     if not is_impossible.any():
         return ""
     affected_tests = [tests[index] for index in np.flatnonzero(is_impossible).tolist()]
     sizes = [size for test in affected_tests for size in (test.n_a, test.n_b)]
     runs = f"{min(sizes)}" if min(sizes) == max(sizes) else f"{min(sizes)} to {max(sizes)}"
-    smallest_p_holm = float(smallest_corrected_p(tests)[is_impossible].min())
+    smallest_p = float(smallest_corrected_p(tests, correct)[is_impossible].min())
     affected_note = ""
     if not is_impossible.all():
         affected_note = f"{is_impossible.sum()} of these tests cannot be significant. "
     sizes_note = f"With {_format_count(runs, 'run')} and {_format_count(len(tests), 'test')}"
     return (
-        f"{affected_note}{sizes_note}, the smallest corrected p-value is {smallest_p_holm:.2g}. "
-        f"At least {required_runs(tests)} runs are needed."
+        f"{affected_note}{sizes_note}, the smallest corrected p-value is {smallest_p:.2g}. "
+        f"At least {required_runs(tests, correct)} runs are needed."
     )
 
 
-def _is_impossible(tests: Sequence[PlannedTest]) -> np.ndarray[Any, np.dtype[np.bool_]]:
+def _is_impossible(
+    tests: Sequence[PlannedTest], correct: Correction
+) -> np.ndarray[Any, np.dtype[np.bool_]]:
     """Return whether each test cannot be significant, [test]."""
-    return smallest_corrected_p(tests) >= SIGNIFICANCE_LEVEL
+    return smallest_corrected_p(tests, correct) >= SIGNIFICANCE_LEVEL
 
 
 def _format_count(number: object, noun: str) -> str:

@@ -1,0 +1,39 @@
+"""Equivalence test: is an effect smaller than the smallest effect of interest?
+
+References
+----------
+Two one-sided tests: D. J. Schuirmann, Journal of Pharmacokinetics and Biopharmaceutics 15 (1987).
+Rank-based version: S. Wellek, Testing Statistical Hypotheses of Equivalence (2010), chapter 5.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from baldwinlab.analysis.statistics.rank_tests import signed_rank_tails
+from baldwinlab.analysis.statistics.samples import Sample
+
+
+def equivalence_p(samples: Sample, bound: float) -> Sample:
+    """Compute the p-value of the two one-sided signed-rank tests for each sample of differences.
+
+    One test shows that the differences are below `bound`, the other that they are above `-bound`.
+    The p-value is the larger of the two.
+
+    Parameters
+    ----------
+    samples
+        Differences with finite values, [sample, pair].
+    bound
+        Smallest effect of interest, fixed before the data are seen. With 0, no sample is
+        equivalent, except for exact ties.
+
+    Returns
+    -------
+    Sample
+        The p-values, [sample]. 0 if all differences of a sample of two or more are 0.
+    """
+    below, _ = signed_rank_tails(samples - bound)
+    _, above = signed_rank_tails(samples + bound)
+    has_only_ties = (samples.shape[1] > 1) & ~samples.any(axis=1)
+    return np.where(has_only_ties, 0.0, np.maximum(below, above))

@@ -1,0 +1,60 @@
+"""Control of the false discovery rate over a table of tests.
+
+References
+----------
+Y. Benjamini and Y. Hochberg, Journal of the Royal Statistical Society B 57 (1995).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import stats
+
+from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
+from baldwinlab.analysis.statistics.samples import Sample
+
+
+def q_values(p_values: Sequence[float] | Sample) -> Sample:
+    """Compute the q-values of a table of tests by the method of Benjamini and Hochberg.
+
+    Parameters
+    ----------
+    p_values
+        p-values of all tests of the table, 0 to 1; may be empty.
+
+    Returns
+    -------
+    Sample
+        The q-values in the order of `p_values`.
+    """
+    ps = np.asarray(p_values, np.float64)
+    # SciPy refuses an empty table.
+    return np.asarray(stats.false_discovery_control(ps)) if ps.size else ps
+
+
+def critical_p_values(p_values: Sequence[float] | Sample) -> Sample:
+    """Compute the p-value below which each test is significant, given all other tests.
+
+    Parameters
+    ----------
+    p_values
+        p-values of all tests of the table, 0 to 1; may be empty.
+
+    Returns
+    -------
+    Sample
+        The limits, [test]. A test has a q-value below the level of significance exactly if its
+        p-value is below its limit.
+    """
+    ps = np.asarray(p_values, np.float64)
+    # The limit of the k-th smallest p-value, [k].
+    limits = SIGNIFICANCE_LEVEL * np.arange(1, ps.size + 1) / max(ps.size, 1)
+    criticals = np.empty_like(ps)
+    for index in range(ps.size):
+        others = np.sort(np.delete(ps, index))
+        # The test has rank k at most if the others have k - 1 significant p-values.
+        ranks = np.flatnonzero(others < limits[1:])
+        criticals[index] = limits[ranks[-1] + 1] if ranks.size else limits[0]
+    return criticals

@@ -1,0 +1,80 @@
+"""Hurdle model of a bimodal effect: the share of runs that take off, and the size given take-off.
+
+References
+----------
+J. G. Cragg, Econometrica 39 (1971).
+"""
+
+from __future__ import annotations
+
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+
+from baldwinlab.analysis.statistics.bootstrap import median_interval
+from baldwinlab.analysis.statistics.proportions import proportion_interval
+from baldwinlab.analysis.statistics.samples import Sample
+
+
+class Hurdle(NamedTuple):
+    """Both parts of the hurdle model.
+
+    Attributes
+    ----------
+    runs : int
+        Number of runs.
+    takeoffs : int
+        Number of runs above the threshold.
+    share_low, share_high : float
+        95 % Clopper-Pearson interval of the probability of take-off.
+    size : float
+        Median over the runs that take off; NaN if there is none.
+    size_low, size_high : float
+        95 % bootstrap interval of `size`; NaN for fewer than two runs that take off.
+    """
+
+    runs: int
+    takeoffs: int
+    share_low: float
+    share_high: float
+    size: float
+    size_low: float
+    size_high: float
+
+    @property
+    def is_bimodal(self) -> bool:
+        """Whether some runs take off and others do not."""
+        return 0 < self.takeoffs < self.runs
+
+
+def measure_hurdle(values: Sample, threshold: float) -> Hurdle:
+    """Divide runs by a threshold, and measure both parts of the hurdle model.
+
+    Parameters
+    ----------
+    values
+        Finite values, [run], at least one.
+    threshold
+        A run takes off if its value is above the threshold.
+
+    Returns
+    -------
+    Hurdle
+        Both parts.
+    """
+    sizes = values[values > threshold]
+    share_low, share_high = proportion_interval(sizes.size, values.size)
+    size, size_low, size_high = nan, nan, nan
+    if sizes.size:
+        size = float(np.median(sizes))
+        size_low, size_high = median_interval(sizes)
+    return Hurdle(
+        runs=values.size,
+        takeoffs=sizes.size,
+        share_low=share_low,
+        share_high=share_high,
+        size=size,
+        size_low=size_low,
+        size_high=size_high,
+    )

@@ -1,0 +1,29 @@
+"""Tests of the hurdle model against hand-made runs and the exact binomial interval."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from baldwinlab.analysis.statistics.hurdle import measure_hurdle
+
+
+def test_size_is_that_of_runs_above_the_threshold() -> None:
+    hurdle = measure_hurdle(np.array([0.0, 0.0, 0.01, 5.0, 6.0, 7.0]), 0.05)
+    assert (hurdle.takeoffs, hurdle.runs, hurdle.size) == (3, 6, 6.0)
+    assert hurdle.size_low == 5 and hurdle.size_high == 7
+    assert hurdle.is_bimodal
+
+
+def test_the_interval_of_the_share_has_tails_of_two_and_a_half_percent() -> None:
+    hurdle = measure_hurdle(np.array([0.0] * 8 + [1.0] * 4), 0.5)
+    assert stats.binom.sf(3, 12, hurdle.share_low) == pytest.approx(0.025)
+    assert stats.binom.cdf(4, 12, hurdle.share_high) == pytest.approx(0.025)
+
+
+def test_without_takeoff_the_size_is_undefined() -> None:
+    hurdle = measure_hurdle(np.zeros(10), 0.0)
+    assert hurdle.takeoffs == 0 and np.isnan(hurdle.size) and not hurdle.is_bimodal
+    # The interval of 0 of 10 ends at 1 - 0.025 ** (1 / 10).
+    assert hurdle.share_high == pytest.approx(1 - 0.025**0.1)
