@@ -10,9 +10,9 @@ from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.planned_reproduction import are_foragers
 from baldwinlab.api.publish.gallery import (
     GALLERY_FILE,
+    describe_table,
     explain_omissions,
     publish_gallery,
-    summarize,
 )
 from baldwinlab.api.reproduce import reproduce
 from baldwinlab.core import console
@@ -32,8 +32,8 @@ def compare_papers(
 ) -> Path:
     """Write a page that compares all papers whose studies are in a folder.
 
-    The page has one table and one figure. The function also writes gallery.json and figures/ into
-    the folder. No simulation runs.
+    The function also writes into the folder: gallery.json and gallery.csv with one row per system
+    and question, papers.json with one record per paper, and figures/. No simulation runs.
 
     Parameters
     ----------
@@ -63,8 +63,8 @@ def compare_papers(
     page = Path(folder) / GALLERY_FILE if out is None else Path(out)
     if out is not None:
         require_writable("--out", page, REPORT_MARK.encode(), force=force)
-    gallery = publish_gallery(Path(folder), page, last, console.info)
-    for sentence in (*summarize(gallery), *explain_omissions(gallery)):
+    entries, decisions = publish_gallery(Path(folder), page, last, console.info)
+    for sentence in (*describe_table(entries, decisions), *explain_omissions(entries)):
         console.info(sentence)
     console.info(f"gallery: {page}")
     return page

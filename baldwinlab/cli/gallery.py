@@ -24,8 +24,8 @@ def gallery(
 ) -> None:
     """Compare all papers in a folder on one page, with a table and a figure.
 
-    The page states for each paper whether it has a Baldwin effect. No simulation runs. The figures
-    are written to figures/ in the folder.
+    The page decides the same questions for every condition that evolves and learns. No simulation
+    runs. The table is also written to gallery.json and gallery.csv in the folder.
 
     For example:
 

@@ -115,9 +115,7 @@ def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(
         in result.out
     )
     assert "needle (changed model)" in Path("all/gallery.html").read_text("utf-8")
-    assert (
-        json.loads(Path("all/gallery.json").read_text("utf-8"))["papers"][0]["changes"] == CHANGES
-    )
+    assert json.loads(Path("all/papers.json").read_text("utf-8"))["papers"][0]["changes"] == CHANGES
     assert command("reproduce", paper, "--runs", "2", "--out", "all/plain").code == 0
     assert find_studies(Path("all"))["needle"].directory.name == "plain"
     assert "changed model" not in command("gallery", "all").out

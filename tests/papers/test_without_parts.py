@@ -135,7 +135,7 @@ def test_with_the_part_all_claims_are_evaluated(
     assert command("phylogeny", study, "--out", str(tmp_path / "x.csv"), *part_option).code == 0
     assert command("crate", study, *part_option).code == 0
     assert "not evaluated" not in command("claims", str(results / "strings"), *part_option).out
-    systems = json.loads((results / "gallery.json").read_text())["papers"][0]["systems"]
+    systems = json.loads((results / "papers.json").read_text())["papers"][0]["systems"]
     assert [(system["condition"], system["control"]) for system in systems] == [
         ("guessing", "plain")
     ]

@@ -1,111 +1,25 @@
-"""Test for the Baldwin effect in the studies of several papers, with comparable effect sizes.
+"""Estimate the answers of the systems of a study, and the time to half of the final fitness.
 
-A *system* is a condition that evolves and learns. Verdicts are those of its study's assays
-(`assays/analysis.py`). Each paper has its own unit of fitness, so an effect size is a share of
-the fitness with learning in the last generations of the same run. Each run has one value. Sizes
-are medians over runs with their 95 % bootstrap intervals.
+A *system* is a condition that evolves and learns.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy import stats
 
-from baldwinlab.analysis.assays.analysis import ConditionResult, Table, evaluate_assays
-from baldwinlab.analysis.assays.criteria import CONTROL_LAST, INNATE_LAST, NOT_MEASURED, Verdict
-from baldwinlab.analysis.assays.headlines import describe_phases
-from baldwinlab.analysis.assays.values import Assays, Quantity, drop_labels
+from baldwinlab.analysis.assays.controls import evolves_and_learns
+from baldwinlab.analysis.assays.values import Assays, parse_experiments
+from baldwinlab.analysis.estimands import estimate
+from baldwinlab.analysis.estimands.estimate import Estimate
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.bootstrap import median_interval
+from baldwinlab.core.variables import FORKS
 from baldwinlab.experiment import BaseExperiment, Experiment
-
-LEARNING_LAST: Final[Quantity] = ("on", "last")
-
-
-class Effect(NamedTuple):
-    """An effect that is measured in every system: `quantity` minus `reference`."""
-
-    criterion: str
-    title: str
-    meaning: str
-    quantity: Quantity
-    reference: Quantity
-
-
-EFFECTS: Final = (
-    Effect(
-        criterion="gain",
-        title="Gain from learning",
-        meaning=(
-            "fitness with learning on, minus fitness of the same newborns with learning off, over "
-            "all generations (phase 1)"
-        ),
-        quantity=("on", "throughout"),
-        reference=("off", "throughout"),
-    ),
-    Effect(
-        criterion="innate",
-        title="Rise of innate fitness",
-        meaning=(
-            "fitness with learning off in the last generations, minus the same in the first (phase "
-            "2)"
-        ),
-        quantity=INNATE_LAST,
-        reference=("off", "first"),
-    ),
-    Effect(
-        criterion="need",
-        title="Change of the gain",
-        meaning=(
-            "gain from learning in the last generations, minus the same in the first (below 0 if "
-            "learned behavior becomes innate)"
-        ),
-        quantity=("gain", "last"),
-        reference=("gain", "first"),
-    ),
-    Effect(
-        criterion="guidance",
-        title="Relative to control",
-        meaning=(
-            "innate fitness in the last generations, minus the same in the no-learning control "
-            "(below 0 if learning hides innate differences from selection)"
-        ),
-        quantity=INNATE_LAST,
-        reference=CONTROL_LAST,
-    ),
-    Effect(
-        criterion="cost",
-        title="Cost of learning",
-        meaning=(
-            "fitness without learning, from the weights at death, minus fitness with learning, "
-            "from birth"
-        ),
-        quantity=("frozen", "last"),
-        reference=LEARNING_LAST,
-    ),
-)
-
-
-class Size(NamedTuple):
-    """Median over runs with its 95 % bootstrap interval, which is NaN for a single run."""
-
-    runs: int
-    median: float
-    low: float
-    high: float
-
-
-class EffectResult(NamedTuple):
-    """The verdict on an effect, and its size as a share of the fitness with learning."""
-
-    verdict: Verdict
-    # None if the effect was not measured.
-    size: Size | None
+from baldwinlab.experiment.controls import find_control
 
 
 class TimeToLevel(NamedTuple):
@@ -128,31 +42,24 @@ class TimeToLevel(NamedTuple):
 
 @dataclass(frozen=True)
 class System:
-    """A condition that evolves and learns, with its effects."""
+    """A condition that evolves and learns."""
 
     condition: str
     # The condition that differs only in having no learning, or "".
     control: str
-    phases_sentence: str
-    # Verdicts on phase 1 and on phase 2.
-    phases: tuple[Verdict, Verdict]
-    # Effects by criterion, in the order of `EFFECTS`.
-    effects: dict[str, EffectResult]
-    # Rank correlation of innate fitness and fitness with learning among agents of a generation.
-    # It is low if learning hides innate differences.
-    correlation: Size | None
+    # One estimate per question.
+    estimates: tuple[Estimate, ...]
     # None if the condition has no control, or if its model is not loaded, so that evaluations
     # cannot be counted.
     time_to_level: TimeToLevel | None
 
 
 class _Study(NamedTuple):
-    """The runs of a study and its stored assays."""
+    """The runs of a study."""
 
     data: xr.Dataset
     # Mean fitness of the agents (condition, run, generation).
     mean_fitness: xr.DataArray
-    assays: Assays
     # Number of generations in the first and the last window.
     last: int
 
@@ -164,7 +71,7 @@ def evaluate_systems(
     selected: Sequence[str],
     last: int,
 ) -> list[System]:
-    """Evaluate the systems of a study whose assays are stored.
+    """Evaluate the systems of a study that have a stored assay.
 
     Parameters
     ----------
@@ -184,92 +91,36 @@ def evaluate_systems(
     list of System
         Systems in the order of the experiments.
     """
-    analysis = evaluate_assays(assays, last)
-    study = _Study(data=data, mean_fitness=fitness.mean(data), assays=assays, last=last)
-    order = list(experiments)
-    results = sorted(analysis.results, key=lambda result: order.index(result.condition))
-    conditions = selected or order
-    return [
-        _make_system(study, analysis.tables[result.condition], result, experiments)
-        for result in results
-        if result.phase_verdict(1) != NOT_MEASURED and result.condition in conditions
-    ]
-
-
-def _make_system(
-    study: _Study, table: Table, result: ConditionResult, experiments: Mapping[str, Any]
-) -> System:
-    effects = {
-        effect.criterion: EffectResult(
-            result.answer(effect.criterion).verdict, _measure_effect(table, effect)
+    study = _Study(data=data, mean_fitness=fitness.mean(data), last=last)
+    assayed = parse_experiments(assays)
+    forked = {name for assay in FORKS for name in assays.get(assay, {})}
+    innate = assays.get("innate", {})
+    systems = []
+    for name in (name for name in experiments if name in (selected or experiments)):
+        if name not in assayed:
+            continue
+        if name not in forked and not evolves_and_learns(assayed[name], innate.get(name)):
+            continue
+        control = find_control(name, assayed)
+        stored = {assay: datasets[name] for assay, datasets in assays.items() if name in datasets}
+        system = System(
+            condition=name,
+            control=control,
+            estimates=tuple(estimate(data.sel(condition=name), stored, experiments[name], last)),
+            time_to_level=_measure_time_to_level(study, name, control, experiments[name])
+            if control
+            else None,
         )
-        for effect in EFFECTS
-    }
-    correlation = _measure_size(
-        _correlate_lives(study.assays["innate"][result.condition], study.last)
-    )
-    time_to_level = None
-    if result.control:
-        time_to_level = _measure_time_to_level(study, result, experiments[result.condition])
-    return System(
-        condition=result.condition,
-        control=result.control,
-        phases_sentence=describe_phases(result),
-        phases=(result.phase_verdict(1), result.phase_verdict(2)),
-        effects=effects,
-        correlation=correlation,
-        time_to_level=time_to_level,
-    )
-
-
-def _measure_effect(table: Table, effect: Effect) -> Size | None:
-    """Return an effect as a share of the fitness with learning, or None if not measured."""
-    names = (effect.quantity, effect.reference, LEARNING_LAST)
-    if not set(names) <= set(table):
-        return None
-    columns = [drop_labels(table[name]) for name in names]
-    quantity, reference, fitness_with_learning = xr.align(*columns)
-    scale = abs(fitness_with_learning).where(fitness_with_learning != 0)
-    return _measure_size((quantity - reference) / scale)
-
-
-def _measure_size(values: xr.DataArray) -> Size | None:
-    """Return the median over the runs with a finite value, or None if no run has one."""
-    numbers = np.asarray(values.values, np.float64)
-    finite = numbers[np.isfinite(numbers)]
-    if not finite.size:
-        return None
-    low, high = median_interval(finite)
-    return Size(runs=finite.size, median=float(np.median(finite)), low=low, high=high)
-
-
-def _correlate_lives(innate: xr.Dataset, last: int) -> xr.DataArray:
-    """Return Spearman's correlation over agents of fitness with learning off and on, by run.
-
-    It is the mean over the last generations.
-    """
-    fitness_by_life = innate["energy"].isel(generation=slice(-last, None))
-    values = fitness_by_life.transpose("life", "run", "generation", "agent").values
-    ranks = stats.rankdata(values, axis=-1, nan_policy="propagate")
-    centered = ranks - ranks.mean(axis=-1, keepdims=True)
-    # Labels such as "off" and "on", which state whether learning is switched on.
-    life_settings = [str(setting) for setting in fitness_by_life["life"].values]
-    # Ranks minus their mean, [run, generation, agent].
-    off = centered[life_settings.index("off")]
-    on = centered[life_settings.index("on")]
-    scale = np.sqrt((off**2).sum(axis=-1) * (on**2).sum(axis=-1))
-    # If all agents have the same fitness, the correlation is undefined.
-    with np.errstate(invalid="ignore", divide="ignore"):
-        rho = np.where(scale > 0, (off * on).sum(axis=-1) / scale, np.nan)
-    return xr.DataArray(rho, dims=("run", "generation")).mean("generation")
+        systems.append(system)
+    return systems
 
 
 def _measure_time_to_level(
-    study: _Study, result: ConditionResult, experiment: BaseExperiment
+    study: _Study, condition: str, control_name: str, experiment: BaseExperiment
 ) -> TimeToLevel | None:
     """Return the times to the level, or None if evaluations cannot be counted."""
-    learner = study.mean_fitness.sel(condition=result.condition).dropna("generation", how="all")
-    control = study.mean_fitness.sel(condition=result.control).dropna("generation", how="all")
+    learner = study.mean_fitness.sel(condition=condition).dropna("generation", how="all")
+    control = study.mean_fitness.sel(condition=control_name).dropna("generation", how="all")
     model = experiment.loaded_model
     # MiniWorld needs no loaded model: each of its lives is an evaluation.
     if model is None and not isinstance(experiment, Experiment):
@@ -283,10 +134,10 @@ def _measure_time_to_level(
     counter_variable = model.clock if model else ""
     unit = model.records[counter_variable].unit if model and counter_variable else "lives"
     generations, evaluations = _find_time_to_level(
-        learner, study.data.sel(condition=result.condition), counter_variable, level
+        learner, study.data.sel(condition=condition), counter_variable, level
     )
     control_generations, control_evaluations = _find_time_to_level(
-        control, study.data.sel(condition=result.control), counter_variable, level
+        control, study.data.sel(condition=control_name), counter_variable, level
     )
     return TimeToLevel(
         level=level,

@@ -1,93 +1,93 @@
-"""Figure of the effect sizes of all papers: a row per system, a panel per effect."""
+"""Forest plot of the gallery: a row per system, a panel per question."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Final
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
-from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, UNDECIDED, YES
-from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, GRAY, styled
-from baldwinlab.analysis.gallery.analysis import EFFECTS, EffectResult, System
-from baldwinlab.analysis.palette import VERMILION
+from baldwinlab.analysis.figures.style import BLUE, DARK_GRAY, GRAY, GREEN, PALE, styled
+from baldwinlab.analysis.gallery.decisions import (
+    EQUIVALENT,
+    OPPOSITE,
+    UNDECIDED,
+    YES,
+    Decision,
+    Outcome,
+    SystemName,
+)
+from baldwinlab.analysis.gallery.summary import QuestionSummary
+from baldwinlab.analysis.palette import BLACK, VERMILION
+from baldwinlab.analysis.statistics.meta_analysis import RandomEffects
 
-# Width of the figure, in inches.
-FIGURE_WIDTH: Final = 10.0
-# Largest effect size inside the axes, as a share. Larger sizes are drawn at the edge.
-MAX_SIZE: Final = 1.0
-# Largest absolute value on the axes, in percent.
-AXIS_LIMIT: Final = 108 * MAX_SIZE
+# Widths of the names of systems and of a panel, in inches.
+NAMES_WIDTH: Final = 2.4
+PANEL_WIDTH: Final = 2.2
 # Heights of a row, and of the titles, the ticks and the legend together, in inches.
 ROW_HEIGHT: Final = 0.2
-AXES_HEIGHT: Final = 1.3
+AXES_HEIGHT: Final = 1.7
 # Edge color, marker and face color of each verdict.
 VERDICT_STYLES: Final = {
     YES: (BLUE, "o", BLUE),
-    NO: (VERMILION, "X", VERMILION),
+    OPPOSITE: (VERMILION, "X", VERMILION),
+    EQUIVALENT: (GREEN, "s", GREEN),
     UNDECIDED: (GRAY, "o", "white"),
 }
-VERDICT_LABELS: Final = {
-    YES: "significant: yes",
-    NO: "significant: no, or the opposite",
-    UNDECIDED: "undecided",
-}
+MEAN_LABEL: Final = "mean of papers"
 
 
 @styled
-def draw_effect_sizes(papers: Mapping[str, Sequence[System]]) -> Figure:
-    """Draw effect sizes with their 95 % intervals, in percent of the fitness with learning.
+def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSummary]) -> Figure:
+    """Draw the effect sizes of all systems with their 95 % intervals.
 
     Parameters
     ----------
-    papers : mapping of str to sequence of System
-        Systems by paper.
+    systems : sequence of SystemName
+        All systems, grouped by paper.
+    summaries : sequence of QuestionSummary
+        The questions, one panel each.
 
     Returns
     -------
     Figure
-        One row per system, one panel per effect.
+        One row per system, and a last row with the mean of the papers.
     """
-    systems = [system for paper in papers.values() for system in paper]
-    rows = _system_rows(papers)
-    n_rows = len(systems) + len(papers)
-    figure = Figure((FIGURE_WIDTH, AXES_HEIGHT + ROW_HEIGHT * n_rows))
-    panels = figure.subplots(1, len(EFFECTS), sharey=True)
-    for axes, effect in zip(panels, EFFECTS, strict=True):
-        axes.set_title(effect.title, loc="left", fontweight="bold")
-        axes.axvline(0, color=DARK_GRAY, lw=0.8)
-        for row, system in zip(rows, systems, strict=True):
-            _draw_effect(axes, row, system.effects[effect.criterion])
-        axes.set_xlim(-AXIS_LIMIT, AXIS_LIMIT)
-        axes.set_xticks([-100, -50, 0, 50, 100], ["−100", "−50", "0", "50", "100 %"])
-    panels[0].set_yticks(rows, [system.condition for system in systems])
-    for paper, row in zip(papers, _heading_rows(papers), strict=True):
-        _draw_heading(panels[0], paper, row)
-    panels[0].set_ylim(max(rows) + 0.8, -0.8)
-    figure.legend(
-        handles=_make_legend_handles(), loc="outside lower center", ncols=len(VERDICT_STYLES)
+    rows, headings = _place_rows(systems)
+    mean_row = max(rows.values()) + 1.5
+    figure = Figure(
+        (NAMES_WIDTH + PANEL_WIDTH * len(summaries), AXES_HEIGHT + ROW_HEIGHT * mean_row)
     )
+    panels = figure.subplots(1, len(summaries), sharey=True, squeeze=False)[0]
+    for axes, summary in zip(panels, summaries, strict=True):
+        axes.set_title(summary.question, loc="left", fontweight="bold")
+        axes.set_xlabel(summary.unit)
+        axes.axvline(0, color=DARK_GRAY, lw=0.8)
+        for decision, outcome in summary.outcomes:
+            _draw_outcome(axes, rows[decision.system], decision, outcome, summary)
+        if summary.mean:
+            _draw_mean(axes, mean_row, summary.mean)
+    ticks = [*rows.values(), mean_row]
+    panels[0].set_yticks(ticks, [*(system.condition for system in rows), MEAN_LABEL])
+    for paper, row in headings.items():
+        _draw_heading(panels[0], paper, row)
+    panels[0].set_ylim(mean_row + 0.8, -0.8)
+    figure.legend(handles=_make_legend_handles(), loc="outside lower center", ncols=3)
     return figure
 
 
-def _system_rows(papers: Mapping[str, Sequence[System]]) -> list[int]:
-    """Return the row of each system. The name of a paper is in a row above its systems."""
-    rows: list[int] = []
-    for systems, heading_row in zip(papers.values(), _heading_rows(papers), strict=True):
-        first_row = heading_row + 1
-        rows += range(first_row, first_row + len(systems))
-    return rows
-
-
-def _heading_rows(papers: Mapping[str, Sequence[System]]) -> list[int]:
-    """Return the row of each paper's name."""
-    # A paper has a row for its name, and a row for each system.
-    n_rows = [1 + len(systems) for systems in papers.values()]
-    first_rows = np.cumsum([0, *n_rows])[:-1]
-    return [int(row) for row in first_rows]
+def _place_rows(systems: Sequence[SystemName]) -> tuple[dict[SystemName, int], dict[str, int]]:
+    """Return the row of each system, and of each paper's name above its systems."""
+    rows: dict[SystemName, int] = {}
+    headings: dict[str, int] = {}
+    for system in systems:
+        if system.paper not in headings:
+            headings[system.paper] = len(rows) + len(headings)
+        rows[system] = len(rows) + len(headings)
+    return rows, headings
 
 
 def _draw_heading(axes: Axes, paper: str, row: int) -> None:
@@ -104,34 +104,32 @@ def _draw_heading(axes: Axes, paper: str, row: int) -> None:
     )
 
 
-def _draw_effect(axes: Axes, row: int, result: EffectResult) -> None:
-    if result.size is None or result.verdict == NOT_MEASURED:
-        return
-    edge, marker, face = VERDICT_STYLES[result.verdict]
-    size = result.size
-    median, low, high = (_to_percent(share) for share in (size.median, size.low, size.high))
-    axes.plot([low, high], [row, row], color=edge, lw=1.4, solid_capstyle="butt")
-    if abs(size.median) > MAX_SIZE:
-        marker = ">" if median > 0 else "<"
-    axes.plot([median], [row], marker=marker, ms=5, mec=edge, mfc=face, clip_on=False)
+def _draw_outcome(
+    axes: Axes, row: int, decision: Decision, outcome: Outcome, summary: QuestionSummary
+) -> None:
+    """Draw a system: its equivalence bounds, its interval and its effect."""
+    scale = summary.scale(decision)
+    bound = scale * decision.estimate.equivalence_bound
+    axes.barh(row, 2 * bound, left=-bound, height=0.9, color=PALE, zorder=0.5)
+    edge, marker, face = VERDICT_STYLES[outcome.verdict]
+    interval = [scale * outcome.low, scale * outcome.high]
+    axes.plot(interval, [row, row], color=edge, lw=1.4, solid_capstyle="butt")
+    axes.plot([scale * outcome.effect], [row], marker=marker, ms=5, mec=edge, mfc=face)
 
 
-def _to_percent(share: float) -> float:
-    """Return a share in percent, clipped to the range of the axes."""
-    return float(np.clip(100 * share, -100 * MAX_SIZE, 100 * MAX_SIZE))
+def _draw_mean(axes: Axes, row: float, mean: RandomEffects) -> None:
+    """Draw the mean of the papers: prediction interval, interval and mean."""
+    prediction = [mean.prediction_low, mean.prediction_high]
+    axes.plot(prediction, [row, row], color=BLACK, lw=0.8)
+    axes.plot([mean.low, mean.high], [row, row], color=BLACK, lw=2.4, solid_capstyle="butt")
+    axes.plot([mean.mean], [row], marker="D", ms=6, mec=BLACK, mfc="white")
 
 
-def _make_legend_handles() -> list[Line2D]:
-    return [
-        Line2D(
-            [],
-            [],
-            color=edge,
-            marker=marker,
-            mec=edge,
-            mfc=face,
-            ms=5,
-            label=VERDICT_LABELS[verdict],
-        )
+def _make_legend_handles() -> list[Line2D | Patch]:
+    verdicts: list[Line2D | Patch] = [
+        Line2D([], [], color=edge, marker=marker, mec=edge, mfc=face, ms=5, label=verdict)
         for verdict, (edge, marker, face) in VERDICT_STYLES.items()
     ]
+    label = f"{MEAN_LABEL}: 95 % interval, prediction interval"
+    mean = Line2D([], [], color=BLACK, marker="D", mec=BLACK, mfc="white", ms=6, label=label)
+    return [*verdicts, mean, Patch(color=PALE, label="within the equivalence bound")]

@@ -1,4 +1,4 @@
-"""Equivalence test: is an effect smaller than the smallest effect of interest?
+"""Equivalence test: show that an effect is smaller than the smallest effect of interest.
 
 References
 ----------

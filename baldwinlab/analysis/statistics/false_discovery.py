@@ -53,8 +53,8 @@ def critical_p_values(p_values: Sequence[float] | Sample) -> Sample:
     limits = SIGNIFICANCE_LEVEL * np.arange(1, ps.size + 1) / max(ps.size, 1)
     criticals = np.empty_like(ps)
     for index in range(ps.size):
-        others = np.sort(np.delete(ps, index))
-        # The test has rank k at most if the others have k - 1 significant p-values.
-        ranks = np.flatnonzero(others < limits[1:])
+        remaining = np.sort(np.delete(ps, index))
+        # Rank k is possible if k - 1 of the remaining tests have p-values below its limit.
+        ranks = np.flatnonzero(remaining < limits[1:])
         criticals[index] = limits[ranks[-1] + 1] if ranks.size else limits[0]
     return criticals

@@ -67,7 +67,9 @@ def combine_papers(effects: Sample, standard_errors: Sample) -> RandomEffects:
     # The import takes seconds.
     from statsmodels.stats.meta_analysis import combine_effects
 
-    model = combine_effects(effects, standard_errors**2, method_re="pm")
+    # The fields that divide by 0 without a spread between papers are not used.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        model = combine_effects(effects, standard_errors**2, method_re="pm")
     mean = float(model.mean_effect_re)
     variance = float(model.var_hksj_re)
     tail = (1 + CONFIDENCE_LEVEL) / 2

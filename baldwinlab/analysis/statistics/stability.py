@@ -1,4 +1,4 @@
-"""Stability of a verdict: how often would other runs give the same one?
+"""Stability of a verdict: the share of bootstrap samples of runs with the same verdict.
 
 References
 ----------
@@ -40,4 +40,4 @@ def verdict_stability(
     """
     generator = np.random.default_rng(SEED)
     indices = generator.integers(0, values.size, (RESAMPLES, values.size))
-    return sum(other == verdict for other in decide(values[indices])) / RESAMPLES
+    return list(decide(values[indices])).count(verdict) / RESAMPLES

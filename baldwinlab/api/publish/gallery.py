@@ -8,23 +8,42 @@ from math import isnan
 from pathlib import Path
 from typing import Any, Final
 
-from baldwinlab.analysis.assays.criteria import NO, YES
-from baldwinlab.analysis.gallery.analysis import EFFECTS, Size, System, TimeToLevel
-from baldwinlab.analysis.gallery.figures import draw_effect_sizes
+from baldwinlab.analysis.gallery.analysis import System, TimeToLevel
+from baldwinlab.analysis.gallery.decisions import (
+    COLUMNS,
+    VERDICTS,
+    Decision,
+    SystemName,
+    decide,
+    describe_too_few_runs,
+)
+from baldwinlab.analysis.gallery.figures import draw_forest
+from baldwinlab.analysis.gallery.summary import (
+    MIXED,
+    QuestionSummary,
+    conclude,
+    describe_mean,
+    summarize_questions,
+)
 from baldwinlab.analysis.report import Section, render, write_page
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.statistics.csv import finite_or_none
+from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED
 from baldwinlab.api.publish.gallery_entries import Entry, read_entries
 from baldwinlab.core.file_writing import write_atomically
 
 GALLERY_FILE: Final = "gallery.html"
-RECORD_FILE: Final = "gallery.json"
+# One row per system and question.
+TABLE_FILES: Final = ("gallery.json", "gallery.csv")
+# One record per paper, with its claims and its times.
+PAPERS_FILE: Final = "papers.json"
 TITLE: Final = "Is there a Baldwin effect?"
 
 
-def publish_gallery(folder: Path, out: Path, last: int, log: Callable[[str], None]) -> list[Entry]:
-    """Write gallery.json, the figure and the page of the papers whose studies are in a folder.
+def publish_gallery(
+    folder: Path, out: Path, last: int, log: Callable[[str], None]
+) -> tuple[list[Entry], list[Decision]]:
+    """Write the tables, the figure and the page of the papers whose studies are in a folder.
 
     Parameters
     ----------
@@ -39,8 +58,10 @@ def publish_gallery(folder: Path, out: Path, last: int, log: Callable[[str], Non
 
     Returns
     -------
-    list of Entry
+    entries : list of Entry
         The papers, sorted by year.
+    decisions : list of Decision
+        The decisions on all questions of all systems.
 
     Raises
     ------
@@ -50,87 +71,64 @@ def publish_gallery(folder: Path, out: Path, last: int, log: Callable[[str], Non
         A file cannot be written.
     """
     entries = read_entries(folder, last, log)
-    record = {"last": last, "papers": [_entry_record(entry) for entry in entries]}
-    text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(folder / RECORD_FILE, f"{text}\n".encode())
+    log("deciding the questions")
+    decisions = decide(
+        {
+            SystemName(entry.paper.name, system.condition): system.estimates
+            for entry in entries
+            for system in entry.systems
+        }
+    )
+    rows = [decision.row() for decision in decisions]
+    json_file, csv_file = (folder / name for name in TABLE_FILES)
+    _write_json(json_file, rows)
+    write_atomically(csv_file, to_csv(COLUMNS, rows))
+    papers = [_entry_record(entry) for entry in entries]
+    _write_json(folder / PAPERS_FILE, {"last": last, "papers": papers})
     log("drawing the figure")
     figures = folder / "figures"
     clocks = render("gallery/clocks.html", rows=list(_list_times_to_level(entries)))
     claims = render("gallery/claims.html", entries=entries, verdicts=(HOLDS, UNDECIDED, FAILS))
     sections = [
-        Section("answers", "Effects by system", _render_answers(entries, figures, last)),
+        Section("answers", "Answers by system", _render_answers(entries, decisions, figures, last)),
         Section("clocks", "Time to half of the final fitness", clocks),
         Section("claims", "Claims of the papers", claims),
     ]
-    write_page(TITLE, " ".join(summarize(entries)), sections, out, figures)
-    return entries
+    write_page(TITLE, " ".join(conclude(decisions)), sections, out, figures)
+    return entries, decisions
 
 
-def summarize(entries: Sequence[Entry]) -> Iterator[str]:
-    """Yield the summary of the gallery, one sentence at a time.
+def _write_json(path: Path, content: object) -> None:
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
+    write_atomically(path, f"{text}\n".encode())
+
+
+def describe_table(entries: Sequence[Entry], decisions: Sequence[Decision]) -> Iterator[str]:
+    """Yield the conclusions, and the notes on changed models and on too few runs.
 
     Parameters
     ----------
     entries : sequence of Entry
         The papers.
+    decisions : sequence of Decision
+        The decisions on all questions of all systems.
 
     Yields
     ------
     str
         Sentences.
     """
-    systems = [system for entry in entries for system in entry.systems]
-    n_papers = sum(bool(entry.systems) for entry in entries)
-    yield (
-        f"This page tests {_count(len(systems), 'system')} of {_count(n_papers, 'paper')} with the "
-        "same assays. A system is a condition that evolves and learns."
-    )
-    yield from _summarize_phases(systems)
-    yield _summarize_guidance(systems)
+    yield from conclude(decisions)
+    yield from _list_notes(entries, decisions)
+
+
+def _list_notes(entries: Sequence[Entry], decisions: Sequence[Decision]) -> Iterator[str]:
     for entry in entries:
         if entry.changes:
             changes = ", ".join(entry.changes)
             yield f"{entry.paper.name} is a changed model ({changes}) and is included."
-    yield _summarize_claims(entries)
-
-
-def _summarize_phases(systems: Sequence[System]) -> Iterator[str]:
-    n_phase_1 = sum(system.phases[0] == YES for system in systems)
-    n_without_phase_1 = sum(system.phases[0] == NO for system in systems)
-    n_both_phases = sum(system.phases == (YES, YES) for system in systems)
-    yield (
-        f"Learning guides evolution (phase 1) in {_count(n_phase_1, 'system')} and does not in "
-        f"{n_without_phase_1}; the others are undecided."
-    )
-    yield f"Learned behavior also becomes innate (phase 2) in {n_both_phases}."
-
-
-def _summarize_guidance(systems: Sequence[System]) -> str:
-    answers = [system.effects["guidance"] for system in systems if system.control]
-    n_higher = sum(answer.verdict == YES for answer in answers)
-    # The verdict NO includes differences that are not negative.
-    n_lower = sum(
-        answer.verdict == NO and answer.size is not None and answer.size.median < 0
-        for answer in answers
-    )
-    return (
-        f"Compared with the no-learning control, final innate fitness is higher in {n_higher} of "
-        f"{_count(len(answers), 'system')} and lower in {n_lower}."
-    )
-
-
-def _summarize_claims(entries: Sequence[Entry]) -> str:
-    verdicts = [verdict for entry in entries for verdict in entry.claims.values()]
-    return (
-        f"Verdicts on {_count(len(verdicts), 'claim')} of {_count(len(entries), 'paper')}: "
-        f"{HOLDS} {verdicts.count(HOLDS)}, {FAILS} {verdicts.count(FAILS)}, "
-        f"{UNDECIDED} {verdicts.count(UNDECIDED)}."
-    )
-
-
-def _count(count: int, noun: str) -> str:
-    """Return a number with its noun, such as "1 paper" or "2 papers"."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+    if too_few := describe_too_few_runs(decisions):
+        yield f"{too_few} `baldwinlab reproduce PAPER --runs N` adds runs to a study."
 
 
 def explain_omissions(entries: Sequence[Entry]) -> Iterator[str]:
@@ -153,62 +151,53 @@ def explain_omissions(entries: Sequence[Entry]) -> Iterator[str]:
             yield f"{entry.paper.name} is not included: {entry.reason}.{fix}"
 
 
-def _render_answers(entries: Sequence[Entry], folder: Path, last: int) -> str:
-    papers = {entry.name: entry.systems for entry in entries if entry.systems}
-    figures = [save_and_inline(_draw_figure(papers, last), folder)] if papers else []
+def _render_answers(
+    entries: Sequence[Entry], decisions: Sequence[Decision], folder: Path, last: int
+) -> str:
+    summaries = summarize_questions(decisions)
+    figures = []
+    if summaries:
+        figures.append(save_and_inline(_draw_figure(decisions, summaries, last), folder))
     return render(
         "gallery/answers.html",
         figures=figures,
-        percent=format_percent,
-        papers=papers,
-        effects=EFFECTS,
+        summaries=summaries,
+        verdicts=VERDICTS,
+        mixed=MIXED,
+        describe_mean=describe_mean,
+        reasons=_group_reasons(decisions),
+        notes=list(_list_notes(entries, decisions)),
         omitted=[entry for entry in entries if entry.reason],
     )
 
 
-def format_percent(share: float) -> str:
-    """Return a share in percent with its sign, such as +12, −3 or 0, or a dash for NaN.
-
-    Parameters
-    ----------
-    share
-        The share. It can be negative or above 1.
-    """
-    if isnan(share):
-        return "–"
-    # A change that rounds to 0 has no sign.
-    return f"{round(100 * share):+,}".replace("+0", "0").replace("-", "−")
+def _group_reasons(decisions: Sequence[Decision]) -> dict[tuple[str, str, str], list[SystemName]]:
+    """Return the systems in which a question is not measured, by question, class and reason."""
+    systems: dict[tuple[str, str, str], list[SystemName]] = {}
+    for decision in decisions:
+        if decision.outcome is None:
+            entry = decision.estimate
+            key = (entry.question, entry.measurability, entry.reason)
+            systems.setdefault(key, []).append(decision.system)
+    return systems
 
 
-def _draw_figure(papers: dict[str, tuple[System, ...]], last: int) -> ReportFigure:
-    systems = [(paper, system) for paper in papers for system in papers[paper]]
-    rows = [row for paper, system in systems for row in _tabulate_answers(paper, system)]
-    meanings = "; ".join(f"{effect.title}: {effect.meaning}" for effect in EFFECTS)
-    headlines = "; ".join(
-        f"{paper}, {system.condition}: {system.phases_sentence}" for paper, system in systems
-    )
+def _draw_figure(
+    decisions: Sequence[Decision], summaries: Sequence[QuestionSummary], last: int
+) -> ReportFigure:
+    systems = list(dict.fromkeys(decision.system for decision in decisions))
     return ReportFigure(
         "gallery",
         "Effects of learning on evolution, by paper",
-        f"{meanings}. Sizes are in percent of the fitness with learning in the last {last} "
-        "generations of the same run: medians over runs with 95 % bootstrap intervals. Verdicts "
-        "are corrected within each study (Holm). Sizes above 100 % are drawn at the edge.",
-        headlines,
-        draw_effect_sizes(papers),
-        rows,
+        "Medians over runs with 95 % bootstrap intervals. 0 means no effect. The pale band is the "
+        "equivalence bound. A verdict uses the q-value over all systems and questions, and not "
+        "the interval. The last row is the random-effects mean of the papers with its 95 % "
+        f"interval (thick) and the prediction interval for another paper (thin). Windows have "
+        f"{last} generations.",
+        " ".join(conclude(decisions)),
+        draw_forest(systems, summaries),
+        [decision.row() for decision in decisions],
     )
-
-
-def _tabulate_answers(paper: str, system: System) -> Iterator[dict[str, Any]]:
-    for criterion, answer in system.effects.items():
-        if answer.size:
-            yield {
-                "paper": paper,
-                "condition": system.condition,
-                "question": criterion,
-                **answer.size._asdict(),
-                "verdict": answer.verdict,
-            }
 
 
 def _list_times_to_level(entries: Sequence[Entry]) -> Iterator[dict[str, Any]]:
@@ -262,14 +251,6 @@ def _system_record(system: System) -> dict[str, Any]:
     return {
         "condition": system.condition,
         "control": system.control or None,
-        "headline": system.phases_sentence,
-        "phase_1": system.phases[0],
-        "phase_2": system.phases[1],
-        "answers": {
-            name: {"verdict": answer.verdict, **_size_record(answer.size)}
-            for name, answer in system.effects.items()
-        },
-        "correlation": _size_record(system.correlation) or None,
         "clock": _time_record(system.time_to_level) if system.time_to_level else None,
     }
 
@@ -283,7 +264,3 @@ def _time_record(time: TimeToLevel) -> dict[str, Any]:
         "evaluations_without": finite_or_none(time.control_evaluations),
         "counted": time.evaluation_unit,
     }
-
-
-def _size_record(size: Size | None) -> dict[str, Any]:
-    return {name: finite_or_none(value) for name, value in size._asdict().items()} if size else {}

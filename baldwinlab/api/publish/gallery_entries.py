@@ -141,7 +141,7 @@ def read_entries(folder: Path, last: int, log: Callable[[str], None]) -> list[En
 
 
 def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
-    assays = storage.read_assays(study, ["innate"])
+    assays = storage.read_assays(study)
     conditions_with_runs = [name for name in study.experiments if study.runs(name)]
     systems: list[System] = []
     if assays:
@@ -151,7 +151,9 @@ def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
     reason = ""
     commands: tuple[str, ...] = ()
     if not systems:
-        reason, commands = _explain_omission(study, conditions_with_runs, bool(assays))
+        reason, commands = _explain_omission(
+            study, conditions_with_runs, bool(assays.get("innate"))
+        )
     claims = {claim["id"]: claim["verdict"] for claim in read_claims(study)}
     return Entry(
         paper=paper,
@@ -166,7 +168,7 @@ def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
 
 
 def _explain_omission(
-    study: StudyStore, conditions_with_runs: Sequence[str], has_assays: bool
+    study: StudyStore, conditions_with_runs: Sequence[str], has_innate: bool
 ) -> tuple[str, tuple[str, ...]]:
     """Return the reason why a study has no system, and the commands that add a system."""
     # Without its custom part, a condition raises ExperimentError.
@@ -182,7 +184,7 @@ def _explain_omission(
         return "its conditions do not learn", ()
     if all(experiment.evolution.generations == 1 for experiment in learning):
         return "its runs have a single generation", ()
-    if has_assays:
+    if has_innate:
         return "the assay innate has no condition that learns and evolves", ()
     commands = (
         f"baldwinlab assay {study.directory} --assays innate",

@@ -1,4 +1,4 @@
-"""Effect sizes and times of the gallery, evaluated on artificial assays and runs."""
+"""Systems and times of the gallery, evaluated on artificial assays and runs."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from baldwinlab.analysis.estimands import QUESTIONS
 from baldwinlab.analysis.gallery.analysis import System, evaluate_systems
 from baldwinlab.papers.presets import load
 from tests.analysis.assays.artificial_assays import (
@@ -17,7 +18,6 @@ from tests.analysis.assays.artificial_assays import (
     RUNS,
     constant,
     innate,
-    rising,
 )
 
 LEARNER = "evo+self-taught/A"
@@ -47,50 +47,16 @@ def evaluate(
     return system
 
 
-def size(system: System, criterion: str) -> float:
-    answer = system.effects[criterion]
-    assert answer.size is not None
-    return answer.size.median
-
-
-def test_sizes_are_shares_of_the_last_fitness_with_learning() -> None:
+def test_a_system_has_one_estimate_per_question_and_its_control() -> None:
     system = evaluate(off=constant(30), on=constant(100), without=constant(50))
-    assert size(system, "gain") == pytest.approx(0.7), "learning adds 70 of 100"
-    assert size(system, "innate") == pytest.approx(0)
-    assert size(system, "guidance") == pytest.approx(-0.2), (
-        "30 are innate, and evolution alone reaches 50"
-    )
-    assert system.effects["guidance"].verdict == "no" and system.control == CONTROL
-    assert system.effects["cost"].size is None, "no lifetime had frozen weights"
+    assert tuple(entry.question for entry in system.estimates) == QUESTIONS
+    assert system.control == CONTROL
 
 
-def test_innate_fitness_rises_as_much_as_the_gain_falls() -> None:
-    system = evaluate(off=rising(0, 100), on=constant(100), without=constant(100))
-    assert (
-        size(system, "innate") == pytest.approx(-size(system, "need"))
-        and size(system, "innate") > 0.7
-    )
-    assert system.phases[1] == "yes"
-
-
-def test_innate_and_learned_fitness_correlate_unless_learning_equalizes_or_reverses_ranks() -> None:
-    stored = innate(LEARNER, off=constant(10), on=constant(10))
-    order = np.arange(AGENTS, dtype=float)
-    correlations = {}
-    for name, learned in (("same order", order), ("reversed", -order), ("equal", 0 * order)):
-        data = stored.copy(deep=True)
-        data["energy"].loc[{"life": "off"}] = order
-        data["energy"].loc[{"life": "on"}] = learned
-        assays = {"innate": {LEARNER: data}}
-        (system,) = evaluate_systems(
-            runs(STEP * 1.0, STEP * 1.0), assays, {LEARNER: load(LEARNER)}, [], 10
-        )
-        correlations[name] = system.correlation and system.correlation.median
-    assert correlations == {
-        "same order": pytest.approx(1),
-        "reversed": pytest.approx(-1),
-        "equal": None,
-    }
+def test_a_condition_that_does_not_learn_is_no_system() -> None:
+    stored = {"innate": {CONTROL: innate(CONTROL, off=constant(1))}}
+    study = runs(STEP * 1.0, STEP * 1.0)
+    assert evaluate_systems(study, stored, {CONTROL: load(CONTROL)}, [], 10) == []
 
 
 def test_the_half_way_point_has_generations_and_evaluations() -> None:
@@ -106,13 +72,13 @@ def test_the_half_way_point_has_generations_and_evaluations() -> None:
     assert math.isnan(time.control_generations), "evolution alone reaches 39"
 
 
-def test_a_condition_without_a_control_has_no_time_to_level_and_no_guidance() -> None:
+def test_a_condition_without_a_control_has_no_time_to_level() -> None:
     data = innate(LEARNER, off=constant(1), on=constant(2))
     study = runs(STEP * 1.0, STEP * 1.0).sel(condition=[LEARNER])
     (system,) = evaluate_systems(
         study, {"innate": {LEARNER: data}}, {LEARNER: load(LEARNER)}, [], 10
     )
-    assert system.time_to_level is None and system.effects["guidance"] == ("not measured", None)
+    assert system.time_to_level is None and system.control == ""
 
 
 def test_only_requested_conditions_are_evaluated() -> None:

@@ -1,0 +1,281 @@
+"""Decide the questions of all systems: effect size, interval, q-value, verdict and stability.
+
+The questions of all systems are one table. Two families of tests are corrected over the table by
+the method of Benjamini and Hochberg: the tests for a difference, and the tests for equivalence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import nan
+from typing import Any, Final, Literal, NamedTuple
+
+import numpy as np
+
+from baldwinlab.analysis.estimands.estimate import MEASURED, NOT_MEASURABLE, Estimate
+from baldwinlab.analysis.statistics.bootstrap import (
+    SEED,
+    percentile_interval,
+    resample_medians,
+)
+from baldwinlab.analysis.statistics.csv import finite_or_none
+from baldwinlab.analysis.statistics.equivalence import equivalence_p
+from baldwinlab.analysis.statistics.false_discovery import critical_p_values, q_values
+from baldwinlab.analysis.statistics.hurdle import Hurdle, measure_hurdle
+from baldwinlab.analysis.statistics.power import signed_rank_runs
+from baldwinlab.analysis.statistics.rank_tests import signed_rank_tails
+from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
+from baldwinlab.analysis.statistics.sample_sizes import (
+    TOO_FEW_RUNS,
+    PlannedTest,
+    describe_too_few,
+)
+from baldwinlab.analysis.statistics.samples import Sample
+from baldwinlab.analysis.statistics.stability import MIN_STABILITY, verdict_stability
+
+Verdict = Literal["yes", "opposite", "equivalent", "undecided"]
+YES: Final[Verdict] = "yes"
+OPPOSITE: Final[Verdict] = "opposite"
+EQUIVALENT: Final[Verdict] = "equivalent"
+UNDECIDED: Final[Verdict] = "undecided"
+VERDICTS: Final = (YES, OPPOSITE, EQUIVALENT, UNDECIDED)
+COLUMNS: Final = (
+    "paper", "condition", "question", "class", "trait", "estimate", "low", "high", "p", "q",
+    "verdict", "stability", "runs",
+)  # fmt: skip
+"""The keys of a row of gallery.json and the columns of gallery.csv."""
+
+
+class SystemName(NamedTuple):
+    """A condition that evolves and learns."""
+
+    paper: str
+    condition: str
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The numbers and the verdict of a question that is measured.
+
+    Attributes
+    ----------
+    effect : float
+        Median over runs. 0 means no effect.
+    low, high : float
+        95 % bootstrap interval of the median over runs; NaN for a single run.
+    standard_error : float
+        Standard deviation of the bootstrap medians.
+    p : float
+        p-value of the two-sided signed-rank test; 1 if all values are 0.
+    q : float
+        p-value, corrected for all tests of the table.
+    verdict : str
+        One of `VERDICTS`.
+    stability : float
+        Share of bootstrap samples of runs with the same verdict.
+    runs : int
+        Number of runs in which the value is defined.
+    required_runs : int or None
+        For an undecided question, the number of runs that shows a difference or equivalence with
+        a probability of 80 % if the effect is the observed one. None if the question is decided,
+        or if no realistic number of runs decides it.
+    hurdle : Hurdle
+        The runs above the equivalence bound, and their effect.
+    """
+
+    effect: float
+    low: float
+    high: float
+    standard_error: float
+    p: float
+    q: float
+    verdict: Verdict
+    stability: float
+    runs: int
+    required_runs: int | None
+    hurdle: Hurdle
+
+    @property
+    def label(self) -> str:
+        """The verdict, with a note if the runs cannot suffice for a verdict."""
+        is_impossible = _planned_test(self.runs).smallest_p >= SIGNIFICANCE_LEVEL
+        return TOO_FEW_RUNS if self.verdict == UNDECIDED and is_impossible else self.verdict
+
+    @property
+    def is_unstable(self) -> bool:
+        """Whether other runs could give another verdict."""
+        return self.stability < MIN_STABILITY
+
+
+@dataclass(frozen=True)
+class Decision:
+    """The decision on a question of a system. `outcome` is None if it is not measured."""
+
+    system: SystemName
+    estimate: Estimate
+    outcome: Outcome | None = None
+
+    def row(self) -> dict[str, Any]:
+        """Return the decision with the keys `COLUMNS`, with None for an undefined value.
+
+        Returns
+        -------
+        dict
+            The row.
+        """
+        outcome = self.outcome
+        columns = ("low", "high", "p", "q", "stability")
+        return {
+            "paper": self.system.paper,
+            "condition": self.system.condition,
+            "question": self.estimate.question,
+            "class": self.estimate.measurability,
+            "trait": self.estimate.trait,
+            "estimate": outcome.effect if outcome else None,
+            **{name: finite_or_none(getattr(outcome, name, nan)) for name in columns[:4]},
+            "verdict": outcome.verdict if outcome else None,
+            "stability": outcome.stability if outcome else None,
+            "runs": outcome.runs if outcome else None,
+        }
+
+
+class _Limits(NamedTuple):
+    """Limits of the p-values of one question, and its equivalence bound."""
+
+    difference: float
+    equivalence: float
+    bound: float
+
+
+def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]:
+    """Decide all questions of all systems.
+
+    Parameters
+    ----------
+    estimates : mapping of SystemName to sequence of Estimate
+        The estimates of each system.
+
+    Returns
+    -------
+    list of Decision
+        One decision per system and question, in the order of `estimates`.
+    """
+    decisions = [
+        Decision(system, _require_values(entry))
+        for system, entries in estimates.items()
+        for entry in entries
+    ]
+    measured = [decision for decision in decisions if decision.estimate.measurability == MEASURED]
+    samples = [_finite_values(decision.estimate) for decision in measured]
+    bounds = [decision.estimate.equivalence_bound for decision in measured]
+    differences = [float(_difference_p(values[None])[0]) for values in samples]
+    equivalences = [
+        float(equivalence_p(values[None], bound)[0])
+        for values, bound in zip(samples, bounds, strict=True)
+    ]
+    limits = map(_Limits, critical_p_values(differences), critical_p_values(equivalences), bounds)
+    numbers = zip(samples, differences, q_values(differences).tolist(), limits, strict=True)
+    outcomes = iter([_make_outcome(*row) for row in numbers])
+    return [
+        replace(decision, outcome=next(outcomes))
+        if decision.estimate.measurability == MEASURED
+        else decision
+        for decision in decisions
+    ]
+
+
+def describe_too_few_runs(decisions: Sequence[Decision]) -> str:
+    """Describe the measured questions whose runs cannot suffice for "yes" or "opposite".
+
+    Parameters
+    ----------
+    decisions : sequence of Decision
+        All decisions of the table.
+
+    Returns
+    -------
+    str
+        Sentences with the required number of runs, or "".
+    """
+    tests = [_planned_test(decision.outcome.runs) for decision in decisions if decision.outcome]
+    return describe_too_few(tests, q_values)
+
+
+def _planned_test(runs: int) -> PlannedTest:
+    return PlannedTest(runs, runs, "Wilcoxon")
+
+
+def _require_values(estimate: Estimate) -> Estimate:
+    """Return the estimate as not measurable if its value is undefined in every run."""
+    if estimate.measurability != MEASURED or _finite_values(estimate).size:
+        return estimate
+    reason = "The value is undefined in every run."
+    return replace(estimate, measurability=NOT_MEASURABLE, reason=reason, values=None)
+
+
+def _finite_values(estimate: Estimate) -> Sample:
+    """Return the values of a measured estimate in the runs that define them."""
+    if estimate.values is None:
+        raise ValueError(f"the measured question {estimate.question!r} has no values")
+    values = np.asarray(estimate.values.values, np.float64)
+    return values[np.isfinite(values)]
+
+
+def _difference_p(samples: Sample) -> Sample:
+    """Return the two-sided p-value of the signed-rank test of each sample [sample, run]."""
+    p_less, p_greater = signed_rank_tails(samples)
+    return np.minimum(1.0, 2 * np.minimum(p_less, p_greater))
+
+
+def _decide_samples(samples: Sample, limits: _Limits) -> list[Verdict]:
+    """Return the verdict on each sample [sample, run].
+
+    An effect within the equivalence bound is equivalent to no effect, even if it differs from 0
+    significantly.
+    """
+    is_equivalent = equivalence_p(samples, limits.bound) < limits.equivalence
+    is_different = _difference_p(samples) < limits.difference
+    effects = np.median(samples, axis=1)
+    verdicts = np.select(
+        [is_equivalent, is_different & (effects > 0), is_different & (effects < 0)],
+        [EQUIVALENT, YES, OPPOSITE],
+        UNDECIDED,
+    )
+    result: list[Verdict] = verdicts.tolist()
+    return result
+
+
+def _make_outcome(values: Sample, p: float, q: float, limits: _Limits) -> Outcome:
+    (verdict,) = _decide_samples(values[None], limits)
+    medians = resample_medians(values, np.random.default_rng(SEED))
+    low, high = percentile_interval(medians) if values.size > 1 else (nan, nan)
+    required_runs = None
+    if verdict == UNDECIDED and values.size > 1:
+        required_runs = _find_required_runs(values, limits)
+    return Outcome(
+        effect=float(np.median(values)),
+        low=low,
+        high=high,
+        standard_error=float(medians.std()) if values.size > 1 else nan,
+        p=p,
+        q=q,
+        verdict=verdict,
+        stability=verdict_stability(values, verdict, partial(_decide_samples, limits=limits)),
+        runs=values.size,
+        required_runs=required_runs,
+        hurdle=measure_hurdle(values, limits.bound),
+    )
+
+
+def _find_required_runs(values: Sample, limits: _Limits) -> int | None:
+    """Return the smaller number of runs that shows a difference or equivalence, if any."""
+    numbers = [signed_rank_runs(values, limits.difference)]
+    if abs(np.median(values)) < limits.bound:
+        # A one-sided test has half the p-value of the two-sided test.
+        level = min(1.0, 2 * limits.equivalence)
+        sides = [signed_rank_runs(values + bound, level) for bound in (-limits.bound, limits.bound)]
+        defined = [runs for runs in sides if runs is not None]
+        numbers.append(max(defined) if len(defined) == len(sides) else None)
+    return min((runs for runs in numbers if runs is not None), default=None)

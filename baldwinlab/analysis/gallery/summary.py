@@ -1,0 +1,207 @@
+"""Summarize the decisions on each question: counts by system and by paper, and a mean effect.
+
+A paper has the verdict on which all its measured systems agree. Otherwise it is *mixed*.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import isnan
+from typing import Final
+
+import numpy as np
+
+from baldwinlab.analysis.estimands import QUESTIONS
+from baldwinlab.analysis.estimands.estimate import IMPOSSIBLE, MEASURED, NOT_MEASURABLE
+from baldwinlab.analysis.gallery.decisions import VERDICTS, Decision, Outcome
+from baldwinlab.analysis.statistics.meta_analysis import MIN_PAPERS, RandomEffects, combine_papers
+
+TITLES: Final[Mapping[str, str]] = {
+    "selection-by-learning": "Learning strengthens selection on the innate trait",
+    "fork-history": "A history of learning improves the population",
+    "fork-regime": "Evolution with learning improves the next generations",
+    "assimilation": "Learned behavior becomes innate",
+    "savings": "Later generations learn faster",
+}
+MIXED: Final = "mixed"
+RELATIVE_UNIT: Final = "equivalence bounds"
+# An exact tie has a standard error of 0, with which its weight would be infinite.
+MIN_RELATIVE_ERROR: Final = 1e-3
+
+
+@dataclass(frozen=True)
+class QuestionSummary:
+    """The measured decisions on a question.
+
+    Attributes
+    ----------
+    question : str
+        Name of the question.
+    outcomes : tuple
+        The measured decisions of all systems, each with its outcome.
+    unit : str
+        Unit in which all effects are comparable: their common unit, or `RELATIVE_UNIT`.
+    systems, papers : mapping of str to int
+        Number of systems and of papers by verdict. Papers can be `MIXED`.
+    mean : RandomEffects or None
+        Summary of the papers in `unit`, or None for fewer than three papers with two runs.
+    """
+
+    question: str
+    outcomes: tuple[tuple[Decision, Outcome], ...]
+    unit: str
+    systems: Mapping[str, int]
+    papers: Mapping[str, int]
+    mean: RandomEffects | None
+
+    @property
+    def title(self) -> str:
+        """The question as a statement."""
+        return TITLES[self.question]
+
+    def scale(self, decision: Decision) -> float:
+        """Return the factor that converts the effect of a system to `unit`.
+
+        Parameters
+        ----------
+        decision
+            One of the decisions on the question.
+        """
+        return _find_scale(decision, self.unit)
+
+
+def summarize_questions(decisions: Sequence[Decision]) -> list[QuestionSummary]:
+    """Summarize each question that is measured in a system.
+
+    Parameters
+    ----------
+    decisions : sequence of Decision
+        All decisions of the table.
+
+    Returns
+    -------
+    list of QuestionSummary
+        The summaries in the order of `QUESTIONS`.
+    """
+    measured = {
+        question: tuple(
+            (decision, decision.outcome)
+            for decision in decisions
+            if decision.estimate.question == question and decision.outcome
+        )
+        for question in QUESTIONS
+    }
+    return [_summarize(question, rows) for question, rows in measured.items() if rows]
+
+
+def _summarize(question: str, rows: tuple[tuple[Decision, Outcome], ...]) -> QuestionSummary:
+    units = {decision.estimate.unit for decision, _ in rows}
+    unit = units.pop() if len(units) == 1 else RELATIVE_UNIT
+    verdicts_by_paper: dict[str, set[str]] = {}
+    for decision, outcome in rows:
+        verdicts_by_paper.setdefault(decision.system.paper, set()).add(outcome.verdict)
+    papers = Counter(
+        next(iter(verdicts)) if len(verdicts) == 1 else MIXED
+        for verdicts in verdicts_by_paper.values()
+    )
+    return QuestionSummary(
+        question=question,
+        outcomes=rows,
+        unit=unit,
+        systems=Counter(outcome.verdict for _, outcome in rows),
+        papers=papers,
+        mean=_combine(rows, unit),
+    )
+
+
+def _find_scale(decision: Decision, unit: str) -> float:
+    return 1 / decision.estimate.equivalence_bound if unit == RELATIVE_UNIT else 1.0
+
+
+def _combine(rows: Sequence[tuple[Decision, Outcome]], unit: str) -> RandomEffects | None:
+    """Return the summary of the papers. The effect of a paper is the mean of its systems.
+
+    The systems of a paper may share seeds. The standard error of their mean is that of completely
+    correlated effects, which is the largest possible.
+    """
+    effects: dict[str, list[tuple[float, float]]] = {}
+    for decision, outcome in rows:
+        scale = _find_scale(decision, unit)
+        if not isnan(outcome.standard_error):
+            min_error = MIN_RELATIVE_ERROR * decision.estimate.equivalence_bound
+            error = max(outcome.standard_error, min_error)
+            values = (outcome.effect * scale, error * scale)
+            effects.setdefault(decision.system.paper, []).append(values)
+    if len(effects) < MIN_PAPERS:
+        return None
+    means = np.array([np.mean(values, axis=0) for values in effects.values()])
+    return combine_papers(means[:, 0], means[:, 1])
+
+
+def conclude(decisions: Sequence[Decision]) -> Iterator[str]:
+    """Yield at most six sentences that follow from the table.
+
+    Parameters
+    ----------
+    decisions : sequence of Decision
+        All decisions of the table.
+
+    Yields
+    ------
+    str
+        A sentence on the classes, and one on each question that is measured.
+    """
+    systems = {decision.system for decision in decisions}
+    papers = {system.paper for system in systems}
+    classes = Counter(decision.estimate.measurability for decision in decisions)
+    yield (
+        f"The table has {_count(len(systems), 'system')} of {_count(len(papers), 'paper')} and "
+        f"{_count(len(decisions), 'question')}: {classes[MEASURED]} are measured, "
+        f"{classes[IMPOSSIBLE]} are impossible by construction, and {classes[NOT_MEASURABLE]} are "
+        "not measurable."
+    )
+    for summary in summarize_questions(decisions):
+        yield _conclude_question(summary)
+
+
+def _conclude_question(summary: QuestionSummary) -> str:
+    counts = ", ".join(
+        f"{verdict} in {summary.systems[verdict]} ({summary.papers[verdict]})"
+        for verdict in VERDICTS
+    )
+    n_papers = sum(summary.papers.values())
+    mean = f"; {describe_mean(summary)}" if summary.mean else ""
+    return (
+        f"{summary.title}, in {_count(len(summary.outcomes), 'system')} "
+        f"({_count(n_papers, 'paper')}): {counts}, and {summary.papers[MIXED]} mixed "
+        f"papers{mean}."
+    )
+
+
+def describe_mean(summary: QuestionSummary) -> str:
+    """Return the mean effect over papers with its interval and its prediction interval.
+
+    Parameters
+    ----------
+    summary
+        The summary of a question.
+    """
+    if summary.mean is None:
+        return f"no mean effect, because fewer than {MIN_PAPERS} papers have two runs"
+    mean = summary.mean
+    return (
+        f"mean effect {_signed(mean.mean)} {summary.unit}, "
+        f"95 % interval {_signed(mean.low)} to {_signed(mean.high)}, "
+        f"in another paper {_signed(mean.prediction_low)} to {_signed(mean.prediction_high)}"
+    )
+
+
+def _signed(number: float) -> str:
+    return f"{number:+.2g}".replace("-", "−")
+
+
+def _count(number: int, noun: str) -> str:
+    """Return a number with its noun, such as "1 paper" or "2 papers"."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

@@ -1,0 +1,159 @@
+"""Decisions on artificial estimates, and simulations without an effect."""
+
+from __future__ import annotations
+
+from math import isnan
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from baldwinlab.analysis.estimands.estimate import IMPOSSIBLE, NOT_MEASURABLE, Estimate
+from baldwinlab.analysis.gallery.decisions import (
+    COLUMNS,
+    Decision,
+    Outcome,
+    SystemName,
+    decide,
+    describe_too_few_runs,
+)
+from baldwinlab.analysis.statistics import stability
+from tests.analysis.gallery.artificial_estimates import make_estimate
+
+RUNS = 20
+
+
+def decide_estimates(*estimates: Estimate) -> list[Decision]:
+    return decide(
+        {SystemName(f"paper-{i}", "learner"): [entry] for i, entry in enumerate(estimates)}
+    )
+
+
+def find_outcome(values: Any, bound: float = 0.1) -> Outcome:
+    (decision,) = decide_estimates(make_estimate(values, bound=bound))
+    assert decision.outcome is not None
+    return decision.outcome
+
+
+def normal(mean: float, deviation: float = 1.0, runs: int = RUNS) -> np.ndarray:
+    # Quantiles instead of random values: the sample has exactly this mean.
+    quantiles = (np.arange(runs) + 0.5) / runs
+    return mean + deviation * stats.norm.ppf(quantiles)
+
+
+@pytest.mark.parametrize(
+    ("values", "verdict"),
+    [
+        (normal(1.0), "yes"),
+        (normal(-1.0), "opposite"),
+        (normal(0.0, 0.05), "equivalent"),
+        (normal(0.2), "undecided"),
+        (np.zeros(RUNS), "equivalent"),
+        (np.zeros(2), "equivalent"),
+        ([0.0], "undecided"),
+    ],
+)
+def test_a_measured_question_has_one_of_four_verdicts(values: Any, verdict: str) -> None:
+    assert find_outcome(values).verdict == verdict
+
+
+def test_a_significant_effect_within_the_bound_is_equivalent() -> None:
+    outcome = find_outcome(normal(0.02, 0.01))
+    assert outcome.p < 0.001 and outcome.verdict == "equivalent"
+    assert find_outcome(normal(0.02, 0.01), bound=0.01).verdict == "yes"
+
+
+def test_effect_and_interval_are_of_the_median_over_defined_runs() -> None:
+    values = np.append(normal(1.0), np.nan)
+    outcome = find_outcome(values)
+    assert outcome.runs == RUNS and outcome.effect == pytest.approx(1.0)
+    assert outcome.low < 1.0 < outcome.high
+    assert outcome.p == pytest.approx(stats.wilcoxon(normal(1.0)).pvalue)
+
+
+def test_q_values_are_corrected_over_the_systems_of_the_table() -> None:
+    samples = [normal(mean) for mean in (1.0, 0.6, 0.5, 0.1)]
+    outcomes = [d.outcome for d in decide_estimates(*map(make_estimate, samples)) if d.outcome]
+    ps = [stats.wilcoxon(sample).pvalue for sample in samples]
+    assert [outcome.q for outcome in outcomes] == pytest.approx(stats.false_discovery_control(ps))
+    assert [outcome.verdict for outcome in outcomes] == [
+        "yes" if outcome.q < 0.05 else "undecided" for outcome in outcomes
+    ]
+
+
+def test_one_run_has_no_interval_and_cannot_suffice() -> None:
+    outcome = find_outcome([3.0])
+    assert isnan(outcome.low) and outcome.p == 1 and outcome.label == "too few runs"
+
+
+def test_too_few_runs_are_stated_with_the_required_number() -> None:
+    decisions = decide_estimates(make_estimate(np.arange(1.0, 6.0)))
+    # The smallest p-value of five runs is 2 / 2 ** 5.
+    assert "At least 6 runs are needed" in describe_too_few_runs(decisions)
+    assert find_outcome(np.arange(1.0, 7.0)).verdict == "yes"
+    assert describe_too_few_runs(decide_estimates(make_estimate(np.arange(1.0, 7.0)))) == ""
+
+
+def test_an_undecided_question_is_decided_by_the_required_runs() -> None:
+    outcome = find_outcome(normal(0.3))
+    assert outcome.verdict == "undecided" and outcome.required_runs is not None
+    generator = np.random.default_rng(3)
+    studies = generator.normal(0.3, 1, (300, outcome.required_runs))
+    power = np.mean([stats.wilcoxon(study).pvalue < 0.05 for study in studies])
+    assert 0.7 < power < 0.95
+
+
+def test_a_small_effect_needs_runs_for_equivalence() -> None:
+    outcome = find_outcome(normal(0.0, 0.3), bound=0.1)
+    assert outcome.verdict == "undecided" and outcome.required_runs is not None
+    assert find_outcome(normal(0.0, 0.3, runs=outcome.required_runs)).verdict == "equivalent"
+
+
+def test_a_verdict_that_depends_on_the_sampled_runs_is_unstable() -> None:
+    assert find_outcome(normal(2.0)).stability == 1
+    assert find_outcome(normal(0.5)).is_unstable
+
+
+def test_classes_without_values_have_no_numbers_and_are_not_tested() -> None:
+    decisions = decide_estimates(
+        make_estimate(measurability=IMPOSSIBLE),
+        make_estimate(measurability=NOT_MEASURABLE),
+        make_estimate([np.nan, np.nan]),
+        make_estimate(normal(0.48)),
+    )
+    rows = [decision.row() for decision in decisions]
+    assert [row["class"] for row in rows] == [
+        "impossible",
+        "not measurable",
+        "not measurable",
+        "measured",
+    ]
+    assert all(tuple(row) == COLUMNS for row in rows)
+    assert all(row["verdict"] is row["estimate"] is row["q"] is None for row in rows[:3])
+    assert rows[3]["q"] == pytest.approx(rows[3]["p"]), "the only test of the table"
+
+
+def simulate_verdicts(systems: int, tables: int, runs: int) -> list[str]:
+    """Return the verdicts on simulated systems without an effect, some of them skewed."""
+    generator = np.random.default_rng(11)
+    verdicts = []
+    for _ in range(tables):
+        samples = generator.normal(0, 1, (systems, runs)) * generator.exponential(1, (systems, 1))
+        decisions = decide_estimates(*map(make_estimate, samples))
+        verdicts += [decision.outcome.verdict for decision in decisions if decision.outcome]
+    return verdicts
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("systems", "tables"), [(1, 1000), (34, 30), (1000, 1)])
+@pytest.mark.parametrize("runs", [8, 20])
+def test_without_an_effect_at_most_five_percent_of_verdicts_are_yes(
+    systems: int, tables: int, runs: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The stability does not change a verdict, and takes most of the time.
+    monkeypatch.setattr(stability, "RESAMPLES", 1)
+    verdicts = simulate_verdicts(systems, tables, runs)
+    assert len(verdicts) >= 1000
+    assert verdicts.count("yes") <= 0.05 * len(verdicts)
+    assert verdicts.count("opposite") <= 0.05 * len(verdicts)

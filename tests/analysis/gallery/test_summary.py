@@ -1,0 +1,76 @@
+"""Counts and conclusions of the gallery, from artificial estimates."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from baldwinlab.analysis.estimands import QUESTIONS
+from baldwinlab.analysis.estimands.estimate import IMPOSSIBLE, Estimate
+from baldwinlab.analysis.gallery.decisions import Decision, SystemName, decide
+from baldwinlab.analysis.gallery.summary import TITLES, conclude, summarize_questions
+from tests.analysis.gallery.artificial_estimates import make_estimate
+
+UP = 1 + np.arange(12) / 100
+DOWN = -UP
+NONE = np.zeros(12)
+
+
+def make_table(**papers: list[Estimate]) -> list[Decision]:
+    """Decide a table. Each estimate of a paper belongs to a system of its own."""
+    return decide(
+        {
+            SystemName(paper, f"learner-{number}"): [entry]
+            for paper, entries in papers.items()
+            for number, entry in enumerate(entries)
+        }
+    )
+
+
+def test_papers_whose_systems_disagree_are_mixed() -> None:
+    (summary,) = summarize_questions(
+        make_table(
+            a=[make_estimate(UP), make_estimate(UP)],
+            b=[make_estimate(UP), make_estimate(DOWN)],
+            c=[make_estimate(NONE), make_estimate(measurability=IMPOSSIBLE)],
+        )
+    )
+    assert summary.systems == {"yes": 3, "opposite": 1, "equivalent": 1}
+    assert summary.papers == {"yes": 1, "mixed": 1, "equivalent": 1}
+
+
+def test_a_paper_with_many_systems_has_the_weight_of_one_paper() -> None:
+    table = make_table(a=[make_estimate(UP)] * 9, b=[make_estimate(DOWN)], c=[make_estimate(NONE)])
+    (summary,) = summarize_questions(table)
+    assert summary.mean is not None and summary.mean.papers == 3
+    assert summary.mean.mean == pytest.approx(0, abs=0.01)
+
+
+def test_effects_of_several_units_are_divided_by_their_bounds() -> None:
+    table = make_table(
+        a=[make_estimate(UP, unit="items", bound=1.0)],
+        b=[make_estimate(10 * UP, unit="trials", bound=10.0)],
+        c=[make_estimate(100 * UP, unit="lives", bound=100.0)],
+    )
+    (summary,) = summarize_questions(table)
+    assert summary.unit == "equivalence bounds" and summary.mean is not None
+    assert summary.mean.mean == pytest.approx(np.median(UP))
+
+
+def test_two_papers_have_no_mean_effect() -> None:
+    (summary,) = summarize_questions(make_table(a=[make_estimate(UP)], b=[make_estimate(UP)]))
+    assert summary.mean is None
+
+
+def test_at_most_six_sentences_follow_from_the_table() -> None:
+    papers = {
+        paper: [make_estimate(UP, question=question) for question in QUESTIONS] for paper in "abc"
+    }
+    sentences = list(conclude(make_table(**papers)))
+    assert len(sentences) == 6
+    assert "15 questions: 15 are measured, 0 are impossible" in sentences[0]
+    assert all("yes in 3 (3), opposite in 0 (0)" in sentence for sentence in sentences[1:])
+
+
+def test_every_question_has_a_title() -> None:
+    assert tuple(TITLES) == QUESTIONS
