@@ -137,6 +137,7 @@ class ClaimResult:
         claim = self.claim
         return {
             "id": claim.id,
+            "kind": claim.kind,
             "claim": claim.text,
             **{name: deciding.get(name) for name in columns},
             "verdict": self.verdict,

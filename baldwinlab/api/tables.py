@@ -16,6 +16,7 @@ from baldwinlab.analysis.statistics.contrasts import Contrast, Contrasts
 from baldwinlab.analysis.statistics.rules import VERDICT_MARKS
 from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS
 from baldwinlab.core import console
+from baldwinlab.papers.claims import KINDS
 
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
 LABEL_STYLE = VERDICT_STYLE | {TOO_FEW_RUNS: "yellow", "higher": "green", "lower": "red"}
@@ -157,7 +158,9 @@ def _format_result(record: dict[str, Any]) -> str:
     if record["a12"] is not None:
         numbers.append(f"A12 {record['a12']:.2f}")
     text = ", ".join(numbers)
-    return f"{text}; paper: {record['paper']}" if record["paper"] else text
+    if record["paper"]:
+        text = f"{text}; paper: {record['paper']}"
+    return f"{text} ({KINDS[record['kind']][0]})"
 
 
 def make_variants_table(multiverse: Multiverse) -> Table:

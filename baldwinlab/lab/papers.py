@@ -16,6 +16,7 @@ from baldwinlab.core.suggestions import suggest
 from baldwinlab.lab import Lab, MissingError, model_displays, study_access
 from baldwinlab.lab.query import read_text
 from baldwinlab.papers import Paper, PaperError
+from baldwinlab.papers.claims import KINDS
 from baldwinlab.papers.paper import CARD_FILE
 from baldwinlab.studies.claims_file import CLAIMS_FILE, read_claims
 from baldwinlab.studies.records import StudyError
@@ -148,16 +149,20 @@ def _choose_live_preset(paper: Paper) -> str | None:
     return next(learning_presets, presets_of_paper[0])
 
 
-def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, int], str | None]:
-    """Return the number of claims with each verdict, or an error if the claims are not valid."""
+def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, dict[str, int]], str | None]:
+    """Return the number of claims by kind and verdict, or an error if the claims are not valid."""
     try:
         study_access.require_inside(lab.root, study.directory / CLAIMS_FILE)
-        count_by_verdict = Counter(claim["verdict"] for claim in read_claims(study))
+        # Older files have no kind.
+        counts = Counter((claim.get("kind", ""), claim["verdict"]) for claim in read_claims(study))
     except StudyError as error:
         return {}, str(error)
     # This import of SciPy's statistics takes time.
     from baldwinlab.analysis.statistics.rules import VERDICTS
 
-    # The page shows the verdicts in this order.
-    ordered_counts = {verdict: count_by_verdict[verdict] for verdict in VERDICTS}
-    return {verdict: count for verdict, count in ordered_counts.items() if count}, None
+    # The page shows kinds and verdicts in this order.
+    ordered_counts = {
+        name: {verdict: counts[kind, verdict] for verdict in VERDICTS if counts[kind, verdict]}
+        for kind, name in {"": "", **{kind: plural for kind, (_, plural) in KINDS.items()}}.items()
+    }
+    return {kind: verdicts for kind, verdicts in ordered_counts.items() if verdicts}, None

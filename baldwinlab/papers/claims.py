@@ -22,6 +22,20 @@ Rule = Literal[
     "at_least", "within", "mean_within", "mean_at_most", "every_at_most", "every_at_least",
     "probability_above", "probability_below", "probability_equals",
 ]  # fmt: skip
+Kind = Literal["paper", "implementation", "own"]
+KINDS: Mapping[Kind, tuple[str, str]] = {
+    "paper": ("claim of the paper", "claims of the paper"),
+    "implementation": ("check of the implementation", "checks of the implementation"),
+    "own": ("own question", "own questions"),
+}
+"""The singular and plural names of the kinds of claims.
+
+- paper: a statement of the paper.
+- implementation: agreement with an exact result, or with an independent implementation.
+- own: a question of this project.
+
+Verdicts are counted by kind, and never added over kinds.
+"""
 # Measures of every model. A model can declare more measures in `measures`.
 COMMON_MEASURES = ("best", "mean", "share", "most")
 
@@ -212,6 +226,8 @@ class Claim(DeclaredTable):
     decided_by: Rule | None = Field(None, alias="rule")
     # Statement of the paper or of another source; "" for a question of this study.
     paper: str = ""
+    # By default, "paper" for a statement of a paper, else "own".
+    kind: Kind = Field(default_factory=lambda claim: "paper" if claim.get("paper") else "own")
     # Number in the paper with which the measured effect is compared.
     paper_value: float | None = Field(None, alias="figure")
     # Choices that could cause a difference, the most likely first.

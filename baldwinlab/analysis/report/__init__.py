@@ -22,6 +22,7 @@ from baldwinlab.analysis.report.sections import (
 )
 from baldwinlab.analysis.statistics.summary import summarize_conditions
 from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.papers.claims import KINDS
 
 __all__ = [
     "ReportData",
@@ -119,6 +120,7 @@ def _summarize_claims(report: ReportData) -> dict[str, Any]:
     return {
         "results": results,
         "too_few": describe_claims_too_few(results),
+        "kinds": KINDS,
         "verdict_counts": content.describe_verdicts(results),
         "of_paper": any(result.claim.of_paper for result in results),
         "has_pairs": any(finding.comparison.paired for finding in findings),

@@ -17,6 +17,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.species import ACROSS
 from baldwinlab.experiment.toml import from_toml
+from baldwinlab.papers.claims import KINDS
 
 # Singular and plural of each verdict, in the order of `VERDICTS`.
 VERDICT_VERBS: Final = (
@@ -210,17 +211,27 @@ def _serialize_world(experiment: Experiment) -> str:
 
 
 def describe_verdicts(results: Sequence[ClaimResult]) -> str:
-    """Return the number of claims by verdict, such as "7 hold, 1 is undecided"."""
+    """Return the number of claims by kind and verdict.
+
+    For example "4 claims of the paper: 3 hold, 1 is undecided; 1 own question: 1 holds".
+    """
+    texts = []
+    for kind, (singular, plural) in KINDS.items():
+        verdicts = [result.verdict for result in results if result.claim.kind == kind]
+        if verdicts:
+            noun = plural if len(verdicts) > 1 else singular
+            texts.append(f"{len(verdicts)} {noun}: {_count_verdicts(verdicts)}")
+    return "; ".join(texts)
+
+
+def _count_verdicts(verdicts: Sequence[Verdict]) -> str:
+    """Return the number of each verdict, such as "7 hold, 1 is undecided"."""
     texts = []
     for verdict, (singular, plural) in zip(VERDICTS, VERDICT_VERBS, strict=True):
-        count = _count_claims(results, verdict)
+        count = verdicts.count(verdict)
         if count:
             texts.append(f"{count} {plural if count > 1 else singular}")
     return ", ".join(texts)
-
-
-def _count_claims(results: Sequence[ClaimResult], verdict: Verdict) -> int:
-    return sum(result.verdict == verdict for result in results)
 
 
 def find_weakest_findings(result: ClaimResult) -> list[Finding]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.factors import CONDITIONS
 from baldwinlab.papers import DEFAULT_PAPER, Paper, load_stored_paper
+from baldwinlab.papers.claims import KINDS
 from baldwinlab.studies.assays import storage
 from baldwinlab.studies.claims_file import read_claims
 from baldwinlab.studies.open import open_conditions
@@ -42,15 +42,18 @@ class Entry:
         """The name of the paper, with a remark if the study changes its model."""
         return f"{self.paper.name} (changed model)" if self.changes else self.paper.name
 
-    def count_claims(self, verdict: str) -> int:
-        """Return the number of claims with a verdict.
-
-        Parameters
-        ----------
-        verdict
-            The verdict.
-        """
-        return Counter(self.claims.values())[verdict]
+    @property
+    def claims_by_kind(self) -> dict[str, dict[str, str]]:
+        """The verdicts by claim, by the name of the kind of the claims."""
+        verdicts = {
+            plural: {
+                claim.id: self.claims[claim.id]
+                for claim in self.paper.claims
+                if claim.kind == kind and claim.id in self.claims
+            }
+            for kind, (_, plural) in KINDS.items()
+        }
+        return {kind: claims for kind, claims in verdicts.items() if claims}
 
 
 def find_studies(folder: Path) -> dict[str, StudyStore]:

@@ -102,14 +102,18 @@ function createStudyRow({ study, changes, verdicts, problem, is_viewable: isView
   );
 }
 
-/** Return a badge per verdict. Without verdicts, return the reason. */
+/** Return the badges of each kind of claims. Without verdicts, return the reason. */
 function createBadges(verdicts, problem) {
-  const present = Object.entries(VERDICTS).filter(([verdict]) => verdicts[verdict]);
-  if (present.length)
-    return present.map(([verdict, [tone, singular, plural]]) => {
-      const count = verdicts[verdict];
-      return el("span", { class: `badge ${tone}` }, `${count} ${count === 1 ? singular : plural}`);
-    });
+  const kinds = Object.entries(verdicts);
+  if (kinds.length)
+    return kinds.flatMap(([kind, counts]) => [
+      ...(kind ? [el("span", { class: "soft" }, `${kind}:`)] : []),
+      ...Object.entries(counts).map(([verdict, count]) => {
+        const [tone, singular, plural] = VERDICTS[verdict];
+        const verb = count === 1 ? singular : plural;
+        return el("span", { class: `badge ${tone}` }, `${count} ${verb}`);
+      }),
+    ]);
   const reason = problem
     ? "The report is not valid. Run baldwinlab report again."
     : "no report yet";
