@@ -36,7 +36,10 @@ def papers_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServe
     root = tmp_path_factory.mktemp("papers")
     create_study(root / "mine" / "first", [shorten_preset("evo/B")], 1, paper="le-2019")
     verdicts = ("holds", "does not hold", "holds", "of an older report")
-    claims = [{"id": "C", "verdict": verdict} for verdict in verdicts]
+    claims = [{"id": "C", "kind": "paper", "verdict": verdict} for verdict in verdicts]
+    claims += [{"id": "D", "kind": "own", "verdict": "holds"}]
+    # A file of an older version has no kind.
+    claims += [{"id": "E", "verdict": "undecided"}]
     write_claims(StudyStore(root / "mine" / "first"), claims)
     create_study(root / "tiny", [shorten_preset("evo/B")], 1, paper="tiny")
     (root / "tiny" / "paper").mkdir()
@@ -76,7 +79,11 @@ def test_a_card_lists_the_verdicts_of_the_studies_of_its_paper(
     papers_server: LabServer,
 ) -> None:
     cards = {card["name"]: card for card in get_json(papers_server.address, "papers")["papers"]}
-    verdicts = {"holds": 2, "does not hold": 1}
+    verdicts = {
+        "": {"undecided": 1},
+        "claims of the paper": {"holds": 2, "does not hold": 1},
+        "own questions": {"holds": 1},
+    }
     # The studies have no runs to watch.
     common: dict[str, Any] = {"changes": [], "problem": None, "is_viewable": False}
     expected = {"study": "mine/first", "verdicts": verdicts, **common}

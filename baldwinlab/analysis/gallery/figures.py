@@ -20,7 +20,7 @@ from baldwinlab.analysis.gallery.decisions import (
     Outcome,
     SystemName,
 )
-from baldwinlab.analysis.gallery.summary import QuestionSummary
+from baldwinlab.analysis.gallery.summary import DIMENSIONLESS, QuestionSummary
 from baldwinlab.analysis.palette import BLACK, VERMILION
 from baldwinlab.analysis.statistics.meta_analysis import RandomEffects
 
@@ -64,7 +64,7 @@ def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSumma
     panels = figure.subplots(1, len(summaries), sharey=True, squeeze=False)[0]
     for axes, summary in zip(panels, summaries, strict=True):
         axes.set_title(summary.question, loc="left", fontweight="bold")
-        axes.set_xlabel(summary.unit)
+        axes.set_xlabel("" if summary.unit == DIMENSIONLESS else summary.unit)
         axes.axvline(0, color=DARK_GRAY, lw=0.8)
         for decision, outcome in summary.outcomes:
             _draw_outcome(axes, rows[decision.system], decision, outcome, summary)

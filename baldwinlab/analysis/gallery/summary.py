@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import isnan
+from math import isnan, nan
 from typing import Final
 
 import numpy as np
@@ -20,13 +20,14 @@ from baldwinlab.analysis.statistics.meta_analysis import MIN_PAPERS, RandomEffec
 
 TITLES: Final[Mapping[str, str]] = {
     "selection-by-learning": "Learning strengthens selection on the innate trait",
-    "fork-history": "A history of learning improves the population",
-    "fork-regime": "Evolution with learning improves the next generations",
+    "fork-history": "Evolution with learning leads to genomes that evolve higher innate fitness",
+    "fork-regime": "Learning raises innate fitness in the next generations",
     "assimilation": "Learned behavior becomes innate",
     "savings": "Later generations learn faster",
 }
 MIXED: Final = "mixed"
 RELATIVE_UNIT: Final = "equivalence bounds"
+DIMENSIONLESS: Final = "1"
 # An exact tie has a standard error of 0, with which its weight would be infinite.
 MIN_RELATIVE_ERROR: Final = 1e-3
 
@@ -42,7 +43,8 @@ class QuestionSummary:
     outcomes : tuple
         The measured decisions of all systems, each with its outcome.
     unit : str
-        Unit in which all effects are comparable: their common unit, or `RELATIVE_UNIT`.
+        Unit in which all effects are comparable: their common unit, or `RELATIVE_UNIT` if the
+        systems have different units or equivalence bounds.
     systems, papers : mapping of str to int
         Number of systems and of papers by verdict. Papers can be `MIXED`.
     mean : RandomEffects or None
@@ -97,8 +99,9 @@ def summarize_questions(decisions: Sequence[Decision]) -> list[QuestionSummary]:
 
 
 def _summarize(question: str, rows: tuple[tuple[Decision, Outcome], ...]) -> QuestionSummary:
-    units = {decision.estimate.unit for decision, _ in rows}
-    unit = units.pop() if len(units) == 1 else RELATIVE_UNIT
+    estimates = [decision.estimate for decision, _ in rows]
+    scales = {(entry.unit, entry.equivalence_bound) for entry in estimates}
+    unit = estimates[0].unit if len(scales) == 1 else RELATIVE_UNIT
     verdicts_by_paper: dict[str, set[str]] = {}
     for decision, outcome in rows:
         verdicts_by_paper.setdefault(decision.system.paper, set()).add(outcome.verdict)
@@ -117,7 +120,11 @@ def _summarize(question: str, rows: tuple[tuple[Decision, Outcome], ...]) -> Que
 
 
 def _find_scale(decision: Decision, unit: str) -> float:
-    return 1 / decision.estimate.equivalence_bound if unit == RELATIVE_UNIT else 1.0
+    """Return `QuestionSummary.scale`, which is NaN for a bound of 0."""
+    if unit != RELATIVE_UNIT:
+        return 1.0
+    bound = decision.estimate.equivalence_bound
+    return 1 / bound if bound else nan
 
 
 def _combine(rows: Sequence[tuple[Decision, Outcome]], unit: str) -> RandomEffects | None:
@@ -129,7 +136,7 @@ def _combine(rows: Sequence[tuple[Decision, Outcome]], unit: str) -> RandomEffec
     effects: dict[str, list[tuple[float, float]]] = {}
     for decision, outcome in rows:
         scale = _find_scale(decision, unit)
-        if not isnan(outcome.standard_error):
+        if not isnan(scale * outcome.standard_error):
             min_error = MIN_RELATIVE_ERROR * decision.estimate.equivalence_bound
             error = max(outcome.standard_error, min_error)
             values = (outcome.effect * scale, error * scale)
@@ -167,17 +174,20 @@ def conclude(decisions: Sequence[Decision]) -> Iterator[str]:
 
 
 def _conclude_question(summary: QuestionSummary) -> str:
-    counts = ", ".join(
+    first, *remaining = VERDICTS
+    systems = _count(len(summary.outcomes), "measured system")
+    papers = _count(sum(summary.papers.values()), "paper")
+    counts = [
+        f"{first} in {summary.systems[first]} of {systems} ({summary.papers[first]} of {papers})"
+    ]
+    counts += [
         f"{verdict} in {summary.systems[verdict]} ({summary.papers[verdict]})"
-        for verdict in VERDICTS
-    )
-    n_papers = sum(summary.papers.values())
+        for verdict in remaining
+    ]
+    mixed = summary.papers[MIXED]
+    counts.append(f"{_count(mixed, 'paper')} {'is' if mixed == 1 else 'are'} {MIXED}")
     mean = f"; {describe_mean(summary)}" if summary.mean else ""
-    return (
-        f"{summary.title}, in {_count(len(summary.outcomes), 'system')} "
-        f"({_count(n_papers, 'paper')}): {counts}, and {summary.papers[MIXED]} mixed "
-        f"papers{mean}."
-    )
+    return f"{summary.title}: {', '.join(counts)}{mean}."
 
 
 def describe_mean(summary: QuestionSummary) -> str:
@@ -191,8 +201,9 @@ def describe_mean(summary: QuestionSummary) -> str:
     if summary.mean is None:
         return f"no mean effect, because fewer than {MIN_PAPERS} papers have two runs"
     mean = summary.mean
+    unit = "" if summary.unit == DIMENSIONLESS else f" {summary.unit}"
     return (
-        f"mean effect {_signed(mean.mean)} {summary.unit}, "
+        f"mean effect {_signed(mean.mean)}{unit}, "
         f"95 % interval {_signed(mean.low)} to {_signed(mean.high)}, "
         f"in another paper {_signed(mean.prediction_low)} to {_signed(mean.prediction_high)}"
     )

@@ -57,6 +57,15 @@ def test_effects_of_several_units_are_divided_by_their_bounds() -> None:
     assert summary.mean.mean == pytest.approx(np.median(UP))
 
 
+def test_an_effect_with_a_bound_of_0_is_not_in_the_mean_of_relative_effects() -> None:
+    papers = {
+        name: [make_estimate(UP, bound=bound)]
+        for name, bound in zip("abc", (1.0, 2.0, 4.0), strict=True)
+    }
+    (summary,) = summarize_questions(make_table(**papers, d=[make_estimate(UP, bound=0.0)]))
+    assert summary.mean is not None and summary.mean.papers == 3
+
+
 def test_two_papers_have_no_mean_effect() -> None:
     (summary,) = summarize_questions(make_table(a=[make_estimate(UP)], b=[make_estimate(UP)]))
     assert summary.mean is None
@@ -69,7 +78,10 @@ def test_at_most_six_sentences_follow_from_the_table() -> None:
     sentences = list(conclude(make_table(**papers)))
     assert len(sentences) == 6
     assert "15 questions: 15 are measured, 0 are impossible" in sentences[0]
-    assert all("yes in 3 (3), opposite in 0 (0)" in sentence for sentence in sentences[1:])
+    assert all(
+        "yes in 3 of 3 measured systems (3 of 3 papers), opposite in 0 (0)" in sentence
+        for sentence in sentences[1:]
+    )
 
 
 def test_every_question_has_a_title() -> None:

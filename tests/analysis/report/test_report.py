@@ -113,7 +113,7 @@ def test_it_says_what_was_run_and_what_came_of_it(page: Path) -> None:
         "generations = 12",
     ):
         assert needed in text
-    assert "Of the paper's 9 claims, 7 hold, 1 is undecided, 1 does not hold." in text
+    assert "9 claims of the paper: 7 hold, 1 is undecided, 1 does not hold." in text
     assert "This study has 8 runs per condition, and the paper has 30." in text
 
 
