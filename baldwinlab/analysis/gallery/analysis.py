@@ -17,7 +17,7 @@ from baldwinlab.analysis.assays.values import Assays, parse_experiments
 from baldwinlab.analysis.estimands import estimate
 from baldwinlab.analysis.estimands.estimate import Estimate
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.core.variables import FORKS
+from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 
