@@ -8,6 +8,7 @@ from math import nan
 from typing import Any
 
 from baldwinlab.analysis import statistics
+from baldwinlab.analysis.statistics.contrasts import explain_undecided
 from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.analysis.statistics.rules import (
     P_VALUE_RULES,
@@ -51,6 +52,13 @@ class Finding:
         """The verdict as a report shows it."""
         return TOO_FEW_RUNS if self.has_too_few_runs else self.verdict
 
+    @property
+    def note(self) -> str:
+        """The number that decides, if the interval alone suggests another verdict."""
+        if self.comparison.rule not in P_VALUE_RULES:
+            return ""
+        return explain_undecided(self.numbers.low, self.numbers.high, self.p_holm)
+
     def record(self) -> dict[str, Any]:
         """Return the finding for JSON, with null for undefined numbers."""
         numbers = {name: finite_or_none(value) for name, value in self.numbers._asdict().items()}
@@ -68,6 +76,7 @@ class Finding:
             "verdict": self.verdict,
             "smallest_p_holm": finite_or_none(self.smallest_p_holm),
             "too_few_runs": self.has_too_few_runs,
+            "note": self.note,
         }
 
 
@@ -133,7 +142,17 @@ class ClaimResult:
         """Return the claim for JSON, with the numbers of the deciding comparison."""
         deciding: dict[str, Any] = self.deciding.record() if self.deciding else {}
         # a12 is the effect size of Vargha and Delaney.
-        columns = ("condition", "comparison", "measure", "effect", "interval", "p", "p_holm", "a12")
+        columns = (
+            "condition",
+            "comparison",
+            "measure",
+            "effect",
+            "interval",
+            "p",
+            "p_holm",
+            "a12",
+            "note",
+        )
         claim = self.claim
         return {
             "id": claim.id,

@@ -86,7 +86,8 @@ def _format_numbers(contrast: Contrast) -> str:
     # Without an interval, `low` is NaN.
     interval = "" if isnan(numbers.low) else f" [{numbers.low:.4g}, {numbers.high:.4g}]"
     test = f"p {numbers.p:.2g}, corrected {contrast.p_holm:.2g}, A12 {numbers.a12:.2f}"
-    return f"{numbers.effect:+.4g}{interval}, {test}, runs {numbers.n_a} and {numbers.n_b}"
+    note = f"; {contrast.note}" if contrast.note else ""
+    return f"{numbers.effect:+.4g}{interval}, {test}, runs {numbers.n_a} and {numbers.n_b}{note}"
 
 
 def make_claims_table(
@@ -158,6 +159,8 @@ def _format_result(record: dict[str, Any]) -> str:
     if record["a12"] is not None:
         numbers.append(f"A12 {record['a12']:.2f}")
     text = ", ".join(numbers)
+    if record["note"]:
+        text = f"{text}; {record['note']}"
     if record["paper"]:
         text = f"{text}; paper: {record['paper']}"
     return f"{text} ({KINDS[record['kind']][0]})"

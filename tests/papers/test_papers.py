@@ -97,6 +97,22 @@ def test_variants_are_read_from_a_folder_with_the_old_name_readings(tmp_path: Pa
     assert (tmp_path / "study/paper/readings/standard.toml").read_text() == STANDARD
 
 
+def test_every_claim_of_a_built_in_paper_declares_its_kind() -> None:
+    for name in papers.built_in():
+        claims = papers.load(name).claims
+        assert all("kind" in claim.model_fields_set for claim in claims), name
+        # A statement of a paper has a source, and a question of this project has none.
+        assert all(
+            claim.paper not in ("", "not stated") for claim in claims if claim.kind == "paper"
+        )
+
+
+def test_a_claim_without_a_kind_is_of_the_paper_if_the_paper_states_it(tmp_path: Path) -> None:
+    text = CLAIMS.replace('paper = "nearly all"\n', "")
+    claims = papers.load(write_paper(tmp_path, claims=text)).claims
+    assert [claim.kind for claim in claims] == ["paper", "own"]
+
+
 def test_the_default_paper_is_valid_and_complete() -> None:
     paper = check_paper(papers.load())
     assert list(papers.built_in()) == [

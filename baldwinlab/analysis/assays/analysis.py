@@ -38,6 +38,7 @@ from baldwinlab.analysis.assays.values import (
     parse_experiments,
     read_factors,
 )
+from baldwinlab.analysis.statistics.contrasts import explain_undecided
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.sample_sizes import (
     TOO_FEW_RUNS,
@@ -77,6 +78,13 @@ class Answer:
     def label(self) -> str:
         """The verdict as a report shows it."""
         return TOO_FEW_RUNS if self.has_too_few_runs else self.verdict
+
+    @property
+    def note(self) -> str:
+        """The number that decides, if the interval alone suggests another verdict."""
+        if self.numbers is None:
+            return ""
+        return explain_undecided(self.numbers.low, self.numbers.high, self.p_holm)
 
 
 @dataclass(frozen=True)

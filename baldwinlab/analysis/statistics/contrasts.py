@@ -65,6 +65,11 @@ class Contrast(NamedTuple):
             return "higher" if sign > 0 else "lower"
         return TOO_FEW_RUNS if self.smallest_p_holm >= SIGNIFICANCE_LEVEL else UNDECIDED
 
+    @property
+    def note(self) -> str:
+        """The number that decides, if the interval alone suggests another verdict."""
+        return explain_undecided(self.numbers.low, self.numbers.high, self.p_holm)
+
     def row(self) -> dict[str, Any]:
         """Return the comparison as a row of a table.
 
@@ -111,6 +116,30 @@ class Contrasts:
         return describe_too_few(
             [PlannedTest(row.numbers.n_a, row.numbers.n_b) for row in self.rows]
         )
+
+
+def explain_undecided(low: float, high: float, p_holm: float) -> str:
+    """Name the deciding number of a comparison whose interval alone suggests another verdict.
+
+    An interval is that of a single comparison. The verdict uses the p-value corrected for all
+    comparisons, so it can be undecided although the interval excludes 0.
+
+    Parameters
+    ----------
+    low, high : float
+        Ends of the 95 % interval of the effect; NaN if it is undefined.
+    p_holm : float
+        Corrected p-value; NaN if it is undefined.
+
+    Returns
+    -------
+    str
+        A note, or "" if the interval and the corrected p-value agree.
+    """
+    excludes_zero = low > 0 or high < 0
+    if excludes_zero and p_holm >= SIGNIFICANCE_LEVEL:
+        return f"the corrected p {p_holm:.2g} decides, not the interval of this comparison alone"
+    return ""
 
 
 def final_values(dataset: xr.Dataset, last: int = 10) -> xr.Dataset:

@@ -8,6 +8,7 @@ from baldwinlab.analysis import statistics
 from baldwinlab.analysis.statistics.contrasts import (
     COMPARISON_COLUMNS,
     compare_conditions,
+    explain_undecided,
     find_references,
     planned_tests,
 )
@@ -138,3 +139,24 @@ def test_a_condition_without_runs_or_without_a_reference_is_not_compared() -> No
     assert compare_conditions(study({"evo/A": LOW})).rows == ()
     without = compare_conditions(study({"evo/A": [NOTHING] * 8, "evo+drift/A": LOW, "alone": LOW}))
     assert {(row.condition, row.reference) for row in without.rows} == {("alone", "evo+drift/A")}
+
+
+def test_the_corrected_p_decides_if_the_interval_alone_excludes_0() -> None:
+    names = [f"rule-{number}/A" for number in range(14)]
+    # The samples hardly overlap, but the family has 28 tests.
+    contrasts = compare_conditions(study({"evo/A": LOW} | dict.fromkeys(names, range(15, 23))))
+    row = contrasts.rows[0]
+    assert row.numbers.low > 0 and row.p_holm >= 0.05 and row.verdict == "undecided"
+    assert row.note == (
+        f"the corrected p {row.p_holm:.2g} decides, not the interval of this comparison alone"
+    )
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "p_holm"),
+    [(1.0, 2.0, 0.01), (-1.0, 2.0, 0.2), (-2.0, -1.0, 0.04), (NOTHING, NOTHING, 1.0)],
+)
+def test_an_interval_that_agrees_with_the_corrected_p_has_no_note(
+    low: float, high: float, p_holm: float
+) -> None:
+    assert explain_undecided(low, high, p_holm) == ""
