@@ -18,7 +18,7 @@ from baldwinlab.analysis.gallery.decisions import (
     decide,
     describe_too_few_runs,
 )
-from baldwinlab.analysis.statistics import stability
+from baldwinlab.analysis.statistics import bootstrap, stability
 from tests.analysis.gallery.artificial_estimates import make_estimate
 
 RUNS = 20
@@ -151,8 +151,9 @@ def simulate_verdicts(systems: int, tables: int, runs: int) -> list[str]:
 def test_without_an_effect_at_most_five_percent_of_verdicts_are_yes(
     systems: int, tables: int, runs: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # The stability does not change a verdict, and takes most of the time.
+    # Bootstrap samples change no verdict, and take most of the time.
     monkeypatch.setattr(stability, "RESAMPLES", 1)
+    monkeypatch.setattr(bootstrap, "RESAMPLES", 1)
     verdicts = simulate_verdicts(systems, tables, runs)
     assert len(verdicts) >= 1000
     assert verdicts.count("yes") <= 0.05 * len(verdicts)
