@@ -226,7 +226,7 @@ def _finite_values(estimate: Estimate) -> Sample:
 def _difference_p(samples: Sample) -> Sample:
     """Return the two-sided p-value of the signed-rank test of each sample [sample, run]."""
     p_less, p_greater = signed_rank_tails(samples)
-    return np.minimum(1.0, 2 * np.minimum(p_less, p_greater))
+    return np.asarray(np.minimum(1.0, 2 * np.minimum(p_less, p_greater)), np.float64)
 
 
 def _decide_samples(samples: Sample, limits: _Limits) -> list[Verdict]:

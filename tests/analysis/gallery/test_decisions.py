@@ -137,7 +137,7 @@ def test_classes_without_values_have_no_numbers_and_are_not_tested() -> None:
 def simulate_verdicts(systems: int, tables: int, runs: int) -> list[str]:
     """Return the verdicts on simulated systems without an effect, some of them skewed."""
     generator = np.random.default_rng(11)
-    verdicts = []
+    verdicts: list[str] = []
     for _ in range(tables):
         samples = generator.normal(0, 1, (systems, runs)) * generator.exponential(1, (systems, 1))
         decisions = decide_estimates(*map(make_estimate, samples))
