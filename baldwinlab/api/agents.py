@@ -13,9 +13,8 @@ from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.suggestions import list_names
 from baldwinlab.core.variables import RUN_VARIABLES, TRACE_VARIABLES
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.experiment.species import require_single_species
 from baldwinlab.parts.networks import forward
-from baldwinlab.simulation.reevaluation import make_batch, restore_genomes
+from baldwinlab.simulation.reevaluation import make_batch, make_species_batch, restore_genomes
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
@@ -199,18 +198,35 @@ def make_network(
     experiment = _require_forager(study.experiment(condition))
     _require_index("generation", generation, experiment.evolution.generations)
     _require_index("agent", agent, experiment.population.size)
-    networks = [name for name in experiment.modules if name in NETWORK_MODULES]
-    if module not in networks:
-        names = list_names(module, networks)
-        raise RefusedError(f"module = {module!r} is not a network of {condition}; {names}")
+    _require_network(experiment, condition, module)
     study.require_parts(condition)
     genomes = _read_genome_array(study, condition, run, generation)
-    # The batch has one world, so the lane of an agent is its number.
-    newborns = make_batch(experiment, study.seed, [run], generation, genomes[None]).state
+    lane = agent
+    if experiment.population.species:
+        species = study.record(condition, run)["species"].values[generation]
+        index = int(species[agent])
+        name_of_species = experiment.population.species[index].name
+        batch = make_species_batch(experiment, study.seed, run, generation, genomes, species)
+        experiment = batch.members[index]
+        _require_network(experiment, name_of_species, module)
+        newborns = batch.states[index]
+        # The lanes of a species begin with its first agent.
+        lane -= int(np.argmax(species == index))
+    else:
+        # The batch has one world, so the lane of an agent is its number.
+        newborns = make_batch(experiment, study.seed, [run], generation, genomes[None]).state
     # `genes` starts with the module after the action module: the reinforcement network.
     weights_by_agent = newborns.weights if module == "action" else newborns.genes
-    weights = weights_by_agent[: experiment.weight_count, agent].copy()
+    weights = weights_by_agent[: experiment.weight_count, lane].copy()
     return AgentNetwork(experiment, newborns.network, weights)
+
+
+def _require_network(experiment: Experiment, name: str, module: str) -> None:
+    """Raise RefusedError if the agents of a condition or of a species do not have a network."""
+    networks = [network for network in experiment.modules if network in NETWORK_MODULES]
+    if module not in networks:
+        names = list_names(module, networks)
+        raise RefusedError(f"module = {module!r} is not a network of {name}; {names}")
 
 
 def _read_genome_array(
@@ -230,7 +246,6 @@ def _require_forager(experiment: BaseExperiment) -> Experiment:
             f"{experiment.name} has the model {experiment.model!r}; only agents of the model "
             "'miniworld' have a network that can be evaluated"
         )
-    require_single_species(experiment, "the network of an agent")
     return experiment
 
 

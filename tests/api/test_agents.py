@@ -13,6 +13,7 @@ import baldwinlab as bl
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.registry import package_parts
+from tests.worlds import N_PREDATORS, make_predation
 
 SHORT = {
     "lifetime.steps": 200,
@@ -193,3 +194,25 @@ def test_agents_of_another_model_have_genomes_and_no_such_network(tmp_path: Path
     assert study.genomes(0, 1).sizes["weight"] == 5
     with pytest.raises(RefusedError, match="guessing has the model 'hinton-nowlan'"):
         study.network(0, 0, 0)
+
+
+# It loads and runs the compiled code of two species.
+@pytest.mark.nightly
+def test_the_network_of_an_agent_of_a_species_gives_the_outputs_of_its_lifetime(
+    tmp_path: Path,
+) -> None:
+    experiment = make_predation(evolution={"generations": 2}).replace(name="hunt")
+    study = bl.run(experiment, runs=1, out=tmp_path / "hunt")
+    trace = study.replay(run=0, generation=1)
+    for agent, species in ((N_PREDATORS - 1, 0), (N_PREDATORS + 2, 1)):
+        member = experiment.species_experiments()[species]
+        network = study.network(run=0, generation=1, agent=agent)
+        assert network.inputs == member.inputs
+        sensors = trace["sensor"].isel(agent=agent)
+        # The order of the inputs in a trace is that of all species.
+        inputs = sensors.sel(side=list(member.inputs))
+        n_steps = 1 if member.learns else trace.sizes["step"]
+        outputs = trace["output"].values[:n_steps, agent]
+        np.testing.assert_array_equal(network(inputs.values[:n_steps]), outputs)
+    with pytest.raises(RefusedError, match="is not a network of predators"):
+        study.network(run=0, generation=1, agent=0, module="reinforcement")

@@ -17,6 +17,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import EXPORT_MARK, require_writable
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.species import require_single_species
 from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.studies.store import StudyStore
 
@@ -109,6 +110,7 @@ def _require_feed_forward(experiment: BaseExperiment, moment: Moment) -> None:
             f"{experiment.name} has networks of the kind {kind!r}; --format onnx needs "
             "network.kind = 'feed-forward'"
         )
+    require_single_species(experiment, "a network as ONNX")
     if moment == "death" and experiment.births_in_life:
         raise RefusedError(
             f"{experiment.name} has births during life, so that an agent can have another place at "
