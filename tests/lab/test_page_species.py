@@ -15,7 +15,8 @@ def start_live_run(page: Page) -> None:
     changes = quote(json.dumps(QUICK), safe="")
     page.goto(f"/#/live?preset=no-learning&runs=2&set={changes}")
     page.get_by_test_id("start").click()
-    expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
+    # Two species are compiled first.
+    expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=180_000)
 
 
 def test_a_live_run_draws_a_shape_and_a_curve_for_each_species(page: Page) -> None:
