@@ -161,8 +161,9 @@ def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, dict[str, in
     from baldwinlab.analysis.statistics.rules import VERDICTS
 
     # The page shows kinds and verdicts in this order.
-    ordered_counts = {
+    names_by_kind = {"": ""} | {kind: plural for kind, (_, plural) in KINDS.items()}
+    ordered_counts: dict[str, dict[str, int]] = {
         name: {verdict: counts[kind, verdict] for verdict in VERDICTS if counts[kind, verdict]}
-        for kind, name in {"": "", **{kind: plural for kind, (_, plural) in KINDS.items()}}.items()
+        for kind, name in names_by_kind.items()
     }
     return {kind: verdicts for kind, verdicts in ordered_counts.items() if verdicts}, None
