@@ -75,6 +75,8 @@ def built_in_parts() -> list[Any]:
     ]
 
 
+# The checks compile the step for each part, which takes half a minute or more.
+@pytest.mark.nightly
 def test_the_built_in_parts_fulfill_the_contract() -> None:
     findings = bl.check_part(built_in_parts(), requirements=CHECKED)
     verified = [finding for finding in findings if not finding.is_unverified]
