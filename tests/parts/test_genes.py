@@ -102,7 +102,7 @@ def test_genes_of_the_learning_rule_are_the_last_ones_and_end_with_learning(
 
 def test_two_parts_with_a_gene_of_the_same_name_are_refused(declare: Declare) -> None:
     declare(LearningRule, {"step_size": Gene(initial=1, low=0.5, high=2)})
-    with pytest.raises(ExperimentError, match="has the gene 'step_size', which another part has"):
+    with pytest.raises(ExperimentError, match="gene 'step_size', which another part also has"):
         choose("learning.rule").replace(evolution={"variation": "self-adaptive"})
 
 

@@ -56,7 +56,7 @@ class SystemName(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Measurement:
     """The numbers and the verdict of a question that is measured.
 
     Attributes
@@ -111,11 +111,11 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Decision:
-    """The decision on a question of a system. `outcome` is None if it is not measured."""
+    """The decision on a question of a system. `measurement` is None if it is not measured."""
 
     system: SystemName
     estimate: Estimate
-    outcome: Outcome | None = None
+    measurement: Measurement | None = None
 
     def row(self) -> dict[str, Any]:
         """Return the decision with the keys `COLUMNS`, with None for an undefined value.
@@ -125,7 +125,7 @@ class Decision:
         dict
             The row.
         """
-        outcome = self.outcome
+        measurement = self.measurement
         columns = ("low", "high", "p", "q", "stability")
         return {
             "paper": self.system.paper,
@@ -133,11 +133,11 @@ class Decision:
             "question": self.estimate.question,
             "class": self.estimate.measurability,
             "trait": self.estimate.trait,
-            "estimate": outcome.effect if outcome else None,
-            **{name: finite_or_none(getattr(outcome, name, nan)) for name in columns[:4]},
-            "verdict": outcome.verdict if outcome else None,
-            "stability": outcome.stability if outcome else None,
-            "runs": outcome.runs if outcome else None,
+            "estimate": measurement.effect if measurement else None,
+            **{name: finite_or_none(getattr(measurement, name, nan)) for name in columns[:4]},
+            "verdict": measurement.verdict if measurement else None,
+            "stability": measurement.stability if measurement else None,
+            "runs": measurement.runs if measurement else None,
         }
 
 
@@ -177,9 +177,9 @@ def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]
     ]
     limits = map(_Limits, critical_p_values(differences), critical_p_values(equivalences), bounds)
     numbers = zip(samples, differences, q_values(differences).tolist(), limits, strict=True)
-    outcomes = iter([_make_outcome(*row) for row in numbers])
+    measurements = iter([_make_measurement(*row) for row in numbers])
     return [
-        replace(decision, outcome=next(outcomes))
+        replace(decision, measurement=next(measurements))
         if decision.estimate.measurability == MEASURED
         else decision
         for decision in decisions
@@ -199,7 +199,9 @@ def describe_too_few_runs(decisions: Sequence[Decision]) -> str:
     str
         Sentences with the required number of runs, or "".
     """
-    tests = [_planned_test(decision.outcome.runs) for decision in decisions if decision.outcome]
+    tests = [
+        _planned_test(decision.measurement.runs) for decision in decisions if decision.measurement
+    ]
     return describe_too_few(tests, q_values)
 
 
@@ -247,14 +249,14 @@ def _decide_samples(samples: Sample, limits: _Limits) -> list[Verdict]:
     return result
 
 
-def _make_outcome(values: Sample, p: float, q: float, limits: _Limits) -> Outcome:
+def _make_measurement(values: Sample, p: float, q: float, limits: _Limits) -> Measurement:
     (verdict,) = _decide_samples(values[None], limits)
     medians = resample_medians(values, np.random.default_rng(SEED))
     low, high = percentile_interval(medians) if values.size > 1 else (nan, nan)
     required_runs = None
     if verdict == UNDECIDED and values.size > 1:
         required_runs = _find_required_runs(values, limits)
-    return Outcome(
+    return Measurement(
         effect=float(np.median(values)),
         low=low,
         high=high,

@@ -17,7 +17,7 @@ from baldwinlab.analysis.gallery.decisions import (
     UNDECIDED,
     YES,
     Decision,
-    Outcome,
+    Measurement,
     SystemName,
 )
 from baldwinlab.analysis.gallery.summary import DIMENSIONLESS, QuestionSummary
@@ -66,8 +66,8 @@ def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSumma
         axes.set_title(summary.question, loc="left", fontweight="bold")
         axes.set_xlabel("" if summary.unit == DIMENSIONLESS else summary.unit)
         axes.axvline(0, color=DARK_GRAY, lw=0.8)
-        for decision, outcome in summary.outcomes:
-            _draw_outcome(axes, rows[decision.system], decision, outcome, summary)
+        for decision, measurement in summary.measurements:
+            _draw_measurement(axes, rows[decision.system], decision, measurement, summary)
         if summary.mean:
             _draw_mean(axes, mean_row, summary.mean)
     ticks = [*rows.values(), mean_row]
@@ -104,17 +104,17 @@ def _draw_heading(axes: Axes, paper: str, row: int) -> None:
     )
 
 
-def _draw_outcome(
-    axes: Axes, row: int, decision: Decision, outcome: Outcome, summary: QuestionSummary
+def _draw_measurement(
+    axes: Axes, row: int, decision: Decision, measurement: Measurement, summary: QuestionSummary
 ) -> None:
     """Draw a system: its equivalence bounds, its interval and its effect."""
     scale = summary.scale(decision)
     bound = scale * decision.estimate.equivalence_bound
     axes.barh(row, 2 * bound, left=-bound, height=0.9, color=PALE, zorder=0.5)
-    edge, marker, face = VERDICT_STYLES[outcome.verdict]
-    interval = [scale * outcome.low, scale * outcome.high]
+    edge, marker, face = VERDICT_STYLES[measurement.verdict]
+    interval = [scale * measurement.low, scale * measurement.high]
     axes.plot(interval, [row, row], color=edge, lw=1.4, solid_capstyle="butt")
-    axes.plot([scale * outcome.effect], [row], marker=marker, ms=5, mec=edge, mfc=face)
+    axes.plot([scale * measurement.effect], [row], marker=marker, ms=5, mec=edge, mfc=face)
 
 
 def _draw_mean(axes: Axes, row: float, mean: RandomEffects) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from baldwinlab.analysis.estimands import QUESTIONS
 from baldwinlab.analysis.estimands.estimate import IMPOSSIBLE, MEASURED, NOT_MEASURABLE
-from baldwinlab.analysis.gallery.decisions import VERDICTS, Decision, Outcome
+from baldwinlab.analysis.gallery.decisions import VERDICTS, Decision, Measurement
 from baldwinlab.analysis.statistics.meta_analysis import MIN_PAPERS, RandomEffects, combine_papers
 
 TITLES: Final[Mapping[str, str]] = {
@@ -40,8 +40,8 @@ class QuestionSummary:
     ----------
     question : str
         Name of the question.
-    outcomes : tuple
-        The measured decisions of all systems, each with its outcome.
+    measurements : tuple
+        The measured decisions of all systems, each with its measurement.
     unit : str
         Unit in which all effects are comparable: their common unit, or `RELATIVE_UNIT` if the
         systems have different units or equivalence bounds.
@@ -52,7 +52,7 @@ class QuestionSummary:
     """
 
     question: str
-    outcomes: tuple[tuple[Decision, Outcome], ...]
+    measurements: tuple[tuple[Decision, Measurement], ...]
     unit: str
     systems: Mapping[str, int]
     papers: Mapping[str, int]
@@ -89,31 +89,31 @@ def summarize_questions(decisions: Sequence[Decision]) -> list[QuestionSummary]:
     """
     measured = {
         question: tuple(
-            (decision, decision.outcome)
+            (decision, decision.measurement)
             for decision in decisions
-            if decision.estimate.question == question and decision.outcome
+            if decision.estimate.question == question and decision.measurement
         )
         for question in QUESTIONS
     }
     return [_summarize(question, rows) for question, rows in measured.items() if rows]
 
 
-def _summarize(question: str, rows: tuple[tuple[Decision, Outcome], ...]) -> QuestionSummary:
+def _summarize(question: str, rows: tuple[tuple[Decision, Measurement], ...]) -> QuestionSummary:
     estimates = [decision.estimate for decision, _ in rows]
     scales = {(entry.unit, entry.equivalence_bound) for entry in estimates}
     unit = estimates[0].unit if len(scales) == 1 else RELATIVE_UNIT
     verdicts_by_paper: dict[str, set[str]] = {}
-    for decision, outcome in rows:
-        verdicts_by_paper.setdefault(decision.system.paper, set()).add(outcome.verdict)
+    for decision, measurement in rows:
+        verdicts_by_paper.setdefault(decision.system.paper, set()).add(measurement.verdict)
     papers = Counter(
         next(iter(verdicts)) if len(verdicts) == 1 else MIXED
         for verdicts in verdicts_by_paper.values()
     )
     return QuestionSummary(
         question=question,
-        outcomes=rows,
+        measurements=rows,
         unit=unit,
-        systems=Counter(outcome.verdict for _, outcome in rows),
+        systems=Counter(measurement.verdict for _, measurement in rows),
         papers=papers,
         mean=_combine(rows, unit),
     )
@@ -127,19 +127,19 @@ def _find_scale(decision: Decision, unit: str) -> float:
     return 1 / bound if bound else nan
 
 
-def _combine(rows: Sequence[tuple[Decision, Outcome]], unit: str) -> RandomEffects | None:
+def _combine(rows: Sequence[tuple[Decision, Measurement]], unit: str) -> RandomEffects | None:
     """Return the summary of the papers. The effect of a paper is the mean of its systems.
 
     The systems of a paper may share seeds. The standard error of their mean is that of completely
     correlated effects, which is the largest possible.
     """
     effects: dict[str, list[tuple[float, float]]] = {}
-    for decision, outcome in rows:
+    for decision, measurement in rows:
         scale = _find_scale(decision, unit)
-        if not isnan(scale * outcome.standard_error):
+        if not isnan(scale * measurement.standard_error):
             min_error = MIN_RELATIVE_ERROR * decision.estimate.equivalence_bound
-            error = max(outcome.standard_error, min_error)
-            values = (outcome.effect * scale, error * scale)
+            error = max(measurement.standard_error, min_error)
+            values = (measurement.effect * scale, error * scale)
             effects.setdefault(decision.system.paper, []).append(values)
     if len(effects) < MIN_PAPERS:
         return None
@@ -175,7 +175,7 @@ def conclude(decisions: Sequence[Decision]) -> Iterator[str]:
 
 def _conclude_question(summary: QuestionSummary) -> str:
     first, *remaining = VERDICTS
-    systems = _count(len(summary.outcomes), "measured system")
+    systems = _count(len(summary.measurements), "measured system")
     papers = _count(sum(summary.papers.values()), "paper")
     counts = [
         f"{first} in {summary.systems[first]} of {systems} ({summary.papers[first]} of {papers})"

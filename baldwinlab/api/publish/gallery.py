@@ -175,7 +175,7 @@ def _group_reasons(decisions: Sequence[Decision]) -> dict[tuple[str, str, str], 
     """Return the systems in which a question is not measured, by question, class and reason."""
     systems: dict[tuple[str, str, str], list[SystemName]] = {}
     for decision in decisions:
-        if decision.outcome is None:
+        if decision.measurement is None:
             entry = decision.estimate
             key = (entry.question, entry.measurability, entry.reason)
             systems.setdefault(key, []).append(decision.system)

@@ -13,7 +13,7 @@ from baldwinlab.analysis.estimands.estimate import IMPOSSIBLE, NOT_MEASURABLE, E
 from baldwinlab.analysis.gallery.decisions import (
     COLUMNS,
     Decision,
-    Outcome,
+    Measurement,
     SystemName,
     decide,
     describe_too_few_runs,
@@ -30,10 +30,10 @@ def decide_estimates(*estimates: Estimate) -> list[Decision]:
     )
 
 
-def find_outcome(values: Any, bound: float = 0.1) -> Outcome:
+def find_measurement(values: Any, bound: float = 0.1) -> Measurement:
     (decision,) = decide_estimates(make_estimate(values, bound=bound))
-    assert decision.outcome is not None
-    return decision.outcome
+    assert decision.measurement is not None
+    return decision.measurement
 
 
 def normal(mean: float, deviation: float = 1.0, runs: int = RUNS) -> np.ndarray:
@@ -55,64 +55,70 @@ def normal(mean: float, deviation: float = 1.0, runs: int = RUNS) -> np.ndarray:
     ],
 )
 def test_a_measured_question_has_one_of_four_verdicts(values: Any, verdict: str) -> None:
-    assert find_outcome(values).verdict == verdict
+    assert find_measurement(values).verdict == verdict
 
 
 def test_a_significant_effect_within_the_bound_is_equivalent() -> None:
-    outcome = find_outcome(normal(0.02, 0.01))
-    assert outcome.p < 0.001 and outcome.verdict == "equivalent"
-    assert find_outcome(normal(0.02, 0.01), bound=0.01).verdict == "yes"
+    measurement = find_measurement(normal(0.02, 0.01))
+    assert measurement.p < 0.001 and measurement.verdict == "equivalent"
+    assert find_measurement(normal(0.02, 0.01), bound=0.01).verdict == "yes"
 
 
 def test_effect_and_interval_are_of_the_median_over_defined_runs() -> None:
     values = np.append(normal(1.0), np.nan)
-    outcome = find_outcome(values)
-    assert outcome.runs == RUNS and outcome.effect == pytest.approx(1.0)
-    assert outcome.low < 1.0 < outcome.high
-    assert outcome.p == pytest.approx(stats.wilcoxon(normal(1.0)).pvalue)
+    measurement = find_measurement(values)
+    assert measurement.runs == RUNS and measurement.effect == pytest.approx(1.0)
+    assert measurement.low < 1.0 < measurement.high
+    assert measurement.p == pytest.approx(stats.wilcoxon(normal(1.0)).pvalue)
 
 
 def test_q_values_are_corrected_over_the_systems_of_the_table() -> None:
     samples = [normal(mean) for mean in (1.0, 0.6, 0.5, 0.1)]
-    outcomes = [d.outcome for d in decide_estimates(*map(make_estimate, samples)) if d.outcome]
+    measurements = [
+        d.measurement for d in decide_estimates(*map(make_estimate, samples)) if d.measurement
+    ]
     ps = [stats.wilcoxon(sample).pvalue for sample in samples]
-    assert [outcome.q for outcome in outcomes] == pytest.approx(stats.false_discovery_control(ps))
-    assert [outcome.verdict for outcome in outcomes] == [
-        "yes" if outcome.q < 0.05 else "undecided" for outcome in outcomes
+    assert [measurement.q for measurement in measurements] == pytest.approx(
+        stats.false_discovery_control(ps)
+    )
+    assert [measurement.verdict for measurement in measurements] == [
+        "yes" if measurement.q < 0.05 else "undecided" for measurement in measurements
     ]
 
 
 def test_one_run_has_no_interval_and_cannot_suffice() -> None:
-    outcome = find_outcome([3.0])
-    assert isnan(outcome.low) and outcome.p == 1 and outcome.label == "too few runs"
+    measurement = find_measurement([3.0])
+    assert isnan(measurement.low) and measurement.p == 1 and measurement.label == "too few runs"
 
 
 def test_too_few_runs_are_stated_with_the_required_number() -> None:
     decisions = decide_estimates(make_estimate(np.arange(1.0, 6.0)))
     # The smallest p-value of five runs is 2 / 2 ** 5.
     assert "At least 6 runs are needed" in describe_too_few_runs(decisions)
-    assert find_outcome(np.arange(1.0, 7.0)).verdict == "yes"
+    assert find_measurement(np.arange(1.0, 7.0)).verdict == "yes"
     assert describe_too_few_runs(decide_estimates(make_estimate(np.arange(1.0, 7.0)))) == ""
 
 
 def test_an_undecided_question_is_decided_by_the_required_runs() -> None:
-    outcome = find_outcome(normal(0.3))
-    assert outcome.verdict == "undecided" and outcome.required_runs is not None
+    measurement = find_measurement(normal(0.3))
+    assert measurement.verdict == "undecided" and measurement.required_runs is not None
     generator = np.random.default_rng(3)
-    studies = generator.normal(0.3, 1, (300, outcome.required_runs))
+    studies = generator.normal(0.3, 1, (300, measurement.required_runs))
     power = np.mean([stats.wilcoxon(study).pvalue < 0.05 for study in studies])
     assert 0.7 < power < 0.95
 
 
 def test_a_small_effect_needs_runs_for_equivalence() -> None:
-    outcome = find_outcome(normal(0.0, 0.3), bound=0.1)
-    assert outcome.verdict == "undecided" and outcome.required_runs is not None
-    assert find_outcome(normal(0.0, 0.3, runs=outcome.required_runs)).verdict == "equivalent"
+    measurement = find_measurement(normal(0.0, 0.3), bound=0.1)
+    assert measurement.verdict == "undecided" and measurement.required_runs is not None
+    assert (
+        find_measurement(normal(0.0, 0.3, runs=measurement.required_runs)).verdict == "equivalent"
+    )
 
 
 def test_a_verdict_that_depends_on_the_sampled_runs_is_unstable() -> None:
-    assert find_outcome(normal(2.0)).stability == 1
-    assert find_outcome(normal(0.5)).is_unstable
+    assert find_measurement(normal(2.0)).stability == 1
+    assert find_measurement(normal(0.5)).is_unstable
 
 
 def test_classes_without_values_have_no_numbers_and_are_not_tested() -> None:
@@ -141,7 +147,7 @@ def simulate_verdicts(systems: int, tables: int, runs: int) -> list[str]:
     for _ in range(tables):
         samples = generator.normal(0, 1, (systems, runs)) * generator.exponential(1, (systems, 1))
         decisions = decide_estimates(*map(make_estimate, samples))
-        verdicts += [decision.outcome.verdict for decision in decisions if decision.outcome]
+        verdicts += [decision.measurement.verdict for decision in decisions if decision.measurement]
     return verdicts
 
 

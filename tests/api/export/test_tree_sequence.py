@@ -60,7 +60,7 @@ def describe_node(sequence: Any, node: int) -> tuple[int, int]:
     return metadata["generation"], metadata["agent"]
 
 
-@pytest.mark.parametrize("max_edges", [2_000_000, 300])
+@pytest.mark.parametrize("max_edges", [pytest.param(2_000_000, marks=pytest.mark.nightly), 300])
 def test_each_gene_has_the_genealogy_of_the_stored_parents(
     study: bl.Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, max_edges: int
 ) -> None:

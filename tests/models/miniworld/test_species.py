@@ -209,6 +209,7 @@ def test_results_contain_the_records_of_all_species() -> None:
     assert set(results.records) | {"species"} <= set(record_variables(experiment)) | {"born"}
 
 
+@pytest.mark.nightly
 def test_predators_that_eat_nothing_do_not_change_the_results_of_prey() -> None:
     experiment = make_predation()
     species = [entry.model_dump(mode="json") for entry in experiment.population.species]

@@ -45,7 +45,14 @@ def weights_after(experiment: Experiment, genome: Any, steps: int) -> Any:
     return simulate_steps(experiment, genome, steps).weights()
 
 
-@every_rule
+# Each rule takes five seconds or more. The nightly tests check all rules, compiled and plain.
+@pytest.mark.parametrize(
+    "rule",
+    [
+        rule if rule in ("self-taught", "hebb") else pytest.param(rule, marks=pytest.mark.nightly)
+        for rule in RULES
+    ],
+)
 def test_a_rule_agrees_with_its_oracle_and_reads_only_its_own_lane(rule: str) -> None:
     """Check the rule in plain Python. A nightly test checks the compiled rule."""
     with np.errstate(all="ignore"):
