@@ -358,8 +358,10 @@ def _take_until_last(values: npt.NDArray[Any], generations: npt.NDArray[Any]) ->
 
 def _to_list(array: xr.DataArray) -> list[Any]:
     """Return the values as a list, with None for the fitness of a species without agents."""
-    values = array.values
-    return np.where(np.isfinite(values), values, None).tolist()  # type: ignore[call-overload, no-any-return]
+    values = array.values.astype(object)
+    values[~np.isfinite(array.values)] = None
+    nested_list: list[Any] = values.tolist()
+    return nested_list
 
 
 def read_seconds(command: dict[str, Any]) -> float:

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
 
-import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.assays.fork import compute_effects, name_quantity
@@ -32,6 +31,7 @@ from baldwinlab.analysis.estimands.selection_differentials import (
 from baldwinlab.analysis.estimands.traits import (
     INNATE_FITNESS,
     Trait,
+    read_record,
     select_innate_trait,
     select_learned_distance,
 )
@@ -203,9 +203,8 @@ def _select_learning_times(data: ConditionData) -> Trait | None:
     """Return mean learning times (run, generation), or None if none is stored."""
     model = data.experiment.loaded_model
     if model is not None and model.learning_time:
-        variable = model.records[model.learning_time]
-        mean_times = data.runs[model.learning_time].astype(np.float64).mean("agent")
-        return Trait(variable.meaning, variable.unit, mean_times)
+        times_of_agents = read_record(data.runs, model, model.learning_time)
+        return times_of_agents._replace(values=times_of_agents.values.mean("agent"))
     if "within-life" not in data.assays:
         return None
     name = "steps until 90 % of the final performance"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -53,10 +53,7 @@ def select_innate_trait(data: xr.Dataset, innate: xr.Dataset, experiment: BaseEx
     if model is None or name not in data:
         fitness = innate["energy"].sel(life="off", drop=True)
         return Trait(INNATE_FITNESS, "fitness", fitness)
-    variable = model.records[name]
-    return Trait(
-        variable.meaning, variable.unit, _select_assayed(data, innate)[name].astype(np.float64)
-    )
+    return read_record(_select_assayed(data, innate), model, name)
 
 
 def select_learned_distance(
@@ -86,13 +83,18 @@ def select_learned_distance(
         share = model.shares[name]
         return Trait(share.meaning, "1", share.of(runs))
     if model is not None and name in data:
-        variable = model.records[name]
-        values = runs[name].astype(np.float64).mean("agent")
-        return Trait(variable.meaning, variable.unit, values)
+        record = read_record(runs, model, name)
+        return record._replace(values=record.values.mean("agent"))
     distance = weight_distances(innate).get("distance")
     if distance is None or not bool(distance.notnull().any()):
         return None
     return Trait("distance of the weights between birth and death", "1", distance)
+
+
+def read_record(runs: xr.Dataset, model: Any, name: str) -> Trait:
+    """Return a record of a model, with its meaning and its unit."""
+    variable = model.records[name]
+    return Trait(variable.meaning, variable.unit, runs[name].astype(np.float64))
 
 
 def _select_assayed(data: xr.Dataset, innate: xr.Dataset) -> xr.Dataset:
