@@ -13,8 +13,9 @@ from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.suggestions import list_names
 from baldwinlab.core.variables import RUN_VARIABLES, TRACE_VARIABLES
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.models.miniworld.species import make_species_batch
 from baldwinlab.parts.networks import forward
-from baldwinlab.simulation.reevaluation import make_batch, make_species_batch, restore_genomes
+from baldwinlab.simulation.reevaluation import make_batch, restore_genomes
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 

@@ -31,9 +31,10 @@ from baldwinlab.models.miniworld.lookup import (
     TeacherTable,
     choose_lookup,
 )
+from baldwinlab.models.miniworld.species import make_species_batch
 from baldwinlab.parts.networks import forward, links
 from baldwinlab.simulation.recorder import Series, record_batch
-from baldwinlab.simulation.reevaluation import collect_outcomes, make_batch, make_species_batch
+from baldwinlab.simulation.reevaluation import collect_outcomes, make_batch
 from baldwinlab.simulation.replay import recompute_genomes
 
 # With more inputs, the container has no table of all input combinations.

@@ -19,6 +19,7 @@ from baldwinlab.lab.experiment_form import describe_world
 from baldwinlab.lab.life_query import Life, Span, queue_container
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.models.miniworld.backends.species import SpeciesBatch
+from baldwinlab.models.miniworld.species import make_species_batch
 from baldwinlab.simulation.recorder import (
     RECORDED_WORLD,
     ItemMoves,
@@ -26,7 +27,7 @@ from baldwinlab.simulation.recorder import (
     SpeciesRecorder,
     record_batch,
 )
-from baldwinlab.simulation.reevaluation import make_batch, make_species_batch
+from baldwinlab.simulation.reevaluation import make_batch
 
 # Size of a recorded step, without inputs: x and y, heading, action, items eaten, teacher.
 BYTES_PER_AGENT_STEP = 16

@@ -23,15 +23,13 @@ from baldwinlab.evolution import (
     needs_simulation,
 )
 from baldwinlab.evolution.genes import trim_genomes
-from baldwinlab.evolution.species import SpeciesIndices, count_agents, list_initial_species
+from baldwinlab.evolution.species import count_agents, list_initial_species
 from baldwinlab.evolution.species_breeding import compute_species_fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
-from baldwinlab.models.miniworld.backends.species import SpeciesBatch
 from baldwinlab.models.miniworld.lifetimes import collect_results
-from baldwinlab.models.miniworld.species import split_genomes
 from baldwinlab.models.miniworld.world_layout import agents_of_world
 from baldwinlab.parts import model_part
 from baldwinlab.parts.lifetimes import lifetimes_of_run
@@ -142,25 +140,6 @@ def make_batch(
         genomes = genomes[:, agents_of_world(settings, world)]
     batch = CpuBatch(settings, seed, runs, world)
     batch.begin(generation, trim_genomes(genomes, settings))
-    return batch
-
-
-def make_species_batch(
-    experiment: Experiment,
-    seed: int,
-    run: int,
-    generation: int,
-    genomes: Genome,
-    species: SpeciesIndices,
-) -> SpeciesBatch:
-    """Return a batch of one run with several species before its first step.
-
-    `genomes` [agent, module, weight] are those of all agents, and `species` [agent] their species.
-    """
-    settings = experiment.at(generation)
-    sizes = count_agents(species, len(experiment.population.species)).tolist()
-    batch = SpeciesBatch(settings, seed, [run], sizes)
-    batch.begin(generation, split_genomes(batch.members, genomes[None]))
     return batch
 
 

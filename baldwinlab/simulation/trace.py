@@ -18,8 +18,7 @@ from baldwinlab.experiment.species import combine_inputs
 from baldwinlab.models.miniworld.appearance import appearance_json, describe_appearance
 from baldwinlab.models.miniworld.backends.choice import SimulatedAgents
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
-from baldwinlab.models.miniworld.backends.species import SpeciesBatch
-from baldwinlab.models.miniworld.species import split_genomes
+from baldwinlab.models.miniworld.species import make_species_batch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.models.miniworld.world_layout import agents_of_world
 from baldwinlab.simulation.history import provenance_attributes
@@ -103,15 +102,15 @@ def _begin_lifetime(
 ) -> list[_Member]:
     """Return the species of a batch before its first step, or all its agents as one member."""
     seed, run, generation = key
-    genomes_of_batch = agents.genome[None]
     if agents.species is None:
         batch = CpuBatch(settings, seed, [run], world=world)
-        batch.begin(generation, genomes_of_batch)
+        batch.begin(generation, agents.genome[None])
         return [_Member(settings, batch, slice(0, settings.agents_per_world))]
     sizes = count_agents(agents.species, len(settings.population.species))
     ends = sizes.cumsum()
-    species_batch = SpeciesBatch(settings, seed, [run], sizes.tolist())
-    species_batch.begin(generation, split_genomes(species_batch.members, genomes_of_batch))
+    species_batch = make_species_batch(
+        settings, seed, run, generation, agents.genome, agents.species
+    )
     return [
         _Member(member, view, slice(first, end))
         for member, view, first, end in zip(

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.evolution.fitness import compute_learning_cost, sum_energy
-from baldwinlab.evolution.species import cut_genomes
+from baldwinlab.evolution.species import SpeciesIndices, count_agents, cut_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import read_part_records
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, require_species_batch
@@ -102,6 +102,25 @@ class SpeciesSimulator:
             _join_species([results[run_index] for results in results_of_species], learns)
             for run_index in range(len(genomes))
         ]
+
+
+def make_species_batch(
+    experiment: Experiment,
+    seed: int,
+    run: int,
+    generation: int,
+    genomes: npt.NDArray[np.float32],
+    species: SpeciesIndices,
+) -> SpeciesBatch:
+    """Return a batch of one run with several species before its first step.
+
+    `genomes` [agent, module, weight] are those of all agents, and `species` [agent] their species.
+    """
+    settings = experiment.at(generation)
+    sizes = count_agents(species, len(experiment.population.species)).tolist()
+    batch = SpeciesBatch(settings, seed, [run], sizes)
+    batch.begin(generation, split_genomes(batch.members, genomes[None]))
+    return batch
 
 
 def split_genomes(
