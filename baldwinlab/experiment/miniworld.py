@@ -13,6 +13,7 @@ from baldwinlab.core.measures import Measure
 from baldwinlab.experiment.base import BaseExperiment
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.fields import refuse_fields
+from baldwinlab.experiment.learning_control import find_control_conflicts
 from baldwinlab.experiment.miniworld_tables import (
     Contact,
     Eats,
@@ -109,8 +110,8 @@ class Experiment(BaseExperiment):
         return any(feature.allows_births for feature in self.parts("world.features"))
 
     def find_conflicts(self) -> list[str]:
-        """Return a sentence for each setting of worlds and lifetimes that others exclude."""
-        return find_world_conflicts(self)
+        """Return a sentence for each setting that other settings exclude."""
+        return [*find_world_conflicts(self), *find_control_conflicts(self)]
 
     @property
     def has_deaths(self) -> bool:
@@ -168,7 +169,7 @@ class Experiment(BaseExperiment):
 
     def without_learning(self) -> Self:
         """Return this experiment with the learning rule `none`."""
-        no_rule = {"rule": "none"}
+        no_rule = {"rule": "none", "control": "none"}
         species = change_tables(self.population.species, "learning", no_rule)
         return self.replace(learning=no_rule, **species)
 

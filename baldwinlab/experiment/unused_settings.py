@@ -95,7 +95,7 @@ def _unused_miniworld_settings(experiment: Experiment) -> dict[str, str]:
     reasons: dict[str, str] = {}
     rule = f'learning.rule = "{experiment.learning.rule}"'
     if not experiment.learns:
-        fields = ("rate", "steps", "evolved_rate", "cost_per_step", "cost_per_change")
+        fields = ("control", "rate", "steps", "evolved_rate", "cost_per_step", "cost_per_change")
         paths = (*(f"learning.{field}" for field in fields), "evolution.lamarckian_share")
         reasons |= dict.fromkeys(paths, rule)
     if "reinforcement" not in experiment.modules:

@@ -63,7 +63,12 @@ FIELD_RULES: Final = (
 
 
 # Settings that only the engine in Python supports.
-PYTHON_ONLY_PATHS: Final = ("population.worlds", "lifetime.repeats", "record.every")
+PYTHON_ONLY_PATHS: Final = (
+    "population.worlds",
+    "lifetime.repeats",
+    "learning.control",
+    "record.every",
+)
 
 
 def list_choosable_parts(experiment: Experiment) -> dict[str, list[str]]:

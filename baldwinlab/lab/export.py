@@ -89,6 +89,11 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
                 f"{experiment.name} cannot run in a browser: population.worlds, lifetime.repeats"
                 " or record.every is set, which only the engine in Python supports"
             )
+        if experiment.learning.control != "none":
+            raise RefusedError(
+                f"{experiment.name} cannot run in a browser: learning.control ="
+                f" {experiment.learning.control!r} is set, which only the engine in Python supports"
+            )
         if experiment.part_records or uses_run_arrays(experiment):
             raise RefusedError(
                 f"{experiment.name} cannot run in a browser: its parts have records or arrays of"

@@ -20,6 +20,7 @@ from baldwinlab.models.miniworld.grid import (
     count_images,
     scanned_fraction,
 )
+from baldwinlab.models.miniworld.learning.control import choose_control
 from baldwinlab.models.miniworld.lookup import MAX_TABLE_INPUTS, choose_lookup
 from baldwinlab.models.miniworld.mortality import MortalPopulation
 from baldwinlab.models.miniworld.population import FixedPopulation
@@ -253,6 +254,7 @@ def state_bytes(experiment: Experiment, worlds: int) -> int:
     all_arrays = [
         ARRAYS,
         choose_lookup(experiment).arrays,
+        choose_control(experiment).arrays,
         choose_population(experiment).arrays,
         *part_arrays,
     ]
@@ -335,11 +337,13 @@ def make_state(
         return compiled_values(part, experiment, allocate)
 
     lookup = choose_lookup(experiment)
+    control = choose_control(experiment)
     state = State(
         **{name: allocate(array) for name, array in ARRAYS.items()},
         lookup=lookup.Compiled(*map(allocate, lookup.arrays.values())),
         network=compile_part(experiment.part("network.kind")),
         rule=compile_part(experiment.part("learning.rule")),
+        control=control.Compiled(*map(allocate, control.arrays.values())),
         body=compile_part(experiment.part("motor.body")),
         senses=tuple(map(compile_part, experiment.parts("senses.kinds"))),
         features=tuple(map(compile_part, experiment.parts("world.features"))),

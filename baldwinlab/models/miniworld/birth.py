@@ -8,6 +8,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import for_each_part
 from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.models.miniworld.items import place_item, sort_into_cells
+from baldwinlab.models.miniworld.learning.control import init_control
 from baldwinlab.models.miniworld.learning.self_taught import express_rate
 from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import ONE, ZERO, place_newborn
@@ -104,6 +105,7 @@ def init_generation(model: MiniWorldModel, state: State) -> None:
             number = agent_number(state.population, agent)
             place_newborn(model, state, world, agent, number)
             init_agent(state.rule, model, state, world, agent)
+            init_control(state.control, model, state, world, agent)
         for region in range(model.regions.shape[0]):
             for item in range(model.region_items[region], model.region_items[region + 1]):
                 place_item(model, state, world, region, item)
@@ -131,4 +133,5 @@ def replace_agent(model: MiniWorldModel, state: State, world: int, agent: int, n
     newborn = newborn_number(state.population, model, number)
     place_newborn(model, state, world, agent, newborn)
     init_agent(state.rule, model, state, world, agent)
+    init_control(state.control, model, state, world, agent)
     fill_table(state.lookup, model, state, state.genes, lane)

@@ -216,6 +216,8 @@ class State(NamedTuple):
         The network, a part.
     rule
         The learning rule, a part.
+    control
+        The control of learning (`learning/control.py`).
     body
         The body, a part.
     senses
@@ -265,6 +267,7 @@ class State(NamedTuple):
     lookup: Any
     network: Any
     rule: Any
+    control: Any
     body: Any
     senses: Any
     features: Any

@@ -40,8 +40,8 @@ def poison_state(state: State, agents: int) -> None:
 def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
     """Return the state and its parts with their declared arrays, by name prefix."""
     holders: dict[str, tuple[Any, Mapping[str, Array]]] = {"": (state, ARRAYS)}
-    fields = ("lookup", "network", "rule", "body", "senses", "features", "recorders", "population")
-    for name in fields:
+    fields = ("lookup", "network", "rule", "control", "body", "senses", "features", "recorders")
+    for name in (*fields, "population"):
         value = getattr(state, name)
         parts = value if name in ("senses", "features", "recorders") else [value]
         for part_index, part in enumerate(parts):
@@ -73,6 +73,7 @@ def list_hooks(state: State) -> tuple[Any, ...]:
         state.lookup,
         state.network,
         state.rule,
+        state.control,
         state.body,
         *state.senses,
         *state.features,

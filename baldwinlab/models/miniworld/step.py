@@ -19,6 +19,11 @@ from baldwinlab.engine.reference import as_pointer
 from baldwinlab.engine.simd import Lane, get, lanes_in_block, simd_block
 from baldwinlab.models.miniworld.birth import init_generation
 from baldwinlab.models.miniworld.items import eat_items, resort_stale_cells
+from baldwinlab.models.miniworld.learning.control import (
+    exchange_changes,
+    load_shadow,
+    store_shadow,
+)
 from baldwinlab.models.miniworld.lookup import compute_outputs
 from baldwinlab.models.miniworld.map import ZERO, apply_motor_noise
 from baldwinlab.models.miniworld.population import (
@@ -57,6 +62,11 @@ def prepare_senses_per_world(agents: Any, model: MiniWorldModel, state: State, s
 @hook
 def observe_others_per_world(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Per world: call `observe_others` of the learning rule, after all actions."""
+
+
+@hook
+def wait_for_agents(agents: Any) -> None:
+    """Wait until all agents of the world have learned, if they take their steps in parallel."""
 
 
 @hook
@@ -113,10 +123,17 @@ def act(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
 @compiled
 def learn_from_step(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Observe other agents, and learn."""
+    is_learning = step < model.learning_steps
+    if is_learning:
+        for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
+            load_shadow(state.control, model, state, lane_of(agents, first))
     observe_others_per_world(agents, model, state, step)
-    if step < model.learning_steps:
+    if is_learning:
         for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
             learn_living(state.population, model, state, step, lane_of(agents, first))
+            store_shadow(state.control, model, state, lane_of(agents, first))
+        wait_for_agents(agents)
+        exchange_changes(state.control, agents, model, state)
 
 
 class _AllAgents:
@@ -139,6 +156,8 @@ class _AllAgents:
     ) -> None:
         for world in range(model.worlds):
             observe_others(state.rule, model, state, world, step)
+
+    wait_for_agents = staticmethod(wait_for_agents.default)
 
     @staticmethod
     def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
@@ -173,6 +192,8 @@ class _SingleAgent:
         agents: Any, model: MiniWorldModel, state: State, step: int
     ) -> None:
         observe_others(state.rule, model, state, agents.first_world, step)
+
+    wait_for_agents = staticmethod(wait_for_agents.default)
 
     @staticmethod
     def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:

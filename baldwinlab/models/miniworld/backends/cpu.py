@@ -18,6 +18,7 @@ from baldwinlab.models.miniworld.allocation import (
     make_model,
     make_state,
 )
+from baldwinlab.models.miniworld.learning.control import choose_control
 from baldwinlab.models.miniworld.lookup import choose_lookup
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.models.miniworld.state_arrays import list_hooks, poison_state
@@ -33,6 +34,7 @@ def code_key(experiment: Experiment) -> tuple[Any, ...]:
     return (
         *map(type, parts),
         choose_lookup(experiment),
+        choose_control(experiment),
         choose_population(experiment),
         experiment.lifetime.update,
     )

@@ -29,6 +29,7 @@ from baldwinlab.models.miniworld.items import (
     resort_stale_cells,
     sort_into_cells,
 )
+from baldwinlab.models.miniworld.learning.control import exchange_changes, init_control
 from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import place_newborn
 from baldwinlab.models.miniworld.population import agent_number, eats_region
@@ -41,6 +42,7 @@ from baldwinlab.models.miniworld.step import (
     prepare_senses_per_world,
     single_agent,
     take_step,
+    wait_for_agents,
 )
 from baldwinlab.parts.learning_rules import init_agent, load_genes, observe_others
 from baldwinlab.parts.senses import prepare_senses
@@ -119,6 +121,7 @@ class _SingleAgentThread:
     lane_of = staticmethod(lane_of.default)
     prepare_senses_per_world = staticmethod(prepare_senses_per_world.default)
     observe_others_per_world = staticmethod(observe_others_per_world.default)
+    wait_for_agents = staticmethod(wait_for_agents.default)
 
     @staticmethod
     def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
@@ -143,6 +146,10 @@ class _AgentInBlock(_SingleAgentThread):
         cuda.syncthreads()
         if agents.first_agent == 0:
             observe_others(state.rule, model, state, agents.first_world, step)
+        cuda.syncthreads()
+
+    @staticmethod
+    def wait_for_agents(agents: Any) -> None:
         cuda.syncthreads()
 
     @staticmethod
@@ -277,6 +284,7 @@ def make_birth_kernel(threads: int) -> Any:
         place_newborn(model, state, world, agent, agent_number(state.population, agent))
         load_genes(state.rule, model, state, state.genes, lane)
         init_agent(state.rule, model, state, world, agent)
+        init_control(state.control, model, state, world, agent)
         for region in range(model.regions.shape[0]):
             for item in range(
                 model.region_items[region] + agent, model.region_items[region + 1], model.agents
@@ -361,12 +369,13 @@ def _step_function(sequential: bool, needs_barriers: bool) -> str:
 
 
 def _needs_barriers(state: State) -> bool:
-    """Return whether any part has a hook that is called per world in a step."""
+    """Return whether any part reads other agents in a step, for example in a per-world hook."""
     rule = type(state.rule).part
     senses = [type(sense).part for sense in state.senses]
     features = [type(feature).part for feature in (*state.features, *state.recorders)]
     return (
         rule.observe_others is not observe_others.default
+        or type(state.control).part.exchange_changes is not exchange_changes.default
         or any(sense.prepare_senses is not prepare_senses.default for sense in senses)
         or any(feature.end_step is not end_step.default for feature in features)
     )

@@ -1,0 +1,210 @@
+"""Test the controls of learning: drift and yoked, for every rule."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+import pytest
+
+from baldwinlab.api.checks.fixture import CHOICE_PATHS, PartGroup, part_values
+from baldwinlab.api.checks.oracle_steps import make_naive, record_steps
+from baldwinlab.api.checks.reference import Naive
+from baldwinlab.engine import poison
+from baldwinlab.engine.rng import DRIFT, philox
+from baldwinlab.experiment import Experiment, ExperimentError, assign, registry
+from baldwinlab.experiment.unused_settings import require_effect
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
+from tests.models.miniworld.plain import draw_founders, simulate_steps
+from tests.worlds import make_small_experiment
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
+RULES = [name for name in registry.package_parts("learning rule") if name not in ("none", "drift")]
+STEPS = 12
+SEED = 5
+AGENTS = 6
+every_rule = pytest.mark.parametrize("rule", RULES)
+both_controls = pytest.mark.parametrize("control", ["drift", "yoked"])
+
+
+def make_experiment(rule: str, control: str = "none", *changes: str) -> Experiment:
+    short = make_small_experiment("evo", lifetime={"steps": STEPS}, population={"size": AGENTS})
+    settings = [f"learning.rule={rule}", f"learning.control={control}", "learning.rate=0.5"]
+    experiment: Experiment = assign(short, [*settings, *changes])
+    return experiment
+
+
+def simulate_founders(experiment: Experiment, steps: int = STEPS) -> CpuBatch:
+    return simulate_steps(experiment, draw_founders(experiment), steps)
+
+
+def measure_changes(batch: CpuBatch) -> tuple[Any, Any]:
+    """Return the changes of the agents and of their shadows since birth, [weight, agent]."""
+    state = batch.state
+    birth, shadow = (
+        array[:, :AGENTS] for array in (state.control.birth_weights, state.control.shadow_weights)
+    )
+    return state.weights[:, :AGENTS] - birth, shadow - birth
+
+
+# The oracle: the rule learns in a list of shadows in plain Python.
+
+
+def draw_signs(agent: int, n_weights: int) -> list[int]:
+    """Return the direction of each weight under drift, from the documented random numbers."""
+    return [
+        1 if int(philox(weight, agent, 0, DRIFT, SEED, 0)[0]) % 2 else -1
+        for weight in range(n_weights)
+    ]
+
+
+def predict_weights(
+    control: str, births: Sequence[Any], shadows: Sequence[Any], agent: int
+) -> list[float]:
+    """Return the weights of an agent, from weights at birth and weights of shadows by agent."""
+    source = (agent + 1) % len(births) if control == "yoked" else agent
+    signs = [1] * len(births[agent]) if control == "yoked" else draw_signs(agent, len(births[0]))
+    entries = zip(births[agent], signs, births[source], shadows[source], strict=True)
+    return [
+        birth + sign * (learned - source_birth) for birth, sign, source_birth, learned in entries
+    ]
+
+
+def teach_shadows(rule: Any, values: Any, agents: Sequence[Any], naive: Naive) -> list[Any]:
+    """Return the shadows after a step, and store the arrays of the rule in the agents."""
+    shadows = []
+    for number, agent in enumerate(agents):
+        copies = deepcopy(agents)
+        rule.oracle(values, copies, copies[number], naive)
+        shadows.append(copies[number].action_module)
+        agent.arrays = copies[number].arrays
+    return shadows
+
+
+@both_controls
+@every_rule
+def test_the_weights_agree_with_an_oracle(rule: str, control: str) -> None:
+    experiment = make_experiment(rule, control)
+    part = registry.find_class("learning rule", rule)
+    assert CHOICE_PATHS[part.kind] == "learning.rule"
+    naive = make_naive(experiment, SEED)
+    values = part_values(experiment, part)
+    births: list[Any] = []
+    shadows: list[Any] = []
+    for step in record_steps(PartGroup((part,), experiment, SEED), part):
+        if not shadows:
+            shadows = [agent.action_module for agent in step.learning]
+            births = [naive.weights(shadow) for shadow in shadows]
+        for agent, shadow in zip(step.learning, shadows, strict=True):
+            agent.action_module = shadow
+        shadows = teach_shadows(part, values, step.learning, naive)
+        learned = [naive.weights(shadow) for shadow in shadows]
+        expected = [predict_weights(control, births, learned, agent) for agent in range(AGENTS)]
+        np.testing.assert_allclose(step.weights, expected, rtol=1e-4, atol=2e-5)
+    assert births != learned
+
+
+@both_controls
+@every_rule
+def test_the_first_step_of_a_shadow_is_that_of_an_agent_with_the_rule(
+    rule: str, control: str
+) -> None:
+    plain = simulate_founders(make_experiment(rule), steps=2).state
+    shadow = simulate_founders(make_experiment(rule, control), steps=1).state.control
+    learner = simulate_founders(make_experiment(rule), steps=1).state
+    np.testing.assert_array_equal(shadow.shadow_weights, learner.weights)
+    assert (plain.weights != shadow.birth_weights).any()
+
+
+@every_rule
+def test_drift_has_the_size_of_the_change_of_the_shadow_in_every_weight(rule: str) -> None:
+    changes, shadow_changes = measure_changes(simulate_founders(make_experiment(rule, "drift")))
+    np.testing.assert_allclose(abs(changes), abs(shadow_changes), atol=1e-6)
+    is_changed = abs(shadow_changes) > 1e-5
+    is_same = np.sign(changes) == np.sign(shadow_changes)
+    assert 0.3 < is_same[is_changed].mean() < 0.7
+
+
+@every_rule
+def test_yoked_agents_change_as_the_shadow_of_the_next_agent(rule: str) -> None:
+    changes, shadow_changes = measure_changes(simulate_founders(make_experiment(rule, "yoked")))
+    np.testing.assert_allclose(changes, np.roll(shadow_changes, -1, axis=1), atol=1e-6)
+    assert shadow_changes.any()
+
+
+def test_each_world_exchanges_changes_separately() -> None:
+    worlds = f"population.worlds={AGENTS // 2}"
+    experiment = make_experiment("self-taught", "yoked", worlds)
+    changes, shadow_changes = measure_changes(simulate_founders(experiment))
+    partners = [1, 0, 3, 2, 5, 4]
+    np.testing.assert_allclose(changes, shadow_changes[:, partners], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        [],
+        ["network.hidden=[3, 2]", "network.biases=true", "learning.evolved_rate=true"],
+        ["network.kind=simple-recurrent", "learning.steps=7"],
+        ["lifetime.update=sequential"],
+        ["world.features=['births-and-deaths']", "world.births_and_deaths.initial_energy=1"],
+    ],
+)
+def test_drift_of_self_teaching_is_the_rule_drift(changes: list[str]) -> None:
+    actual = simulate_founders(make_experiment("self-taught", "drift", *changes)).state
+    expected = simulate_founders(make_experiment("drift", "none", *changes)).state
+    for name in ("weights", "activations", "positions", "eaten_in_life", "birth_count"):
+        assert getattr(actual, name).tobytes() == getattr(expected, name).tobytes(), name
+    assert (actual.weights != actual.control.birth_weights).any()
+
+
+@both_controls
+def test_results_do_not_depend_on_unwritten_memory(control: str) -> None:
+    experiment = make_experiment("imitation", control, "network.biases=true")
+    weights = set()
+    for pattern in (0, 1, 2):
+        with poison.use_pattern(pattern):
+            weights.add(simulate_founders(experiment).weights().tobytes())
+    assert len(weights) == 1
+
+
+@both_controls
+def test_weights_do_not_change_after_the_last_learning_step(control: str) -> None:
+    short = simulate_founders(make_experiment("self-taught", control), steps=5)
+    ended = simulate_founders(make_experiment("self-taught", control, "learning.steps=5"))
+    assert short.weights().tobytes() == ended.weights().tobytes()
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        (["learning.rule=drift"], "must be 'none' with learning.rule = 'drift'"),
+        (["population.worlds=6"], "population.size / population.worlds must be at least 2"),
+        (["lifetime.update=sequential"], "lifetime.update must be 'simultaneous'"),
+        (["world.features=['births-and-deaths']"], "world.features must have no births or deaths"),
+        (
+            ["population.species=[{name='a', size=3}, {name='b', size=3}]"],
+            "must not be used with population.species",
+        ),
+    ],
+)
+def test_a_yoked_control_without_partners_is_refused(changes: list[str], reason: str) -> None:
+    with pytest.raises(ExperimentError, match=reason) as error:
+        make_experiment("self-taught", "yoked", *changes)
+    assert str(error.value).startswith("learning.control = 'yoked' ")
+    assert len(str(error.value).splitlines()) == 1
+
+
+@both_controls
+def test_a_control_without_a_rule_is_refused_as_a_setting_without_effect(control: str) -> None:
+    with pytest.raises(ExperimentError, match=r"learning\.control: does nothing with"):
+        require_effect([assign(make_small_experiment("evo"), [f"learning.control={control}"])])
+
+
+@both_controls
+def test_an_experiment_without_learning_has_no_control(control: str) -> None:
+    innate = make_experiment("self-taught", control).without_learning()
+    assert innate == make_experiment("self-taught").without_learning()
