@@ -205,13 +205,6 @@ class Learning(Fields):
         description="Learning rule. self-taught: backpropagation toward the reinforcement "
         "module; drift: random weight changes of the same size.",
     )
-    control: Literal["none", "drift", "yoked"] = Field(
-        "none",
-        description=(
-            "Control of the rule. drift: weight changes of the same size in random directions; "
-            "yoked: the weight changes of another agent."
-        ),
-    )
     rate: float = Field(0.01, ge=0, le=10, description="Learning rate, per step.")
     evolved_rate: bool = Field(
         False,
@@ -222,6 +215,13 @@ class Learning(Fields):
         ge=0,
         le=MAX_LIFETIME_STEPS,
         description=("Number of steps after which learning stops. Not set: learning never stops."),
+    )
+    control: Literal["none", "drift", "yoked"] = Field(
+        "none",
+        description=(
+            "Control of the rule. drift: weight changes of the same size in random directions; "
+            "yoked: the weight changes of another agent."
+        ),
     )
     teacher: Literal["inherited", "shuffled", "fresh"] = Field(
         "inherited",

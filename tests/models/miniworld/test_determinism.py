@@ -40,6 +40,11 @@ every_experiment = pytest.mark.parametrize(
     + [
         make_small_experiment("evo+self-taught", **CONTROLS, lifetime={"update": update})
         for update in ("simultaneous", "sequential")
+    ]
+    + [
+        make_small_experiment("evo+self-taught", learning={"control": "yoked"}).replace(
+            name="yoked"
+        )
     ],
     ids=lambda experiment: (
         f"{experiment.name}-{experiment.lifetime.update}-{experiment.population.size}"

@@ -102,11 +102,12 @@ class YokedControl(NoControl):
             # One loop over all worlds, which the compiler vectorizes.
             for lane in range(agents.first_lane, end_lane):
                 _copy_change(part, state, weight, lane, lane + 1)
-            # The last agent of a world gets the changes of the first agent.
-            for world in range(agents.first_world, agents.end_world):
-                first_lane = world * model.agents
-                last_lane = first_lane + model.agents - 1
-                if agents.first_lane <= last_lane < agents.end_lane:
+        # The last agent of a world gets the changes of the first agent.
+        for world in range(agents.first_world, agents.end_world):
+            first_lane = world * model.agents
+            last_lane = first_lane + model.agents - 1
+            if agents.first_lane <= last_lane < agents.end_lane:
+                for weight in range(state.weights.shape[0]):
                     _copy_change(part, state, weight, last_lane, first_lane)
 
 

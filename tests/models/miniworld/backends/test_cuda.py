@@ -93,8 +93,12 @@ def make_experiments() -> list[Experiment]:
             learning=drift,
         ),
         make_small_experiment(
-            "evo+self-taught", **changes, network={"hidden": [3, 2], "biases": True}
+            "evo+self-taught",
+            **changes,
+            network={"hidden": [3, 2], "biases": True},
+            learning={"control": "yoked", "rate": 0.3},
         ),
+        make_small_experiment("evo+self-taught", **changes, learning={"control": "drift"}),
         make_small_experiment(
             "evo+self-taught",
             world={"food": FEW_ITEMS},

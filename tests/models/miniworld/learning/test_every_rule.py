@@ -22,6 +22,8 @@ CONTROLS = [
     "evolution.inheritance=none",
     "learning.teacher=shuffled",
     "learning.teacher=fresh",
+    "learning.control=drift",
+    "learning.control=yoked",
     "learning.steps=3",
     "learning.cost_per_step=0.1",
     "learning.cost_per_change=0.1",
@@ -120,7 +122,7 @@ def test_rules_refuse_the_controls_that_the_documentation_lists() -> None:
     """Compare with docs/explanation/controls.md.
 
     A rule without a teacher refuses controls of teachers. A rule with a limit of the rate refuses
-    evolved rates.
+    evolved rates. The rule `drift` is a control itself.
     """
     refused = {control: {rule for rule in RULES if refuses(rule, control)} for control in CONTROLS}
     taught = {rule for rule in RULES if "reinforcement" in make_experiment(rule).modules}
@@ -130,4 +132,5 @@ def test_rules_refuse_the_controls_that_the_documentation_lists() -> None:
         "learning.teacher=fresh": set(RULES) - taught,
     }
     expected["learning.evolved_rate=true"] = STRENGTH_RULES
+    expected |= dict.fromkeys(("learning.control=drift", "learning.control=yoked"), {"drift"})
     assert refused == {control: expected.get(control, set()) for control in CONTROLS}
