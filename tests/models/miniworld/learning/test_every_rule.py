@@ -132,5 +132,7 @@ def test_rules_refuse_the_controls_that_the_documentation_lists() -> None:
         "learning.teacher=fresh": set(RULES) - taught,
     }
     expected["learning.evolved_rate=true"] = STRENGTH_RULES
-    expected |= dict.fromkeys(("learning.control=drift", "learning.control=yoked"), {"drift"})
+    expected |= {
+        control: {"drift"} for control in ("learning.control=drift", "learning.control=yoked")
+    }
     assert refused == {control: expected.get(control, set()) for control in CONTROLS}
