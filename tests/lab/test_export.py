@@ -192,6 +192,12 @@ def test_an_invalid_export_is_rejected_with_a_message(command: Command, tmp_path
     assert "not written by this command" in command("export", "evo/A", "--out", "mine.html").err
 
 
+def test_a_page_of_an_experiment_with_a_control_of_learning_is_refused() -> None:
+    experiment = load("evo+self-taught/A").replace(learning={"control": "yoked"})
+    with pytest.raises(RefusedError, match="learning.control = 'yoked' is set, which only"):
+        render_live_page([experiment], 0)
+
+
 def test_a_page_of_an_experiment_with_genes_of_parts_is_refused() -> None:
     experiment = load("evo/A").replace(evolution={"variation": "self-adaptive"})
     with pytest.raises(RefusedError, match="its parts have the genes step_size, which only"):

@@ -112,13 +112,13 @@ class FixedPopulation:
     bear_agent = staticmethod(bear_agent.default)
 
 
-def make_tuple_type(population_class: type[FixedPopulation]) -> Any:
-    """Return a named tuple of the values and arrays of a population, for Numba."""
-    fields = [*population_class.values, *population_class.arrays]
+def make_tuple_type(holder: type[Any]) -> Any:
+    """Return a named tuple of the values and arrays of a population or a control, for Numba."""
+    fields = [*holder.values, *holder.arrays]
     tuple_type: Any = namedtuple("Compiled", fields)  # type: ignore[misc]
-    tuple_type.__module__ = population_class.__module__
-    tuple_type.__qualname__ = f"{population_class.__name__}.Compiled"
-    setattr(tuple_type, "part", population_class)  # noqa: B010
+    tuple_type.__module__ = holder.__module__
+    tuple_type.__qualname__ = f"{holder.__name__}.Compiled"
+    setattr(tuple_type, "part", holder)  # noqa: B010
     return tuple_type
 
 
