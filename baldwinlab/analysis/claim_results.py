@@ -10,7 +10,13 @@ from typing import Any
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.statistics.contrasts import explain_undecided
 from baldwinlab.analysis.statistics.csv import finite_or_none
+from baldwinlab.analysis.statistics.power import (
+    describe_required_runs,
+    interval_runs,
+    rank_test_runs,
+)
 from baldwinlab.analysis.statistics.rules import (
+    INTERVAL_BOUNDS,
     P_VALUE_RULES,
     SIGNIFICANCE_LEVEL,
     UNDECIDED,
@@ -18,7 +24,7 @@ from baldwinlab.analysis.statistics.rules import (
     Verdict,
     combine_verdicts,
 )
-from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS
+from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS, PlannedTest
 from baldwinlab.papers.claims import Claim, ClaimComparison
 
 
@@ -35,6 +41,10 @@ class Finding:
     meaning: str = ""
     # The smallest corrected p-value that the numbers of runs allow.
     smallest_p_holm: float = nan
+    # The test of a rule that uses the p-value, and the level below which its uncorrected p-value
+    # would be significant.
+    test: PlannedTest | None = None
+    level: float = nan
 
     @property
     def has_too_few_runs(self) -> bool:
@@ -53,11 +63,30 @@ class Finding:
         return TOO_FEW_RUNS if self.has_too_few_runs else self.verdict
 
     @property
+    def required_runs(self) -> int | None:
+        """The number of runs that would decide an undecided comparison, if any.
+
+        The effect is assumed to be the observed one.
+        """
+        if self.verdict != UNDECIDED:
+            return None
+        rule = self.comparison.rule
+        if rule in P_VALUE_RULES and self.test is not None:
+            return rank_test_runs(self.test, self.numbers.p, self.level)
+        if rule in INTERVAL_BOUNDS:
+            return interval_runs(self.numbers, INTERVAL_BOUNDS[rule](self.comparison.bound))
+        return None
+
+    @property
     def note(self) -> str:
-        """The number that decides, if the interval alone suggests another verdict."""
-        if self.comparison.rule not in P_VALUE_RULES:
+        """For an undecided comparison, the number that decides, and the required runs."""
+        if self.verdict != UNDECIDED:
             return ""
-        return explain_undecided(self.numbers.low, self.numbers.high, self.p_holm)
+        if self.comparison.rule in P_VALUE_RULES:
+            return explain_undecided(
+                self.numbers.low, self.numbers.high, self.p_holm, self.required_runs
+            )
+        return describe_required_runs(self.required_runs)
 
     def record(self) -> dict[str, Any]:
         """Return the finding for JSON, with null for undefined numbers."""
@@ -76,6 +105,7 @@ class Finding:
             "verdict": self.verdict,
             "smallest_p_holm": finite_or_none(self.smallest_p_holm),
             "too_few_runs": self.has_too_few_runs,
+            "required_runs": self.required_runs,
             "note": self.note,
         }
 

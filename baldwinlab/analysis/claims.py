@@ -20,6 +20,7 @@ from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
 from baldwinlab.analysis.statistics.contrasts import COMPARISON_COLUMNS, Contrast
 from baldwinlab.analysis.statistics.csv import to_csv
+from baldwinlab.analysis.statistics.power import level_of_next_test
 from baldwinlab.analysis.statistics.proportions import estimate_probability
 from baldwinlab.analysis.statistics.rules import RULES, RUN_STATISTICS
 from baldwinlab.analysis.statistics.sample_sizes import (
@@ -106,6 +107,8 @@ def _find_results(claims: Sequence[Claim], samples: Samples) -> dict[ClaimCompar
     p_holm = dict(zip(tested, p_values, strict=True))
     smallest_p_values = smallest_corrected_p(tests).tolist()
     smallest_p_holm = dict(zip(tested, smallest_p_values, strict=True))
+    planned = dict(zip(tested, tests, strict=True))
+    level = level_of_next_test(p_values)
     findings = {}
     for comparison in comparisons:
         p = p_holm.get(comparison, nan)
@@ -117,6 +120,8 @@ def _find_results(claims: Sequence[Claim], samples: Samples) -> dict[ClaimCompar
             verdict=verdict,
             meaning=samples.meaning(comparison),
             smallest_p_holm=smallest_p_holm.get(comparison, nan),
+            test=planned.get(comparison),
+            level=level,
         )
     return findings
 
@@ -128,15 +133,24 @@ def _planned_test(comparison: ClaimComparison, n_a: int, n_b: int) -> PlannedTes
     return PlannedTest(n_a, n_b, "Wilcoxon" if comparison.paired else "Mann-Whitney")
 
 
-def describe_claims_too_few(results: Sequence[ClaimResult]) -> str:
-    """Return a sentence if the runs are too few for the tests of the claims, else ""."""
+def describe_claims_too_few(results: Sequence[ClaimResult], instruction: str = "") -> str:
+    """Return sentences if the runs are too few for the tests of the claims, else "".
+
+    Parameters
+    ----------
+    results : sequence of ClaimResult
+        The evaluated claims.
+    instruction : str
+        A sentence that says how to add runs, with "{runs}" for their number.
+    """
     findings = {finding.comparison: finding for result in results for finding in result.findings}
     tested = [finding for finding in findings.values() if not math.isnan(finding.p_holm)]
     return describe_too_few(
         [
             _planned_test(finding.comparison, finding.numbers.n_a, finding.numbers.n_b)
             for finding in tested
-        ]
+        ],
+        instruction=instruction,
     )
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
 from baldwinlab.analysis.claims import describe_claims_too_few, evaluate_samples
+from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.tables import make_claims_table
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
@@ -87,7 +88,7 @@ def evaluate_claims(
     samples = Samples(open_conditions(study, conditions), last, source)
     results = evaluate_samples(samples)
     console.console.print(make_claims_table(results, title, study.changed_model))
-    console.info_if_any(describe_claims_too_few(results))
+    console.info_if_any(describe_claims_too_few(results, instruction_of(study)))
     return results
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from baldwinlab import papers
 from baldwinlab.analysis.assays.analysis import planned_tests
 from baldwinlab.analysis.claims import planned_claim_tests
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
+from baldwinlab.api.publish.added_runs import format_instruction
 from baldwinlab.api.publish.plan import replay_memory
 from baldwinlab.core.resources import Need
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -33,7 +35,7 @@ def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
 
 
 def describe_too_few_runs(
-    experiments: Sequence[Experiment], paper: papers.Paper, runs: int
+    experiments: Sequence[Experiment], paper: papers.Paper, runs: int, directory: Path
 ) -> Iterator[str]:
     """Yield a sentence for each group of verdicts that needs more runs than `runs`.
 
@@ -45,18 +47,23 @@ def describe_too_few_runs(
         The paper.
     runs
         Number of runs of each condition.
+    directory
+        Directory of the study.
 
     Yields
     ------
     str
-        A sentence on the claims, and a sentence on the Baldwin effect.
+        Sentences on the claims, and sentences on the Baldwin effect.
     """
+    instruction = format_instruction(directory)
     names = [experiment.name for experiment in experiments]
-    if claims_note := describe_too_few(planned_claim_tests(paper.claims, names, runs)):
+    claim_tests = planned_claim_tests(paper.claims, names, runs)
+    if claims_note := describe_too_few(claim_tests, instruction=instruction):
         yield f"Claims: {claims_note}"
     plan = _plan_assays(experiments, paper)
     assays = plan.select_applicable(paper.metadata.assays)
-    if assays_note := describe_too_few(planned_tests(plan.experiments, assays, runs)):
+    assay_tests = planned_tests(plan.experiments, assays, runs)
+    if assays_note := describe_too_few(assay_tests, instruction=instruction):
         yield f"Baldwin effect: {assays_note}"
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from baldwinlab.analysis.claims import describe_claims_too_few
 from baldwinlab.analysis.multiverse.sentences import compose_sentences, describe_combinations
 from baldwinlab.api.publish import lab_results
+from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.multiverse import publish_multiverse
 from baldwinlab.api.publish.plan import ReportPlan, plan_report, required_memory
 from baldwinlab.api.publish.study import Published, publish_study
@@ -144,5 +145,5 @@ def _show_results(study: StudyStore, published: Published, page: Path) -> None:
         console.console.print(
             make_claims_table(published.claims, changed_model=study.changed_model)
         )
-        console.info_if_any(describe_claims_too_few(published.claims))
+        console.info_if_any(describe_claims_too_few(published.claims, instruction_of(study)))
     console.info(f"report: {page}")

@@ -262,7 +262,7 @@ def run_reproduction(request: Reproduction, options: RunOptions) -> Study:
         changes=changes,
         later_need=estimate_later_need(experiments, paper, runs, options.workers),
     )
-    for sentence in describe_too_few_runs(experiments, paper, runs):
+    for sentence in describe_too_few_runs(experiments, paper, runs, request.directory):
         console.info(sentence)
     study = run_missing(study_request, options)
 

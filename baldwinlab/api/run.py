@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from baldwinlab.api.freezer import add_founders
 from baldwinlab.api.load import load_installed_parts
+from baldwinlab.api.publish.added_runs import format_instruction
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.api.study import Study
@@ -202,21 +203,22 @@ def run_loaded(
         raise RefusedError(
             f"--baseline {baseline} is not a condition of the study{suggest(baseline, names)}"
         )
-    console.info_if_any(_describe_too_few(names, runs, baseline))
     folder = "-".join(name.replace("/", "-") for name in names)
     directory = Path("results") / folder if out is None else parse_location(out)
+    console.info_if_any(_describe_too_few(names, runs, baseline, directory))
     if founders:
         experiments = add_founders(experiments, founders, directory, runs)
     request = StudyRequest(experiments, directory, runs=runs, seed=seed)
     return run_missing(request, options)
 
 
-def _describe_too_few(names: Sequence[str], runs: int, baseline: str) -> str:
-    """Return a sentence if `runs` runs are too few for a verdict, else ""."""
+def _describe_too_few(names: Sequence[str], runs: int, baseline: str, directory: Path) -> str:
+    """Return sentences if `runs` runs are too few for a verdict, else ""."""
     # Imported late: SciPy's statistics take a while to load.
     from baldwinlab.analysis.statistics.contrasts import planned_tests
     from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 
     factors_of_presets = factors()
     conditions = {name: factors_of_presets.get(name, Factors(name)) for name in names}
-    return describe_too_few(planned_tests(conditions, runs, baseline))
+    tests = planned_tests(conditions, runs, baseline)
+    return describe_too_few(tests, instruction=format_instruction(directory))

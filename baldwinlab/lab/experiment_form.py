@@ -155,7 +155,8 @@ def _describe_sample_size(body: dict[str, Any]) -> str:
         return ""
     two_conditions = {"first": Factors(), "second": Factors()}
     n_runs = read_body_number(body, "runs", 1)
-    note = describe_too_few(planned_tests(two_conditions, n_runs))
+    instruction = "Set the number of runs to {runs}."
+    note = describe_too_few(planned_tests(two_conditions, n_runs), instruction=instruction)
     if not note:
         return ""
     note_within_sentence = f"{note[0].lower()}{note[1:]}"

@@ -166,7 +166,10 @@ def make_routes(lab: Lab, sweeps: Sweeps) -> list[BaseRoute]:
                 "seconds": await run_in_threadpool(plan.estimate_seconds),
                 "toml": plan.toml,
                 "note": await run_in_threadpool(
-                    describe_too_few_runs, plan.sweep, len(plan.points)
+                    describe_too_few_runs,
+                    plan.sweep,
+                    len(plan.points),
+                    "Set the number of runs to {runs}.",
                 ),
             }
         )

@@ -39,6 +39,7 @@ from baldwinlab.analysis.assays.values import (
     read_factors,
 )
 from baldwinlab.analysis.statistics.contrasts import explain_undecided
+from baldwinlab.analysis.statistics.power import level_of_next_test, rank_test_runs
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.sample_sizes import (
     TOO_FEW_RUNS,
@@ -68,6 +69,8 @@ class Answer:
     verdict: Verdict
     # The smallest corrected p-value that the number of runs allows.
     smallest_p_holm: float = nan
+    # Level of the uncorrected p-value below which the answer would be significant.
+    level: float = nan
 
     @property
     def has_too_few_runs(self) -> bool:
@@ -81,10 +84,11 @@ class Answer:
 
     @property
     def note(self) -> str:
-        """The number that decides, if the interval alone suggests another verdict."""
-        if self.numbers is None:
+        """For an undecided answer, the number that decides, and the required runs."""
+        if self.numbers is None or self.verdict != UNDECIDED:
             return ""
-        return explain_undecided(self.numbers.low, self.numbers.high, self.p_holm)
+        runs = rank_test_runs(_planned_test(self.numbers.n), self.numbers.p, self.level)
+        return explain_undecided(self.numbers.low, self.numbers.high, self.p_holm, runs)
 
 
 @dataclass(frozen=True)
@@ -152,13 +156,15 @@ class Analysis:
     tables: Mapping[str, Table]
     # Whether any condition uses the MiniWorld model.
     is_foraging: bool
+    # A sentence that says how to add runs, with "{runs}" for their number.
+    instruction: str = ""
 
     @property
     def too_few(self) -> str:
         """Sentences if the runs are too few for the tests, else ""."""
         answers = [answer for result in self.results for answer in result.answers]
         tests = [_planned_test(answer.numbers.n) for answer in answers if answer.numbers]
-        return describe_too_few(tests)
+        return describe_too_few(tests, instruction=self.instruction)
 
     @property
     def applicable_criteria(self) -> list[Criterion]:
@@ -175,7 +181,7 @@ class Analysis:
         return None
 
 
-def evaluate_assays(assays: Assays, last: int = 10) -> Analysis:
+def evaluate_assays(assays: Assays, last: int = 10, instruction: str = "") -> Analysis:
     """Test every criterion for every condition that evolves and learns.
 
     Parameters
@@ -184,6 +190,8 @@ def evaluate_assays(assays: Assays, last: int = 10) -> Analysis:
         Stored assays by assay and condition.
     last : int
         Number of generations in the first and the last window, at least 1.
+    instruction : str
+        A sentence that says how to add runs, with "{runs}" for their number.
 
     Returns
     -------
@@ -250,6 +258,7 @@ def _answer_criteria(
     p_values = statistics.holm([pairs.p for pairs in tests.values()]).tolist()
     planned = [_planned_test(pairs.n) for pairs in tests.values()]
     smallest_p_values = smallest_corrected_p(planned).tolist()
+    level = level_of_next_test(p_values)
     p_holm = dict(zip(tests, p_values, strict=True))
     smallest_p_holm = dict(zip(tests, smallest_p_values, strict=True))
     answers: dict[str, list[Answer]] = {name: [] for name in experiments}
@@ -266,6 +275,7 @@ def _answer_criteria(
                 p_holm=p,
                 verdict=verdict,
                 smallest_p_holm=smallest_p,
+                level=level,
             )
         )
     return {name: tuple(condition_answers) for name, condition_answers in answers.items()}

@@ -119,7 +119,7 @@ def _summarize_claims(report: ReportData) -> dict[str, Any]:
     differing = content.select_differing_claims(results)
     return {
         "results": results,
-        "too_few": describe_claims_too_few(results),
+        "too_few": describe_claims_too_few(results, report.instruction),
         "kinds": KINDS,
         "verdict_counts": content.describe_verdicts(results),
         "of_paper": any(result.claim.of_paper for result in results),

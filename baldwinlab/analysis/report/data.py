@@ -53,6 +53,8 @@ class ReportData:
         Variant of the paper by condition, from `settings.describe_variants`.
     is_reproduction : bool
         Whether `paper` defines the study.
+    instruction : str
+        A sentence that says how to add runs, with "{runs}" for their number.
     """
 
     directory: Path
@@ -68,3 +70,4 @@ class ReportData:
     model_measures: Sequence[ModelMeasure] = ()
     variants: Mapping[str, str] = field(default_factory=dict)
     is_reproduction: bool = False
+    instruction: str = ""

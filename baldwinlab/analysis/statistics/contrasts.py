@@ -12,6 +12,11 @@ import xarray as xr
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics.power import (
+    describe_required_runs,
+    level_of_next_test,
+    rank_test_runs,
+)
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL, UNDECIDED, direction
 from baldwinlab.analysis.statistics.sample_sizes import (
     TOO_FEW_RUNS,
@@ -48,6 +53,8 @@ class Contrast(NamedTuple):
         The p-value, corrected for all comparisons of the study.
     smallest_p_holm : float
         The smallest corrected p-value that the numbers of runs allow.
+    level : float
+        Level of the uncorrected p-value below which the comparison would be significant.
     """
 
     condition: str
@@ -56,6 +63,7 @@ class Contrast(NamedTuple):
     numbers: statistics.Comparison
     p_holm: float
     smallest_p_holm: float
+    level: float
 
     @property
     def verdict(self) -> str:
@@ -66,9 +74,24 @@ class Contrast(NamedTuple):
         return TOO_FEW_RUNS if self.smallest_p_holm >= SIGNIFICANCE_LEVEL else UNDECIDED
 
     @property
+    def required_runs(self) -> int | None:
+        """The number of runs that would decide an undecided comparison, if any.
+
+        The effect is assumed to be the observed one.
+        """
+        if self.verdict in ("higher", "lower"):
+            return None
+        test = PlannedTest(self.numbers.n_a, self.numbers.n_b)
+        return rank_test_runs(test, self.numbers.p, self.level)
+
+    @property
     def note(self) -> str:
-        """The number that decides, if the interval alone suggests another verdict."""
-        return explain_undecided(self.numbers.low, self.numbers.high, self.p_holm)
+        """For an undecided comparison, the number that decides, and the required runs."""
+        if self.verdict in ("higher", "lower"):
+            return ""
+        return explain_undecided(
+            self.numbers.low, self.numbers.high, self.p_holm, self.required_runs
+        )
 
     def row(self) -> dict[str, Any]:
         """Return the comparison as a row of a table.
@@ -98,11 +121,14 @@ class Contrasts:
         Number of final generations over which a run is averaged.
     rows : tuple of Contrast
         The comparisons.
+    instruction : str
+        A sentence that says how to add runs, with "{runs}" for their number.
     """
 
     pairing: str
     last: int
     rows: tuple[Contrast, ...]
+    instruction: str = ""
 
     @property
     def rows_by_pair(self) -> list[list[Contrast]]:
@@ -113,13 +139,12 @@ class Contrasts:
     @property
     def too_few(self) -> str:
         """The sentences about runs that are too few for a verdict, or an empty string."""
-        return describe_too_few(
-            [PlannedTest(row.numbers.n_a, row.numbers.n_b) for row in self.rows]
-        )
+        tests = [PlannedTest(row.numbers.n_a, row.numbers.n_b) for row in self.rows]
+        return describe_too_few(tests, instruction=self.instruction)
 
 
-def explain_undecided(low: float, high: float, p_holm: float) -> str:
-    """Name the deciding number of a comparison whose interval alone suggests another verdict.
+def explain_undecided(low: float, high: float, p_holm: float, required_runs: int | None) -> str:
+    """Explain an undecided comparison: the number that decides, and the required runs.
 
     An interval is that of a single comparison. The verdict uses the p-value corrected for all
     comparisons, so it can be undecided although the interval excludes 0.
@@ -130,16 +155,22 @@ def explain_undecided(low: float, high: float, p_holm: float) -> str:
         Ends of the 95 % interval of the effect; NaN if it is undefined.
     p_holm : float
         Corrected p-value; NaN if it is undefined.
+    required_runs
+        Number of runs that would decide the comparison, or None.
 
     Returns
     -------
     str
-        A note, or "" if the interval and the corrected p-value agree.
+        A note.
     """
+    notes = []
     excludes_zero = low > 0 or high < 0
     if excludes_zero and p_holm >= SIGNIFICANCE_LEVEL:
-        return f"the corrected p {p_holm:.2g} decides, not the interval of this comparison alone"
-    return ""
+        notes.append(
+            f"the corrected p {p_holm:.2g} decides, not the interval of this comparison alone"
+        )
+    notes.append(describe_required_runs(required_runs))
+    return "; ".join(notes)
 
 
 def final_values(dataset: xr.Dataset, last: int = 10) -> xr.Dataset:
@@ -231,12 +262,13 @@ def compare_final_values(
     smallest = smallest_corrected_p(
         [PlannedTest(comparison.n_a, comparison.n_b) for comparison in numbers]
     )
+    level = level_of_next_test(corrected)
     # Each row has the fields of a `Contrast`, of which the first three are a test.
     rows = zip(tests, numbers, corrected.tolist(), smallest.tolist(), strict=True)
     return Contrasts(
         pairing=describe_pairing(pairs, factors),
         last=last,
-        rows=tuple(Contrast(*test, *values) for test, *values in rows),
+        rows=tuple(Contrast(*test, *values, level) for test, *values in rows),
     )
 
 

@@ -1,4 +1,4 @@
-"""Number of runs with which the signed-rank test would detect the observed effect.
+"""Number of runs that would decide a question if the effect is the observed one.
 
 References
 ----------
@@ -7,11 +7,16 @@ E. L. Lehmann, Nonparametrics: Statistical Methods Based on Ranks (1975), sectio
 
 from __future__ import annotations
 
-from math import ceil, log2, sqrt
+from collections.abc import Sequence
+from itertools import count
+from math import ceil, isfinite, log2, sqrt
 
 import numpy as np
 from scipy import stats
 
+from baldwinlab.analysis.statistics.comparisons import Comparison
+from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
+from baldwinlab.analysis.statistics.sample_sizes import PlannedTest
 from baldwinlab.analysis.statistics.samples import Sample
 
 # Probability that a study of the required size detects the effect.
@@ -53,3 +58,91 @@ def signed_rank_runs(differences: Sample, level: float) -> int | None:
     smallest = int(1 - log2(level)) + 1
     required = max(runs, smallest)
     return required if required <= MAX_RUNS else None
+
+
+def level_of_next_test(corrected: Sequence[float] | Sample) -> float:
+    """Compute the level of the next test that Holm's method would find significant.
+
+    Parameters
+    ----------
+    corrected
+        The corrected p-values of a family of tests.
+
+    Returns
+    -------
+    float
+        The level of significance, divided by the number of tests that are not significant.
+    """
+    n_undecided = int((np.asarray(corrected, np.float64) >= SIGNIFICANCE_LEVEL).sum())
+    return SIGNIFICANCE_LEVEL / max(1, n_undecided)
+
+
+def rank_test_runs(test: PlannedTest, p: float, level: float) -> int | None:
+    """Compute the number of runs with which a rank test detects the observed effect.
+
+    The normal score of p grows with the square root of the number of runs.
+
+    Parameters
+    ----------
+    test
+        The test with its sample sizes.
+    p
+        Its two-sided p-value, uncorrected.
+    level
+        Two-sided level of the test, corrected for the other tests.
+
+    Returns
+    -------
+    int or None
+        The number of runs of each condition for a probability of 80 %. None if more than
+        `MAX_RUNS` runs are needed.
+    """
+    score = float(stats.norm.isf(p / 2))
+    if score <= 0:
+        return None
+    n_runs = 2 * test.n_a * test.n_b / (test.n_a + test.n_b)
+    quantiles = float(stats.norm.isf(level / 2)) + float(stats.norm.ppf(POWER))
+    sizes = (runs for runs in count(1) if test._replace(n_a=runs, n_b=runs).smallest_p < level)
+    required = max(ceil(n_runs * (quantiles / score) ** 2), next(sizes))
+    return required if required <= MAX_RUNS else None
+
+
+def interval_runs(comparison: Comparison, bounds: Sequence[float]) -> int | None:
+    """Compute the number of runs whose interval of the observed effect contains no bound.
+
+    The width of an interval decreases with the square root of the number of runs.
+
+    Parameters
+    ----------
+    comparison
+        The comparison, with its effect and interval.
+    bounds
+        Bounds of the effect. An infinite bound is not used.
+
+    Returns
+    -------
+    int or None
+        The number of runs for a probability of 80 %. None if it is undefined or more than
+        `MAX_RUNS`.
+    """
+    distance = min(abs(comparison.effect - bound) for bound in bounds if isfinite(bound))
+    half_width = (comparison.high - comparison.low) / 2
+    if not (distance > 0 and isfinite(half_width)):
+        return None
+    quantile = float(stats.norm.isf(SIGNIFICANCE_LEVEL / 2))
+    widening = 1 + float(stats.norm.ppf(POWER)) / quantile
+    n_runs = max(comparison.n_a, comparison.n_b)
+    required = max(2, ceil(n_runs * (widening * half_width / distance) ** 2))
+    return required if required <= MAX_RUNS else None
+
+
+def describe_required_runs(required_runs: int | None) -> str:
+    """Describe the number of runs that would decide an undecided question.
+
+    Parameters
+    ----------
+    required_runs
+        The number of runs, or None if no realistic number decides the question.
+    """
+    number = "no realistic number of" if required_runs is None else f"about {required_runs:,}"
+    return f"{number} runs would decide this if the effect is the observed one"

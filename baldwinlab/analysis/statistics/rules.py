@@ -348,6 +348,14 @@ RULES: Mapping[str, Callable[[Comparison, float, Bound], Verdict]] = {
 }
 P_VALUE_RULES = ("greater", "lower", "survives_longer")
 """The rules whose verdict depends on the p-value."""
+INTERVAL_BOUNDS: Mapping[str, Callable[[Bound], tuple[float, ...]]] = {
+    "within": tuple,
+    "close": lambda bound: (-bound, bound),
+    "at_least": lambda bound: (bound,),
+    "probability_above": lambda bound: (bound,),
+    "probability_below": lambda bound: (bound,),
+}
+"""The bounds of the rules whose verdict depends on the interval of the effect."""
 RUN_STATISTICS: Mapping[str, Callable[[Any], Any]] = {
     "mean_within": np.mean,
     "mean_at_most": np.mean,

@@ -104,7 +104,9 @@ def required_runs(tests: Sequence[PlannedTest], correct: Correction = holm) -> i
     raise AssertionError("a rank test of enough runs can be significant")
 
 
-def describe_too_few(tests: Sequence[PlannedTest], correct: Correction = holm) -> str:
+def describe_too_few(
+    tests: Sequence[PlannedTest], correct: Correction = holm, instruction: str = ""
+) -> str:
     """Describe the tests that cannot be significant.
 
     Parameters
@@ -113,12 +115,14 @@ def describe_too_few(tests: Sequence[PlannedTest], correct: Correction = holm) -
         All tests of the family.
     correct
         Correction for several tests: `holm` or `q_values`.
+    instruction
+        A sentence that says how to add runs, with "{runs}" for the required number.
 
     Returns
     -------
     str
-        Up to three sentences, with the number of runs that is needed. Empty if every test can be
-        significant.
+        Up to three sentences, with the number of runs that is needed, and then the instruction.
+        Empty if every test can be significant.
     """
     is_impossible = _is_impossible(tests, correct)
     if not is_impossible.any():
@@ -131,10 +135,12 @@ def describe_too_few(tests: Sequence[PlannedTest], correct: Correction = holm) -
     if not is_impossible.all():
         affected_note = f"{is_impossible.sum()} of these tests cannot be significant. "
     sizes_note = f"With {_format_count(runs, 'run')} and {_format_count(len(tests), 'test')}"
-    return (
+    needed = required_runs(tests, correct)
+    note = (
         f"{affected_note}{sizes_note}, the smallest corrected p-value is {smallest_p:.2g}. "
-        f"At least {required_runs(tests, correct)} runs are needed."
+        f"At least {needed} runs are needed."
     )
+    return f"{note} {instruction.replace('{runs}', str(needed))}".rstrip()
 
 
 def _is_impossible(

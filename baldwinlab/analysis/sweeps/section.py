@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from operator import attrgetter
 from pathlib import Path
 from typing import Any, Final
 
@@ -18,6 +17,11 @@ from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts
 from baldwinlab.analysis.sweeps import analysis, figures
 from baldwinlab.analysis.sweeps.analysis import Response
+from baldwinlab.analysis.sweeps.sentences import (
+    SUMMARY_MEASURE,
+    describe_effects,
+    describe_ranges,
+)
 
 DESIGN_DESCRIPTIONS: Final = {
     "grid": "grid: all combinations of the fields' values",
@@ -25,8 +29,6 @@ DESIGN_DESCRIPTIONS: Final = {
     "random": "random sample",
     "sobol": "Sobol sample: quasi-random points, which cover the space more evenly",
 }
-# Measure of the summary: fitness of the average agent.
-SUMMARY_MEASURE: Final = "mean"
 
 
 def write_sweep_report(
@@ -107,7 +109,7 @@ def make_section(
     body = render(
         "sweeps/section.html",
         overview=summarize_design(finals),
-        findings=list(describe_responses(finals)),
+        findings=list(describe_effects(finals, shown_contrasts)),
         contrasts=shown_contrasts,
         figures=[save_and_inline(figure, directory / "figures") for figure in draw_figures(finals)],
         sampled=is_sampled,
@@ -163,44 +165,6 @@ def _list_values(finals: xr.Dataset, field: str) -> str:
     return f"{values[0]} to {values[-1]}, {len(values)} different values"
 
 
-def describe_responses(finals: xr.Dataset) -> Iterator[str]:
-    """Yield sentences on the best point and on the effect of each field on the average agent.
-
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-
-    Yields
-    ------
-    str
-        Sentences.
-    """
-    fields = finals.attrs["fields"]
-    means = finals[SUMMARY_MEASURE].mean("run")
-    best_point = finals.isel(point=int(means.argmax("point")))
-    settings = ", ".join(
-        f"{field} = {analysis.format_value(best_point[field].item())}" for field in fields
-    )
-    yield (
-        "The mean fitness of the average agent is highest at "
-        f"{settings}: {format_number(float(means.max()))}."
-    )
-    for field in fields:
-        responses = [
-            response
-            for response in analysis.compute_responses(finals, field, SUMMARY_MEASURE)
-            if np.isfinite(response.mean)
-        ]
-        if len(responses) > 1:
-            lowest = min(responses, key=attrgetter("mean"))
-            highest = max(responses, key=attrgetter("mean"))
-            yield (
-                f"By {field}, it ranges from {format_number(lowest.mean)} ({lowest.group}) to "
-                f"{format_number(highest.mean)} ({highest.group})."
-            )
-
-
 def _responses_of_all_measures(finals: xr.Dataset, field: str) -> list[tuple[Response, ...]]:
     """Return the responses of all measures for each group of a field's values."""
     responses = [analysis.compute_responses(finals, field, measure) for measure in fitness.MEASURES]
@@ -220,12 +184,12 @@ def draw_figures(finals: xr.Dataset) -> Iterator[ReportFigure]:
     ReportFigure
         The figures.
     """
-    findings = " ".join(describe_responses(finals))
+    ranges = " ".join(describe_ranges(finals))
     yield ReportFigure(
         name="responses",
         title="Response to each field",
         caption=_describe_curves(finals),
-        alternative=f"Fitness by {_join_names(finals.attrs['fields'])}. {findings}",
+        alternative=f"Fitness by {_join_names(finals.attrs['fields'])}. {ranges}",
         figure=figures.draw_response_curves(finals),
         table=analysis.tabulate_points(finals),
     )

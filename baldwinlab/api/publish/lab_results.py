@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import isnan
 from typing import Any, Final
 
@@ -13,6 +14,7 @@ from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, final_values
 from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.analysis.statistics.species import compute_species_curves
+from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
 from baldwinlab.experiment.factors import MULTIVERSE, SWEEP, Factors
 from baldwinlab.experiment.species_measures import list_species_curves
@@ -148,7 +150,7 @@ def _comparison_record(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
     rows = []
     for contrast in contrasts.rows:
         row = {name: _finite_or_none(value) for name, value in contrast.row().items()}
-        rows.append(row | {"verdict": contrast.verdict})
+        rows.append(row | {"verdict": contrast.verdict, "note": contrast.note})
     return {"pairing": contrasts.pairing, "too_few": contrasts.too_few, "rows": rows}
 
 
@@ -164,7 +166,8 @@ def _compare_finals(
     if study.kind == SWEEP:
         return compare_points(study, finals, last, baseline)
     factors = {name: study.factors[name] for name in finals["condition"].values.tolist()}
-    return compare_final_values(finals, factors, last, baseline)
+    contrasts = compare_final_values(finals, factors, last, baseline)
+    return replace(contrasts, instruction=instruction_of(study))
 
 
 def require_baseline(study: StudyStore, baseline: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import xarray as xr
@@ -32,6 +33,7 @@ from baldwinlab.analysis.report.settings import describe_variants
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_conditions
 from baldwinlab.api.publish import results_cache
+from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.multiverse import MULTIVERSE_FILE, MULTIVERSE_FOLDERS
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.core.assay_variables import OPPONENTS
@@ -83,7 +85,9 @@ def publish_study(plan: ReportPlan, log: Callable[[str], None]) -> Published:
     data = fitness.cache_measures(open_conditions(study, list(study.experiments)))
     samples = Samples(data, plan.last, plan.paper) if plan.paper else None
     results = evaluate_samples(samples) if samples else []
+    instruction = instruction_of(study)
     contrasts = compare_conditions(data, plan.last, plan.baseline)
+    contrasts = replace(contrasts, instruction=instruction)
     paper_name = plan.paper.name if plan.paper else ""
     write_claims(study, claim_records(results, paper_name, study.changes))
     write_statistics(results, data, study.directory, plan.last, contrasts.rows)
@@ -102,6 +106,7 @@ def publish_study(plan: ReportPlan, log: Callable[[str], None]) -> Published:
         model_measures=samples.model_measures() if samples else (),
         variants=describe_variants(study.experiments, plan.paper),
         is_reproduction=bool(study.paper),
+        instruction=instruction,
     )
     template_values = draw_report(report)
     standard = _standard_study(report)
@@ -125,7 +130,7 @@ def _write_report(
     study = plan.study
     assays = storage.read_assays(study)
     opponents = assays.pop(OPPONENTS, {})
-    analysis = evaluate_assays(assays, plan.last) if assays else None
+    analysis = evaluate_assays(assays, plan.last, report.instruction) if assays else None
     sections = _extra_sections(plan, assays, analysis, standard)
     if opponents:
         figure_folder = study.directory / "figures"

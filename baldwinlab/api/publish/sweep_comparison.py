@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import xarray as xr
 
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, planned_tests
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
+from baldwinlab.api.publish.added_runs import SWEEP_INSTRUCTION
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, settings_by_path
@@ -33,8 +35,8 @@ def are_compared(sweep: Sweep, points: int) -> bool:
     return points <= MAX_COMPARED_POINTS and not is_sample
 
 
-def describe_too_few_runs(sweep: Sweep, points: int) -> str:
-    """Return a sentence if the planned runs are too few to compare the points, else "".
+def describe_too_few_runs(sweep: Sweep, points: int, instruction: str = SWEEP_INSTRUCTION) -> str:
+    """Return sentences if the planned runs are too few to compare the points, else "".
 
     Parameters
     ----------
@@ -42,11 +44,14 @@ def describe_too_few_runs(sweep: Sweep, points: int) -> str:
         The design of the sweep.
     points
         Number of points of the sweep.
+    instruction
+        A sentence that says how to add runs, with "{runs}" for their number.
     """
     if not are_compared(sweep, points):
         return ""
     factors = {str(point): Factors() for point in range(points)}
-    return describe_too_few(planned_tests(factors, sweep.runs))
+    tests = planned_tests(factors, sweep.runs)
+    return describe_too_few(tests, instruction=instruction)
 
 
 def has_comparisons(study: StudyStore) -> bool:
@@ -80,16 +85,17 @@ def compare_points(
     Returns
     -------
     Contrasts
-        Comparisons of the points, all_names by the values of their fields.
+        Comparisons of the points, which are named by the values of their fields.
     """
     titles = name_points(study)
     names = [titles[str(name)] for name in finals["condition"].values]
-    return compare_final_values(
+    contrasts = compare_final_values(
         finals.assign_coords(condition=names),
         dict.fromkeys(names, Factors()),
         last,
         titles.get(baseline, ""),
     )
+    return replace(contrasts, instruction=SWEEP_INSTRUCTION)
 
 
 def name_points(study: StudyStore) -> dict[str, str]:

@@ -36,7 +36,8 @@ export function createComparisonTable(comparison) {
   );
   const explanation =
     "The effect is the difference between the medians of the runs. The p-value is from " +
-    "the Mann-Whitney test with Holm's correction.";
+    "the Mann-Whitney test with Holm's correction. The corrected p-value decides. The interval " +
+    "is that of one comparison alone.";
   return el(
     "details",
     { class: "card", open: rows.length <= MAX_OPEN_ROWS, "data-testid": "comparison" },
@@ -59,7 +60,12 @@ function createComparisonRow(row) {
       el("small", {}, `compared with ${row.condition_b}, ${MEASURES[row.measure]}`),
     ),
     el("td", {}, el("span", { class: `badge ${TONES[row.verdict] ?? ""}` }, row.verdict)),
-    el("td", {}, `${row.effect > 0 ? "+" : ""}${formatNumber(row.effect)}${interval}`),
+    el(
+      "td",
+      {},
+      `${row.effect > 0 ? "+" : ""}${formatNumber(row.effect)}${interval}`,
+      ...(row.note ? [el("small", {}, row.note)] : []),
+    ),
     el("td", {}, row.p_holm < 0.001 ? "below 0.001" : row.p_holm.toFixed(3)),
     el("td", {}, row.a12.toFixed(2)),
     el("td", {}, `${row.n_a}, ${row.n_b}`),

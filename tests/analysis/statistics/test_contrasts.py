@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from baldwinlab.analysis import statistics
@@ -148,15 +150,32 @@ def test_the_corrected_p_decides_if_the_interval_alone_excludes_0() -> None:
     row = contrasts.rows[0]
     assert row.numbers.low > 0 and row.p_holm >= 0.05 and row.verdict == "undecided"
     assert row.note == (
-        f"the corrected p {row.p_holm:.2g} decides, not the interval of this comparison alone"
+        f"the corrected p {row.p_holm:.2g} decides, not the interval of this comparison alone; "
+        f"about {row.required_runs} runs would decide this if the effect is the observed one"
     )
+    assert row.required_runs is not None and row.required_runs > 8
+
+
+def test_a_decided_comparison_needs_no_more_runs() -> None:
+    (mean, best) = compare_conditions(study({"a/A": LOW, "b/A": HIGH})).rows
+    assert mean.required_runs is best.required_runs is None
+    assert mean.note == best.note == ""
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "p_holm"),
-    [(1.0, 2.0, 0.01), (-1.0, 2.0, 0.2), (-2.0, -1.0, 0.04), (NOTHING, NOTHING, 1.0)],
+    ("low", "high", "p_holm"), [(-1.0, 2.0, 0.2), (-2.0, -1.0, 0.04), (NOTHING, NOTHING, 1.0)]
 )
-def test_an_interval_that_agrees_with_the_corrected_p_has_no_note(
+def test_an_interval_that_agrees_with_the_corrected_p_is_not_mentioned(
     low: float, high: float, p_holm: float
 ) -> None:
-    assert explain_undecided(low, high, p_holm) == ""
+    assert explain_undecided(low, high, p_holm, None) == (
+        "no realistic number of runs would decide this if the effect is the observed one"
+    )
+
+
+def test_the_note_on_too_few_runs_ends_with_the_instruction_that_adds_runs() -> None:
+    few = compare_conditions(study({"a/A": LOW[:4], "b/A": HIGH[:4]}))
+    few = replace(few, instruction="To add runs: baldwinlab run mine --runs {runs}")
+    assert few.too_few.endswith(
+        "At least 5 runs are needed. To add runs: baldwinlab run mine --runs 5"
+    )

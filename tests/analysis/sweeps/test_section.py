@@ -10,12 +10,11 @@ import pytest
 import xarray as xr
 from playwright.sync_api import Browser
 
+from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values
 from baldwinlab.analysis.sweeps.analysis import compute_finals
-from baldwinlab.analysis.sweeps.section import (
-    describe_responses,
-    summarize_design,
-    write_sweep_report,
-)
+from baldwinlab.analysis.sweeps.section import summarize_design, write_sweep_report
+from baldwinlab.analysis.sweeps.sentences import describe_effects, describe_ranges
+from baldwinlab.experiment.factors import Factors
 from tests.analysis.report.browsing import errors_and_width
 from tests.analysis.sweeps.made import grid, sample
 
@@ -38,13 +37,52 @@ def test_the_summary_names_the_swept_fields() -> None:
     )
 
 
-def test_sentences_name_the_best_point_and_the_effect_of_each_field() -> None:
-    assert list(describe_responses(compute_finals(grid()))) == [
-        "The mean fitness of the average agent is highest at learning.rate = 0.01, "
-        "world.food.0.count = 50: 14.0.",
-        "By learning.rate, it ranges from 3.83 (0.1) to 6.17 (0.01).",
-        "By world.food.0.count, it ranges from 0 (0) to 12.0 (50).",
+def compare_counts(data: xr.Dataset) -> Contrasts:
+    """Compare all points of a sweep with its first point."""
+    finals = compute_finals(data).rename(point="condition")
+    values = finals[["mean", "best"]].reset_coords(drop=True)
+    names = [f"point {number}" for number in range(finals.sizes["condition"])]
+    named = values.assign_coords(condition=names)
+    return compare_final_values(named, dict.fromkeys(names, Factors()), 10)
+
+
+def test_a_sentence_about_a_point_has_its_test_its_interval_and_its_runs() -> None:
+    sentences = list(describe_effects(compute_finals(grid(runs=12)), compare_counts(grid(runs=12))))
+    assert re.fullmatch(
+        r"In the fitness of the average agent, \d of 5 points differ from point 0 with a "
+        r"corrected p below 0.05\.",
+        sentences[0],
+    )
+    assert len(sentences) > 1
+    for sentence in sentences[1:]:
+        assert re.fullmatch(
+            r"point \d is (higher|lower) than point 0: \S+ \[\S+, \S+\], corrected p \S+, "
+            r"12 and 12 runs\.",
+            sentence,
+        )
+
+
+def test_no_point_is_named_without_a_test() -> None:
+    few = list(describe_effects(compute_finals(grid()), compare_counts(grid())))
+    assert few == [
+        "In the fitness of the average agent, none of 5 points differ from point 0 with a "
+        "corrected p below 0.05."
     ]
+    assert list(describe_effects(compute_finals(grid()), None)) == [
+        "This report compares no points by a test."
+    ]
+
+
+def test_a_sample_states_its_significant_rank_correlations() -> None:
+    sentences = list(describe_effects(compute_finals(sample(40)), None))
+    (sentence,) = (text for text in sentences if "rises with world.food.0.count" in text)
+    assert ": rank correlation +" in sentence and sentence.endswith(", 40 points.")
+
+
+def test_the_text_of_the_figure_has_intervals() -> None:
+    assert next(describe_ranges(compute_finals(grid()))).startswith(
+        "By learning.rate, the mean fitness of the average agent is between 3.83 ["
+    )
 
 
 def test_a_grid_has_curves_heat_maps_and_every_point(tmp_path: Path) -> None:

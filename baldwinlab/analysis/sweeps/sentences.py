@@ -1,0 +1,129 @@
+"""Sentences on a sweep. Each states an effect with its test, its interval and its runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from operator import attrgetter
+from typing import Final
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.analysis.report.phrases import (
+    format_interval,
+    format_number,
+    format_p_value,
+    format_signed,
+)
+from baldwinlab.analysis.statistics.contrasts import Contrast, Contrasts
+from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
+from baldwinlab.analysis.sweeps import analysis
+from baldwinlab.analysis.sweeps.analysis import Response
+
+# Measure of the sentences: fitness of the average agent.
+SUMMARY_MEASURE: Final = "mean"
+MAX_SENTENCES: Final = 3
+
+
+def describe_effects(finals: xr.Dataset, contrasts: Contrasts | None) -> Iterator[str]:
+    """Yield sentences on the significant effects on the fitness of the average agent.
+
+    Parameters
+    ----------
+    finals : xr.Dataset
+        The result of `compute_finals`.
+    contrasts : Contrasts or None
+        Comparisons of the points. None if the points are not compared.
+
+    Yields
+    ------
+    str
+        Sentences.
+    """
+    if contrasts and contrasts.rows:
+        yield from _describe_contrasts(contrasts)
+    elif analysis.is_sampled(finals):
+        yield from _describe_correlations(finals)
+    else:
+        yield "This report compares no points by a test."
+
+
+def _describe_contrasts(contrasts: Contrasts) -> Iterator[str]:
+    rows = [row for row in contrasts.rows if row.measure == SUMMARY_MEASURE]
+    significant = [row for row in rows if row.verdict in ("higher", "lower")]
+    number = len(significant) or "none"
+    yield (
+        f"In the fitness of the average agent, {number} of {_count(rows)} "
+        "with a corrected p below 0.05."
+    )
+    # The largest effects.
+    significant.sort(key=lambda row: -abs(row.numbers.effect))
+    for row in significant[:MAX_SENTENCES]:
+        numbers = row.numbers
+        yield (
+            f"{row.condition} is {row.verdict} than {row.reference}: "
+            f"{format_signed(numbers.effect)} {format_interval(numbers)}, "
+            f"corrected p {format_p_value(row.p_holm)}, {numbers.n_a} and {numbers.n_b} runs."
+        )
+
+
+def _count(rows: Sequence[Contrast]) -> str:
+    reference = rows[0].reference
+    if len(rows) == 1:
+        return f"1 point differs from {reference}"
+    return f"{len(rows)} points differ from {reference}"
+
+
+def _describe_correlations(finals: xr.Dataset) -> Iterator[str]:
+    correlations = [
+        correlation
+        for correlation in analysis.compute_correlations(finals)
+        if correlation.measure == SUMMARY_MEASURE and correlation.p_holm < SIGNIFICANCE_LEVEL
+    ]
+    for correlation in correlations:
+        verb = "rises" if correlation.rho > 0 else "falls"
+        yield (
+            f"The fitness of the average agent {verb} with {correlation.field}: rank correlation "
+            f"{format_signed(correlation.rho)}, corrected p {format_p_value(correlation.p_holm)}, "
+            f"{correlation.points} points."
+        )
+    if not correlations:
+        yield (
+            "The fitness of the average agent has no significant rank correlation with a field of "
+            "numbers."
+        )
+
+
+def describe_ranges(finals: xr.Dataset) -> Iterator[str]:
+    """Yield the lowest and the highest mean by each field, with intervals.
+
+    Parameters
+    ----------
+    finals : xr.Dataset
+        The result of `compute_finals`.
+
+    Yields
+    ------
+    str
+        Sentences for readers who do not see the figure. They state no difference.
+    """
+    for field in finals.attrs["fields"]:
+        responses = [
+            response
+            for response in analysis.compute_responses(finals, field, SUMMARY_MEASURE)
+            if np.isfinite(response.mean)
+        ]
+        if len(responses) > 1:
+            lowest = min(responses, key=attrgetter("mean"))
+            highest = max(responses, key=attrgetter("mean"))
+            yield (
+                f"By {field}, the mean fitness of the average agent is between "
+                f"{_format_response(lowest)} and {_format_response(highest)}."
+            )
+
+
+def _format_response(response: Response) -> str:
+    interval = ""
+    if np.isfinite(response.low):
+        interval = f" [{format_number(response.low)}, {format_number(response.high)}]"
+    return f"{format_number(response.mean)}{interval} ({response.group})"
