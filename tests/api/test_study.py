@@ -84,7 +84,7 @@ def test_conditions_are_compared_with_the_first_or_with_a_baseline(study: Study)
     difference = means.sel(condition="evo+self-taught/A") - means.sel(condition="evo/A")
     np.testing.assert_allclose(table["effect"][0], difference, rtol=1e-6)
     assert set(table["verdict"]) == {"too few runs"} and table.attrs["too_few"].endswith(
-        "At least 5 runs are needed."
+        f"At least 5 runs are needed. To add runs: baldwinlab run {study.directory} --runs 5"
     )
     turned = study.compare("evo+self-taught/A")
     assert set(turned["condition_b"]) == {"evo+self-taught/A"}

@@ -106,7 +106,7 @@ def test_a_preset_and_a_custom_experiment_are_compared(command: Command, tmp_pat
     assert result.code == 0, result.err
     note = (
         "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. "
-        "At least 5 runs are needed."
+        "At least 5 runs are needed. To add runs: baldwinlab run pair --runs 5"
     )
     before, after = result.out.split("Comparison of the conditions")
     assert note in before
@@ -116,6 +116,8 @@ def test_a_preset_and_a_custom_experiment_are_compared(command: Command, tmp_pat
     reported = command("report", "pair", "--baseline", "short")
     assert "evo/A against short, best agent" in reported.out
     assert note in reported.out
+    extended = command("run", "pair", "--runs", "5")
+    assert extended.code == 0 and "At least" not in extended.out
     rows = pd.read_csv(tmp_path / "pair/statistics.csv", keep_default_na=False)
     expected = bl.open_study(tmp_path / "pair").compare("short")
     pd.testing.assert_frame_equal(

@@ -124,7 +124,7 @@ def test_too_few_runs_return_a_note_and_no_error(lab_server: LabServer) -> None:
     assert few["errors"] == []
     assert few["note"] == (
         "To compare two conditions: with 3 runs and 2 tests, the smallest corrected p-value is 0.2."
-        " At least 5 runs are needed."
+        " At least 5 runs are needed. Set the number of runs to 5."
     )
     assert enough == {"errors": [], "note": ""}
     assert wrong["errors"] and wrong["note"] == ""

@@ -224,7 +224,9 @@ def test_the_conditions_are_compared_as_in_the_report(page: Page, lab_server: La
         "With 2 runs and 2 tests, the smallest corrected p-value is 0.67."
         " At least 5 runs are needed."
     )
+    expect(section).to_contain_text("--runs 5")
     expect(section.locator("tbody .badge").first).to_have_text("too few runs")
+    expect(section.locator("td small").first).to_contain_text("runs would decide this")
     rows = get_json(lab_server.address, "results", study="small")["comparison"]["rows"]
     expected = bl.open_study(lab_server.root / "small").compare()
     assert [row["effect"] for row in rows] == expected["effect"].tolist()

@@ -37,7 +37,7 @@ def test_a_sweep_is_planned_downloaded_started_and_opened_in_results(
     expect(size).to_contain_text("2 points, 4 runs in total: ")
     expect(size).to_contain_text(
         "With 2 runs and 2 tests, the smallest corrected p-value is 0.67."
-        " At least 5 runs are needed."
+        " At least 5 runs are needed. Set the number of runs to 5."
     )
     expect(page).to_have_url(re.compile(r"fields=.*learning\.rate.*0\.01,0\.1"))
     # The address contains the plan.

@@ -1,4 +1,8 @@
-"""Headlines of assay reports: the verdict of each condition."""
+"""Headlines of assay reports: what was measured in each condition.
+
+The criteria compare fitness with and without learning. Whether learning guides selection and
+whether learned behavior becomes innate are questions of `analysis.estimands`.
+"""
 
 from __future__ import annotations
 
@@ -10,35 +14,19 @@ from baldwinlab.analysis.assays.analysis import Analysis, ConditionResult
 from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, UNDECIDED, YES
 from baldwinlab.papers.texts import Inference
 
-PHASE_1_ALONE_HEADLINE: Final = (
-    "only phase 1 of the Baldwin effect: learning guides evolution, but learned behavior does not "
-    "become innate"
-)
-NOTHING_INNATE_HEADLINE: Final = (
-    "only phase 1 of the Baldwin effect: learning guides evolution, but nothing becomes innate, "
-    "because no agent eats without learning"
-)
-TOO_FEW_RUNS_HEADLINE: Final = "too few runs for a verdict on phase 1 of the Baldwin effect"
+NOTHING_INNATE_HEADLINE: Final = "learning raises fitness; no agent eats without learning"
+TOO_FEW_RUNS_HEADLINE: Final = "too few runs for a verdict on the effect of learning on fitness"
 PHASE_1_HEADLINES: Final = {
-    NO: "no Baldwin effect: learning does not guide evolution",
-    UNDECIDED: "undecided: the runs do not show whether learning guides evolution",
-    NOT_MEASURED: "unknown: phase 1 of the Baldwin effect was not measured",
+    YES: "learning raises fitness",
+    NO: "not all comparisons show that learning raises fitness",
+    UNDECIDED: "undecided: the runs do not show whether learning raises fitness",
+    NOT_MEASURED: "unknown: fitness with and without learning was not compared",
 }
 PHASE_2_ADDITIONS: Final = {
-    YES: "; but innate fitness and the innate share rise",
-    NO: "; learned behavior does not become innate",
-}
-BOTH_PHASES_HEADLINE: Final = (
-    "both phases of the Baldwin effect: learning guides evolution (phase 1), and learned behavior "
-    "becomes innate (phase 2)"
-)
-HEADLINES: Final[Mapping[tuple[str, str], str]] = {
-    (YES, YES): BOTH_PHASES_HEADLINE,
-    (YES, NO): PHASE_1_ALONE_HEADLINE,
-    (YES, UNDECIDED): "phase 1 of the Baldwin effect: learning guides evolution; phase 2 is "
-    "undecided",
-    (YES, NOT_MEASURED): "phase 1 of the Baldwin effect: learning guides evolution; phase 2 was "
-    "not measured",
+    YES: "; innate fitness and the innate share rise",
+    NO: "; innate fitness or the innate share does not rise",
+    UNDECIDED: "; whether innate fitness and the innate share rise is undecided",
+    NOT_MEASURED: "; innate fitness over the generations was not measured",
 }
 
 
@@ -50,20 +38,20 @@ def describe_condition(result: ConditionResult) -> str:
 
 
 def describe_phases(result: ConditionResult) -> str:
-    """Return which phases of the Baldwin effect a condition reaches."""
+    """Return whether learning raises fitness, and whether innate fitness and its share rise."""
     first_phase = result.phase_verdict(1)
     second_phase = result.phase_verdict(2)
     if (first_phase, second_phase) == (YES, NO) and result.eats_only_with_learning:
         return NOTHING_INNATE_HEADLINE
-    if (first_phase, second_phase) in HEADLINES:
-        return HEADLINES[first_phase, second_phase]
     has_too_few_runs = any(answer.has_too_few_runs for answer in result.answers_of_phase(1))
     headline = (
         TOO_FEW_RUNS_HEADLINE
         if first_phase == UNDECIDED and has_too_few_runs
         else PHASE_1_HEADLINES[first_phase]
     )
-    return headline + PHASE_2_ADDITIONS.get(second_phase, "")
+    if first_phase != YES and second_phase in (UNDECIDED, NOT_MEASURED):
+        return headline
+    return headline + PHASE_2_ADDITIONS[second_phase]
 
 
 def compose_headline(result: ConditionResult) -> str:
@@ -112,10 +100,12 @@ def compare_with_paper(analysis: Analysis, inference: Inference) -> str:
     elif opposed:
         sentences.append(f"This study contradicts that comparison in {', '.join(opposed)}.")
     sentences.append(inference.limit)
-    for verdict, answer in ((YES, "it does"), (NO, "it does not")):
+    for verdict, verb in ((YES, "rise"), (NO, "do not both rise")):
         names = [
             result.condition for result in analysis.results if result.phase_verdict(2) == verdict
         ]
         if names:
-            sentences.append(f"Measured directly, {answer} in {' and '.join(names)}.")
+            sentences.append(
+                f"Innate fitness and the innate share {verb} in {' and '.join(names)}."
+            )
     return " ".join(filter(None, sentences))

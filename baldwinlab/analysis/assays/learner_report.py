@@ -76,22 +76,20 @@ def _describe_success(comparison: LearnerComparison) -> str:
 def _describe_innate(comparison: LearnerComparison) -> Iterator[str]:
     if "innate" not in comparison.measured_criteria:
         yield (
-            "The study has no measurement of innate fitness. Run the assay neutral to test whether "
-            "learned behavior becomes innate."
+            "The study has no measurement of innate fitness. Run the assay neutral to compare it "
+            "with the neutral control."
         )
         return
     control = "than their neutral control, whose parents are chosen at random"
     if comparison.innate_with_gain:
         yield (
-            "Learned behavior may have become innate in "
-            f"{_list_learners(comparison.innate_with_gain)}: they eat more than evolution alone, "
-            f"and their newborns eat more with learning off {control}."
+            "Of the learners that eat more than evolution alone, these also eat more with learning "
+            f"off {control}: {_list_learners(comparison.innate_with_gain)}."
         )
     else:
         yield (
-            "There is no evidence that learned behavior becomes innate: where a learner eats more "
-            "than evolution alone, its newborns do not eat significantly more with learning off "
-            f"{control}."
+            "No learner that eats more than evolution alone eats significantly more with learning "
+            f"off {control}."
         )
     if comparison.innate_without_gain:
         yield (

@@ -18,8 +18,8 @@ from baldwinlab.papers.texts import Inference
 
 SECTION_TITLE: Final = "Is there a Baldwin effect?"
 PHASE_TITLES: Final = {
-    1: "Phase 1: learning guides evolution",
-    2: "Phase 2: learned behavior becomes innate",
+    1: "Fitness with learning",
+    2: "Innate fitness",
     None: "Mechanism",
 }
 

@@ -82,8 +82,8 @@ ASSAY_FIGURES: Final = (
         title="Gain from learning and weight changes",
         caption=(
             "Top: gain from learning of the average agent. Bottom, if the model has weights: "
-            "Euclidean distance between the weights at birth and at death, by layer. Both fall if "
-            f"learned behavior becomes innate. {BANDS_NOTE}"
+            "Euclidean distance between the weights at birth and at death, by layer. "
+            f"{BANDS_NOTE}"
         ),
         draw=figures.draw_gain_and_distance,
         measures=("gain", "distance"),

@@ -96,9 +96,7 @@ def _describe_innate(result: ConditionResult, last: int) -> Iterator[str]:
     if share.numbers:
         falls = _difference_sign(share) == LESS
         meaning = (
-            " This is the opposite of genetic assimilation: agents rely more on learning."
-            if falls
-            else ""
+            " Agents gain a larger part of their fitness by learning than before." if falls else ""
         )
         yield (
             "The innate share is "
@@ -111,9 +109,7 @@ def _describe_innate(result: ConditionResult, last: int) -> Iterator[str]:
 
 def _explain_nothing_innate(result: ConditionResult) -> str:
     evolves_to_learn = result.answer("newborns").verdict == YES
-    ability = (
-        " Evolution improves the ability to learn, not innate behavior." if evolves_to_learn else ""
-    )
+    ability = " Evolution raises fitness with learning only." if evolves_to_learn else ""
     return (
         "With learning off, no agent ate an item in any run and any tested generation, so innate "
         "fitness cannot rise. Without learning, an agent repeats one action until it senses food, "
@@ -125,9 +121,10 @@ def _describe_guidance(result: ConditionResult) -> Iterator[str]:
     guidance = result.answer("guidance")
     if guidance.numbers:
         meaning = {
-            MORE: "Evolution with learning produces better innate behavior than evolution without.",
-            LESS: "Evolution with learning produces worse innate behavior than evolution without: "
-            "learning hides innate differences from selection (hiding effect).",
+            MORE: "Innate fitness is higher after evolution with learning than without.",
+            LESS: "Innate fitness is lower after evolution with learning than without. This "
+            "comparison does not show why: the assay fork separates relaxed selection from worse "
+            "genomes.",
             SAME: "Both are the same.",
             UNDECIDED: "The runs do not show a difference.",
         }

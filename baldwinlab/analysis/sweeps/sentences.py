@@ -105,7 +105,7 @@ def describe_ranges(finals: xr.Dataset) -> Iterator[str]:
     Yields
     ------
     str
-        Sentences for readers who do not see the figure. They state no difference.
+        Sentences for the alternative text of the figure. They state no difference.
     """
     for field in finals.attrs["fields"]:
         responses = [

@@ -63,8 +63,8 @@ export const VIEWS = {
       title: "The lines",
       text:
         "Each line shows one value from birth (0) to death. A line that changes during life" +
-        " shows learning. If the value at birth changes over the generations, the behavior" +
-        " becomes innate.",
+        " shows learning. If the value at birth changes over the generations, innate" +
+        " behavior evolves.",
     },
   ],
   matrix: [
@@ -92,8 +92,8 @@ export const PAPERS = [
     title: "The Baldwin effect",
     text:
       "Learning can change the course of evolution, although learned behavior is not inherited." +
-      " In the first phase, agents that learn a useful behavior have more children. In the" +
-      " second phase, the behavior becomes innate.",
+      " Baldwin expected two phases: first, agents that learn a useful behavior have more" +
+      " children; then, the behavior becomes innate. The gallery measures both.",
   },
   {
     title: "The papers",

@@ -47,6 +47,18 @@ def share_of_plastic_entries(runs: xr.Dataset) -> xr.DataArray:
     return (counts * plastic_shares).sum("strategy") / counts.sum("strategy")
 
 
+def fall_of_plasticity(runs: xr.Dataset) -> xr.DataArray:
+    """Return the mean share of plastic entries from generation 150 to 500 minus that from 1801 on.
+
+    The value is 0 for a run that ends before generation 150.
+    """
+    shares = share_of_plastic_entries(runs)
+    last = shares.sizes["generation"] - 1
+    early = shares.isel(generation=slice(min(150, last), 501))
+    late = shares.isel(generation=slice(min(1801, last), None))
+    return early.mean("generation") - late.mean("generation")
+
+
 def share_of_outstanding(runs: xr.Dataset) -> xr.DataArray:
     """Return the share of agents with [x00x] by generation, or NaN without agents."""
     counts = count_strategies(runs)

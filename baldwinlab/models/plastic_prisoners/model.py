@@ -12,6 +12,7 @@ from baldwinlab.engine import poison
 from baldwinlab.models.plastic_prisoners.matches import compute_mean_payoffs, compute_payoffs
 from baldwinlab.models.plastic_prisoners.measures import (
     compare_with_rival,
+    fall_of_plasticity,
     is_outstanding_leading,
     mean_payoff,
     share_of_outstanding,
@@ -125,9 +126,9 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
             "largest percentage of plastic entries over the generations",
             lambda runs: 100 * share_of_plastic_entries(runs).max("generation"),
         ),
-        "plasticity-2000": Measure(
-            "percentage of plastic entries in generation 2000",
-            lambda runs: 100 * value_at_generation(share_of_plastic_entries, 2000)(runs),
+        "plasticity-falls": Measure(
+            "percentage of plastic entries from generation 150 to 500 minus that from 1801 to 2000",
+            lambda runs: 100 * fall_of_plasticity(runs),
         ),
         "x00x-leads": Measure(
             "1 if [x00x] is the most frequent strategy in generation 2000, else 0",

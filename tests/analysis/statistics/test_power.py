@@ -70,10 +70,10 @@ def test_a_rank_test_needs_at_least_the_runs_with_which_it_can_be_significant() 
 
 
 def test_the_level_of_the_next_test_is_that_of_holms_method() -> None:
-    others = [1e-5, 0.2, 0.4]
-    level = level_of_next_test(holm([*others, 0.3]))
+    p_values = [1e-5, 0.2, 0.4]
+    level = level_of_next_test(holm([*p_values, 0.3]))
     assert level == pytest.approx(0.05 / 3)
-    is_significant = [holm([*others, level * factor])[-1] < 0.05 for factor in (0.99, 1.01)]
+    is_significant = [holm([*p_values, level * factor])[-1] < 0.05 for factor in (0.99, 1.01)]
     assert is_significant == [True, False]
 
 

@@ -25,7 +25,7 @@ def test_points_are_compared_with_the_first_or_with_a_baseline(
     study = bl.sweep(PLAN, out=tmp_path / "food")
     needed = (
         "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. "
-        "At least 5 runs are needed."
+        "At least 5 runs are needed. To add runs, set runs = 5 in the file of the sweep"
     )
     # The message is printed before the runs.
     assert needed in capsys.readouterr().out.split("of 8 runs")[0]

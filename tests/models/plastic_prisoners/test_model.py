@@ -248,8 +248,8 @@ def test_measures_agree_with_the_strategies_of_agents() -> None:
         "payoff-2000"
     ] == [3, 2]
     assert measured["most-plasticity"] == pytest.approx([200 / 3, 100]) and measured[
-        "plasticity-2000"
-    ] == pytest.approx([200 / 3, 100 / 6])
+        "plasticity-falls"
+    ] == [0, 0]
     assert measured["x00x-leads"] == [1, 0] and measured["x00x-ahead"] == [1, -1]
     dead = runs.assign(
         strategy=runs["strategy"].where(runs["agent"] < 1),
@@ -260,6 +260,15 @@ def test_measures_agree_with_the_strategies_of_agents() -> None:
         for name, share in PlasticPrisoners().all_shares().items()
     }
     assert shares == {"plasticity": [[0, 1], [1, 0]], "[x00x]": [[0, 0], [0, 0]]}
+
+
+def test_the_fall_of_plasticity_compares_two_periods() -> None:
+    # Of the entries, all are plastic until generation 500, then a half, and at the end a quarter.
+    names = ["0000"] * 150 + ["xxxx"] * 351 + ["x00x"] * 1400 + ["000x"] * 100
+    strategies = strategy_numbers([[name] for name in names])[None]
+    runs = xr.Dataset({"strategy": (("run", "generation", "agent"), strategies)})
+    fall = PlasticPrisoners.measures["plasticity-falls"].of(runs).item()
+    assert fall == pytest.approx(100 - (50 + 25) / 2)
 
 
 def test_the_competitor_is_the_most_frequent_strategy_of_most_other_runs() -> None:
