@@ -8,7 +8,7 @@ from math import nan
 from typing import Any
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.statistics.contrasts import explain_undecided
+from baldwinlab.analysis.statistics.contrasts import explain_verdict
 from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.analysis.statistics.power import (
     describe_required_runs,
@@ -79,14 +79,12 @@ class Finding:
 
     @property
     def note(self) -> str:
-        """For an undecided comparison, the number that decides, and the required runs."""
-        if self.verdict != UNDECIDED:
-            return ""
-        if self.comparison.rule in P_VALUE_RULES:
-            return explain_undecided(
-                self.numbers.low, self.numbers.high, self.p_holm, self.required_runs
-            )
-        return describe_required_runs(self.required_runs)
+        """The number that decides, if needed, and the runs that an undecided comparison needs."""
+        is_undecided = self.verdict == UNDECIDED
+        required = describe_required_runs(self.required_runs) if is_undecided else ""
+        if self.comparison.rule not in P_VALUE_RULES:
+            return required
+        return explain_verdict(self.numbers.low, self.numbers.high, self.p_holm, required)
 
     def record(self) -> dict[str, Any]:
         """Return the finding for JSON, with null for undefined numbers."""

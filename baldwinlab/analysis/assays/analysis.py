@@ -38,8 +38,12 @@ from baldwinlab.analysis.assays.values import (
     parse_experiments,
     read_factors,
 )
-from baldwinlab.analysis.statistics.contrasts import explain_undecided
-from baldwinlab.analysis.statistics.power import level_of_next_test, rank_test_runs
+from baldwinlab.analysis.statistics.contrasts import explain_verdict
+from baldwinlab.analysis.statistics.power import (
+    describe_required_runs,
+    level_of_next_test,
+    rank_test_runs,
+)
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.statistics.sample_sizes import (
     TOO_FEW_RUNS,
@@ -84,11 +88,14 @@ class Answer:
 
     @property
     def note(self) -> str:
-        """For an undecided answer, the number that decides, and the required runs."""
-        if self.numbers is None or self.verdict != UNDECIDED:
+        """The number that decides, if needed, and the runs that an undecided answer needs."""
+        if self.numbers is None:
             return ""
-        runs = rank_test_runs(_planned_test(self.numbers.n), self.numbers.p, self.level)
-        return explain_undecided(self.numbers.low, self.numbers.high, self.p_holm, runs)
+        required = ""
+        if self.verdict == UNDECIDED:
+            runs = rank_test_runs(_planned_test(self.numbers.n), self.numbers.p, self.level)
+            required = describe_required_runs(runs)
+        return explain_verdict(self.numbers.low, self.numbers.high, self.p_holm, required)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ whether learned behavior becomes innate are questions of `analysis.estimands`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import chain
 from typing import Final
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby
+from math import isnan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -86,12 +87,10 @@ class Contrast(NamedTuple):
 
     @property
     def note(self) -> str:
-        """For an undecided comparison, the number that decides, and the required runs."""
-        if self.verdict in ("higher", "lower"):
-            return ""
-        return explain_undecided(
-            self.numbers.low, self.numbers.high, self.p_holm, self.required_runs
-        )
+        """The number that decides, if needed, and the runs that an undecided comparison needs."""
+        is_decided = self.verdict in ("higher", "lower")
+        required = "" if is_decided else describe_required_runs(self.required_runs)
+        return explain_verdict(self.numbers.low, self.numbers.high, self.p_holm, required)
 
     def row(self) -> dict[str, Any]:
         """Return the comparison as a row of a table.
@@ -143,33 +142,34 @@ class Contrasts:
         return describe_too_few(tests, instruction=self.instruction)
 
 
-def explain_undecided(low: float, high: float, p_holm: float, required_runs: int | None) -> str:
-    """Explain an undecided comparison: the number that decides, and the required runs.
+def explain_verdict(low: float, high: float, p_holm: float, required_runs: str = "") -> str:
+    """Explain a verdict: the number that decides, and the runs that an undecided one needs.
 
     An interval is that of a single comparison. The verdict uses the p-value corrected for all
-    comparisons, so it can be undecided although the interval excludes 0.
+    comparisons, so it can be undecided although the interval excludes 0. A rank test can also be
+    significant although the interval of the medians includes 0.
 
     Parameters
     ----------
-    low, high : float
+    low, high
         Ends of the 95 % interval of the effect; NaN if it is undefined.
-    p_holm : float
+    p_holm
         Corrected p-value; NaN if it is undefined.
     required_runs
-        Number of runs that would decide the comparison, or None.
+        The result of `describe_required_runs`, or "" for a decided comparison.
 
     Returns
     -------
     str
-        A note.
+        A note, or "" if nothing needs an explanation.
     """
-    notes = []
+    notes = [required_runs] if required_runs else []
     excludes_zero = low > 0 or high < 0
-    if excludes_zero and p_holm >= SIGNIFICANCE_LEVEL:
-        notes.append(
-            f"the corrected p {p_holm:.2g} decides, not the interval of this comparison alone"
+    has_interval = not (isnan(low) or isnan(p_holm))
+    if has_interval and excludes_zero != (p_holm < SIGNIFICANCE_LEVEL):
+        notes.insert(
+            0, f"the corrected p {p_holm:.2g} decides, not the interval of this comparison alone"
         )
-    notes.append(describe_required_runs(required_runs))
     return "; ".join(notes)
 
 

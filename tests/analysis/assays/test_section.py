@@ -47,22 +47,27 @@ def text_on(**assays: xr.Dataset) -> str:
 LEARNERS = within_life(A, 1, 9)
 
 
-def test_full_assimilation_is_called_the_baldwin_effect() -> None:
+def test_the_headline_says_that_innate_fitness_and_its_share_rise() -> None:
     text = text_on(
         innate=innate(A, off=rising(0, 100), on=rising(50, 100), drift=constant(5)),
         within_life=LEARNERS,
     )
-    assert text.startswith("both phases of the Baldwin effect")
-    assert f"it does in {A}" in text and "The gain from learning falls" in text
+    assert text.startswith("learning raises fitness; innate fitness and the innate share rise")
+    assert f"the innate share rise in {A}" in text and "The gain from learning falls" in text
 
 
-def test_growing_dependence_on_learning_is_the_opposite_of_assimilation() -> None:
+def test_the_headline_says_that_the_innate_share_does_not_rise() -> None:
     text = text_on(
         innate=innate(A, off=constant(10), on=rising(20, 200), drift=constant(5)),
         within_life=LEARNERS,
     )
-    assert text.startswith("only phase 1 of the Baldwin effect")
-    assert "the opposite of genetic assimilation" in text and "The gain from learning rises" in text
+    assert text.startswith(
+        "learning raises fitness; innate fitness or the innate share does not rise"
+    )
+    assert (
+        "a larger part of their fitness by learning" in text
+        and "The gain from learning rises" in text
+    )
 
 
 def test_if_no_agent_eats_without_learning_the_ability_to_learn_evolves() -> None:
@@ -70,7 +75,7 @@ def test_if_no_agent_eats_without_learning_the_ability_to_learn_evolves() -> Non
         innate=innate(A, off=constant(0), on=rising(10, 100), drift=constant(5)),
         within_life=LEARNERS,
     )
-    assert "because no agent eats without learning" in text
+    assert "no agent eats without learning" in text
     assert "so innate fitness cannot rise" in text and "opposite" not in text
 
 
@@ -80,7 +85,8 @@ def test_learning_that_does_not_help_is_no_baldwin_effect() -> None:
         within_life=LEARNERS,
     )
     assert (
-        text.startswith("no Baldwin effect") and "Answered no: Does learning raise fitness?" in text
+        text.startswith("not all comparisons show that learning raises fitness")
+        and "Answered no: Does learning raise fitness?" in text
     )
 
 
@@ -99,7 +105,8 @@ def test_drift_that_helps_as_much_as_learning_is_reported() -> None:
         within_life=LEARNERS,
     )
     assert (
-        text.startswith("no Baldwin effect") and "Random changes help as much as learning." in text
+        text.startswith("not all comparisons show that learning raises fitness")
+        and "Random changes help as much as learning." in text
     )
 
 
@@ -137,7 +144,7 @@ def test_one_run_allows_no_verdict() -> None:
     text = text_on(
         innate=innate(A, off=rising(1, 50), on=rising(30, 60), drift=constant(1), runs=1)
     )
-    assert text.startswith("too few runs for a verdict on phase 1 of the Baldwin effect")
+    assert text.startswith("too few runs for a verdict on the effect of learning on fitness")
 
 
 def test_the_section_says_how_many_runs_a_verdict_needs(tmp_path: Path) -> None:
@@ -177,11 +184,14 @@ def text_of(path: Path) -> str:
 
 def test_the_section_has_verdict_questions_figures_and_numbers(page: Path) -> None:
     text = text_of(page)
-    assert "<strong>On map A (evo+self-taught)</strong>: both phases of the Baldwin effect" in text
+    assert (
+        "<strong>On map A (evo+self-taught)</strong>: learning raises fitness; innate fitness and"
+        in text
+    )
     assert (
         text.index("On map B")
-        < text.index("Phase 1: ")
-        < text.index("Phase 2: ")
+        < text.index("<h3>Fitness with learning")
+        < text.index("<h3>Innate fitness")
         < text.index("<h3>Mechanism")
     )
     assert (
@@ -199,7 +209,7 @@ def test_the_section_has_verdict_questions_figures_and_numbers(page: Path) -> No
 def test_its_verdict_is_its_summary(tmp_path: Path) -> None:
     short = make_section(make_all_assays(), tmp_path).summary
     assert (
-        short.startswith("On map A (evo+self-taught): both phases of the Baldwin effect")
+        short.startswith("On map A (evo+self-taught): learning raises fitness; innate fitness and")
         and "On map B" in short
     )
 
@@ -219,8 +229,10 @@ def test_many_conditions_have_an_overview_and_folded_sentences(
         names[0], off=rising(0, 80), on=rising(50, 100), drift=constant(2)
     )
     result = make_section({"innate": innate_assays}, tmp_path)
-    assert result.summary.startswith("In 9 of 10 conditions: only phase 1 of the Baldwin effect")
-    assert "In 1 of 10 conditions: both phases of the Baldwin effect" in result.summary
+    assert result.summary.startswith(
+        "In 9 of 10 conditions: learning raises fitness; innate fitness or"
+    )
+    assert "In 1 of 10 conditions: learning raises fitness; innate fitness and" in result.summary
     assert (
         "<strong>9 of 10 conditions</strong>" in result.body and result.body.count("<figure") == 1
     )

@@ -10,7 +10,7 @@ from baldwinlab.analysis import statistics
 from baldwinlab.analysis.statistics.contrasts import (
     COMPARISON_COLUMNS,
     compare_conditions,
-    explain_undecided,
+    explain_verdict,
     find_references,
     planned_tests,
 )
@@ -163,14 +163,22 @@ def test_a_decided_comparison_needs_no_more_runs() -> None:
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "p_holm"), [(-1.0, 2.0, 0.2), (-2.0, -1.0, 0.04), (NOTHING, NOTHING, 1.0)]
+    ("low", "high", "p_holm", "is_explained"),
+    [
+        (1.0, 2.0, 0.01, False),
+        (-1.0, 2.0, 0.2, False),
+        (1.0, 2.0, 0.2, True),
+        (-1.0, 2.0, 0.01, True),
+        (NOTHING, NOTHING, 1.0, False),
+    ],
 )
-def test_an_interval_that_agrees_with_the_corrected_p_is_not_mentioned(
-    low: float, high: float, p_holm: float
+def test_the_deciding_number_is_named_if_the_interval_disagrees(
+    low: float, high: float, p_holm: float, is_explained: bool
 ) -> None:
-    assert explain_undecided(low, high, p_holm, None) == (
-        "no realistic number of runs would decide this if the effect is the observed one"
-    )
+    note = explain_verdict(low, high, p_holm)
+    expected = f"the corrected p {p_holm} decides, not the interval of this comparison alone"
+    assert note == (expected if is_explained else "")
+    assert explain_verdict(low, high, p_holm, "9 runs").endswith("9 runs")
 
 
 def test_the_note_on_too_few_runs_ends_with_the_instruction_that_adds_runs() -> None:
