@@ -124,6 +124,8 @@ class ClaimResult:
     missing: tuple[str, ...]
     # Measures of models that are not loaded.
     unmeasured: tuple[str, ...] = ()
+    # Assays that are not stored.
+    unassayed: tuple[str, ...] = ()
 
     @property
     def verdict(self) -> Verdict:
@@ -150,6 +152,9 @@ class ClaimResult:
         if self.unmeasured:
             names = ", ".join(map(repr, self.unmeasured))
             return f"{names} needs a model that is not loaded: pass its file with --part FILE"
+        if self.unassayed:
+            names = ", ".join(self.unassayed)
+            return f"the assay {names} is not stored: run `baldwinlab assay DIR --assays {names}`"
         return ""
 
     @property

@@ -11,8 +11,14 @@ import xarray as xr
 
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.survival import Survival
+from baldwinlab.analysis.statistics.unseen_maps import get_unseen_maps
 from baldwinlab.papers import load
-from baldwinlab.papers.claims import COMMON_MEASURES, Claim, ClaimComparison
+from baldwinlab.papers.claims import (
+    COMMON_MEASURES,
+    UNSEEN_MAPS_MEASURE,
+    Claim,
+    ClaimComparison,
+)
 
 
 class ClaimSource(Protocol):
@@ -65,6 +71,7 @@ class Samples:
             measure: fitness.final(data, measure, last) for measure in fitness.MEASURES
         }
         self._final_values["most"] = fitness.largest_gain(data)
+        self._final_values[UNSEEN_MAPS_MEASURE] = get_unseen_maps(data)
         self._initial_values = {
             measure: fitness.initial(data, measure, last) for measure in fitness.MEASURES
         }
@@ -81,6 +88,15 @@ class Samples:
             comparison.measure
             for comparison in claim.comparisons
             if comparison.measure not in COMMON_MEASURES and self._lacks_model(comparison)
+        }
+
+    def unassayed_measures(self, claim: Claim) -> set[str]:
+        """Return the measures of a claim whose assay is not stored for all conditions."""
+        return {
+            comparison.measure
+            for comparison in claim.comparisons
+            if comparison.measure == UNSEEN_MAPS_MEASURE
+            and any(not self.get(name, comparison.measure).size for name in comparison.conditions)
         }
 
     def _lacks_model(self, comparison: ClaimComparison) -> bool:

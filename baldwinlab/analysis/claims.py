@@ -76,7 +76,13 @@ def evaluate_samples(samples: Samples) -> list[ClaimResult]:
     claims = samples.source.claims
     missing = {claim: sorted(claim.conditions - samples.conditions_with_runs) for claim in claims}
     unmeasured = {claim: sorted(samples.unloaded_measures(claim)) for claim in claims}
-    evaluated = [claim for claim in claims if not (missing[claim] or unmeasured[claim])]
+    unassayed = {
+        claim: () if missing[claim] else tuple(sorted(samples.unassayed_measures(claim)))
+        for claim in claims
+    }
+    evaluated = [
+        claim for claim in claims if not (missing[claim] or unmeasured[claim] or unassayed[claim])
+    ]
     findings = _find_results(evaluated, samples)
     results = []
     for claim in claims:
@@ -89,6 +95,7 @@ def evaluate_samples(samples: Samples) -> list[ClaimResult]:
                 findings=claim_findings,
                 missing=tuple(missing[claim]),
                 unmeasured=tuple(unmeasured[claim]),
+                unassayed=unassayed[claim],
             )
         )
     return results

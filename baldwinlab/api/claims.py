@@ -15,8 +15,8 @@ from baldwinlab.api.tables import make_claims_table
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.papers import PaperError, load, load_stored_paper
+from baldwinlab.papers.checks import require_existing_names
 from baldwinlab.papers.claims import Claim, read_claims
-from baldwinlab.papers.paper import require_existing_names
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.store import StudyStore
 

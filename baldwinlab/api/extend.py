@@ -49,9 +49,9 @@ def extend(
     """
     if runs is None:
         study.require_runs()
-        # Runs are numbered from 0. A condition without runs does not count.
+        # A condition without runs does not count.
         last_run = max(max(study.runs(name), default=0) for name in study.experiments)
-        runs = last_run + 1
+        runs = last_run + 1 - study.first_run
     if generations is not None:
         study = extend_study(study, generations)
         console.info(f"{study.directory}: {generations} generations")
@@ -62,5 +62,6 @@ def extend(
         seed=study.seed,
         kind=study.kind,
         factors=study.factors,
+        first_run=study.first_run,
     )
     return run_missing(request, options)

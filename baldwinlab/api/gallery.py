@@ -18,6 +18,7 @@ from baldwinlab.api.reproduce import reproduce
 from baldwinlab.core import console
 from baldwinlab.core.errors import require_positive
 from baldwinlab.core.output_paths import REPORT_MARK, require_writable
+from baldwinlab.papers.design import read_design
 
 ALL_PAPERS: Final = "all"
 """The argument of `baldwinlab reproduce` for every paper."""
@@ -75,7 +76,8 @@ def reproduce_all(
 ) -> Path:
     """Reproduce every built-in paper, and compare them on one page.
 
-    A repeated call simulates only the missing runs and assays.
+    A paper with stages is reproduced in its quick form. A repeated call simulates only the missing
+    runs and assays.
 
     Parameters
     ----------
@@ -111,6 +113,8 @@ def reproduce_all(
         console.info(f"{name}, paper {paper_number} of {len(names)}")
         has_foragers = are_foragers(papers.load(name).experiments())
         steps_of_paper = steps if has_foragers else None
+        # The stages of a full study take longer than all other papers.
+        is_staged = read_design(papers.load(name)) is not None
         directory = Path(folder) / ("paper" if name == papers.DEFAULT_PAPER else name)
-        reproduce(name, out=directory, steps=steps_of_paper, last=last, **options)
+        reproduce(name, out=directory, steps=steps_of_paper, last=last, quick=is_staged, **options)
     return compare_papers(folder, last=last)

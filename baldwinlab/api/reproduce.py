@@ -19,6 +19,7 @@ from baldwinlab.api.report import report
 from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
+from baldwinlab.api.stages import StagedReproduction, run_stages
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
@@ -26,6 +27,7 @@ from baldwinlab.core.files import parse_location
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import require_effect
+from baldwinlab.papers.design import DESIGN_FILE, Design, read_design
 from baldwinlab.papers.paper import STANDARD_VARIANT
 from baldwinlab.studies.assays.results import find_missing_assays
 
@@ -55,6 +57,8 @@ class Reproduction:
         Directory of the study. If None: results/ followed by `folder_name`.
     last
         Number of final generations that are averaged in each run.
+    is_quick
+        Whether to run the short form of a paper with stages.
     """
 
     paper: papers.Paper
@@ -64,6 +68,7 @@ class Reproduction:
     seed: int = 0
     out: str | Path | None = None
     last: int = 10
+    is_quick: bool = False
 
     @property
     def runs_of_condition(self) -> int:
@@ -88,6 +93,8 @@ class Reproduction:
             words.append(re.sub(r"[^\w.=+-]+", "_", word))
         if self.seed:
             words.append(f"seed{self.seed}")
+        if self.is_quick:
+            words.append("quick")
         return "-".join(words)[:MAX_FOLDER_NAME]
 
 
@@ -106,6 +113,7 @@ def reproduce(
     executor: str = "threads",
     set: Mapping[str, Any] | None = None,
     force: bool = False,
+    quick: bool = False,
 ) -> Study:
     """Run every condition of a paper and its assays, and write the report.
 
@@ -143,11 +151,14 @@ def reproduce(
         differs from the paper, and all results say so.
     force
         Run even if less memory or disk is free than the estimate.
+    quick
+        Run the short form of a paper with stages, to check the procedure. It has fewer maps and too
+        few runs for verdicts.
 
     Returns
     -------
     Study
-        The study, on disk.
+        The study, on disk. For a paper with stages, the study of the confirmation.
 
     Raises
     ------
@@ -160,8 +171,9 @@ def reproduce(
     StudyError
         The directory holds another study.
     RefusedError
-        The paper has no foragers and `steps` is given; the backend cannot be used on this machine;
-        or too little memory or disk is free for runs, assays and report.
+        The paper has no foragers and `steps` is given, no stages and `quick` is given, or stages
+        and `variant` is given; the backend cannot be used on this machine; or too little memory or
+        disk is free for runs, assays and report.
     InterruptedStudyError
         A worker or a disk failed. The stored runs remain, and a repeated call continues.
     """
@@ -176,6 +188,7 @@ def reproduce(
         seed=seed,
         out=out,
         last=last,
+        is_quick=quick,
     )
     return run_reproduction(
         request, RunOptions(workers=workers, backend=backend, executor=executor, force=force)
@@ -245,6 +258,14 @@ def run_reproduction(request: Reproduction, options: RunOptions) -> Study:
     InterruptedStudyError
         A worker or a disk failed.
     """
+    design = read_design(request.paper)
+    if design:
+        return Study(run_stages(_plan_stages(request, design), options))
+    if request.is_quick:
+        raise RefusedError(
+            f"--quick applies to papers with stages (a file {DESIGN_FILE}); "
+            f"{request.paper.name} has none: use --runs"
+        )
     paper = request.paper
     originals = paper.experiments(request.variant)
     experiments = [assign(original, request.assignments) for original in originals]
@@ -261,6 +282,7 @@ def run_reproduction(request: Reproduction, options: RunOptions) -> Study:
         paper=paper,
         changes=changes,
         later_need=estimate_later_need(experiments, paper, runs, options.workers),
+        first_run=paper.metadata.first_run,
     )
     for sentence in describe_too_few_runs(experiments, paper, runs, request.directory):
         console.info(sentence)
@@ -276,3 +298,30 @@ def run_reproduction(request: Reproduction, options: RunOptions) -> Study:
     add_results = run_assays if has_missing_assays else None
     report(study, last=request.last, force=options.force, add_results=add_results, paper=paper)
     return Study(study)
+
+
+def _plan_stages(request: Reproduction, design: Design) -> StagedReproduction:
+    """Return the stages of a paper with a design."""
+    paper = request.paper
+    if request.variant != STANDARD_VARIANT:
+        raise RefusedError(
+            f"--variant {request.variant} applies to papers without stages; "
+            f"{paper.name} has stages ({DESIGN_FILE}): remove --variant"
+        )
+    require_positive("last", request.last)
+    require_positive("runs", request.runs)
+    runs = request.runs or (design.quick.runs if request.is_quick else paper.metadata.runs)
+    if request.is_quick:
+        design = design.shorten()
+    # More runs than those of the design would use runs of the confirmation.
+    tuning_runs = min(runs, design.tuning.runs)
+    return StagedReproduction(
+        paper,
+        design.with_tuning_runs(tuning_runs),
+        request.directory,
+        maps=(design.quick.maps if request.is_quick else paper.metadata.maps) or ("",),
+        runs=runs,
+        seed=request.seed,
+        assignments=request.assignments,
+        last=request.last,
+    )

@@ -59,6 +59,8 @@ class StudyRequest:
         Contents of further files of the directory, by file name.
     later_need
         Memory and disk that the caller needs after the runs. The resource check includes them.
+    first_run
+        Number of the first run of each condition.
     """
 
     experiments: Sequence[Experiment]
@@ -71,6 +73,7 @@ class StudyRequest:
     factors: Mapping[str, Factors] | None = None
     extra_files: Mapping[str, bytes] = field(default_factory=dict)
     later_need: Need = NO_NEED
+    first_run: int = 0
 
     @property
     def total_runs(self) -> int:
@@ -146,8 +149,9 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
 def _check_request(request: StudyRequest, options: RunOptions) -> _ExecutionPlan:
     """Return the plan of execution. Raise ArgumentError for a number out of range."""
     require_positive("runs", request.runs)
-    if request.runs > RUN_LIMIT:
-        raise ArgumentError("runs", request.runs, f"must be at most {RUN_LIMIT}")
+    max_runs = RUN_LIMIT - request.first_run
+    if request.runs > max_runs:
+        raise ArgumentError("runs", request.runs, f"must be at most {max_runs}")
     executor = options.make_executor()
     check_seed(request.seed)
     backend = _choose_backend(options.backend, executor, request)
@@ -157,7 +161,7 @@ def _check_request(request: StudyRequest, options: RunOptions) -> _ExecutionPlan
         min_tasks = 2
         parallel_tasks = max(parallel_tasks, len(request.experiments), min_tasks)
     for experiment in request.experiments:
-        require_founders(experiment, request.runs)
+        require_founders(experiment, request.first_run + request.runs)
     return _ExecutionPlan(executor, backend, parallel_tasks, Interval.parse(options.checkpoint))
 
 
@@ -216,6 +220,7 @@ def _open_or_create(request: StudyRequest) -> StudyStore:
         factors=factors,
         paper=request.paper.name if request.paper else "",
         changes=request.changes,
+        first_run=request.first_run,
     )
     if request.paper:
         save_copy(request.paper, request.directory)
@@ -245,7 +250,7 @@ def _announce_runs(
 
 def _describe_stored_runs(study: StudyStore, runs: int) -> str:
     """Return the number of stored runs as text."""
-    requested_runs = set(range(runs))
+    requested_runs = set(range(study.first_run, study.first_run + runs))
     n_stored = sum(
         len(requested_runs.intersection(study.runs(condition))) for condition in study.experiments
     )

@@ -114,7 +114,7 @@ class Study(StudyExports):
         ----------
         name
             "innate", "neutral", "within-life", "modules", "reaction", "descent", "opponents",
-            "fork" or "fork-mode".
+            "unseen-maps", "fork" or "fork-mode".
         condition
             Name of a condition. By default all conditions.
         generations

@@ -67,6 +67,14 @@ def reproduce(
     backend: Backend = "auto",
     executor: Executor = "threads",
     force: Force = False,
+    quick: Annotated[
+        bool,
+        Parameter(
+            negative="",
+            help="Run the short form of a paper with stages, in minutes: fewer maps, and too few "
+            "runs for verdicts.",
+        ),
+    ] = False,
 ) -> None:
     """Reproduce a paper: its conditions, statistics, assays, figures and report.
 
@@ -106,6 +114,7 @@ def reproduce(
             seed=seed,
             out=out,
             last=last_generations,
+            is_quick=quick,
         ),
         options,
     )

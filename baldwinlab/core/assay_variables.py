@@ -88,11 +88,18 @@ ASSAY_VARIABLES: Mapping[str, Mapping[str, Variable]] = {
             "mean fitness of the agents of a species when these generations meet",
         ),
     },
+    "unseen-maps": {
+        "energy": Variable(
+            ("run", "map"), np.float64, "energy", "mean fitness of the agents on this map"
+        ),
+    },
     "fork": _FORK_VARIABLES,
     "fork-mode": _FORK_VARIABLES,
 }
 # Assay of two species, which does not concern the Baldwin effect.
 OPPONENTS = "opponents"
+# Assay of generality, which does not concern the Baldwin effect.
+UNSEEN_MAPS = "unseen-maps"
 # Assays that evolve populations further, and the start of their branches.
 POPULATION = "population"
 MODE = "mode"

@@ -37,7 +37,9 @@ KINDS: Mapping[Kind, tuple[str, str]] = {
 Verdicts are counted by kind, and never added over kinds.
 """
 # Measures of every model. A model can declare more measures in `measures`.
-COMMON_MEASURES = ("best", "mean", "share", "most")
+COMMON_MEASURES = ("best", "mean", "share", "most", "unseen-maps")
+# Measure of the assay of the same name: the mean over agents and maps.
+UNSEEN_MAPS_MEASURE = "unseen-maps"
 
 RULES: Mapping[Rule, str] = {
     "greater": (

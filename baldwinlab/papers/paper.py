@@ -17,7 +17,7 @@ conditions/ are required. The folder contains no code.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -30,13 +30,9 @@ from baldwinlab.core.suggestions import list_names, suggest
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.fields import renamed_message
-from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.renamed import new_condition, upgrade
 from baldwinlab.papers.claims import (
-    COMMON_MEASURES,
-    FIRST_GENERATIONS,
     Claim,
-    ClaimComparison,
     read_claims,
 )
 from baldwinlab.papers.loading import DeclaredTable, PaperError, read_tables, validate_tables
@@ -77,6 +73,8 @@ class PaperMetadata(DeclaredTable):
     maps: tuple[str, ...] = ()
     # Runs of each condition.
     runs: int = Field(30, ge=1, le=MAX_RUNS)
+    # Number of the first run.
+    first_run: int = Field(0, ge=0, lt=MAX_RUNS)
     figures: tuple[Figure, ...] = DEFAULT_FIGURES
     # Assays of `reproduce`.
     assays: tuple[Assay, ...] = DEFAULT_ASSAYS
@@ -278,106 +276,3 @@ def open_paper(folder: Path, is_stored: bool = False) -> Paper:
     """Return the paper in a folder; only its paper.toml is checked. Raises PaperError."""
     path = folder / "paper.toml"
     return Paper(folder, validate_tables(PaperMetadata, read_tables(path), path), is_stored)
-
-
-def check_paper(paper: Paper) -> Paper:
-    """Check all files of a paper and return it. Raises PaperError with the first error."""
-    if not paper.names("conditions"):
-        raise PaperError(
-            f"{paper.folder / 'conditions'} contains no condition: a TOML file with changes of the "
-            "default experiment"
-        )
-    _require_distinct_names(paper)
-    metadata_path = paper.folder / "paper.toml"
-    listed_names = {"conditions": paper.metadata.conditions, "maps": paper.metadata.maps}
-    for kind, names_of_kind in listed_names.items():
-        _require_names(names_of_kind, paper.names(kind), f"{metadata_path}: {kind}")
-    names = paper.experiment_names()
-    experiments = [paper.experiment(name) for name in names]
-    for variant in paper.names("variants"):
-        paper.experiment(names[0], variant)
-    emergence = [paper.metadata.emergence] if paper.metadata.emergence else []
-    _require_names(emergence, names, f"{metadata_path}: emergence")
-    _require_names(paper.metadata.compared, names, f"{metadata_path}: compared")
-    claims_path = paper.folder / "claims.toml"
-    require_existing_names(paper.claims, claims_path, names, paper.measures)
-    for claim in paper.claims:
-        for choice in claim.choices:
-            location = f"{claims_path}: {claim.id}, choice {choice.id}"
-            _require_field(choice.field, experiments, location)
-    # Reading the texts checks them.
-    paper.texts  # noqa: B018
-    return paper
-
-
-def _require_distinct_names(paper: Paper) -> None:
-    """Raise PaperError if a name in claims or on the command line is ambiguous."""
-    for name in sorted({*paper.names("conditions")} & {*paper.names("controls")}):
-        raise PaperError(
-            f"{paper.folder / 'controls' / name}.toml: {name!r} is also the name of a condition; "
-            "choose another name for the control"
-        )
-    if FIRST_GENERATIONS in paper.experiment_names():
-        raise PaperError(
-            f"{paper.folder}: no condition can be named {FIRST_GENERATIONS!r}, because claims use "
-            "this name for the first generations; rename its file"
-        )
-
-
-def require_existing_names(
-    claims: Sequence[Claim],
-    path: Path,
-    conditions: list[str],
-    measures: Callable[[str], Mapping[str, Any] | None],
-) -> None:
-    """Raise PaperError if a claim names a condition or a measure that does not exist.
-
-    `conditions` are the existing names. `measures` returns the measures that the model of a
-    condition adds to `COMMON_MEASURES`, or None if the model is not loaded.
-    """
-    for claim in claims:
-        _require_names(
-            sorted(claim.conditions), conditions, f"{path}: {claim.id} names a condition"
-        )
-        for comparison in claim.comparisons:
-            for name in sorted(comparison.conditions):
-                model_measures = measures(name)
-                if model_measures is not None:
-                    location = f"{path}: {claim.id}"
-                    _require_measure(comparison, name, model_measures, location)
-
-
-def _require_measure(
-    comparison: ClaimComparison, condition: str, measures: Mapping[str, Any], location: str
-) -> None:
-    """Raise PaperError if the measure of a comparison does not exist or does not fit its rule."""
-    measure = comparison.measure
-    _require_names(
-        [measure], [*COMMON_MEASURES, *measures], f"{location}: a measure of {condition}"
-    )
-    if comparison.rule == "survives_longer" and not measures[measure].censored:
-        raise PaperError(
-            f"{location}: the rule 'survives_longer' needs a measure with censored runs, "
-            f"and {measure!r} of {condition} has none"
-        )
-
-
-def _require_names(names: Iterable[str], existing: list[str], location: str) -> None:
-    for name in names:
-        if name not in existing:
-            raise PaperError(f"{location} {name!r}, which does not exist{suggest(name, existing)}")
-
-
-def _require_field(path: str, experiments: Sequence[Experiment], location: str) -> None:
-    """Raise PaperError if a field is in no experiment.
-
-    The field of a part exists only in experiments that select the part.
-    """
-    faults = []
-    for experiment in experiments:
-        try:
-            look_up(experiment, path)
-        except ExperimentError as error:
-            faults.append(error)
-    if len(faults) == len(experiments):
-        raise PaperError(f"{location}: {faults[0]}")

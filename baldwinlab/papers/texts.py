@@ -31,6 +31,7 @@ Assay = Literal[
     "reaction",
     "descent",
     "opponents",
+    "unseen-maps",
     "fork",
     "fork-mode",
 ]

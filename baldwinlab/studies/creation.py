@@ -37,6 +37,7 @@ def create_study(
     factors: Mapping[str, Factors] = MappingProxyType({}),
     paper: str = "",
     changes: Sequence[str] = (),
+    first_run: int = 0,
 ) -> StudyStore:
     """Create a study, or open the existing one if it is the same.
 
@@ -57,6 +58,8 @@ def create_study(
         Name of the reproduced paper, "" for none.
     changes : sequence of str
         Assignments that changed the model of the paper.
+    first_run : int
+        Number of the first run of each condition.
 
     Returns
     -------
@@ -89,7 +92,14 @@ def create_study(
             require_files(experiment, where="")
         text = add_checksum(
             format_study(
-                names, seed, kind, factors=factors, paper=paper, changes=changes, sources=sources
+                names,
+                seed,
+                kind,
+                factors=factors,
+                paper=paper,
+                changes=changes,
+                sources=sources,
+                first_run=first_run,
             )
         )
         try:
@@ -102,6 +112,11 @@ def create_study(
     if not is_new:
         study.require_parts()
         _require_same(study, experiments, seed, kind, paper)
+        if study.first_run != first_run:
+            raise StudyError(
+                f"{directory} holds another study: its first run is {study.first_run}, "
+                f"not {first_run}; choose another --out"
+            )
     return study
 
 

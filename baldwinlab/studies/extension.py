@@ -90,5 +90,6 @@ def _add_change(study: StudyStore, experiments: dict[str, Experiment], change: s
         paper=study.paper,
         changes=[*other_changes, change],
         sources=sources,
+        first_run=study.first_run,
     )
     write_atomically(study.directory / STUDY_FILE_NAME, add_checksum(text).encode())

@@ -159,8 +159,9 @@ def find_missing_runs(
     Returns
     -------
     dict
-        Missing runs by name of condition; their numbers are less than `runs`.
+        Missing runs by name of condition. Their numbers start at the first run of the study.
     """
+    requested_runs = range(study.first_run, study.first_run + runs)
     missing: dict[str, list[int]] = {}
     for condition in study.experiments:
         stored = set(study.runs(condition))
@@ -170,7 +171,7 @@ def find_missing_runs(
             except DamagedRecordError as error:
                 damaged_path = study.rename_damaged(condition, run)
                 consequence = f"run {run} is not done again, as --runs is {runs}"
-                if run < runs:
+                if run in requested_runs:
                     consequence = "the run is done again"
                 log(f"{error}; it is renamed to {damaged_path.name}, and {consequence}")
                 stored.discard(run)
@@ -179,7 +180,7 @@ def find_missing_runs(
                 is_stopped = STOP_ATTRIBUTE in record.attrs
                 if record.sizes["generation"] < generations and not is_stopped:
                     stored.discard(run)
-        missing[condition] = [run for run in range(runs) if run not in stored]
+        missing[condition] = [run for run in requested_runs if run not in stored]
     return missing
 
 

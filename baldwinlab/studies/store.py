@@ -56,6 +56,7 @@ from baldwinlab.studies.study_file import (
     describe_changes,
     kind_and_factors,
     read_changes,
+    read_first_run,
     read_text_of_study,
     require_checksum,
     require_valid_contents,
@@ -88,6 +89,8 @@ class StudyStore:
         Name of the reproduced paper, "" if the study has none.
     changes : tuple of str
         Assignments that changed the model of the paper.
+    first_run : int
+        Number of the first run of each condition.
     experiments : dict
         The experiment of each condition.
     """
@@ -108,6 +111,7 @@ class StudyStore:
             self.parts = part_sources.read_part_records(content)
             self.paper: str = content.get("paper", "")
             self.changes = read_changes(content)
+            self.first_run = read_first_run(content)
         except FileNotFoundError:
             raise StudyError(f"{directory} holds no study: it has no study.toml") from None
         except (OSError, ValueError, KeyError, TypeError) as error:

@@ -112,6 +112,17 @@ def read_changes(content: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(changes)
 
 
+def read_first_run(content: Mapping[str, Any]) -> int:
+    """Return the number of the first run. Raises ValueError if it is not a number of a run."""
+    first_run = content.get("first_run", 0)
+    if type(first_run) is not int or not 0 <= first_run < RUN_LIMIT:
+        raise ValueError(
+            f"first_run = {first_run!r} must be a whole number, at least 0 and less than "
+            f"{RUN_LIMIT}"
+        )
+    return first_run
+
+
 def describe_changes(changes: Sequence[str]) -> str:
     """Return the sentence about a changed model; "" if nothing is changed."""
     if not changes:
@@ -128,6 +139,7 @@ def format_study(
     paper: str,
     changes: Sequence[str],
     sources: Sequence[Source],
+    first_run: int = 0,
 ) -> str:
     """Return the text of `study.toml`."""
     # A TOML library takes a minute for thousands of conditions. A JSON string is valid TOML.
@@ -141,6 +153,8 @@ def format_study(
         lines.append(f"paper = {json.dumps(paper)}")
     if changes:
         lines.append(f"changes = {json.dumps(list(changes))}")
+    if first_run:
+        lines.append(f"first_run = {first_run}")
     lines += [*part_sources.format_toml(sources), "", "[factors]"]
     # The points of a sweep have no factors.
     names_with_factors = () if kind == SWEEP else names

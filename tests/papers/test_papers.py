@@ -16,9 +16,10 @@ from baldwinlab.analysis.statistics.fitness import MEASURES
 from baldwinlab.analysis.statistics.rules import RULES
 from baldwinlab.core.assay_variables import ASSAY_VARIABLES
 from baldwinlab.papers import PaperError, presets
+from baldwinlab.papers.checks import check_paper
 from baldwinlab.papers.claims import COMMON_MEASURES
 from baldwinlab.papers.claims import RULES as RULE_DESCRIPTIONS
-from baldwinlab.papers.paper import PRESET_KINDS, check_paper
+from baldwinlab.papers.paper import PRESET_KINDS
 from baldwinlab.papers.texts import DEFAULT_ASSAYS, Assay, Inference
 from baldwinlab.studies.assays.catalog import DEFAULT_ASSAYS as MEASURED_BY_DEFAULT
 from baldwinlab.studies.store import StudyStore

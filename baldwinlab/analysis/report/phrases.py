@@ -12,6 +12,7 @@ MEASURE_NAMES = {
     "mean": "average agent",
     "share": "share of agents that ate",
     "most": "highest number of items that an agent ate",
+    "unseen-maps": "average agent on unseen maps",
 }
 RULE_AGGREGATES = {
     "mean_within": ", mean over runs",

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from baldwinlab.analysis.gallery.analysis import System, evaluate_systems
+from baldwinlab.core.assay_variables import UNSEEN_MAPS
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.factors import CONDITIONS
 from baldwinlab.papers import DEFAULT_PAPER, Paper, load_stored_paper
 from baldwinlab.papers.claims import KINDS
+from baldwinlab.papers.design import CONFIRMATION_FOLDER
 from baldwinlab.studies.assays import storage
 from baldwinlab.studies.claims_file import read_claims
 from baldwinlab.studies.open import open_conditions
@@ -78,7 +80,9 @@ def find_studies(folder: Path) -> dict[str, StudyStore]:
         The folder has no study of a paper.
     """
     studies: dict[str, StudyStore] = {}
-    directories = sorted(folder.iterdir()) if folder.is_dir() else []
+    entries = sorted(folder.iterdir()) if folder.is_dir() else []
+    # The study of a paper with stages is in a subfolder.
+    directories = [path for entry in entries for path in (entry, entry / CONFIRMATION_FOLDER)]
     for directory in directories:
         if not (directory.is_dir() and is_study(directory)):
             continue
@@ -145,6 +149,8 @@ def read_entries(folder: Path, last: int, log: Callable[[str], None]) -> list[En
 
 def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
     assays = storage.read_assays(study)
+    # Not an assay of the Baldwin effect.
+    assays.pop(UNSEEN_MAPS, None)
     conditions_with_runs = [name for name in study.experiments if study.runs(name)]
     systems: list[System] = []
     if assays:

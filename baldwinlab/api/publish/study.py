@@ -30,15 +30,20 @@ from baldwinlab.analysis.report import (
 )
 from baldwinlab.analysis.report.content import count_runs
 from baldwinlab.analysis.report.settings import describe_variants
+from baldwinlab.analysis.stages import section as stages_section
+from baldwinlab.analysis.stages.section import StagedResults
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_conditions
+from baldwinlab.analysis.statistics.unseen_maps import add_unseen_maps
 from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.multiverse import MULTIVERSE_FILE, MULTIVERSE_FOLDERS
 from baldwinlab.api.publish.plan import ReportPlan
-from baldwinlab.core.assay_variables import OPPONENTS
+from baldwinlab.api.publish.stages import read_staged_results
+from baldwinlab.core.assay_variables import OPPONENTS, UNSEEN_MAPS
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.appearance import describe_appearance
+from baldwinlab.papers.design import read_design
 from baldwinlab.simulation.replay import count_generations, replay
 from baldwinlab.studies.assays import storage
 from baldwinlab.studies.claims_file import write_claims
@@ -82,7 +87,9 @@ def publish_study(plan: ReportPlan, log: Callable[[str], None]) -> Published:
     """
     study = plan.study
     study.require_runs()
+    unseen_maps = storage.read_assays(study, [UNSEEN_MAPS]).get(UNSEEN_MAPS, {})
     data = fitness.cache_measures(open_conditions(study, list(study.experiments)))
+    data = add_unseen_maps(data, unseen_maps)
     samples = Samples(data, plan.last, plan.paper) if plan.paper else None
     results = evaluate_samples(samples) if samples else []
     instruction = instruction_of(study)
@@ -130,13 +137,27 @@ def _write_report(
     study = plan.study
     assays = storage.read_assays(study)
     opponents = assays.pop(OPPONENTS, {})
+    # The claims and the comparison with noise controls use this assay.
+    assays.pop(UNSEEN_MAPS, None)
     analysis = evaluate_assays(assays, plan.last, report.instruction) if assays else None
     sections = _extra_sections(plan, assays, analysis, standard)
     if opponents:
         figure_folder = study.directory / "figures"
         sections.append(opponents_section.make_section(opponents, figure_folder))
     summary = _summarize_learners(plan, report.results, analysis)
+    staged = _evaluate_stages(plan, report)
+    if staged:
+        summary = stages_section.make_summary(staged, study.directory)
+        sections.insert(0, stages_section.make_section(staged, study.directory))
     write_report(study.directory, template_values, plan.out, sections, summary)
+
+
+def _evaluate_stages(plan: ReportPlan, report: ReportData) -> StagedResults | None:
+    """Return the results of the stages of the paper, None if it has no stages."""
+    design = read_design(plan.paper) if plan.paper else None
+    if plan.paper is None or design is None:
+        return None
+    return read_staged_results(plan.study, plan.paper, design, report.data, report.results)
 
 
 def _summarize_learners(

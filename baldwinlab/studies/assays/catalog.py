@@ -7,7 +7,7 @@ from typing import Any, Final, Protocol
 
 import numpy.typing as npt
 
-from baldwinlab.core.assay_variables import FORKS, OPPONENTS
+from baldwinlab.core.assay_variables import FORKS, OPPONENTS, UNSEEN_MAPS
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.studies.assays import (
@@ -18,6 +18,7 @@ from baldwinlab.studies.assays import (
     neutral,
     opponents,
     reaction_norms,
+    unseen_maps,
     within_life,
 )
 from baldwinlab.studies.assays.sample import Conditions, Sample
@@ -48,11 +49,12 @@ ASSAYS: Mapping[str, Assay] = {
     "reaction": reaction_norms,
     "descent": descent,
     OPPONENTS: opponents,
+    UNSEEN_MAPS: unseen_maps,
 } | {name: fork.Fork(start) for name, start in FORKS.items()}
 
 # The assays that a command measures unless it names others. Those that are named simulate many
-# generations.
-NAMED_ASSAYS: Final = (OPPONENTS, *FORKS)
+# generations, or do not concern the Baldwin effect.
+NAMED_ASSAYS: Final = (OPPONENTS, UNSEEN_MAPS, *FORKS)
 DEFAULT_ASSAYS: Final = tuple(name for name in ASSAYS if name not in NAMED_ASSAYS)
 
 
@@ -95,6 +97,8 @@ def why_not_applicable(name: str, condition: str, experiments: Mapping[str, Base
         return "the assay modules needs agents with a reinforcement module"
     if not isinstance(experiment, Experiment):
         return f"the assay {name} needs the model miniworld, not {experiment.model}"
+    if name == UNSEEN_MAPS and not experiment.world.food:
+        return f"the assay {name} needs a map with food, and {condition} has none"
     return ""
 
 

@@ -31,7 +31,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
         The directory of a study, or a URL that fsspec can open.
     assay
         "innate", "neutral", "within-life", "modules", "reaction", "descent", "opponents",
-        "fork" or "fork-mode".
+        "unseen-maps", "fork" or "fork-mode".
     condition
         Name of a condition.
 

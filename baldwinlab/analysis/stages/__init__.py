@@ -1,0 +1,1 @@
+"""Evaluation of a study in stages: tuning, confirmation and specification curve."""

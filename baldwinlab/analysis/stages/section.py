@@ -1,0 +1,233 @@
+"""Report of a study in stages: sentences, a table for each map, and figures.
+
+Writes `learners.json` and `figures/learners.csv`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.phrases import format_number
+from baldwinlab.analysis.report.sections import ReportSummary, Section, render
+from baldwinlab.analysis.stages.figures import draw_runs, draw_specifications
+from baldwinlab.analysis.stages.noise_comparison import (
+    MATCHED_KINDS,
+    TAKEOFF_FITNESS,
+    LearnerRow,
+)
+from baldwinlab.analysis.stages.specification_curve import SpecificationResults
+from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
+from baldwinlab.analysis.statistics.rules import HOLDS, SIGNIFICANCE_LEVEL
+from baldwinlab.core.assay_variables import UNSEEN_MAPS
+from baldwinlab.core.file_writing import write_atomically
+
+RUNS_TITLE: Final = "All runs on unseen maps"
+CURVE_TITLE: Final = "Specification curve"
+
+
+@dataclass(frozen=True)
+class StagedResults:
+    """The results of a study in stages.
+
+    Attributes
+    ----------
+    rows
+        The learners on all maps.
+    noise_controls
+        Names of the noise controls.
+    specifications
+        The specification curve, None if it is not stored.
+    settings
+        The values of each factor of the specification curve, as text.
+    digests
+        SHA-256 of the claims and of the tuned values, by file.
+    notes
+        Sentences on the size of the study.
+    """
+
+    rows: Sequence[LearnerRow]
+    noise_controls: Sequence[str]
+    specifications: SpecificationResults | None
+    settings: Mapping[str, str]
+    digests: Mapping[str, str]
+    notes: Sequence[str] = ()
+
+    @property
+    def maps(self) -> list[str]:
+        """The maps, in the order of the study."""
+        return list(dict.fromkeys(row.map for row in self.rows))
+
+    @property
+    def claimed(self) -> list[LearnerRow]:
+        """The rows with a claim on the noise controls."""
+        return [row for row in self.rows if row.verdict]
+
+
+def make_summary(results: StagedResults, directory: Path) -> ReportSummary:
+    """Make the sentences and the tables at the top of a report, and write their data.
+
+    Parameters
+    ----------
+    results : StagedResults
+        The results.
+    directory : Path
+        Directory of the study.
+
+    Returns
+    -------
+    ReportSummary
+        The sentences and the tables.
+
+    Raises
+    ------
+    OSError
+        A file cannot be written.
+    """
+    _write_records(results, directory)
+    tables = {
+        map_name: [row for row in results.rows if row.map == map_name] for map_name in results.maps
+    }
+    table = render(
+        "stages/comparison.html",
+        tables=tables,
+        kinds=[kind for kind in MATCHED_KINDS if any(kind in row.matched for row in results.rows)],
+        noise_controls=results.noise_controls,
+        takeoff=TAKEOFF_FITNESS,
+    )
+    return ReportSummary([*compose_sentences(results)], table)
+
+
+def compose_sentences(results: StagedResults) -> Iterator[str]:
+    """Yield the main results as sentences."""
+    yield from results.notes
+    claimed = results.claimed
+    if claimed:
+        learners = list(dict.fromkeys(row.learner for row in claimed))
+        successes = [row for row in claimed if row.verdict == HOLDS]
+        n_successful = len({row.learner for row in successes})
+        yield (
+            f"On unseen maps, {n_successful} of {len(learners)} learning rules eat more than each "
+            f"noise control ({', '.join(results.noise_controls)}) on at least one map: "
+            f"{_list_learners(successes)}."
+        )
+    for kind in MATCHED_KINDS:
+        measured = [row for row in results.rows if kind in row.matched]
+        successes = [row for row in measured if _exceeds(row, kind)]
+        if measured:
+            yield (
+                f"{len(successes)} of {len(measured)} pairs of rule and map eat more than their "
+                f"{kind} control: {_list_learners(successes)}."
+            )
+    curve = results.specifications
+    if curve:
+        best = curve.learners[0]
+        yield (
+            f"Over {len(curve.specifications)} specifications, {best.learner} has the best median "
+            f"rank ({format_number(best.median_rank)} of {len(curve.learners)}). The agreement of "
+            f"the rank orders is W = {curve.w:.2f} (Kendall; 0 is none, 1 is complete)."
+        )
+
+
+def _exceeds(row: LearnerRow, kind: str) -> bool:
+    effect = row.matched[kind]
+    return effect.q < SIGNIFICANCE_LEVEL and effect.numbers.effect > 0
+
+
+def _list_learners(rows: Sequence[LearnerRow]) -> str:
+    maps: dict[str, list[str]] = {}
+    for row in rows:
+        maps.setdefault(row.learner, []).append(row.map)
+    names = [
+        f"{name} ({', '.join(filter(None, listed))})" if any(listed) else name
+        for name, listed in maps.items()
+    ]
+    return ", ".join(names) or "none"
+
+
+def make_section(results: StagedResults, directory: Path) -> Section:
+    """Make the section with the figures and the frozen files.
+
+    Parameters
+    ----------
+    results : StagedResults
+        The results.
+    directory : Path
+        Directory of the study.
+
+    Returns
+    -------
+    Section
+        The section.
+
+    Raises
+    ------
+    OSError
+        A figure cannot be written.
+    """
+    folder = directory / "figures"
+    runs_figure = ReportFigure(
+        name="unseen-maps",
+        title=RUNS_TITLE,
+        caption=(
+            "Each point is a run: items that the average agent of the last generation eats in a "
+            "life, mean over 20 maps on which no population evolved. Lines are medians; noise "
+            "controls are orange. The numbers are runs that take off (more than "
+            f"{TAKEOFF_FITNESS:g} item) of all runs."
+        ),
+        alternative=f"{RUNS_TITLE}. {' '.join(compose_sentences(results))}",
+        figure=draw_runs(results.rows, results.noise_controls),
+        table=[
+            {"learner": row.learner, "map": row.map, "items": float(value)}
+            for row in results.rows
+            for value in row.values
+        ],
+        commands=(f"baldwinlab assay . --assays {UNSEEN_MAPS}",),
+    )
+    figures = [save_and_inline(runs_figure, folder)]
+    curve = results.specifications
+    if curve:
+        curve_figure = ReportFigure(
+            name="specifications",
+            title=CURVE_TITLE,
+            caption=(
+                f"Each point is one of {len(curve.specifications)} combinations of "
+                f"{', '.join(results.settings)}. Rank 1 has the most items on unseen maps. "
+                "Lines are medians; noise controls are orange. "
+                f"Kendall's W = {curve.w:.2f}."
+            ),
+            alternative=f"{CURVE_TITLE}. Kendall's W is {curve.w:.2f}.",
+            figure=draw_specifications(curve, results.noise_controls),
+            table=[row.record() for row in curve.learners],
+        )
+        figures.append(save_and_inline(curve_figure, folder))
+    body = render("stages/section.html", results=results, curve=curve, figures=figures)
+    return Section("confirmation", "Confirmation and specification curve", body)
+
+
+def _write_records(results: StagedResults, directory: Path) -> None:
+    """Write the results as JSON and CSV, each atomically."""
+    rows = [row.record() for row in results.rows]
+    curve = results.specifications
+    record = {
+        "outcome": UNSEEN_MAPS,
+        "noise_controls": list(results.noise_controls),
+        "maps": results.maps,
+        "sha256": dict(results.digests),
+        "learners": rows,
+        "specification_curve": curve
+        and {
+            "specifications": len(curve.specifications),
+            "settings": dict(results.settings),
+            "kendall_w": finite_or_none(curve.w),
+            "p": finite_or_none(curve.p),
+            "learners": [row.record() for row in curve.learners],
+        },
+    }
+    text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
+    write_atomically(directory / "learners.json", f"{text}\n".encode())
+    write_atomically(directory / "figures" / "learners.csv", to_csv(list(rows[0]), rows))

@@ -1,0 +1,124 @@
+"""Specification curve: rank of each learner, and its effect, in each combination of settings.
+
+References
+----------
+U. Simonsohn, J. P. Simmons and L. D. Nelson, Nature Human Behaviour 4 (2020).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from baldwinlab.analysis.statistics.rank_agreement import measure_agreement
+from baldwinlab.analysis.statistics.samples import Sample
+from baldwinlab.experiment.factors import Factors
+
+
+class LearnerRanks(NamedTuple):
+    """A learner in all specifications.
+
+    Attributes
+    ----------
+    learner : str
+        Name of the learner.
+    ranks : Sample
+        Rank in each specification, [specification]; rank 1 has the largest fitness.
+    effects : Sample
+        Difference to the best noise control of the specification, [specification].
+    """
+
+    learner: str
+    ranks: Sample
+    effects: Sample
+
+    @property
+    def median_rank(self) -> float:
+        """The median rank over specifications."""
+        return float(np.median(self.ranks))
+
+    @property
+    def share_above_noise(self) -> float:
+        """The share of specifications with more than the best noise control."""
+        return float(np.mean(self.effects > 0))
+
+    def record(self) -> dict[str, Any]:
+        """Return the learner for JSON and CSV."""
+        return {
+            "learner": self.learner,
+            "specifications": self.ranks.size,
+            "median_rank": self.median_rank,
+            "lowest_rank": float(self.ranks.min()),
+            "highest_rank": float(self.ranks.max()),
+            "median_effect": float(np.median(self.effects)),
+            "share_above_noise": self.share_above_noise,
+        }
+
+
+class SpecificationResults(NamedTuple):
+    """Learners in all specifications, sorted by median rank.
+
+    Attributes
+    ----------
+    learners : list of LearnerRanks
+        The learners and the noise controls.
+    specifications : list of str
+        Names of the specifications.
+    w : float
+        Kendall's W of the rank orders.
+    p : float
+        Its p-value.
+    """
+
+    learners: list[LearnerRanks]
+    specifications: list[str]
+    w: float
+    p: float
+
+
+def evaluate_specifications(
+    values: Mapping[str, Sample], factors: Mapping[str, Factors], noise_controls: Sequence[str]
+) -> SpecificationResults | None:
+    """Rank the learners in each specification by their mean fitness on unseen maps.
+
+    Parameters
+    ----------
+    values : mapping of str to Sample
+        Fitness on unseen maps [run] by condition.
+    factors : mapping of str to Factors
+        Factors by condition. `variant` is the specification.
+    noise_controls : sequence of str
+        Names of the noise controls.
+
+    Returns
+    -------
+    SpecificationResults or None
+        The results, over specifications that have all conditions. None if there is none.
+    """
+    learners = list(dict.fromkeys(factor.learner for factor in factors.values()))
+    maps = dict.fromkeys(factor.map for factor in factors.values())
+    conditions = {factor: name for name, factor in factors.items()}
+    means: dict[str, list[float]] = {}
+    for variant in dict.fromkeys(factor.variant for factor in factors.values()):
+        names = [
+            [conditions[Factors(learner, map_name, variant)] for map_name in maps]
+            for learner in learners
+        ]
+        if all(name in values for group in names for name in group):
+            means[variant] = [
+                float(np.mean([values[name].mean() for name in group])) for group in names
+            ]
+    if not means:
+        return None
+    table = np.array(list(means.values()))
+    agreement = measure_agreement(table)
+    is_noise = np.array([learner in noise_controls for learner in learners])
+    effects = table - table[:, is_noise].max(axis=1, keepdims=True)
+    rows = [
+        LearnerRanks(learner, agreement.ranks[:, index], effects[:, index])
+        for index, learner in enumerate(learners)
+    ]
+    rows.sort(key=lambda row: row.median_rank)
+    return SpecificationResults(rows, list(means), agreement.w, agreement.p)

@@ -1,0 +1,144 @@
+"""Results of a study in stages for its report: the confirmation and the specification curve."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.analysis.claim_results import ClaimResult
+from baldwinlab.analysis.report.content import count_runs, format_range
+from baldwinlab.analysis.report.settings import format_value
+from baldwinlab.analysis.stages.noise_comparison import compare_with_noise
+from baldwinlab.analysis.stages.section import StagedResults
+from baldwinlab.analysis.stages.specification_curve import (
+    SpecificationResults,
+    evaluate_specifications,
+)
+from baldwinlab.analysis.statistics.unseen_maps import get_unseen_maps
+from baldwinlab.core.assay_variables import UNSEEN_MAPS
+from baldwinlab.core.output_paths import is_study
+from baldwinlab.experiment.paths import look_up
+from baldwinlab.papers import Paper
+from baldwinlab.papers.design import (
+    FROZEN_FILE,
+    SPECIFICATIONS_FOLDER,
+    Design,
+    digest_files,
+)
+from baldwinlab.studies.assays.storage import read_assays
+from baldwinlab.studies.store import StudyStore
+
+
+def read_staged_results(
+    study: StudyStore,
+    paper: Paper,
+    design: Design,
+    data: xr.Dataset,
+    results: Sequence[ClaimResult],
+) -> StagedResults | None:
+    """Return the results of the confirmation, None without the assay `unseen-maps`.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study of the confirmation.
+    paper : Paper
+        The paper.
+    design : Design
+        The design of the paper.
+    data : xr.Dataset
+        The runs of the study, with the fitness on unseen maps.
+    results : sequence of ClaimResult
+        The evaluated claims.
+    """
+    unseen = get_unseen_maps(data)
+    values = {
+        name: unseen.sel(condition=name).dropna("run").values
+        for name in study.experiments
+        if unseen.sel(condition=name).notnull().any()
+    }
+    if not values:
+        return None
+    digests = _read_digests(study)
+    return StagedResults(
+        rows=compare_with_noise(
+            values,
+            study.factors,
+            design.noise_controls,
+            _format_tuned_settings(study, design),
+            results,
+        ),
+        noise_controls=design.noise_controls,
+        specifications=_read_specifications(study, design),
+        settings={
+            field: " or ".join(format_value(value) for value in values_of_field)
+            for field, values_of_field in design.specification_curve.factors.items()
+        },
+        digests=digests,
+        notes=[*describe_size(study, paper, data), *_describe_changed_files(paper, digests)],
+    )
+
+
+def describe_size(study: StudyStore, paper: Paper, data: xr.Dataset) -> list[str]:
+    """Return sentences on differences between the size of a study and that of its paper."""
+    metadata = paper.metadata
+    if study.first_run != metadata.first_run:
+        return [
+            f"The runs of this study start at number {study.first_run}, and the confirmation of "
+            f"the paper starts at {metadata.first_run}: this is an exploratory study, for example "
+            "of an earlier edition, and the claims do not apply to it."
+        ]
+    maps = {factors.map for factors in study.factors.values()}
+    n_maps = max(1, len(metadata.maps))
+    runs = count_runs(data).values()
+    if len(maps) == n_maps and min(runs) >= metadata.runs:
+        return []
+    return [
+        f"This is a quick or incomplete study: {format_range(runs)} of {metadata.runs} runs and "
+        f"{len(maps)} of {n_maps} maps. It checks the procedure, and its verdicts are preliminary."
+    ]
+
+
+def _read_digests(study: StudyStore) -> dict[str, str]:
+    """Return the SHA-256 of the claims and of the tuned values at the start of the study."""
+    path = study.directory / FROZEN_FILE
+    return dict(json.loads(path.read_text())) if path.exists() else {}
+
+
+def _describe_changed_files(paper: Paper, digests: Mapping[str, str]) -> list[str]:
+    """Return a sentence for each file of the paper that differs from the start of the study."""
+    current = digest_files(paper, tuned="")
+    return [
+        f"{name} has been changed since the study was created: its claims were not fixed before."
+        for name, digest in digests.items()
+        if (paper.folder / name).exists() and current[name] != digest
+    ]
+
+
+def _format_tuned_settings(study: StudyStore, design: Design) -> dict[str, str]:
+    """Return the tuned setting of each condition, such as "rate 0.03"."""
+    settings = {}
+    for grid in design.tuning.grids:
+        targets = (grid.target,) if grid.target else grid.conditions
+        name = grid.field.rpartition(".")[2]
+        for condition, experiment in study.experiments.items():
+            if study.factors[condition].learner in targets:
+                value, _ = look_up(experiment, grid.field)
+                settings[condition] = f"{name} {format_value(value)}"
+    return settings
+
+
+def _read_specifications(study: StudyStore, design: Design) -> SpecificationResults | None:
+    """Return the specification curve next to the confirmation, None if it is not stored."""
+    directory = study.directory.parent / SPECIFICATIONS_FOLDER
+    if not is_study(directory):
+        return None
+    specifications = StudyStore(directory)
+    assays: Mapping[str, xr.Dataset] = read_assays(specifications, [UNSEEN_MAPS]).get(
+        UNSEEN_MAPS, {}
+    )
+    values = {name: np.asarray(data["energy"].mean("map")) for name, data in assays.items()}
+    return evaluate_specifications(values, specifications.factors, design.noise_controls)

@@ -1,0 +1,260 @@
+"""Reproduce a paper in stages: tuning, confirmation and specification curve."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from types import MappingProxyType
+
+from baldwinlab.analysis.stages.tuning import choose_values, measure_medians
+from baldwinlab.api.report import report
+from baldwinlab.api.run_assays import run_missing_assays
+from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_study import StudyRequest, run_missing
+from baldwinlab.core import console
+from baldwinlab.core.assay_variables import UNSEEN_MAPS
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.output_paths import is_study
+from baldwinlab.experiment import assign
+from baldwinlab.papers import Paper
+from baldwinlab.papers.design import (
+    CONFIRMATION_FOLDER,
+    FROZEN_FILE,
+    SPECIFICATIONS_FOLDER,
+    TUNED_FILE,
+    TUNING_FOLDER,
+    Design,
+    Grid,
+    StudyConditions,
+    TunedSettings,
+    confirmation_conditions,
+    digest_files,
+    format_tuned,
+    join_map,
+    read_tuned,
+    specification_conditions,
+    tuning_conditions,
+)
+from baldwinlab.studies.assays.storage import assay_path
+from baldwinlab.studies.assays.unseen_maps import N_LIVES
+from baldwinlab.studies.open import open_conditions
+from baldwinlab.studies.records import record_path
+from baldwinlab.studies.run import count_agent_steps
+from baldwinlab.studies.store import StudyStore
+
+
+@dataclass(frozen=True)
+class StagedReproduction:
+    """A paper with a design, and the size of its study.
+
+    Attributes
+    ----------
+    paper
+        The paper.
+    design
+        The design, possibly shortened.
+    directory
+        Folder of the studies of all stages.
+    maps
+        Maps of the tuning and of the confirmation; ("",) if the paper has none.
+    runs
+        Number of runs of each condition of the confirmation.
+    seed
+        Seed of all studies.
+    assignments
+        Settings that change the model of the paper in all stages.
+    last
+        Number of final generations that are averaged in each run.
+    """
+
+    paper: Paper
+    design: Design
+    directory: Path
+    maps: Sequence[str]
+    runs: int
+    seed: int = 0
+    assignments: Sequence[str] = ()
+    last: int = 10
+
+    def tuning_request(self, grid: Grid, value: float) -> StudyRequest:
+        """Return the study of a value of a grid."""
+        conditions = tuning_conditions(self.paper, grid, self.maps, value)
+        folder = Path(TUNING_FOLDER) / grid.folder(value)
+        request = self._make_request(conditions, folder, self.design.tuning.runs)
+        # A tuning study evaluates no claims.
+        return replace(request, paper=None, changes=())
+
+    def confirmation_request(
+        self, tuned: TunedSettings, digests: Mapping[str, str] = MappingProxyType({})
+    ) -> StudyRequest:
+        """Return the study of the confirmation. A new study contains the digests."""
+        conditions = confirmation_conditions(self.paper, self.design, self.maps, tuned)
+        request = self._make_request(conditions, Path(CONFIRMATION_FOLDER), self.runs)
+        # The digests are those of the first call.
+        is_new = not is_study(request.directory)
+        files = {FROZEN_FILE: json.dumps(dict(digests), indent=2).encode()} if is_new else {}
+        first_run = self.paper.metadata.first_run
+        return replace(request, first_run=first_run, extra_files=files)
+
+    def specifications_request(self) -> StudyRequest:
+        """Return the study of the specification curve."""
+        conditions = specification_conditions(self.paper, self.design)
+        runs = self.design.specification_curve.runs
+        request = self._make_request(conditions, Path(SPECIFICATIONS_FOLDER), runs)
+        return replace(request, paper=None, changes=())
+
+    def _make_request(self, conditions: StudyConditions, folder: Path, runs: int) -> StudyRequest:
+        experiments = [
+            assign(experiment, self.assignments) for experiment in conditions.experiments
+        ]
+        return StudyRequest(
+            experiments,
+            self.directory / folder,
+            runs=runs,
+            seed=self.seed,
+            paper=self.paper,
+            changes=self.assignments,
+            factors=conditions.factors,
+        )
+
+
+def run_stages(reproduction: StagedReproduction, options: RunOptions) -> StudyStore:
+    """Run the missing runs and assays of all stages, and write the report of the confirmation.
+
+    A repeated call simulates only the missing runs and assays.
+
+    Parameters
+    ----------
+    reproduction
+        The paper and the size of its study.
+    options
+        Workers, backend, executor and force.
+
+    Returns
+    -------
+    StudyStore
+        The study of the confirmation.
+
+    Raises
+    ------
+    ArgumentError
+        A number is out of range.
+    StudyError
+        A directory holds another study.
+    RefusedError
+        The backend cannot be used on this machine, or too little memory or disk is free.
+    InterruptedStudyError
+        A worker or a disk failed.
+    """
+    design = reproduction.design
+    grid_values = [(grid, value) for grid in design.tuning.grids for value in grid.values]
+    tuning = [reproduction.tuning_request(grid, value) for grid, value in grid_values]
+    # The chosen values do not change the number of agent-steps.
+    confirmation = reproduction.confirmation_request({})
+    specifications = reproduction.specifications_request()
+    clock = _Clock(
+        [
+            *(_count_missing_steps(request, is_assayed=False) for request in tuning),
+            _count_missing_steps(confirmation, is_assayed=True),
+            _count_missing_steps(specifications, is_assayed=True),
+        ]
+    )
+    stores = []
+    for (grid, value), request in zip(grid_values, tuning, strict=True):
+        clock.announce(f"Tuning, {grid.field} = {value}")
+        stores.append(run_missing(request, options))
+    measured = _choose_tuned(grid_values, stores, reproduction)
+    tuned, digests = _freeze_tuned(measured, reproduction)
+    clock.announce("Confirmation")
+    study = _run_assayed(reproduction.confirmation_request(tuned, digests), options)
+    clock.announce("Specification curve")
+    _run_assayed(specifications, options)
+    report(study, last=reproduction.last, force=options.force, paper=reproduction.paper)
+    return study
+
+
+def _run_assayed(request: StudyRequest, options: RunOptions) -> StudyStore:
+    study = run_missing(request, options)
+    run_missing_assays(study, [UNSEEN_MAPS], options)
+    return study
+
+
+def _choose_tuned(
+    grid_values: Sequence[tuple[Grid, float]],
+    stores: Sequence[StudyStore],
+    reproduction: StagedReproduction,
+) -> dict[str, dict[str, float]]:
+    """Return the best value of each tuned condition, from the stored tuning runs."""
+    console.info("choosing the best value of each condition")
+    medians = {
+        (grid.name, value): measure_medians(open_conditions(study, list(study.experiments)))
+        for (grid, value), study in zip(grid_values, stores, strict=True)
+    }
+    tuned: dict[str, dict[str, float]] = {}
+    for grid in reproduction.design.tuning.grids:
+        chosen = choose_values({value: medians[grid.name, value] for value in grid.values})
+        for condition, map_name in product(grid.conditions, reproduction.maps):
+            target = join_map(grid.target or condition, map_name)
+            tuned[target] = {grid.field: chosen[join_map(condition, map_name)]}
+    return tuned
+
+
+def _freeze_tuned(
+    measured: dict[str, dict[str, float]], reproduction: StagedReproduction
+) -> tuple[TunedSettings, dict[str, str]]:
+    """Write the measured values. Return the committed or else the measured values, and digests."""
+    paper = reproduction.paper
+    comment = f"Best values by the runs 0 to {reproduction.design.tuning.runs - 1} of the tuning."
+    path = reproduction.directory / TUNED_FILE
+    text = format_tuned(measured, comment)
+    write_atomically(path, text.encode())
+    digests = digest_files(paper, text)
+    committed = read_tuned(paper)
+    if committed is None:
+        console.info(f"{path}: chosen values, used in the confirmation")
+        return measured, digests
+    different = [name for name in measured if measured[name] != committed.get(name)]
+    console.info(
+        f"The confirmation uses the values in {TUNED_FILE} of the paper. "
+        f"The tuning runs give another value for {len(different)} of {len(measured)} conditions."
+    )
+    return committed, digests
+
+
+def _count_missing_steps(request: StudyRequest, is_assayed: bool) -> int:
+    """Return the number of agent-steps of the runs and assays that have no file."""
+    steps = 0
+    for experiment in request.experiments:
+        runs = range(request.first_run, request.first_run + request.runs)
+        paths = [record_path(request.directory, experiment.name, run) for run in runs]
+        n_missing = sum(not path.exists() for path in paths)
+        steps += n_missing * count_agent_steps(experiment)
+        if is_assayed:
+            path = assay_path(request.directory, UNSEEN_MAPS, experiment.name)
+            n_assayed = 0 if path.exists() and not n_missing else request.runs
+            steps += n_assayed * experiment.agent_steps * N_LIVES
+    return steps
+
+
+class _Clock:
+    """Estimate of the time left for all studies, from the speed of the studies that are done."""
+
+    def __init__(self, steps: Sequence[int]) -> None:
+        self._steps = steps
+        self._n_begun = 0
+        self._start = time.monotonic()
+
+    def announce(self, title: str) -> None:
+        """Print the title of the next study, and the time left for it and all later studies."""
+        done = sum(self._steps[: self._n_begun])
+        left = sum(self._steps[self._n_begun :])
+        self._n_begun += 1
+        seconds = time.monotonic() - self._start
+        note = f"{left:,} agent-steps left in all stages"
+        if done and left:
+            note += f", about {max(1, round(seconds * left / done / 60))} min"
+        console.info(f"{title}: study {self._n_begun} of {len(self._steps)}; {note}")

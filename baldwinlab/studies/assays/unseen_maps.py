@@ -1,0 +1,163 @@
+"""Assay of unseen maps: fitness of the last generation on maps on which no population evolved.
+
+All genomes of the last generation are simulated with the settings of their condition on `N_MAPS`
+maps. A map keeps the arrangement of food, walls and patches of the condition's map, and moves it as
+a whole to a random position. The center of the start disc is uniform on the map, and newborns have
+random headings. The maps depend only on the world of the condition. They are the same for all runs,
+seeds and learning rules.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.experiment import Experiment
+from baldwinlab.studies.assays.sample import Conditions, Sample
+
+N_MAPS: Final = 20
+N_LIVES: Final = 1 + N_MAPS
+"""One life on the map of the condition verifies the stored run."""
+GENERATOR_SEED: Final = 20
+"""Seed of the generator of maps. Another seed would define another assay."""
+MAX_DRAWS: Final = 10_000
+"""Number of draws of a start position after which a world has no space for it."""
+
+FEATURE_BOXES: Final = {"walls": "boxes", "patches": "patches"}
+"""World features with rectangles on the map, and the field with one row per rectangle."""
+
+Boxes = npt.NDArray[np.float64]
+"""Left, right, upper and lower edge of each rectangle, [box, edge]."""
+
+
+class UnseenMap(NamedTuple):
+    """Position of an unseen map relative to the map of the condition.
+
+    Attributes
+    ----------
+    shift_x, shift_y : int
+        Displacement of food, walls and patches, in units of length.
+    start_x, start_y : int
+        Center of the start disc.
+    """
+
+    shift_x: int
+    shift_y: int
+    start_x: int
+    start_y: int
+
+
+def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
+    maps = draw_maps(study.experiments[condition])
+    positions = {
+        name: ("map", np.array([getattr(drawn, name) for drawn in maps], np.int32))
+        for name in UnseenMap._fields
+    }
+    return {"map": np.arange(N_MAPS, dtype=np.int32), **positions}
+
+
+def count_lives(study: Conditions, condition: str) -> int:
+    return N_LIVES
+
+
+def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+    """Measure `energy` [run, map]: the mean over the agents of the last generation."""
+    n_generations = sample.experiment.evolution.generations
+    genomes = sample.genomes(n_generations - 1)
+    sample.simulate_as_evolved(n_generations - 1, genomes)
+    energies = []
+    for map_index, unseen_map in enumerate(draw_maps(sample.experiment)):
+        moved = move_experiment(sample.experiment, unseen_map)
+        # Worlds of unused generations: each map has its own random numbers.
+        outcomes = sample.simulate(moved, n_generations + map_index, genomes)
+        energies.append(outcomes.energy.mean(axis=1))
+    return {"energy": np.stack(energies, axis=1)}
+
+
+def draw_maps(experiment: Experiment) -> list[UnseenMap]:
+    """Return the unseen maps of an experiment, which depend only on its world.
+
+    Food, walls and patches stay on the map. No start disc overlaps them.
+    """
+    world = experiment.world
+    boxes = np.array(list_boxes(experiment))
+    lowest = boxes.min(axis=0)
+    highest = boxes.max(axis=0)
+    maps = []
+    for map_number in range(N_MAPS):
+        generator = np.random.default_rng([GENERATOR_SEED, map_number])
+        u, v = generator.random(2)
+        shift_x = round(u * (world.width - highest[1]) - (1 - u) * lowest[0])
+        shift_y = round(v * (world.height - highest[3]) - (1 - v) * lowest[2])
+        moved_boxes = boxes + np.array([shift_x, shift_x, shift_y, shift_y])
+        start_x, start_y = _draw_start(world, moved_boxes, generator)
+        maps.append(UnseenMap(shift_x, shift_y, start_x, start_y))
+    return maps
+
+
+def _draw_start(world: Any, boxes: Boxes, generator: np.random.Generator) -> tuple[int, int]:
+    """Return the center of a start disc that overlaps no box.
+
+    After `MAX_DRAWS` draws, the last one is returned: the world has no space for the disc.
+    """
+    for _ in range(MAX_DRAWS):
+        u, v = generator.random(2)
+        x, y = int(u * world.width), int(v * world.height)
+        if (_measure_distances(x, y, boxes, world) > world.start.radius).all():
+            break
+    return x, y
+
+
+def _measure_distances(x: float, y: float, boxes: Boxes, world: Any) -> npt.NDArray[np.float64]:
+    """Return the distance of a position from each box on the torus."""
+    gaps = []
+    for position, size, (low, high) in (
+        (x, world.width, boxes.T[:2]),
+        (y, world.height, boxes.T[2:]),
+    ):
+        # The position, and its images on the neighboring maps.
+        images = position + np.array([[-size], [0], [size]])
+        gaps.append(np.maximum(np.maximum(low - images, images - high), 0).min(axis=0))
+    return np.asarray(np.hypot(*gaps))
+
+
+def list_boxes(experiment: Experiment) -> list[list[float]]:
+    """Return the rectangles of food, walls and patches: left, right, upper and lower edge."""
+    world = experiment.to_dict()["world"]
+    food = [[*region["x"], *region["y"]] for region in world["food"]]
+    rows = [row[:4] for feature, field in _list_fields(world) for row in world[feature][field]]
+    return food + rows
+
+
+def move_experiment(experiment: Experiment, unseen_map: UnseenMap) -> Experiment:
+    """Return the experiment on an unseen map, with random headings of newborns."""
+    shift_x, shift_y, start_x, start_y = unseen_map
+    world = experiment.to_dict()["world"]
+    food = [
+        {**region, "x": _move(region["x"], shift_x), "y": _move(region["y"], shift_y)}
+        for region in world["food"]
+    ]
+    changes: dict[str, Any] = {
+        "start": {"x": start_x, "y": start_y, "headings": "random"},
+        "food": food,
+    }
+    for feature, field in _list_fields(world):
+        changes[feature] = {
+            field: [
+                [*_move(row[:2], shift_x), *_move(row[2:4], shift_y), *row[4:]]
+                for row in world[feature][field]
+            ]
+        }
+    return experiment.replace(world=changes)
+
+
+def _list_fields(world: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the features of a world with rectangles, and the field of the rectangles."""
+    return [(name, field) for name, field in FEATURE_BOXES.items() if name in world["features"]]
+
+
+def _move(edges: Sequence[float], shift: int) -> list[float]:
+    return [edge + shift for edge in edges]
