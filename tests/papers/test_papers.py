@@ -17,7 +17,7 @@ from baldwinlab.analysis.statistics.rules import RULES
 from baldwinlab.core.assay_variables import ASSAY_VARIABLES
 from baldwinlab.papers import PaperError, presets
 from baldwinlab.papers.checks import check_paper
-from baldwinlab.papers.claims import COMMON_MEASURES
+from baldwinlab.papers.claims import COMMON_MEASURES, UNSEEN_MAPS_MEASURE
 from baldwinlab.papers.claims import RULES as RULE_DESCRIPTIONS
 from baldwinlab.papers.paper import PRESET_KINDS
 from baldwinlab.papers.texts import DEFAULT_ASSAYS, Assay, Inference
@@ -129,7 +129,7 @@ def test_the_default_paper_is_valid_and_complete() -> None:
 
 def test_papers_can_name_all_rules_measures_assays_and_criteria() -> None:
     assert RULE_DESCRIPTIONS.keys() == RULES.keys()
-    assert set(COMMON_MEASURES) == {*MEASURES, "most"}
+    assert set(COMMON_MEASURES) == {*MEASURES, "most", UNSEEN_MAPS_MEASURE}
     assert get_args(Assay) == tuple(ASSAY_VARIABLES)
     assert DEFAULT_ASSAYS == MEASURED_BY_DEFAULT
     assert set(get_args(Inference.model_fields["question"].annotation)) == {
@@ -442,7 +442,7 @@ def test_list_papers_describes_each_paper(command: Command) -> None:
     assert result.code == 0
     assert re.search(r"^le-2019 +Nam Le, Evolving Self-taught", result.out, re.MULTILINE)
     assert "conditions: 6, claims: 9, https://" in result.out
-    assert "claims: 76\n" in result.out
+    assert "claims: 96\n" in result.out
     assert "1987, guessing, guessing-100, guessing-10000, all-set, never-guessing\n" in result.out
     assert "command: baldwinlab reproduce hinton-nowlan-1987\n" in result.out
     assert re.search(r"2026, evo/A, .* and 74 more\n", result.out)

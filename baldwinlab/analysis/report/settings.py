@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -13,10 +13,13 @@ from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.paths import iterate_settings
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.claims import OpenChoice
+from baldwinlab.papers.design import read_design
 from baldwinlab.papers.paper import STANDARD_VARIANT
 
 
-def describe_variant(experiment: Experiment, paper: Paper) -> str:
+def describe_variant(
+    experiment: Experiment, paper: Paper, tuned_settings: Collection[str] = ()
+) -> str:
     """Return the variant of the paper that an experiment follows.
 
     Parameters
@@ -25,6 +28,8 @@ def describe_variant(experiment: Experiment, paper: Paper) -> str:
         An experiment of the MiniWorld model.
     paper : Paper
         The paper.
+    tuned_settings : collection of str
+        Settings that the stages of the paper choose. They are not compared.
 
     Returns
     -------
@@ -35,7 +40,8 @@ def describe_variant(experiment: Experiment, paper: Paper) -> str:
     for name in dict.fromkeys([STANDARD_VARIANT, *paper.names("variants")]):
         # The paper may lack the condition, or the variant may not apply to it.
         with suppress(ExperimentError, PaperError):
-            differences[name] = _list_changes(paper.experiment(experiment.name, name), experiment)
+            base = paper.experiment(experiment.name, name)
+            differences[name] = _list_changes(base, experiment, tuned_settings)
             if not differences[name]:
                 return name
     if STANDARD_VARIANT not in differences:
@@ -47,16 +53,25 @@ def describe_variants(conditions: Experiments, paper: Paper | None) -> dict[str,
     """Return the result of `describe_variant` by condition, empty without a paper."""
     if paper is None:
         return {}
-    return {name: describe_variant(experiment, paper) for name, experiment in conditions.items()}
+    design = read_design(paper)
+    tuned_settings = [grid.field for grid in design.tuning.grids] if design else []
+    return {
+        name: describe_variant(experiment, paper, tuned_settings)
+        for name, experiment in conditions.items()
+    }
 
 
-def _list_changes(base: Experiment, experiment: Experiment) -> list[str]:
+def _list_changes(
+    base: Experiment, experiment: Experiment, tuned_settings: Collection[str]
+) -> list[str]:
     base_settings = dict(iterate_settings(base.to_dict()))
     settings = dict(iterate_settings(experiment.to_dict()))
     return [
         f"{path} = {format_value(value)}"
         for path, value in settings.items()
-        if base_settings.get(path) != value and not path.startswith("record.")
+        if base_settings.get(path) != value
+        and not path.startswith("record.")
+        and path not in tuned_settings
     ]
 
 
