@@ -81,7 +81,15 @@ class StagedReproduction:
     last: int = 10
 
     def tuning_request(self, grid: Grid, value: float) -> StudyRequest:
-        """Return the study of a value of a grid."""
+        """Return the study of a value of a grid.
+
+        Parameters
+        ----------
+        grid
+            The grid.
+        value
+            One of its values.
+        """
         conditions = tuning_conditions(self.paper, grid, self.maps, value)
         folder = Path(TUNING_FOLDER) / grid.folder(value)
         request = self._make_request(conditions, folder, self.design.tuning.runs)
@@ -91,7 +99,15 @@ class StagedReproduction:
     def confirmation_request(
         self, tuned: TunedSettings, digests: Mapping[str, str] = MappingProxyType({})
     ) -> StudyRequest:
-        """Return the study of the confirmation. A new study contains the digests."""
+        """Return the study of the confirmation.
+
+        Parameters
+        ----------
+        tuned
+            The chosen values.
+        digests
+            SHA-256 of the claims and of the tuned values. A new study stores them.
+        """
         conditions = confirmation_conditions(self.paper, self.design, self.maps, tuned)
         request = self._make_request(conditions, Path(CONFIRMATION_FOLDER), self.runs)
         # The digests are those of the first call.

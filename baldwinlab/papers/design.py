@@ -264,4 +264,5 @@ def specification_conditions(paper: Paper, design: Design) -> StudyConditions:
 
 
 def _change(experiment: Experiment, settings: Mapping[str, Any]) -> Experiment:
-    return assign(experiment, format_assignments(settings))
+    changed: Experiment = assign(experiment, format_assignments(settings))
+    return changed

@@ -2,7 +2,7 @@
 
 References
 ----------
-U. Simonsohn, J. P. Simmons and L. D. Nelson, Nature Human Behaviour 4 (2020).
+U. Simonsohn, J. P. Simmons and L. D. Nelson, Specification curve analysis, 2020.
 """
 
 from __future__ import annotations

@@ -40,7 +40,18 @@ def add_unseen_maps(data: xr.Dataset, assays: Mapping[str, xr.Dataset]) -> xr.Da
 
 
 def get_unseen_maps(data: xr.Dataset) -> xr.DataArray:
-    """Return the mean fitness on unseen maps (condition, run); NaN without the assay."""
+    """Return the mean fitness on unseen maps.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs of a study.
+
+    Returns
+    -------
+    xr.DataArray
+        Fitness (condition, run); NaN without the assay.
+    """
     if VARIABLE in data:
         return data[VARIABLE]
     shape = (data.sizes["condition"], data.sizes["run"])

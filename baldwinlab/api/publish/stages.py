@@ -83,7 +83,17 @@ def read_staged_results(
 
 
 def describe_size(study: StudyStore, paper: Paper, data: xr.Dataset) -> list[str]:
-    """Return sentences on differences between the size of a study and that of its paper."""
+    """Return sentences on differences between the size of a study and that of its paper.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study of the confirmation.
+    paper : Paper
+        The paper.
+    data : xr.Dataset
+        The runs of the study.
+    """
     metadata = paper.metadata
     if study.first_run != metadata.first_run:
         return [

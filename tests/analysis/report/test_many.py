@@ -45,7 +45,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_questions_without_a_paper_have_no_column_for_one(page: Path) -> None:
     text = re.sub(r'src="[^"]*"', "", page.read_text("utf-8"))
-    assert "96 own questions: " in text and "claims of the paper:" not in text
+    assert "80 own questions: " in text and "claims of the paper:" not in text
     assert ">Paper</th>" not in text and 'data-label="paper"' not in text
     assert 'id="differences"' not in text
     assert "This study has 8 runs per condition, and the paper has 60." in text
