@@ -194,7 +194,7 @@ def test_an_invalid_export_is_rejected_with_a_message(command: Command, tmp_path
 
 def test_a_page_of_an_experiment_with_a_control_of_learning_is_refused() -> None:
     experiment = load("evo+self-taught/A").replace(learning={"control": "yoked"})
-    with pytest.raises(RefusedError, match="learning.control = 'yoked' is set, which only"):
+    with pytest.raises(RefusedError, match=r"learning\.control = 'yoked' is set, which only"):
         render_live_page([experiment], 0)
 
 

@@ -22,7 +22,6 @@ CONTROLS = [
     "evolution.inheritance=none",
     "learning.teacher=shuffled",
     "learning.teacher=fresh",
-    "learning.control=drift",
     "learning.control=yoked",
     "learning.steps=3",
     "learning.cost_per_step=0.1",
@@ -132,7 +131,5 @@ def test_rules_refuse_the_controls_that_the_documentation_lists() -> None:
         "learning.teacher=fresh": set(RULES) - taught,
     }
     expected["learning.evolved_rate=true"] = STRENGTH_RULES
-    expected |= {
-        control: {"drift"} for control in ("learning.control=drift", "learning.control=yoked")
-    }
+    expected["learning.control=yoked"] = {"drift"}
     assert refused == {control: expected.get(control, set()) for control in CONTROLS}
