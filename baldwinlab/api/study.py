@@ -113,8 +113,9 @@ class Study(StudyExports):
         Parameters
         ----------
         name
-            "innate", "neutral", "within-life", "modules", "reaction", "descent", "opponents",
-            "unseen-maps", "fork" or "fork-mode".
+            "innate", "neutral", "within-life", "modules", "reaction", "descent",
+            "reaction-norms", "canalization", "opponents", "unseen-maps", "fork" or
+            "fork-mode".
         condition
             Name of a condition. By default all conditions.
         generations

@@ -80,6 +80,28 @@ ASSAY_VARIABLES: Mapping[str, Mapping[str, Variable]] = {
             "effective number of founders: 1 / sum of squared shares in the gene pool",
         ),
     },
+    "reaction-norms": {
+        "energy": Variable(
+            ("run", "generation", "factor", "agent"),
+            np.float64,
+            "energy",
+            "fitness with this multiple of the amount of learning; NaN if it is not valid",
+        ),
+    },
+    "canalization": {
+        "energy": Variable(
+            ("run", "generation", "life", "world", "agent"),
+            np.float64,
+            "energy",
+            "fitness of the agent in this kind of lifetime and in this world",
+        ),
+        "mutant_energy": Variable(
+            ("run", "generation", "life", "mutant", "agent"),
+            np.float64,
+            "energy",
+            "fitness of a single mutant of the agent in the stored world; NaN without a mutation",
+        ),
+    },
     "opponents": {
         "energy": Variable(
             ("run", "first_generation", "second_generation", "species"),
@@ -116,3 +138,7 @@ UNCHANGED_SETTING = "as evolved"
 NEUTRAL_NEWBORNS = (EVOLVED_NEWBORNS, "neutral control")
 # Kinds of lifetimes: learning off, learning on, weights at death without learning, random drift.
 LIFE_KINDS = ("off", "on", "frozen", "drift")
+# Multiples of the amount of learning in the assay reaction-norms. 0 is learning off.
+LEARNING_FACTORS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
+# Worlds in the assay canalization: the stored world, and one with other random numbers.
+WORLDS = ("stored", "new")

@@ -114,6 +114,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     innate_trait: ClassVar[str] = "ones"
     learned_distance: ClassVar[str] = "unset"
     learning_time: ClassVar[str] = "used"
+    learning_amount: ClassVar[str] = "trials"
     measures: ClassVar[Mapping[str, Measure]] = {
         "ones": Measure("share of 1 in the last generation", _mean_of_last_generation("ones")),
         "unset": Measure("share of ? in the last generation", _mean_of_last_generation("unset")),

@@ -181,6 +181,7 @@ class NKClimbers(Model, name="nk-climbers"):
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     learned_distance: ClassVar[str] = "changed"
+    learning_amount: ClassVar[str] = "trials"
     views: ClassVar[Mapping[str, View]] = {
         "climb": View(
             (

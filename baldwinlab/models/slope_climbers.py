@@ -82,6 +82,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
         ),
     }
     innate_trait: ClassVar[str] = "innate_x"
+    learning_amount: ClassVar[str] = "learning_step"
     measures: ClassVar[Mapping[str, Measure]] = {
         "climb": Measure("increase of mean innate x, first to last generation", _climb_of_mean),
         "uphill": Measure(

@@ -30,12 +30,14 @@ Assay = Literal[
     "modules",
     "reaction",
     "descent",
+    "reaction-norms",
+    "canalization",
     "opponents",
     "unseen-maps",
     "fork",
     "fork-mode",
 ]
-# Without the assays that simulate many generations.
+# Without the assays that a command measures only if it names them.
 DEFAULT_ASSAYS: tuple[Assay, ...] = (
     "innate",
     "neutral",

@@ -107,6 +107,8 @@ class Model(Part):
         and its goal of learning. "" for the distance of its weights between birth and death.
     learning_time : str
         Name of the record with the number of steps or trials until an agent has learned, or "".
+    learning_amount : str
+        Name of the setting with the learning rate, the step or the number of trials, or "".
     """
 
     kind: ClassVar[str] = "model"
@@ -125,6 +127,7 @@ class Model(Part):
     innate_trait: ClassVar[str] = ""
     learned_distance: ClassVar[str] = ""
     learning_time: ClassVar[str] = ""
+    learning_amount: ClassVar[str] = ""
 
     @property
     def assimilation_obstacle(self) -> str:

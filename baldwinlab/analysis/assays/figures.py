@@ -22,7 +22,7 @@ from baldwinlab.analysis.assays.panels import (
     make_grid,
     start_at_zero,
 )
-from baldwinlab.analysis.assays.reaction_norms import make_reaction_panels
+from baldwinlab.analysis.assays.reaction import make_reaction_panels
 from baldwinlab.analysis.assays.values import (
     Assays,
     compute_share,

@@ -9,7 +9,7 @@ from typing import Any, Final
 import xarray as xr
 
 from baldwinlab.analysis.assays.phrases import has_foragers
-from baldwinlab.analysis.assays.reaction_norms import Panel, make_reaction_panels
+from baldwinlab.analysis.assays.reaction import Panel, make_reaction_panels
 from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, final_values
 from baldwinlab.analysis.statistics.csv import finite_or_none

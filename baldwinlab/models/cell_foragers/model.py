@@ -113,6 +113,7 @@ class CellForagers(Model, name="cell-foragers"):
         "record": {"genome_every": 10},
     }
     payoff: ClassVar[str] = "food eaten per environment"
+    learning_amount: ClassVar[str] = "learning_rate"
     records: ClassVar[Mapping[str, Variable]] = {
         "gain": Variable(
             PER_AGENT_DIMS,

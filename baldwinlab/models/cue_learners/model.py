@@ -67,6 +67,7 @@ class CueLearners(Model, name="cue-learners"):
         "record": {"genome_every": 10},
     }
     payoff: ClassVar[str] = "food minus poison eaten, plus half the number of items"
+    learning_amount: ClassVar[str] = "learning_rate"
     records: ClassVar[Mapping[str, Variable]] = {
         "beyond": Variable(
             PER_AGENT_DIMS,

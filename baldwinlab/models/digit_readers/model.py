@@ -89,6 +89,7 @@ class DigitReaders(Model, name="digit-readers"):
         ),
     }
     clock: ClassVar[str] = "used"
+    learning_amount: ClassVar[str] = "learning_rate"
     measures: ClassVar[Mapping[str, Measure]] = {
         "innate-error": Measure(
             "share of digits misclassified at birth in the last generation",

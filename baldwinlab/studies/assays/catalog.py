@@ -11,12 +11,14 @@ from baldwinlab.core.assay_variables import FORKS, OPPONENTS, UNSEEN_MAPS
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.studies.assays import (
+    canalization,
     descent,
     fork,
     innate,
     modules,
     neutral,
     opponents,
+    reaction,
     reaction_norms,
     unseen_maps,
     within_life,
@@ -46,15 +48,16 @@ ASSAYS: Mapping[str, Assay] = {
     "neutral": neutral,
     "within-life": within_life,
     "modules": modules,
-    "reaction": reaction_norms,
+    "reaction": reaction,
     "descent": descent,
+    "reaction-norms": reaction_norms,
+    "canalization": canalization,
     OPPONENTS: opponents,
     UNSEEN_MAPS: unseen_maps,
 } | {name: fork.Fork(start) for name, start in FORKS.items()}
 
-# The assays that a command measures unless it names others. Those that are named simulate many
-# generations, or do not concern the Baldwin effect.
-NAMED_ASSAYS: Final = (OPPONENTS, UNSEEN_MAPS, *FORKS)
+# The assays that a command measures only if it names them.
+NAMED_ASSAYS: Final = ("reaction-norms", "canalization", OPPONENTS, UNSEEN_MAPS, *FORKS)
 DEFAULT_ASSAYS: Final = tuple(name for name in ASSAYS if name not in NAMED_ASSAYS)
 
 
@@ -87,6 +90,10 @@ def why_not_applicable(name: str, condition: str, experiments: Mapping[str, Base
         return f"the assay {name} needs a population without species, and {condition} has several"
     if name in ("innate", "descent"):
         return ""
+    if name == "reaction-norms":
+        return reaction_norms.find_obstacle(condition, experiment)
+    if name == "canalization":
+        return canalization.find_obstacle(condition, experiment)
     if name in FORKS:
         return next(fork.find_obstacles(name, condition, experiments), "")
     if name == "neutral":

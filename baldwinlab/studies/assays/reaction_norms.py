@@ -1,108 +1,108 @@
-"""Assay of reaction norms: performance of the last generation under one changed setting."""
+"""Assay of reaction norms: fitness by the amount of learning, in four generations of a run.
+
+The amount of learning is the learning rate, or the setting that a model declares by
+`learning_amount`. Newborns are simulated with multiples of it. The factor 0 is a lifetime without
+learning, and the factor 1 is the stored lifetime.
+
+The intercept and the slope of a reaction norm are from R. Lande, Adaptation to an extraordinary
+environment by evolution of phenotypic plasticity and genetic assimilation, Journal of Evolutionary
+Biology 22 (2009).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.assay_variables import UNCHANGED_SETTING
-from baldwinlab.experiment import Experiment, ExperimentError, assign
-from baldwinlab.studies.assays.sample import Conditions, OnMap, Sample
+from baldwinlab.core.assay_variables import LEARNING_FACTORS
+from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
+from baldwinlab.experiment.registry import table_name
+from baldwinlab.studies.assays.sample import Conditions, Sample
 
-# Factors of the number of items, of the visual radius and of the learning rate.
-ITEM_COUNT_FACTORS = (0.25, 0.5, 2, 4)
-VISUAL_RADIUS_FACTORS = (0.25, 0.5, 2)
-LEARNING_RATE_FACTORS = (0, 0.1, 10)
-
-
-class ChangedSetting(NamedTuple):
-    """An experiment with one changed setting.
-
-    Attributes
-    ----------
-    field : str
-        Path of the changed field, or "map".
-    value : str
-        The value, or the name of the map.
-    experiment : Experiment
-        The experiment with this setting.
-    """
-
-    field: str
-    value: str
-    experiment: Experiment
+# Number of generations at equal distances, from the first to the last.
+N_GENERATIONS: Final = 4
 
 
 def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
-    all_settings = list_settings(study.experiments[condition], other_maps(study, condition))
-    return {
-        "setting": np.arange(len(all_settings), dtype=np.int32),
-        "field": ("setting", [setting.field for setting in all_settings]),
-        "value": ("setting", [setting.value for setting in all_settings]),
-    }
+    generations = assayed_generations(study.experiments[condition])
+    return {"generation": np.array(generations, np.int32), "factor": np.array(LEARNING_FACTORS)}
 
 
 def count_lives(study: Conditions, condition: str) -> int:
-    return len(list_settings(study.experiments[condition], other_maps(study, condition)))
+    experiment = study.experiments[condition]
+    return sum(
+        scale_learning(experiment, generation, factor) is not None
+        for generation in assayed_generations(experiment)
+        for factor in LEARNING_FACTORS
+    )
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
-    """Measure `energy` [run, setting, agent]."""
-    last_generation = sample.experiment.evolution.generations - 1
-    genomes = sample.genomes(last_generation)
-    _, *changed_settings = list_settings(sample.experiment, sample.other_maps)
-    outcomes = [sample.simulate_as_evolved(last_generation, genomes)]
-    for setting in changed_settings:
-        outcomes.append(sample.simulate(setting.experiment, last_generation, genomes))
-    return {"energy": np.stack([lives.energy for lives in outcomes], axis=1)}
+    """Measure `energy` [run, generation, factor, agent].
 
-
-def list_settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[ChangedSetting]:
-    """Return the settings of a condition: the original first, then each distinct change."""
-    distinct = [ChangedSetting(UNCHANGED_SETTING, "", experiment)]
-    map_changes = (ChangedSetting("map", name, on_map) for name, on_map in maps)
-    for setting in (*map_changes, *_scale_settings(experiment)):
-        if all(setting.experiment != earlier.experiment for earlier in distinct):
-            distinct.append(setting)
-    return distinct
-
-
-def other_maps(study: Conditions, condition: str) -> tuple[OnMap, ...]:
-    """Return the experiment of a condition, moved to each map that its learner has in the study."""
-    experiment = study.experiments[condition]
-    factors = study.factors[condition]
-    maps: list[OnMap] = []
-    for candidate_name, candidate in study.factors.items():
-        if factors.map and candidate.map and candidate.learner == factors.learner:
-            world = study.experiments[candidate_name].world
-            moved_experiment = experiment.replace(world=world)
-            on_map = (candidate.map, moved_experiment)
-            if moved_experiment != experiment and on_map not in maps:
-                maps.append(on_map)
-    return tuple(maps)
-
-
-def _scale_settings(experiment: Experiment) -> Iterator[ChangedSetting]:
-    """Yield the settings with scaled values; values that the experiment rejects are omitted."""
-    fields: dict[str, list[float]] = {}
-    for region_index, region in enumerate(experiment.world.food):
-        fields[f"world.food.{region_index}.count"] = [
-            round(factor * region.count) for factor in ITEM_COUNT_FACTORS
-        ]
-    fields["senses.visual_radius"] = [
-        factor * experiment.senses.visual_radius for factor in VISUAL_RADIUS_FACTORS
-    ]
-    if experiment.learns:
-        fields["learning.rate"] = [
-            factor * experiment.learning.rate for factor in LEARNING_RATE_FACTORS
-        ]
-    for field, values in fields.items():
-        for value in values:
-            try:
-                changed = assign(experiment, [f"{field}={value}"])
-            except ExperimentError:
+    The energy is NaN for a factor whose amount of learning is not valid.
+    """
+    generations = assayed_generations(sample.experiment)
+    n_agents = sample.experiment.population.size
+    shape = (len(sample.runs), len(generations), len(LEARNING_FACTORS), n_agents)
+    energy = np.full(shape, np.nan)
+    for generation_index, generation in enumerate(generations):
+        genomes = sample.genomes(generation)
+        for factor_index, factor in enumerate(LEARNING_FACTORS):
+            changed = scale_learning(sample.experiment, generation, factor)
+            if changed is None:
                 continue
-            yield ChangedSetting(field, f"{value:g}", changed)
+            fitness = sample.simulate(changed, generation, genomes).energy
+            if factor == 1:
+                sample.require_stored_energy(generation, fitness)
+            energy[:, generation_index, factor_index] = fitness
+    return {"energy": energy}
+
+
+def assayed_generations(experiment: BaseExperiment) -> list[int]:
+    """Return four generations at equal distances, the first and the last included."""
+    last_generation = experiment.evolution.generations - 1
+    return sorted({round(number) for number in np.linspace(0, last_generation, N_GENERATIONS)})
+
+
+def scale_learning(
+    experiment: BaseExperiment, generation: int, factor: float
+) -> BaseExperiment | None:
+    """Return the experiment with a multiple of the amount of learning of a generation.
+
+    The result is None if the experiment does not allow this amount.
+    """
+    settings = experiment.at(generation)
+    if factor == 1:
+        return settings
+    table, field = learning_amount(experiment)
+    amount = getattr(getattr(settings, table), field)
+    scaled = round(factor * amount) if isinstance(amount, int) else factor * amount
+    if scaled == 0:
+        return settings.without_learning()
+    try:
+        return settings.replace(**{table: {field: scaled}})
+    except ExperimentError:
+        return None
+
+
+def learning_amount(experiment: BaseExperiment) -> tuple[str, str]:
+    """Return the table and the field with the amount of learning; the field is "" without one."""
+    if isinstance(experiment, Experiment):
+        return "learning", "rate"
+    return table_name(experiment.model), experiment.model_part.learning_amount
+
+
+def find_obstacle(condition: str, experiment: BaseExperiment) -> str:
+    """Return why the assay is not applicable to a condition; "" if it is applicable."""
+    if not experiment.learns:
+        return "the assay reaction-norms needs a condition that learns"
+    if not learning_amount(experiment)[1]:
+        return (
+            "the assay reaction-norms scales a learning rate or a number of trials, and the model "
+            f"{experiment.model} of {condition} declares none"
+        )
+    return ""

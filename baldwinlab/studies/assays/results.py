@@ -30,8 +30,9 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
     directory
         The directory of a study, or a URL that fsspec can open.
     assay
-        "innate", "neutral", "within-life", "modules", "reaction", "descent", "opponents",
-        "unseen-maps", "fork" or "fork-mode".
+        "innate", "neutral", "within-life", "modules", "reaction", "descent",
+        "reaction-norms", "canalization", "opponents", "unseen-maps", "fork" or
+        "fork-mode".
     condition
         Name of a condition.
 

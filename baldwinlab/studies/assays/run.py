@@ -23,7 +23,7 @@ from baldwinlab.experiment.controls import find_control
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.studies.assays import fork, innate, reaction_norms
+from baldwinlab.studies.assays import fork, innate, reaction
 from baldwinlab.studies.assays.catalog import ASSAYS, Arrays, get_assay
 from baldwinlab.studies.assays.sample import OnMap, Sample
 from baldwinlab.studies.assays.storage import ASSAY_FORMAT, assay_path
@@ -204,7 +204,7 @@ def _make_tasks(
     """Yield the tasks of a condition with at most `runs_per_task` runs each."""
     runs = study.runs(condition)
     steps_per_run = _agent_steps_of_run(study, condition, names, generations)
-    maps = reaction_norms.other_maps(study, condition) if "reaction" in names else ()
+    maps = reaction.other_maps(study, condition) if "reaction" in names else ()
     control = None
     if FORKS.keys() & names:
         control = study.experiments[find_control(condition, study.experiments)]

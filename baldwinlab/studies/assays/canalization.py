@@ -1,0 +1,131 @@
+"""Assay of canalization: fitness of agents, of their single mutants, and in a new world.
+
+Each agent of the first, the middle and the last generation is replaced by a single mutant of
+itself, several times. Mutants have the initial positions and the random numbers of their agents, so
+an effect of a mutation is a difference between two lifetimes. The agents are also simulated in a
+new world: that of a generation after the last one, with the same settings.
+
+The ideas are from C. H. Waddington, Canalization of development and the inheritance of acquired
+characters, Nature 150 (1942), and G. P. Wagner, G. Booth and H. Bagheri-Chaichian, A population
+genetic theory of canalization, Evolution 51 (1997).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.core.assay_variables import LIFE_KINDS, WORLDS
+from baldwinlab.evolution import GenerationKey, Genome
+from baldwinlab.evolution.mutants import make_single_mutants
+from baldwinlab.evolution.neat.operators import genome_part
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.studies.assays.sample import Conditions, Energy, Sample, first_middle_last
+
+# Smallest number of mutants per generation, unless it is limited by that of each agent.
+MIN_MUTANTS: Final = 200
+MAX_MUTANTS_OF_AGENT: Final = 10
+OFF, ON = (LIFE_KINDS.index(life) for life in ("off", "on"))
+
+
+def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
+    experiment = study.experiments[condition]
+    generations = first_middle_last(experiment.evolution.generations)
+    return {
+        "generation": np.array(generations, np.int32),
+        "life": [LIFE_KINDS[OFF], LIFE_KINDS[ON]],
+        "world": list(WORLDS),
+        "mutant": np.arange(count_mutants(experiment), dtype=np.int32),
+    }
+
+
+def count_mutants(experiment: BaseExperiment) -> int:
+    """Return the number of mutants of each agent."""
+    return min(math.ceil(MIN_MUTANTS / experiment.population.size), MAX_MUTANTS_OF_AGENT)
+
+
+def count_lives(study: Conditions, condition: str) -> int:
+    experiment = study.experiments[condition]
+    n_generations = len(first_middle_last(experiment.evolution.generations))
+    n_life_kinds = 2 if experiment.learns else 1
+    return n_generations * n_life_kinds * (len(WORLDS) + count_mutants(experiment))
+
+
+def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+    """Measure `energy` and `mutant_energy`.
+
+    `energy` has the dimensions [run, generation, life, world, agent], and `mutant_energy` [run,
+    generation, life, mutant, agent]. The energy with learning on is NaN if agents do not learn.
+    """
+    experiment = sample.experiment
+    generations = first_middle_last(experiment.evolution.generations)
+    n_mutants = count_mutants(experiment)
+    n_agents = experiment.population.size
+    n_life_kinds = len((OFF, ON))
+    shape = (len(generations), n_life_kinds, len(sample.runs), n_agents)
+    energy = np.full((len(WORLDS), *shape), np.nan)
+    mutant_energy = np.full((n_mutants, *shape), np.nan)
+    for index, generation in enumerate(generations):
+        genomes = sample.genomes(generation)
+        settings = _list_settings(experiment.at(generation))
+        # No generation of the run has used the new world.
+        for world, number in enumerate((generation, experiment.evolution.generations)):
+            energy[world, index] = _simulate(sample, settings, number, genomes)
+        life_of_study = ON if experiment.learns else OFF
+        sample.require_stored_energy(
+            generation, energy[WORLDS.index("stored"), index, life_of_study]
+        )
+        for mutant in range(n_mutants):
+            mutants = _mutate(sample, generation, mutant, genomes)
+            is_mutated = (mutants != genomes).any(axis=(-2, -1))
+            fitness = _simulate(sample, settings, generation, mutants)
+            mutant_energy[mutant, index] = np.where(is_mutated, fitness, np.nan)
+    # From [world or mutant, generation, life, run, agent].
+    order = (3, 1, 2, 0, 4)
+    return {"energy": energy.transpose(order), "mutant_energy": mutant_energy.transpose(order)}
+
+
+def _list_settings(experiment: BaseExperiment) -> list[BaseExperiment]:
+    """Return the experiment without and with learning; only itself if agents do not learn."""
+    return [experiment.without_learning(), experiment] if experiment.learns else [experiment]
+
+
+def _mutate(sample: Sample, generation: int, mutant: int, genomes: Genome) -> Genome:
+    """Return a single mutant of each agent [run, agent, module, weight]."""
+    experiment = sample.experiment
+    # The run has used the keys of its own generations.
+    offset = experiment.evolution.generations * (1 + mutant)
+    mutants = [
+        make_single_mutants(
+            experiment.at(generation), GenerationKey(sample.seed, run, offset + generation), genome
+        )
+        for run, genome in zip(sample.runs, genomes, strict=True)
+    ]
+    return np.stack(mutants)
+
+
+def _simulate(
+    sample: Sample, settings: Sequence[BaseExperiment], world: int, genomes: Genome
+) -> Energy:
+    """Return the energy [life, run, agent] with each of the settings in the world of a generation.
+
+    The energy with learning on is NaN if agents do not learn.
+    """
+    fitness = [sample.simulate(experiment, world, genomes).energy for experiment in settings]
+    if len(fitness) == 1:
+        fitness.append(np.full_like(fitness[0], np.nan))
+    return np.stack(fitness)
+
+
+def find_obstacle(condition: str, experiment: BaseExperiment) -> str:
+    """Return why the assay is not applicable to a condition; "" if it is applicable."""
+    if genome_part(experiment).has_graph_genomes:
+        return (
+            "the assay canalization mutates one gene, and a mutation of the graph genomes of "
+            f"{condition} can change several"
+        )
+    return ""

@@ -1,0 +1,108 @@
+"""Assay of changed settings: performance of the last generation under one changed setting."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.core.assay_variables import UNCHANGED_SETTING
+from baldwinlab.experiment import Experiment, ExperimentError, assign
+from baldwinlab.studies.assays.sample import Conditions, OnMap, Sample
+
+# Factors of the number of items, of the visual radius and of the learning rate.
+ITEM_COUNT_FACTORS = (0.25, 0.5, 2, 4)
+VISUAL_RADIUS_FACTORS = (0.25, 0.5, 2)
+LEARNING_RATE_FACTORS = (0, 0.1, 10)
+
+
+class ChangedSetting(NamedTuple):
+    """An experiment with one changed setting.
+
+    Attributes
+    ----------
+    field : str
+        Path of the changed field, or "map".
+    value : str
+        The value, or the name of the map.
+    experiment : Experiment
+        The experiment with this setting.
+    """
+
+    field: str
+    value: str
+    experiment: Experiment
+
+
+def coordinates(study: Conditions, condition: str) -> Mapping[str, Any]:
+    all_settings = list_settings(study.experiments[condition], other_maps(study, condition))
+    return {
+        "setting": np.arange(len(all_settings), dtype=np.int32),
+        "field": ("setting", [setting.field for setting in all_settings]),
+        "value": ("setting", [setting.value for setting in all_settings]),
+    }
+
+
+def count_lives(study: Conditions, condition: str) -> int:
+    return len(list_settings(study.experiments[condition], other_maps(study, condition)))
+
+
+def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
+    """Measure `energy` [run, setting, agent]."""
+    last_generation = sample.experiment.evolution.generations - 1
+    genomes = sample.genomes(last_generation)
+    _, *changed_settings = list_settings(sample.experiment, sample.other_maps)
+    outcomes = [sample.simulate_as_evolved(last_generation, genomes)]
+    for setting in changed_settings:
+        outcomes.append(sample.simulate(setting.experiment, last_generation, genomes))
+    return {"energy": np.stack([lives.energy for lives in outcomes], axis=1)}
+
+
+def list_settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[ChangedSetting]:
+    """Return the settings of a condition: the original first, then each distinct change."""
+    distinct = [ChangedSetting(UNCHANGED_SETTING, "", experiment)]
+    map_changes = (ChangedSetting("map", name, on_map) for name, on_map in maps)
+    for setting in (*map_changes, *_scale_settings(experiment)):
+        if all(setting.experiment != earlier.experiment for earlier in distinct):
+            distinct.append(setting)
+    return distinct
+
+
+def other_maps(study: Conditions, condition: str) -> tuple[OnMap, ...]:
+    """Return the experiment of a condition, moved to each map that its learner has in the study."""
+    experiment = study.experiments[condition]
+    factors = study.factors[condition]
+    maps: list[OnMap] = []
+    for candidate_name, candidate in study.factors.items():
+        if factors.map and candidate.map and candidate.learner == factors.learner:
+            world = study.experiments[candidate_name].world
+            moved_experiment = experiment.replace(world=world)
+            on_map = (candidate.map, moved_experiment)
+            if moved_experiment != experiment and on_map not in maps:
+                maps.append(on_map)
+    return tuple(maps)
+
+
+def _scale_settings(experiment: Experiment) -> Iterator[ChangedSetting]:
+    """Yield the settings with scaled values; values that the experiment rejects are omitted."""
+    fields: dict[str, list[float]] = {}
+    for region_index, region in enumerate(experiment.world.food):
+        fields[f"world.food.{region_index}.count"] = [
+            round(factor * region.count) for factor in ITEM_COUNT_FACTORS
+        ]
+    fields["senses.visual_radius"] = [
+        factor * experiment.senses.visual_radius for factor in VISUAL_RADIUS_FACTORS
+    ]
+    if experiment.learns:
+        fields["learning.rate"] = [
+            factor * experiment.learning.rate for factor in LEARNING_RATE_FACTORS
+        ]
+    for field, values in fields.items():
+        for value in values:
+            try:
+                changed = assign(experiment, [f"{field}={value}"])
+            except ExperimentError:
+                continue
+            yield ChangedSetting(field, f"{value:g}", changed)

@@ -1,0 +1,60 @@
+"""Single mutants have one mutation each, by the law of the variation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.evolution import GenerationKey, draw_genomes
+from baldwinlab.evolution.mutants import make_single_mutants
+from baldwinlab.experiment import BaseExperiment
+
+CONDITIONS = [
+    "evo+self-taught/A",
+    "evo+evolved-rate/A",
+    "hinton-nowlan-1987:guessing",
+    "mayley-1996:climbing/smooth",
+    "paenke-2007:stepping/convex",
+    "nolfi-elman-parisi-1994:predicting",
+    "todd-miller-1991:hebbian/smell-55",
+    "suzuki-arita-2004:meta-pavlov",
+]
+KEY = GenerationKey(seed=1, run=0, generation=7)
+
+
+def population(condition: str, size: int = 200) -> tuple[BaseExperiment, np.ndarray]:
+    experiment = bl.load(condition).replace(population={"size": size})
+    return experiment, draw_genomes(experiment, KEY._replace(generation=0))
+
+
+@pytest.mark.parametrize("condition", CONDITIONS)
+def test_a_mutant_differs_from_its_agent_in_one_gene(condition: str) -> None:
+    experiment, genome = population(condition)
+    before = genome.copy()
+    mutants = make_single_mutants(experiment, KEY, genome)
+    n_changed = (mutants != genome).sum(axis=(1, 2))
+    assert np.array_equal(genome, before)
+    assert (n_changed == 1).mean() > 0.9
+    assert n_changed.max() == 1
+
+
+def test_every_gene_mutates_with_equal_probability() -> None:
+    experiment, genome = population("mayley-1996:climbing/smooth", 16_000)
+    mutants = make_single_mutants(experiment, KEY, genome)
+    counts = (mutants != genome).sum(axis=(0, 1))
+    # 1,000 of each of 16 bits are expected, with a standard deviation of 31.
+    assert counts.sum() == 16_000
+    assert abs(counts - 1000).max() < 150
+
+
+def test_mutations_have_the_size_of_the_experiment() -> None:
+    experiment, genome = population("paenke-2007:stepping/convex", 4000)
+    changes = make_single_mutants(experiment, KEY, genome) - genome
+    assert changes.std() == pytest.approx(experiment.evolution.mutation_size, rel=0.05)
+
+
+def test_a_mutation_of_size_0_is_no_mutation() -> None:
+    experiment, genome = population("evo/A")
+    changed = experiment.replace(evolution={"mutation_size": 0.0})
+    assert np.array_equal(make_single_mutants(changed, KEY, genome), genome)
