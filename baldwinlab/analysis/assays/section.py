@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from baldwinlab.analysis.assays import fork, headlines, overview, sentences
+from baldwinlab.analysis.assays import (
+    canalization,
+    fork,
+    headlines,
+    overview,
+    reaction_norms,
+    sentences,
+)
 from baldwinlab.analysis.assays.analysis import Analysis, Number, evaluate_assays
 from baldwinlab.analysis.assays.criteria import Criterion, load_rules
 from baldwinlab.analysis.assays.phrases import adapt_terms
 from baldwinlab.analysis.assays.records import write_analysis
-from baldwinlab.analysis.assays.section_figures import MEASURE_NAMES, draw_assay_figures
+from baldwinlab.analysis.assays.section_figures import draw_assay_figures, name_measure
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report.embedding import save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
@@ -91,6 +99,10 @@ def make_section(
         paper=paper_comparison,
         fork_effects=fork.EFFECTS,
         fork_rows=tabulate_fork(analysis),
+        norm_parameters=reaction_norms.PARAMETERS,
+        norm_rows=tabulate_reaction_norms(analysis),
+        canalization_effects=canalization.EFFECTS,
+        canalization_rows=tabulate_canalization(analysis),
         figures=[save_and_inline(figure, figure_folder) for figure in assay_figures],
         table=tabulate_numbers(analysis),
         conditions=list(dict.fromkeys(number.condition for number in analysis.numbers)),
@@ -159,42 +171,68 @@ def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:
     order = list(dict.fromkeys(measure for measure, _ in rows))
     rows = dict(sorted(rows.items(), key=lambda row: order.index(row[0][0])))
     return [
-        {"measure": MEASURE_NAMES.get(measure, measure), "when": when, "numbers": numbers}
+        {"measure": name_measure(measure), "when": when, "numbers": numbers}
         for (measure, when), numbers in rows.items()
     ]
 
 
 def tabulate_fork(analysis: Analysis) -> list[dict[str, Any]]:
-    """Return the effects in the fork assays, with one row per condition, start and measure.
+    """Return the effects in the fork assays, as `_tabulate` does."""
+    measures = {
+        name: [fork.name_quantity(effect, measure) for effect in fork.EFFECTS]
+        for measure, name in fork.MEASURES.items()
+    }
+    return _tabulate(analysis, measures)
+
+
+def tabulate_reaction_norms(analysis: Analysis) -> list[dict[str, Any]]:
+    """Return the parameters of the reaction norms, as `_tabulate` does."""
+    prefix = reaction_norms.QUANTITY_PREFIX
+    return _tabulate(
+        analysis, {"fitness": [f"{prefix}{name}" for name in reaction_norms.PARAMETERS]}
+    )
+
+
+def tabulate_canalization(analysis: Analysis) -> list[dict[str, Any]]:
+    """Return the effects of mutations and of the new world, as `_tabulate` does."""
+    measures = {
+        name: [canalization.name_quantity(effect, name) for effect in canalization.EFFECTS]
+        for name in canalization.FITNESS_BY_LIFE.values()
+    }
+    return _tabulate(analysis, measures)
+
+
+def _tabulate(analysis: Analysis, measures: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
+    """Return the numbers of quantities, with one row per condition, time and measure.
 
     Parameters
     ----------
     analysis : Analysis
         The analysis.
+    measures : mapping of str to sequence of str
+        The quantities in the columns of a row, by the measure of the row.
 
     Returns
     -------
     list of dict
-        Rows with the condition, the start, the measure, and the numbers of the effects.
+        Rows with the condition, the time ("start"), the measure, and the numbers. A row without all
+        numbers is omitted.
     """
     numbers = {
         (number.condition, number.when, number.measure): number for number in analysis.numbers
     }
-    starts = dict.fromkeys(
-        (condition, start)
-        for condition, start, measure in numbers
-        if measure.startswith(fork.QUANTITY_PREFIX)
+    quantities = {quantity for columns in measures.values() for quantity in columns}
+    times = dict.fromkeys(
+        (condition, when) for condition, when, quantity in numbers if quantity in quantities
     )
-    rows = []
-    for condition, start in starts:
-        for measure, name in fork.MEASURES.items():
-            quantities = [fork.name_quantity(effect, measure) for effect in fork.EFFECTS]
-            rows.append(
-                {
-                    "condition": condition,
-                    "start": start,
-                    "measure": name,
-                    "numbers": [numbers[condition, start, quantity] for quantity in quantities],
-                }
-            )
-    return rows
+    return [
+        {
+            "condition": condition,
+            "start": when,
+            "measure": measure,
+            "numbers": [numbers[condition, when, quantity] for quantity in columns],
+        }
+        for condition, when in times
+        for measure, columns in measures.items()
+        if all((condition, when, quantity) in numbers for quantity in columns)
+    ]

@@ -8,8 +8,14 @@ from typing import Any, Final, NamedTuple
 import xarray as xr
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays import figures, overview, within_life_figure
+from baldwinlab.analysis.assays import (
+    figures,
+    overview,
+    reaction_norms_figure,
+    within_life_figure,
+)
 from baldwinlab.analysis.assays.analysis import Analysis
+from baldwinlab.analysis.assays.reaction_norms import PARAMETERS, QUANTITY_PREFIX
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.phrases import format_number
@@ -127,6 +133,20 @@ ASSAY_FIGURES: Final = (
         measures=("setting",),
     ),
     AssayFigure(
+        assay="reaction-norms",
+        name="learning-norms",
+        title="Reaction norms over learning",
+        caption=(
+            "Fitness of the average agent of four generations, by the multiple of the learning "
+            "rate, or of the setting that the model declares. 0 is learning off, and 1 is the "
+            "setting of the study. Genetic assimilation raises the fitness at 0 and makes the "
+            f"line flat. {BANDS_NOTE}"
+        ),
+        draw=reaction_norms_figure.draw_norms,
+        measures=tuple(f"{QUANTITY_PREFIX}{name}" for name in PARAMETERS),
+        is_per_condition=True,
+    ),
+    AssayFigure(
         assay="descent",
         name="descent",
         title="Common descent",
@@ -200,9 +220,15 @@ def _tabulate_medians(datasets: Mapping[str, xr.Dataset]) -> list[dict[str, Any]
 
 
 def _list_medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str:
+    numbers = [number for number in analysis.numbers if number.condition == condition]
     texts = [
-        f"{MEASURE_NAMES[number.measure]}, {number.when}, {format_number(number.median)}"
-        for number in analysis.numbers
-        if number.condition == condition and number.measure in measures
+        f"{name_measure(number.measure)}, {number.when}, {format_number(number.median)}"
+        for number in numbers
+        if number.measure in measures
     ]
     return ", ".join(texts)
+
+
+def name_measure(measure: str) -> str:
+    """Return the name of a measure in figures and tables."""
+    return MEASURE_NAMES.get(measure, measure)

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 import xarray as xr
 
+from baldwinlab.analysis.assays import canalization, reaction_norms
 from baldwinlab.analysis.assays.fork import compute_effects
 from baldwinlab.core.assay_variables import (
     EVOLVED_NEWBORNS,
@@ -253,6 +254,14 @@ def _descent_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]
         yield (measure, "last"), data[name].isel(generation=-1)
 
 
+def _reaction_norm_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
+    yield from reaction_norms.compute_quantities(data)
+
+
+def _canalization_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
+    yield from canalization.compute_quantities(data)
+
+
 def _fork_quantities(data: xr.Dataset, last: int) -> Iterator[QuantityValues]:
     for measure, effects in compute_effects(data).items():
         for generation in data["generation"].values.tolist():
@@ -271,6 +280,8 @@ QUANTITIES_BY_ASSAY: Final[Mapping[str, Callable[[xr.Dataset, int], Iterator[Qua
     "modules": _module_quantities,
     "reaction": _reaction_quantities,
     "descent": _descent_quantities,
+    "reaction-norms": _reaction_norm_quantities,
+    "canalization": _canalization_quantities,
     "fork": _fork_quantities,
     "fork-mode": _fork_mode_quantities,
 }

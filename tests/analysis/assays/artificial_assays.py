@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from baldwinlab.core.assay_variables import ASSAY_VARIABLES, LIFE_KINDS
+from baldwinlab.core.assay_variables import ASSAY_VARIABLES, LEARNING_FACTORS, LIFE_KINDS, WORLDS
 from baldwinlab.core.assay_variables import NEUTRAL_NEWBORNS as NEWBORNS_COMPARED
 from baldwinlab.core.variables import make_dataset
 from baldwinlab.experiment import Experiment
@@ -170,6 +170,42 @@ def reaction(condition: str, food: float, runs: int = RUNS) -> xr.Dataset:
     return _make_dataset("reaction", condition, {"energy": energy}, coords)
 
 
+def reaction_norms(
+    condition: str, intercepts: Sequence[float], slopes: Sequence[float], runs: int = RUNS
+) -> xr.Dataset:
+    """Make linear reaction norms, from the values of four generations."""
+    factors_of_learning = np.array(LEARNING_FACTORS)
+    energy = np.array(intercepts)[:, None] + np.outer(slopes, factors_of_learning)
+    agents = np.linspace(-1, 1, AGENTS)
+    shape = (runs, *energy.shape, AGENTS)
+    coords = {"generation": [0, 13, 26, 39], "factor": factors_of_learning}
+    values = {"energy": energy[None, :, :, None] * spread(runs, *shape[1:]) + agents}
+    return _make_dataset("reaction-norms", condition, values, coords)
+
+
+def canalization(
+    condition: str, losses: Sequence[float], buffering: float = 0.5, runs: int = RUNS
+) -> xr.Dataset:
+    """Make the canalization assay, from the effect of each mutation in three generations.
+
+    The effect is smaller by the share `buffering` with learning, and 0 in the new world.
+    """
+    # Fitness has the mean 5 and the standard deviation 2 in each generation and kind of life.
+    agents = 5 + 2 * np.array([-1.0, 1.0] * (AGENTS // 2))
+    energy = np.broadcast_to(agents, (runs, 3, 2, len(WORLDS), AGENTS))
+    effects = np.outer(losses, [1, 1 - buffering])[None, :, :, None, None]
+    coords = {
+        "generation": [0, 20, 39],
+        "life": list(LIFE_KINDS[:2]),
+        "world": list(WORLDS),
+        "mutant": np.arange(3),
+    }
+    mutants = np.broadcast_to(agents - effects, (runs, 3, 2, 3, AGENTS))
+    return _make_dataset(
+        "canalization", condition, {"energy": energy, "mutant_energy": mutants}, coords
+    )
+
+
 def descent(condition: str, runs: int = RUNS) -> xr.Dataset:
     age = np.where(np.arange(GENERATIONS) < 5, np.nan, np.arange(GENERATIONS) - 3.0) * spread(
         runs, GENERATIONS
@@ -220,6 +256,11 @@ def make_all_assays(runs: int = RUNS) -> dict[str, dict[str, xr.Dataset]]:
             evo: reaction(evo, 60, runs),
         },
         "descent": {name: descent(name, runs) for name in (a, b, evo)},
+        "reaction-norms": {
+            a: reaction_norms(a, (1, 4, 7, 10), (8, 6, 4, 2), runs),
+            b: reaction_norms(b, (0, 0, 0, 0), (1, 2, 3, 4), runs),
+        },
+        "canalization": {a: canalization(a, (4, 2, 1), runs=runs)},
     }
 
 

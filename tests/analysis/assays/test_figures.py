@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from baldwinlab.analysis.assays import figures, within_life_figure
+from baldwinlab.analysis.assays import figures, reaction_norms_figure, within_life_figure
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.figures import to_svg
 from tests.analysis.assays.artificial_assays import constant, innate, make_all_assays
@@ -25,6 +25,7 @@ DRAW: dict[str, Callable[[Assays, Sequence[str], str], Figure]] = {
     "modules": figures.draw_modules,
     "reaction-norms": figures.draw_reaction_norms,
     "descent": figures.draw_descent,
+    "learning-norms": reaction_norms_figure.draw_norms,
 }
 
 

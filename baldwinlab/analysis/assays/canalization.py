@@ -1,0 +1,108 @@
+"""Canalization: effects of single mutations and of a new world on fitness, with a value per run.
+
+An effect is the fitness of an agent minus its fitness with one mutation, or in the new world. Both
+lifetimes have the same random numbers, except for those of the new world.
+
+References
+----------
+.. [1] C. H. Waddington, "Canalization of development and the inheritance of acquired characters",
+   Nature 150 (1942).
+.. [2] G. P. Wagner, G. Booth and H. Bagheri-Chaichian, "A population genetic theory of
+   canalization", Evolution 51 (1997).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import xarray as xr
+
+QUANTITY_PREFIX: Final = "canalization: "
+CHANGES: Final = ("mutation", "new world")
+STATISTICS: Final = ("loss", "sensitivity")
+EFFECTS: Final = tuple(f"{name} to {change}" for change in CHANGES for name in STATISTICS)
+FITNESS_BY_LIFE: Final = {"off": "innate fitness", "on": "fitness with learning"}
+BUFFERING: Final = f"{QUANTITY_PREFIX}buffering by learning"
+DECLINE: Final = f"{QUANTITY_PREFIX}decline of sensitivity"
+
+
+def compute_effects(data: xr.Dataset) -> xr.Dataset:
+    """Return the loss and the sensitivity of each generation.
+
+    The loss is the mean effect, and the sensitivity is the root mean square effect. The unit is the
+    standard deviation of fitness among the agents: the root of the mean variance over generations
+    and kinds of lives. It is the same for all of them, so that they can be compared. Neither value
+    changes if a constant is added to fitness, or if the unit of fitness changes.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The stored assay `canalization` of one condition.
+
+    Returns
+    -------
+    xr.Dataset
+        The variables `EFFECTS` (run, generation, life). They are NaN if fitness does not vary.
+
+    References
+    ----------
+    Waddington 1942; Wagner, Booth and Bagheri-Chaichian 1997.
+    """
+    fitness = data["energy"].sel(world="stored", drop=True)
+    changed = {
+        "mutation": data["mutant_energy"],
+        "new world": data["energy"].sel(world="new", drop=True).expand_dims("mutant"),
+    }
+    variance = fitness.var("agent").mean(("generation", "life"))
+    unit = variance.where(variance > 0) ** 0.5
+    effects = {}
+    for change, changed_fitness in changed.items():
+        effect = fitness - changed_fitness
+        effects[f"loss to {change}"] = effect.mean(("mutant", "agent")) / unit
+        squares = (effect**2).mean(("mutant", "agent"))
+        effects[f"sensitivity to {change}"] = squares**0.5 / unit
+    return xr.Dataset(effects)
+
+
+def compute_quantities(data: xr.Dataset) -> Iterator[tuple[tuple[str, str], xr.DataArray]]:
+    """Yield the values (run) of all effects, and two comparisons of the sensitivity.
+
+    - Buffering by learning: 1 minus the sensitivity with learning divided by that without. It is
+      above 0 if learning reduces the effects of mutations on fitness.
+    - Decline: 1 minus the sensitivity of the last generation divided by that of the first. It is
+      above 0 if evolution has reduced the effects.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The stored assay `canalization` of one condition.
+
+    Yields
+    ------
+    tuple
+        The quantity, a measure with its time, and its values.
+    """
+    effects = compute_effects(data)
+    for life, measure in FITNESS_BY_LIFE.items():
+        for effect in EFFECTS:
+            values = effects[effect].sel(life=life)
+            for generation in values["generation"].values.tolist():
+                name = name_quantity(effect, measure)
+                yield (name, f"generation {generation}"), values.sel(generation=generation)
+    for change in CHANGES:
+        sensitivity = effects[f"sensitivity to {change}"]
+        off, on = (sensitivity.sel(life=life, drop=True) for life in ("off", "on"))
+        buffering = 1 - on / off.where(off > 0)
+        for generation in buffering["generation"].values.tolist():
+            when = f"{change}, generation {generation}"
+            yield (BUFFERING, when), buffering.sel(generation=generation)
+        for life, measure in FITNESS_BY_LIFE.items():
+            of_life = sensitivity.sel(life=life, drop=True)
+            first, last = (of_life.isel(generation=end, drop=True) for end in (0, -1))
+            yield (DECLINE, f"{change}, {measure}"), 1 - last / first.where(first > 0)
+
+
+def name_quantity(effect: str, measure: str) -> str:
+    """Return the name of an effect on a kind of fitness in the tables of a report."""
+    return f"{QUANTITY_PREFIX}{effect}, {measure}"
