@@ -35,7 +35,7 @@ from baldwinlab.analysis.stages.section import StagedResults
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_conditions
 from baldwinlab.analysis.statistics.unseen_maps import add_unseen_maps
-from baldwinlab.api.publish import results_cache
+from baldwinlab.api.publish import results_cache, trait_changes
 from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.multiverse import MULTIVERSE_FILE, MULTIVERSE_FOLDERS
 from baldwinlab.api.publish.plan import ReportPlan
@@ -141,6 +141,8 @@ def _write_report(
     assays.pop(UNSEEN_MAPS, None)
     analysis = evaluate_assays(assays, plan.last, report.instruction) if assays else None
     sections = _extra_sections(plan, assays, analysis, standard)
+    if changes := trait_changes.make_section(study, assays.get("innate", {})):
+        sections.append(changes)
     if opponents:
         figure_folder = study.directory / "figures"
         sections.append(opponents_section.make_section(opponents, figure_folder))

@@ -1,0 +1,261 @@
+"""Report section on the changes of innate traits: two figures and a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from baldwinlab.analysis.assays.panels import (
+    draw_curve,
+    label_generations,
+    label_rows,
+    list_handles,
+    make_grid,
+)
+from baldwinlab.analysis.estimands.price_partition import PARTS
+from baldwinlab.analysis.estimands.trait_changes import (
+    CORRELATION,
+    GENETICS,
+    RESIDUAL,
+    TraitChanges,
+    average_changes,
+)
+from baldwinlab.analysis.figures.style import BLACK, BLUE, ORANGE, SeriesStyle, styled
+from baldwinlab.analysis.palette import MID_GRAY, PURPLE
+from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.phrases import format_number
+from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.statistics import median_interval
+from baldwinlab.analysis.statistics.csv import to_csv
+from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
+from baldwinlab.core.file_writing import write_atomically
+
+TITLE: Final = "What changed the mean in each generation"
+ANCHOR: Final = "trait-changes"
+CSV_FILE: Final = "trait-changes.csv"
+QUANTITIES: Final = ("change", *PARTS, RESIDUAL, *GENETICS, CORRELATION)
+CSV_COLUMNS: Final = ("condition", "trait", "unit", "quantity", "runs", "median", "low", "high")
+PART_COLORS: Final = dict(zip(PARTS, (BLUE, ORANGE, MID_GRAY, PURPLE), strict=True))
+OBSERVED: Final = SeriesStyle(BLACK, "-", "o")
+PREDICTED: Final = SeriesStyle(BLUE, "--", "s")
+# A figure with more panels is not readable. The table has all conditions.
+MAX_CONDITIONS_IN_FIGURES: Final = 8
+
+
+def make_section(
+    changes: Mapping[str, TraitChanges],
+    innate: Mapping[str, xr.Dataset],
+    obstacles: Mapping[str, str],
+    directory: Path,
+) -> Section:
+    """Make the section of a report on the changes of innate traits.
+
+    Writes `trait-changes.csv` and the figures.
+
+    Parameters
+    ----------
+    changes : mapping of str to TraitChanges
+        The changes of each condition.
+    innate : mapping of str to xr.Dataset
+        The stored assay `innate` of these conditions.
+    obstacles : mapping of str to str
+        Why the changes of further conditions are not measured, as sentences.
+    directory : Path
+        Directory of the study.
+
+    Returns
+    -------
+    Section
+        The section.
+
+    Raises
+    ------
+    OSError
+        A file cannot be written.
+    """
+    rows = [row for name, entry in changes.items() for row in _tabulate(name, entry)]
+    write_atomically(directory / CSV_FILE, to_csv(CSV_COLUMNS, rows))
+    numbers: dict[str, dict[str, dict[str, Any]]] = {name: {} for name in changes}
+    for row in rows:
+        numbers[row["condition"]][row["quantity"]] = row
+    drawn = list(changes)[:MAX_CONDITIONS_IN_FIGURES]
+    figures = _make_figures(changes, innate, drawn, numbers) if drawn else []
+    body = render(
+        "assays/trait_changes.html",
+        numbers=numbers,
+        traits={name: entry.trait for name, entry in changes.items()},
+        quantities=QUANTITIES,
+        obstacles=obstacles,
+        figures=[save_and_inline(figure, directory / "figures") for figure in figures],
+        omitted=list(changes)[MAX_CONDITIONS_IN_FIGURES:],
+    )
+    return Section(anchor=ANCHOR, title=TITLE, body=body)
+
+
+def _tabulate(condition: str, changes: TraitChanges) -> list[dict[str, Any]]:
+    """Return the median over runs of each quantity, with its interval."""
+    rows = []
+    for quantity, values in average_changes(changes).items():
+        defined = values.values[np.isfinite(values.values)]
+        low, high = median_interval(defined) if defined.size else (np.nan, np.nan)
+        row = {
+            "condition": condition,
+            "trait": changes.trait,
+            "unit": changes.unit,
+            "quantity": quantity,
+            "runs": defined.size,
+            "median": float(np.median(defined)) if defined.size else np.nan,
+            "low": low,
+            "high": high,
+        }
+        rows.append(row)
+    return sorted(rows, key=lambda row: QUANTITIES.index(row["quantity"]))
+
+
+def _make_figures(
+    changes: Mapping[str, TraitChanges],
+    innate: Mapping[str, xr.Dataset],
+    names: Sequence[str],
+    numbers: Mapping[str, Mapping[str, Mapping[str, Any]]],
+) -> list[ReportFigure]:
+    """Return the figure of the parts, and that of heritability and response."""
+
+    def describe(quantities: Sequence[str]) -> str:
+        texts = [
+            f"{name}: {quantity} {format_number(numbers[name][quantity]['median'])}"
+            for name in names
+            for quantity in quantities
+        ]
+        return "; ".join(texts)
+
+    common = {"commands": ("baldwinlab assay . --assays innate",)}
+    partition = ReportFigure(
+        name="price-partition",
+        title="Parts of the change of the mean",
+        caption=(
+            "Parts of the change of the innate trait's mean from each generation to the next, by "
+            "Price's equation. Parts above 0 and below 0 are stacked separately. They add up to "
+            "the observed change, the line. All values are means over runs, because medians do "
+            "not add up."
+        ),
+        alternative=f"Parts of the change. Means over generations: {describe(PARTS)}.",
+        figure=draw_partition(changes, innate, names),
+        table=_tabulate_generations(changes, names, ("change", *PARTS)),
+        **common,
+    )
+    response = ReportFigure(
+        name="breeders-equation",
+        title="Heritability, predicted and observed response",
+        caption=(
+            "Top: response to selection that the breeder's equation predicts, heritability times "
+            "selection differential, and the observed change of the mean. Bottom: heritability, "
+            "the slope of children on the mean of their parents. Lines are medians over runs. "
+            "Bands are their 95 % intervals (sign test), shown for six runs or more."
+        ),
+        alternative=f"Heritability and response. Means over generations: {describe(GENETICS)}.",
+        figure=draw_response(changes, innate, names),
+        table=_tabulate_generations(changes, names, GENETICS),
+        **common,
+    )
+    return [partition, response]
+
+
+@styled
+def draw_partition(
+    changes: Mapping[str, TraitChanges], innate: Mapping[str, xr.Dataset], names: Sequence[str]
+) -> Figure:
+    """Draw the stacked parts of the change of the mean, and the observed change.
+
+    Parameters
+    ----------
+    changes : mapping of str to TraitChanges
+        The changes by condition.
+    innate : mapping of str to xr.Dataset
+        The stored assay `innate` by condition, for the titles.
+    names : sequence of str
+        Conditions to draw.
+
+    Returns
+    -------
+    Figure
+        One panel per condition.
+    """
+    figure, grid = make_grid(innate, names, rows=1, height=2.4)
+    for (axes,), name in zip(grid, names, strict=True):
+        means = changes[name].values[["change", *PARTS]].mean("run")
+        _stack_parts(axes, means)
+        label_generations(axes)
+    label_rows(grid, "change of the mean\ntrait per generation")
+    figure.legend(handles=list_handles(grid[:, 0]), loc="outside upper center", ncols=3)
+    return figure
+
+
+def _stack_parts(axes: Axes, means: xr.Dataset) -> None:
+    """Draw the parts (generation) from 0 upward and downward, and their sum as a line."""
+    generations = means["generation"].values
+    top = bottom = np.zeros(generations.size)
+    for part, color in PART_COLORS.items():
+        values = np.nan_to_num(means[part].values)
+        next_top, next_bottom = top + values.clip(min=0), bottom + values.clip(max=0)
+        for start, end, label in ((top, next_top, part), (bottom, next_bottom, None)):
+            axes.fill_between(generations, start, end, step="mid", color=color, lw=0, label=label)
+        top, bottom = next_top, next_bottom
+    axes.plot(generations, means["change"], color=BLACK, lw=1.2, label="observed change")
+
+
+@styled
+def draw_response(
+    changes: Mapping[str, TraitChanges], innate: Mapping[str, xr.Dataset], names: Sequence[str]
+) -> Figure:
+    """Draw the predicted and the observed response, and the heritability.
+
+    Parameters
+    ----------
+    changes : mapping of str to TraitChanges
+        The changes by condition.
+    innate : mapping of str to xr.Dataset
+        The stored assay `innate` by condition, for the titles.
+    names : sequence of str
+        Conditions to draw.
+
+    Returns
+    -------
+    Figure
+        Two panels per condition.
+    """
+    figure, grid = make_grid(innate, names, rows=2, height=2.0)
+    for (top, bottom), name in zip(grid, names, strict=True):
+        values = changes[name].values
+        draw_curve(top, values["response"], OBSERVED, "observed response")
+        draw_curve(top, values["predicted response"], PREDICTED, "predicted response")
+        draw_curve(bottom, values["heritability"], OBSERVED, "")
+        label_generations(bottom)
+    label_rows(grid, "response of the\nmean trait", "heritability")
+    figure.legend(handles=list_handles(grid[:, 0]), loc="outside upper center", ncols=2)
+    return figure
+
+
+def _tabulate_generations(
+    changes: Mapping[str, TraitChanges], names: Sequence[str], quantities: Sequence[str]
+) -> list[dict[str, Any]]:
+    """Return the data of a figure: means and medians over runs by generation."""
+    rows = []
+    for name in names:
+        for quantity in quantities:
+            values = changes[name].values[quantity]
+            interval = interval_of_median(values)
+            columns = {
+                "mean": values.mean("run"),
+                "median": interval.center,
+                "low": interval.low,
+                "high": interval.high,
+            }
+            table = xr.Dataset(columns).to_dataframe().reset_index().to_dict("records")
+            rows += [{"condition": name, "quantity": quantity, **row} for row in table]
+    return rows
