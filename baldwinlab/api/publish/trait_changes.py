@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.assays import trait_changes_section
 from baldwinlab.analysis.assays.controls import evolves_and_learns
+from baldwinlab.analysis.estimands import trait_changes_section
 from baldwinlab.analysis.estimands.trait_changes import (
     TraitChanges,
     find_obstacle,
@@ -84,8 +84,8 @@ def _read_genotypes(study: StudyStore, condition: str, innate: xr.Dataset) -> xr
         record = study.record(condition, run)
         if record["kept_generation"].values[-1] != last_generation:
             return None
-        kept = record["kept_genome"].values[-1]
-        genomes.append(kept.reshape(len(kept), -1))
+        stored_genomes = record["kept_genome"].values[-1]
+        genomes.append(stored_genomes.reshape(len(stored_genomes), -1))
     return xr.DataArray(
         np.stack(genomes),
         dims=("run", "agent", "gene"),

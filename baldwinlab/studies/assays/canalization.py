@@ -23,7 +23,7 @@ from baldwinlab.core.assay_variables import LIFE_KINDS, WORLDS
 from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.evolution.mutants import make_single_mutants
 from baldwinlab.evolution.neat.operators import genome_part
-from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.studies.assays.sample import Conditions, Energy, Sample, first_middle_last
 
 # Smallest number of mutants per generation, unless it is limited by that of each agent.
@@ -89,7 +89,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     return {"energy": energy.transpose(order), "mutant_energy": mutant_energy.transpose(order)}
 
 
-def _list_settings(experiment: BaseExperiment) -> list[BaseExperiment]:
+def _list_settings(experiment: Experiment) -> list[Experiment]:
     """Return the experiment without and with learning; only itself if agents do not learn."""
     return [experiment.without_learning(), experiment] if experiment.learns else [experiment]
 
@@ -109,7 +109,7 @@ def _mutate(sample: Sample, generation: int, mutant: int, genomes: Genome) -> Ge
 
 
 def _simulate(
-    sample: Sample, settings: Sequence[BaseExperiment], world: int, genomes: Genome
+    sample: Sample, settings: Sequence[Experiment], world: int, genomes: Genome
 ) -> Energy:
     """Return the energy [life, run, agent] with each of the settings in the world of a generation.
 

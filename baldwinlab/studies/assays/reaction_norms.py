@@ -68,9 +68,7 @@ def assayed_generations(experiment: BaseExperiment) -> list[int]:
     return sorted({round(number) for number in np.linspace(0, last_generation, N_GENERATIONS)})
 
 
-def scale_learning(
-    experiment: BaseExperiment, generation: int, factor: float
-) -> BaseExperiment | None:
+def scale_learning(experiment: Experiment, generation: int, factor: float) -> Experiment | None:
     """Return the experiment with a multiple of the amount of learning of a generation.
 
     The result is None if the experiment does not allow this amount.

@@ -43,9 +43,9 @@ def test_a_new_world_is_that_of_a_generation_after_the_last(study: StudyStore) -
     for generation in assay.generation.values.tolist():
         stored = [study.read(LEARNER, run).genome.values[generation] for run in range(3)]
         experiment = study.experiments[LEARNER]
-        again = reevaluate(experiment, study.seed, range(3), 3, np.stack(stored))
+        repeated = reevaluate(experiment, study.seed, range(3), 3, np.stack(stored))
         new_world = assay.energy.sel(world="new", life="on", generation=generation)
-        assert np.array_equal(new_world, again.energy)
+        assert np.array_equal(new_world, repeated.energy)
 
 
 def test_mutants_live_in_the_world_of_their_agents(study: StudyStore) -> None:
@@ -57,9 +57,9 @@ def test_mutants_live_in_the_world_of_their_agents(study: StudyStore) -> None:
         make_single_mutants(experiment, GenerationKey(study.seed, run, 2 * 3 + 2), genome)
         for run, genome in enumerate(parents)
     ]
-    again = reevaluate(experiment, study.seed, range(3), 2, np.stack(mutants))
+    repeated = reevaluate(experiment, study.seed, range(3), 2, np.stack(mutants))
     mutant_energy = assay.mutant_energy.sel(generation=2, life="on", mutant=1)
-    assert np.array_equal(mutant_energy, again.energy)
+    assert np.array_equal(mutant_energy, repeated.energy)
 
 
 def test_innate_fitness_of_mutants_is_that_of_a_neighbor_on_the_landscape(

@@ -27,9 +27,9 @@ def test_a_factor_multiplies_the_learning_rate(study: StudyStore) -> None:
         stored = [study.read(LEARNER, run).genome.values[generation] for run in range(3)]
         for factor in (0.25, 2.0):
             changed = experiment.replace(learning={"rate": 0.5 * factor})
-            again = reevaluate(changed, study.seed, range(3), generation, np.stack(stored))
+            repeated = reevaluate(changed, study.seed, range(3), generation, np.stack(stored))
             assayed = energy.sel(generation=generation, factor=factor)
-            assert np.array_equal(assayed, again.energy)
+            assert np.array_equal(assayed, repeated.energy)
 
 
 def test_the_factors_0_and_1_are_innate_and_learned_fitness(study: StudyStore) -> None:

@@ -87,7 +87,7 @@ def make_section(
     drawn = list(changes)[:MAX_CONDITIONS_IN_FIGURES]
     figures = _make_figures(changes, innate, drawn, numbers) if drawn else []
     body = render(
-        "assays/trait_changes.html",
+        "estimands/trait_changes.html",
         numbers=numbers,
         traits={name: entry.trait for name, entry in changes.items()},
         quantities=QUANTITIES,
