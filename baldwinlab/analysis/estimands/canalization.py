@@ -1,7 +1,7 @@
 """Canalization: how strongly genetic differences within a population appear in fitness.
 
-Stored lives show only the genetic differences that a population has. The effects of new mutations
-need new lives.
+Stored lives show only the genetic differences that a population has. The assay `canalization`
+measures the effects of new mutations.
 
 References
 ----------

@@ -2,8 +2,8 @@
 
 The four branches of a start generation, two histories and two regimes, have the same random
 numbers. A difference between histories shows what evolution with learning has changed in the
-genomes (canalization). A difference between regimes shows what learning does now: it guides
-selection, or hides genetic differences.
+genomes. A difference between regimes shows what learning does now: it guides selection, or hides
+genetic differences.
 """
 
 from __future__ import annotations

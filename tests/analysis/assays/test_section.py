@@ -199,11 +199,11 @@ def test_the_section_has_verdict_questions_figures_and_numbers(page: Path) -> No
         < text.index("<figure")
         < text.index("All numbers of the assays")
     )
-    assert text.count("<figure") == 6 and "✓" in text and "✗" in text
+    assert text.count("<figure") == 7 and "✓" in text and "✗" in text
     assert "nan" not in text.lower()
     names = {path.name for path in page.parent.iterdir()}
     assert names == {"page.html", "figures", "baldwin.json", "baldwin.csv"}
-    assert len(list((page.parent / "figures").glob("baldwin-*.svg"))) == 6
+    assert len(list((page.parent / "figures").glob("baldwin-*.svg"))) == 7
 
 
 def test_its_verdict_is_its_summary(tmp_path: Path) -> None:
