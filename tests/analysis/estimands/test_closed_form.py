@@ -26,14 +26,14 @@ def difference_of(innate: xr.Dataset, x: xr.DataArray, experiment: Any) -> xr.Da
     return compute_differentials(innate, x.astype(np.float64), experiment)["difference"]
 
 
-def differential(x: np.ndarray, log_fitness: np.ndarray) -> np.ndarray:
+def differential(x: np.ndarray, log_fitness: np.ndarray) -> Any:
     """Return Cov(w / mean w, x) / SD(x) over the last dimension, from the definition."""
     w = np.exp(log_fitness - log_fitness.max(axis=-1, keepdims=True))
     w /= w.sum(axis=-1, keepdims=True)
     return ((w * x).sum(axis=-1) - x.mean(axis=-1)) / x.std(axis=-1)
 
 
-def log_fitness_on(model: Any, x: np.ndarray) -> np.ndarray:
+def log_fitness_on(model: Any, x: Any) -> Any:
     return model.slope * x + model.curvature * x**2 / 2
 
 
