@@ -32,7 +32,7 @@ def compute_effects(data: xr.Dataset) -> xr.Dataset:
 
     The loss is the mean effect, and the sensitivity is the root mean square effect. The unit is the
     standard deviation of fitness among the agents: the root of the mean variance over generations
-    and kinds of lives. It is the same for all of them, so that they can be compared. Neither value
+    and kinds of life. It is the same for all of them, so that they can be compared. Neither value
     changes if a constant is added to fitness, or if the unit of fitness changes.
 
     Parameters

@@ -123,6 +123,7 @@ def test_the_section_has_two_figures_a_table_and_a_csv_file(
         rows = list(csv.DictReader(file))
     assert [row["quantity"] for row in rows] == list(QUANTITIES)
     added = next(row for row in rows if row["quantity"] == "added by learning")
+    assert f"{float(added['median']):.3g} [" in section.body
     assert 0 < float(added["low"]) < float(added["median"]) < float(added["high"])
     for name in ("price-partition", "breeders-equation"):
         assert (tmp_path / "figures" / f"{name}.csv").exists()
