@@ -166,6 +166,8 @@ def test_the_record_has_each_condition_with_its_controls(folder: Path) -> None:
     assert {row["learner"] for row in curve["learners"]} == {"hebb", "random", "noise"}
 
 
+# A report of all stages takes too long for every day.
+@pytest.mark.nightly
 def test_missing_runs_of_any_stage_are_simulated_again_with_the_same_bits(
     folder: Path, tmp_path: Path
 ) -> None:
@@ -182,6 +184,8 @@ def test_missing_runs_of_any_stage_are_simulated_again_with_the_same_bits(
     assert read_records(results) == complete
 
 
+# A report of all stages takes too long for every day.
+@pytest.mark.nightly
 def test_a_changed_claim_is_reported(folder: Path, tmp_path: Path) -> None:
     changed = tmp_path / "paper"
     shutil.copytree(folder / "paper", changed)
@@ -222,7 +226,6 @@ def test_an_unknown_condition_of_the_design_is_refused(command: Command, tmp_pat
     assert not (tmp_path / "results").exists()
 
 
-# Two studies of all stages take too long for every day.
 @pytest.mark.nightly
 def test_a_killed_reproduction_continues_in_its_stage(folder: Path, tmp_path: Path) -> None:
     results = tmp_path / "results"

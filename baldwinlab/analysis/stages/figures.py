@@ -20,6 +20,7 @@ from baldwinlab.analysis.figures.style import (
 )
 from baldwinlab.analysis.stages.noise_comparison import LearnerRow
 from baldwinlab.analysis.stages.specification_curve import SpecificationResults
+from baldwinlab.analysis.statistics.samples import Sample
 
 # Height of a row, and of the title and the axis of a panel, in inches.
 ROW_HEIGHT: Final = 0.2
@@ -28,6 +29,7 @@ AXIS_HEIGHT: Final = 0.75
 POINT_SPREAD: Final = 0.6
 # Values up to this number of items are on a linear scale, and larger ones on a logarithmic scale.
 LINEAR_LIMIT: Final = 1.0
+TICKS: Final = (-1000, -100, -10, 0, 10, 100, 1000)
 N_COLUMNS: Final = 2
 
 
@@ -54,18 +56,17 @@ def draw_runs(rows: Sequence[LearnerRow], noise_controls: Sequence[str]) -> Figu
     n_learners = max(sum(row.map == name for row in rows) for name in maps)
     height = n_lines * (AXIS_HEIGHT + ROW_HEIGHT * n_learners)
     figure = Figure((FIGURE_WIDTH, height))
-    grid = figure.subplots(n_lines, n_columns, sharey=True, sharex=True, squeeze=False)
+    grid = figure.subplots(n_lines, n_columns, sharey=True, squeeze=False)
     for axes in grid.flat[len(maps) :]:
         axes.set_visible(False)
     for axes, map_name in zip(grid.flat, maps, strict=False):
         _draw_map(axes, [row for row in rows if row.map == map_name], noise_controls)
         axes.set_title(f"Map {map_name}" if map_name else "", loc="left", fontweight="bold")
-        axes.set_xlabel("items on unseen maps")
+        _scale_items(axes, np.concatenate([row.values for row in rows]))
     return figure
 
 
 def _draw_map(axes: Axes, rows: Sequence[LearnerRow], noise_controls: Sequence[str]) -> None:
-    axes.set_xscale("symlog", linthresh=LINEAR_LIMIT)
     for position, row in enumerate(rows):
         color = ORANGE if row.learner in noise_controls else BLUE
         heights = position + POINT_SPREAD * spread_points(row.values.size)
@@ -83,6 +84,18 @@ def _draw_map(axes: Axes, rows: Sequence[LearnerRow], noise_controls: Sequence[s
         )
     axes.set_yticks(range(len(rows)), [row.learner for row in rows])
     axes.set_ylim(len(rows) - 0.5, -0.5)
+
+
+def _scale_items(axes: Axes, values: Sample) -> None:
+    """Set a scale of items that shows zero, one and hundreds."""
+    axes.set_xscale("symlog", linthresh=LINEAR_LIMIT)
+    # A margin keeps points off the frame.
+    low = min(1.5 * float(values.min()), -0.2)
+    axes.set_xlim(low, max(1.5 * float(values.max()), 10))
+    ticks = [tick for tick in TICKS if axes.get_xlim()[0] <= tick <= axes.get_xlim()[1]]
+    axes.set_xticks(ticks, [f"{tick}".replace("-", "−") for tick in ticks])
+    axes.minorticks_off()
+    axes.set_xlabel("items on unseen maps")
 
 
 @styled
@@ -117,6 +130,5 @@ def draw_specifications(results: SpecificationResults, noise_controls: Sequence[
     rank_axes.set_title("Rank", loc="left", fontweight="bold")
     rank_axes.set_xlabel("rank (1 = most items)")
     effect_axes.set_title("Difference to the best noise control", loc="left", fontweight="bold")
-    effect_axes.set_xscale("symlog", linthresh=LINEAR_LIMIT)
-    effect_axes.set_xlabel("items on unseen maps")
+    _scale_items(effect_axes, np.concatenate([row.effects for row in results.learners]))
     return figure

@@ -129,7 +129,7 @@ def compose_sentences(results: StagedResults) -> Iterator[str]:
         yield (
             f"Over {len(curve.specifications)} specifications, {best.learner} has the best median "
             f"rank ({format_number(best.median_rank)} of {len(curve.learners)}). The agreement of "
-            f"the rank orders is W = {curve.w:.2f} (Kendall; 0 is none, 1 is complete)."
+            f"the rank orders is W = {format_number(curve.w)} (Kendall; 0 is none, 1 is complete)."
         )
 
 
@@ -198,15 +198,15 @@ def make_section(results: StagedResults, directory: Path) -> Section:
                 f"Each point is one of {len(curve.specifications)} combinations of "
                 f"{', '.join(results.settings)}. Rank 1 has the most items on unseen maps. "
                 "Lines are medians; noise controls are orange. "
-                f"Kendall's W = {curve.w:.2f}."
+                f"Kendall's W = {format_number(curve.w)}."
             ),
-            alternative=f"{CURVE_TITLE}. Kendall's W is {curve.w:.2f}.",
+            alternative=f"{CURVE_TITLE}. Kendall's W is {format_number(curve.w)}.",
             figure=draw_specifications(curve, results.noise_controls),
             table=[row.record() for row in curve.learners],
         )
         figures.append(save_and_inline(curve_figure, folder))
     body = render("stages/section.html", results=results, curve=curve, figures=figures)
-    return Section("confirmation", "Confirmation and specification curve", body)
+    return Section("confirmation", "Confirmation", body)
 
 
 def _write_records(results: StagedResults, directory: Path) -> None:
