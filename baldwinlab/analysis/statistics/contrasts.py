@@ -262,13 +262,13 @@ def compare_final_values(
     smallest = smallest_corrected_p(
         [PlannedTest(comparison.n_a, comparison.n_b) for comparison in numbers]
     )
-    level = level_of_next_test(corrected)
+    levels = [level_of_next_test(corrected)] * len(tests)
     # Each row has the fields of a `Contrast`, of which the first three are a test.
-    rows = zip(tests, numbers, corrected.tolist(), smallest.tolist(), strict=True)
+    rows = zip(tests, numbers, corrected.tolist(), smallest.tolist(), levels, strict=True)
     return Contrasts(
         pairing=describe_pairing(pairs, factors),
         last=last,
-        rows=tuple(Contrast(*test, *values, level) for test, *values in rows),
+        rows=tuple(Contrast(*test, *values) for test, *values in rows),
     )
 
 
