@@ -196,9 +196,8 @@ def test_a_changed_claim_is_reported(folder: Path, tmp_path: Path) -> None:
     assert "claims.toml has been changed since the study was created" in page
 
 
-def test_committed_values_replace_those_of_the_tuning(folder: Path, tmp_path: Path) -> None:
-    paper = tmp_path / "paper"
-    shutil.copytree(folder / "paper", paper)
+def test_committed_values_replace_those_of_the_tuning(tmp_path: Path) -> None:
+    paper = write_staged_paper(tmp_path / "paper")
     (paper / "tuned.toml").write_text('"hebb/near" = { "learning.rate" = 0.123 }\n')
     study = bl.reproduce(paper, out=tmp_path / "results", quick=True, workers=2)
     assert study.experiment("hebb/near").learning.rate == 0.123
@@ -211,11 +210,11 @@ def test_committed_values_replace_those_of_the_tuning(folder: Path, tmp_path: Pa
     assert "This is a quick or incomplete study: 1 of 3 runs and 1 of 2 maps." in page
 
 
-def test_options_without_effect_are_refused(folder: Path) -> None:
+def test_options_without_effect_are_refused(tmp_path: Path) -> None:
     with pytest.raises(RefusedError, match="--quick applies to papers with stages"):
         bl.reproduce("hinton-nowlan-1987", quick=True)
     with pytest.raises(RefusedError, match="--variant x applies to papers without stages"):
-        bl.reproduce(folder / "paper", variant="x")
+        bl.reproduce(write_staged_paper(tmp_path), variant="x")
 
 
 def test_an_unknown_condition_of_the_design_is_refused(command: Command, tmp_path: Path) -> None:

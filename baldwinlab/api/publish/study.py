@@ -31,7 +31,6 @@ from baldwinlab.analysis.report import (
 from baldwinlab.analysis.report.content import count_runs
 from baldwinlab.analysis.report.settings import describe_variants
 from baldwinlab.analysis.stages import section as stages_section
-from baldwinlab.analysis.stages.section import StagedResults
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_conditions
 from baldwinlab.analysis.statistics.unseen_maps import add_unseen_maps
@@ -39,7 +38,7 @@ from baldwinlab.api.publish import results_cache, trait_changes
 from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.multiverse import MULTIVERSE_FILE, MULTIVERSE_FOLDERS
 from baldwinlab.api.publish.plan import ReportPlan
-from baldwinlab.api.publish.stages import read_staged_results
+from baldwinlab.api.publish.stages import describe_size, read_staged_results
 from baldwinlab.core.assay_variables import OPPONENTS, UNSEEN_MAPS
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.appearance import describe_appearance
@@ -147,19 +146,16 @@ def _write_report(
         figure_folder = study.directory / "figures"
         sections.append(opponents_section.make_section(opponents, figure_folder))
     summary = _summarize_learners(plan, report.results, analysis)
-    staged = _evaluate_stages(plan, report)
-    if staged:
-        summary = stages_section.make_summary(staged, study.directory)
-        sections.insert(0, stages_section.make_section(staged, study.directory))
-    write_report(study.directory, template_values, plan.out, sections, summary)
-
-
-def _evaluate_stages(plan: ReportPlan, report: ReportData) -> StagedResults | None:
-    """Return the results of the stages of the paper, None if it has no stages."""
     design = read_design(plan.paper) if plan.paper else None
-    if plan.paper is None or design is None:
-        return None
-    return read_staged_results(plan.study, plan.paper, design, report.data, report.results)
+    if plan.paper and design:
+        staged = read_staged_results(study, plan.paper, design, report.data, report.results)
+        if staged:
+            summary = stages_section.make_summary(staged, study.directory)
+            sections.insert(0, stages_section.make_section(staged, study.directory))
+        elif note := " ".join(describe_size(study, plan.paper, report.data)):
+            body = f"<p>{note}</p>"
+            sections.insert(0, Section("stage", "Stage of the study", body, summary=note))
+    write_report(study.directory, template_values, plan.out, sections, summary)
 
 
 def _summarize_learners(
