@@ -8,15 +8,25 @@ import pytest
 
 from baldwinlab.api.publish.plan import plan_report
 from baldwinlab.api.publish.study import publish_study
-from tests.analysis.assays.artificial_assays import assign_to_study, constant, innate, rising
-from tests.small_studies import ignore_message, make_small_study
+from tests.analysis.assays.artificial_assays import (
+    AGENTS,
+    GENERATIONS,
+    assign_to_study,
+    constant,
+    innate,
+    rising,
+)
+from tests.small_studies import ignore_message, make_small_study, shorten_preset
 
 A = "evo+self-taught/A"
 
 
 @pytest.mark.nightly  # two reports with assays
 def test_stored_assays_add_a_section_and_nothing_stored_adds_none(tmp_path: Path) -> None:
-    study, page = make_small_study(tmp_path / "study", runs=2), tmp_path / "page.html"
+    experiment = shorten_preset(A).replace(
+        population={"size": AGENTS}, evolution={"generations": GENERATIONS}
+    )
+    study, page = make_small_study(tmp_path / "study", [experiment], 2), tmp_path / "page.html"
     publish_study(plan_report(study, page), ignore_message)
     assert "Baldwin effect?" not in page.read_text("utf-8")
     path = study.directory / "assays" / "innate" / f"{A}.nc"
@@ -26,6 +36,8 @@ def test_stored_assays_add_a_section_and_nothing_stored_adds_none(tmp_path: Path
     )
     publish_study(plan_report(study, page), ignore_message)
     assert '<h2 id="baldwin">Is there a Baldwin effect?</h2>' in page.read_text("utf-8")
+    assert '<h2 id="trait-changes">' in page.read_text("utf-8")
+    assert (study.directory / "trait-changes.csv").exists()
     assert (study.directory / "baldwin.csv").exists() and (
         study.directory / "baldwin.json"
     ).exists()
