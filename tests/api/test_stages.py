@@ -156,7 +156,7 @@ def test_the_report_prints_the_digest_of_the_claims(folder: Path) -> None:
 def test_the_record_has_each_condition_with_its_controls(folder: Path) -> None:
     record = json.loads((folder / "results/confirmation/learners.json").read_text())
     rows = {(row["learner"], row["map"]): row for row in record["learners"]}
-    assert set(rows) == {(name, place) for name in RULES for place in ("near", "far")}
+    assert set(rows) == {(name, food) for name in RULES for food in ("near", "far")}
     hebb = rows["hebb", "near"]
     assert hebb["noise_control"] in ("random/near", "noise/near")
     assert hebb["yoked_control"] == "hebb+yoked/near" and hebb["verdict"] == "too few runs"
@@ -201,7 +201,7 @@ def test_committed_values_replace_those_of_the_tuning(tmp_path: Path) -> None:
     (paper / "tuned.toml").write_text('"hebb/near" = { "learning.rate" = 0.123 }\n')
     study = bl.reproduce(paper, out=tmp_path / "results", quick=True, workers=2)
     assert study.experiment("hebb/near").learning.rate == 0.123
-    assert study.conditions == [
+    assert list(study.conditions) == [
         *("plain/near", "noise/near", "hebb/near", "hebb+yoked/near", "hebb+drift/near"),
         "random/near",
     ]
