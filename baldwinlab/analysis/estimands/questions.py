@@ -35,7 +35,7 @@ from baldwinlab.analysis.estimands.traits import (
     select_innate_trait,
     select_learned_distance,
 )
-from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 
 # Bounds of equivalence, fixed before any result is known: 1 % of a standard deviation per
 # generation, 10 % of the selection without learning, 5 % of the learned distance and of the
@@ -140,8 +140,8 @@ def _measure_history(data: ConditionData) -> Result:
     return _measure_fork(
         data,
         "history",
-        "Innate fitness at the end of the branches of learners minus those of the control, mean "
-        "over branches with learning on and off, from the last generation.",
+        "Innate fitness of learners' genomes minus that of the control's, both after the same "
+        "further generations without learning.",
     )
 
 
@@ -149,8 +149,8 @@ def _measure_regime(data: ConditionData) -> Result:
     return _measure_fork(
         data,
         "regime",
-        "Innate fitness at the end of branches with learning on minus those with learning off, "
-        "mean over the genomes of learners and of the control, from the last generation.",
+        "Innate fitness after further generations with learning minus that after as many without, "
+        "mean over the genomes of learners and of the control.",
     )
 
 
@@ -158,8 +158,12 @@ def _measure_fork(data: ConditionData, effect: str, reason: str) -> Result:
     if "fork" not in data.assays:
         return _missing_assay("fork")
     fork = data.assays["fork"].isel(generation=[-1])
+    innate_fitness = fork["innate_fitness"]
+    if innate_fitness.min() == innate_fitness.max():
+        reason = "Innate fitness is the same for all agents of all branches."
+        return Result(NOT_MEASURABLE, reason)
     values = compute_effects(fork)[name_quantity(effect, "innate_fitness")]
-    control = fork["innate_fitness"].sel(history="control", regime="off")
+    control = innate_fitness.sel(history="control", regime="off")
     bound = FORK_BOUND * abs(float(control.mean()))
     return Result(MEASURED, reason, INNATE_FITNESS, FITNESS, values.isel(generation=0), bound)
 
@@ -185,9 +189,10 @@ def _measure_assimilation(data: ConditionData) -> Result:
 
 def _measure_savings(data: ConditionData) -> Result:
     times = _select_learning_times(data)
+    if times is None and isinstance(data.experiment, Experiment):
+        return _missing_assay("within-life")
     if times is None:
-        reason = "No record and no stored assay within-life shows performance within life."
-        return Result(NOT_MEASURABLE, reason)
+        return Result(NOT_MEASURABLE, "The model records no performance within life.")
     return Result(
         MEASURED,
         "1 - t_last / t_first: share of the learning time that is saved, with the lifetime as the "
@@ -214,12 +219,6 @@ def _select_learning_times(data: ConditionData) -> Trait | None:
 
 ESTIMANDS: Final = (
     Estimand(
-        "selection-by-learning",
-        "Does learning strengthen selection on an innate trait?",
-        "Learning hides innate differences from selection.",
-        _measure_selection,
-    ),
-    Estimand(
         "fork-history",
         "Has evolution with learning led to genomes from which innate fitness is higher?",
         "It has led to genomes from which innate fitness is lower.",
@@ -230,6 +229,12 @@ ESTIMANDS: Final = (
         "Does learning raise innate fitness in the next generations?",
         "Learning lowers innate fitness in the next generations.",
         _measure_regime,
+    ),
+    Estimand(
+        "selection-by-learning",
+        "Does learning strengthen selection on an innate trait?",
+        "Learning hides innate differences from selection.",
+        _measure_selection,
     ),
     Estimand(
         "assimilation",

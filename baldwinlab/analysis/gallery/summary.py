@@ -19,9 +19,9 @@ from baldwinlab.analysis.gallery.decisions import VERDICTS, Decision, Measuremen
 from baldwinlab.analysis.statistics.meta_analysis import MIN_PAPERS, RandomEffects, combine_papers
 
 TITLES: Final[Mapping[str, str]] = {
-    "selection-by-learning": "Learning strengthens selection on the innate trait",
     "fork-history": "Evolution with learning leads to genomes that evolve higher innate fitness",
     "fork-regime": "Learning raises innate fitness in the next generations",
+    "selection-by-learning": "Learning strengthens selection on the innate trait",
     "assimilation": "Learned behavior becomes innate",
     "savings": "Later generations learn faster",
 }

@@ -95,7 +95,7 @@ def why_not_applicable(name: str, condition: str, experiments: Mapping[str, Base
     if name == "canalization":
         return canalization.find_obstacle(condition, experiment)
     if name in FORKS:
-        return next(fork.find_obstacles(name, condition, experiments), "")
+        return next(fork.find_obstacles(name, experiment), "")
     if name == "neutral":
         return _why_not_neutral(experiment)
     if name == "modules":
@@ -115,6 +115,8 @@ def why_not_in_study(name: str, study: StudyStore, condition: str) -> str:
     if reason or name not in FORKS:
         return reason
     control = find_control(condition, study.experiments)
+    if not control:
+        return ""
     missing = set(study.runs(condition)).difference(study.runs(control))
     if not missing:
         return ""

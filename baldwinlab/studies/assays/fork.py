@@ -1,15 +1,17 @@
 """Fork assay: evolve learners and their no-learning control further, with learning on and off.
 
-The four branches of a start generation, two histories and two regimes, have the same random
-numbers. A difference between histories shows what evolution with learning has changed in the
-genomes. A difference between regimes shows what learning does now: it guides selection, or hides
-genetic differences.
+The branches start from the last generation. The four branches of a run, two histories and two
+regimes, have the same random numbers. A difference between histories shows what evolution with
+learning has changed in the genomes. A difference between regimes shows what
+learning does now: it guides selection, or hides genetic differences.
+
+If the study has no control, the assay simulates it from the founders of each run.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, Final
 
@@ -21,8 +23,9 @@ from baldwinlab.evolution import GenerationKey, Genome, make_founders
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.simulation.branch import evolve_genomes
-from baldwinlab.studies.assays.sample import Conditions, Sample, first_middle_last
+from baldwinlab.simulation.branch import Branch, evolve_genomes
+from baldwinlab.simulation.simulate import simulate_histories
+from baldwinlab.studies.assays.sample import Conditions, Sample
 
 # Default length of a branch, in generations.
 BRANCH_GENERATIONS: Final = 20
@@ -44,75 +47,77 @@ class Fork:
     generations: int = BRANCH_GENERATIONS
 
     def coordinates(self, study: Conditions, condition: str) -> Mapping[str, Any]:
-        """Return the start generations, the histories and the regimes."""
-        starts = first_middle_last(study.experiments[condition].evolution.generations)
+        """Return the start generation, the histories and the regimes."""
+        start = study.experiments[condition].evolution.generations - 1
         return {
-            "generation": np.array(starts, np.int32),
+            "generation": np.array([start], np.int32),
             "history": list(HISTORIES),
             "regime": list(REGIMES),
         }
 
     def count_lives(self, study: Conditions, condition: str) -> int:
         """Return the number of simulated generations per run."""
-        starts = first_middle_last(study.experiments[condition].evolution.generations)
+        has_control = bool(find_control(condition, study.experiments))
+        generations = study.experiments[condition].evolution.generations
+        lives_of_control = 0 if has_control else generations
         branch_lives = self.generations + 1
         # With learning on, the newborns at the end are simulated again without learning.
         lives_of_history = len(REGIMES) * branch_lives + 1
-        return len(starts) * len(HISTORIES) * lives_of_history
+        return lives_of_control + len(HISTORIES) * lives_of_history
 
     def measure(self, sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
         """Measure `innate_fitness` and `fitness` [run, generation, history, regime, agent]."""
-        starts = first_middle_last(sample.experiment.evolution.generations)
+        start = sample.experiment.evolution.generations - 1
+        control = sample.control or simulate_control(sample)
         n_agents = sample.experiment.population.size
-        shape = (len(sample.runs), len(starts), len(HISTORIES), len(REGIMES), n_agents)
+        shape = (len(sample.runs), 1, len(HISTORIES), len(REGIMES), n_agents)
         innate_fitness = np.empty(shape)
         fitness = np.empty(shape)
         # The settings of the learner are the regime "on", and those of its control are "off".
         # The order of the conditions is that of `HISTORIES` and of `REGIMES`.
-        conditions = list(enumerate(_list_conditions(sample)))
-        all_runs = slice(None)
-        for start_index, generation in enumerate(starts):
-            for (history_index, source), (regime_index, target) in product(conditions, repeat=2):
-                branch = (all_runs, start_index, history_index, regime_index)
-                results = self._evolve(sample, source, target, generation)
-                innate_fitness[branch], fitness[branch] = results
+        conditions = list(enumerate((sample, control)))
+        for (history_index, source), (regime_index, target) in product(conditions, repeat=2):
+            branch = self._evolve(source, target, start)
+            newborns = fit_genomes(branch.genomes, control)
+            fitness_at_end = branch.fitness[:, -1]
+            innate_fitness_at_end = fitness_at_end
+            # The agents of the control do not learn, so their fitness is innate.
+            if target is sample:
+                end = start + self.generations
+                innate_fitness_at_end = sample.simulate(control.experiment, end, newborns).energy
+            innate_fitness[:, 0, history_index, regime_index] = innate_fitness_at_end
+            fitness[:, 0, history_index, regime_index] = fitness_at_end
         return {"innate_fitness": innate_fitness, "fitness": fitness}
 
-    def _evolve(
-        self, sample: Sample, source: Sample, target: Sample, generation: int
-    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        """Return the innate fitness and the fitness at the end of a branch, each [run, agent].
-
-        The genomes are those of `source`, and the settings those of `target`.
-        """
-        genomes = source.genomes(generation)
+    def _evolve(self, source: Sample, target: Sample, start: int) -> Branch:
+        """Evolve the genomes of `source` with the settings of `target`."""
+        genomes = source.genomes(start)
         if self.start == MODE:
             genomes = np.stack([copy_mode(population) for population in genomes])
-        end = generation + self.generations
         branch = evolve_genomes(
             target.experiment,
-            sample.seed,
-            sample.runs,
-            range(generation, end + 1),
+            target.seed,
+            target.runs,
+            range(start, start + self.generations + 1),
             fit_genomes(genomes, target),
-            after_generation=sample.report_generation,
+            after_generation=target.report_generation,
         )
         if self.start != MODE and source is target:
-            source.require_stored_energy(generation, branch.fitness[:, 0])
-        fitness = branch.fitness[:, -1]
-        if target is not sample:
-            # The agents of the control do not learn, so their fitness is innate.
-            return fitness, fitness
-        _, control = _list_conditions(sample)
-        newborns = fit_genomes(branch.genomes, control)
-        return sample.simulate(control.experiment, end, newborns).energy, fitness
+            source.require_stored_energy(start, branch.fitness[:, 0])
+        return branch
 
 
-def _list_conditions(sample: Sample) -> tuple[Sample, Sample]:
-    """Return the samples of the learner and of its control, in the order of `HISTORIES`."""
-    if sample.control is None:
-        raise ValueError(f"{sample.experiment.name} has no no-learning control")
-    return sample, sample.control
+def simulate_control(sample: Sample) -> Sample:
+    """Return the same runs of the no-learning control, simulated from their founders."""
+    control = sample.experiment.without_learning()
+    histories = simulate_histories(
+        control,
+        sample.seed,
+        sample.runs,
+        after_generation=lambda _: sample.report_generation(),
+    )
+    records = [history.record() for history in histories]
+    return replace(sample, experiment=control, records=records)
 
 
 def fit_genomes(genomes: Genome, sample: Sample) -> Genome:
@@ -147,29 +152,25 @@ def copy_mode(population: Genome) -> Genome:
     return np.ascontiguousarray(np.broadcast_to(mode, population.shape))
 
 
-def find_obstacles(
-    name: str, condition: str, experiments: Mapping[str, BaseExperiment]
-) -> Iterator[str]:
+def find_obstacles(name: str, experiment: BaseExperiment) -> Iterator[str]:
     """Yield a sentence for each reason why a fork is not applicable to a condition."""
-    experiment = experiments[condition]
     if not experiment.learns:
         yield f"the assay {name} needs a condition that learns"
     elif experiment.evolution.inheritance == "none":
         yield f"the assay {name} measures effects of evolution, which needs inherited genomes"
-    elif not find_control(condition, experiments):
-        yield (
-            f"the assay {name} needs a no-learning control: a condition of the same study that "
-            "differs only in that its agents do not learn"
-        )
 
 
 def describe_branches(
     experiments: Mapping[str, BaseExperiment], condition: str, generations: int
 ) -> dict[str, Any]:
-    """Return the attributes of the dataset of a fork, in addition to those of every assay."""
+    """Return the attributes of the dataset of a fork, in addition to those of every assay.
+
+    The name of the control is "" if the study does not have it.
+    """
     control = find_control(condition, experiments)
+    experiment = experiments[control] if control else experiments[condition].without_learning()
     return {
         "control": control,
-        "control_experiment": to_toml(experiments[control]),
+        "control_experiment": to_toml(experiment),
         "generations": generations,
     }

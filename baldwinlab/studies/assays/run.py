@@ -41,7 +41,7 @@ class AssayTask(NamedTuple):
     names: tuple[str, ...]
     other_maps: tuple[OnMap, ...]
     agent_steps: int
-    # No-learning control and number of generations of a fork.
+    # No-learning control of the study, if any, and number of generations of a fork.
     control: Experiment | None = None
     generations: int = fork.BRANCH_GENERATIONS
 
@@ -116,8 +116,8 @@ def _experiments_to_compile(
                 yield innate.set_drift_rule(experiment)
         if "neutral" in names:
             yield experiment.neutral_control()
-        if FORKS.keys() & names:
-            yield study.experiments[find_control(condition, study.experiments)]
+        if FORKS.keys() & names and (control := find_control(condition, study.experiments)):
+            yield study.experiments[control]
 
 
 def run_assays(
@@ -207,7 +207,7 @@ def _make_tasks(
     maps = reaction.other_maps(study, condition) if "reaction" in names else ()
     control = None
     if FORKS.keys() & names:
-        control = study.experiments[find_control(condition, study.experiments)]
+        control = study.experiments.get(find_control(condition, study.experiments))
     for start in range(0, len(runs), runs_per_task):
         task_runs = tuple(runs[start : start + runs_per_task])
         yield AssayTask(

@@ -19,9 +19,9 @@ from baldwinlab.papers.presets import factors, load
 from tests.analysis.assays import artificial_assays
 
 LEARNER = "evo+self-taught/A"
-# Means of the branches (history, regime): history +4, regime -2, interaction +2.
+# Means of the branches (history, regime): history +3, regime -2, interaction +2.
 BRANCHES = np.array([[13.0, 14.0], [8.0, 11.0]])
-EFFECTS = {"history": 4.0, "regime": -2.0, "interaction": 2.0}
+EFFECTS = {"history": 3.0, "regime": -2.0, "interaction": 2.0}
 
 
 def make_fork(runs: int) -> xr.Dataset:
@@ -56,9 +56,9 @@ def test_estimates_are_medians_over_runs_with_intervals() -> None:
     estimates = {(row.generation, row.measure, row.effect): row for row in estimate_effects(data)}
     assert len(estimates) == 2 * 2 * 3
     history = estimates[5, "innate_fitness", "history"]
-    assert history.estimate == pytest.approx(4)
-    assert history.low == pytest.approx(4)
-    assert history.high == pytest.approx(104)
+    assert history.estimate == pytest.approx(3)
+    assert history.low == pytest.approx(3)
+    assert history.high == pytest.approx(103)
     assert history.runs == 5
 
 

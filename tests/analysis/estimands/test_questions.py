@@ -28,11 +28,15 @@ def estimates(data: Stored, **assays: xr.Dataset) -> dict[str, Estimate]:
 
 
 def fork() -> xr.Dataset:
-    """A fork in which history adds 3 and learning removes 1, in two start generations."""
+    """A fork in which history adds 3 and learning removes 1, and 2 more from the control.
+
+    Both effects are absent in the first of two start generations.
+    """
     shape = (4, 2, len(HISTORIES), len(REGIMES), 6)
     fitness = np.full(shape, 10.0)
     fitness[:, 1, HISTORIES.index("learner")] += 3
     fitness[:, 1, :, REGIMES.index("on")] -= 1
+    fitness[:, 1, HISTORIES.index("control"), REGIMES.index("on")] -= 2
     dims = ("run", "generation", "history", "regime", "agent")
     coords = {
         "run": np.arange(4),
@@ -66,12 +70,23 @@ def test_a_measured_question_has_one_value_per_run_and_a_bound(stored: dict[str,
 
 def test_effects_of_a_fork_are_those_of_the_last_start(stored: dict[str, Stored]) -> None:
     rows = estimates(stored["costly-climbing/rugged"], fork=fork())
-    for name, effect in {"fork-history": 3, "fork-regime": -1}.items():
+    # The history is decided without learning, the regime on the mean of both histories.
+    for name, effect in {"fork-history": 3, "fork-regime": -2}.items():
         values = rows[name].values
         assert values is not None
         assert values.values.tolist() == [effect] * 4
         # 2 % of the innate fitness of the control without learning.
         assert rows[name].equivalence_bound == pytest.approx(0.2)
+
+
+def test_a_fork_with_constant_innate_fitness_is_not_measurable(
+    stored: dict[str, Stored],
+) -> None:
+    constant = fork().map(np.ones_like, keep_attrs=True)
+    rows = estimates(stored["costly-climbing/rugged"], fork=constant)
+    for name in ("fork-history", "fork-regime"):
+        assert rows[name].measurability == NOT_MEASURABLE
+        assert "Innate fitness is the same" in rows[name].reason
 
 
 def test_a_learned_step_of_constant_length_cannot_become_innate(
@@ -127,6 +142,8 @@ def test_a_distance_that_is_0_from_the_start_is_not_measurable(stored: dict[str,
 def test_an_unknown_selection_scheme_is_not_measurable(stored: dict[str, Stored]) -> None:
     data = stored["guessing"]
     experiment = data.experiment.replace(evolution={"selection": "lexicase"})
-    row = estimates(data._replace(experiment=experiment), innate=data.innate)[QUESTIONS[0]]
+    row = estimates(data._replace(experiment=experiment), innate=data.innate)[
+        "selection-by-learning"
+    ]
     assert row.measurability == NOT_MEASURABLE
     assert "lexicase" in row.reason

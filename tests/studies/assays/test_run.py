@@ -143,8 +143,7 @@ def test_assays_do_not_depend_on_the_number_of_stored_genomes(
     thinned = [experiment.replace(record={"genome_every": 3}) for experiment in conditions()]
     make_small_study_with_assays(tmp_path, thinned)
     for name in ASSAYS_OF_ONE_SPECIES:
-        # The map B has no control for a fork.
-        condition = f"evo+self-taught/{'A' if name in FORKS else 'B'}"
+        condition = "evo+self-taught/B"
         complete = open_assay(study.directory, name, condition)
         assert complete.drop_attrs().identical(open_assay(tmp_path, name, condition).drop_attrs())
 
