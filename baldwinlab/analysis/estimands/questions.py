@@ -39,13 +39,13 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 
 # Bounds of equivalence, fixed before any result is known: 1 % of a standard deviation per
 # generation, 10 % of the selection without learning, 5 % of the learned distance and of the
-# learning time, and 2 % of the innate fitness of the control.
+# learning time, and 2 % of the innate fitness of the better genomes.
 DIFFERENCE_BOUND: Final = 0.01
 RATIO_BOUND: Final = 0.1
 SHARE_BOUND: Final = 0.05
 FORK_BOUND: Final = 0.02
 STANDARD_DEVIATIONS: Final = "standard deviations per generation"
-FITNESS: Final = "fitness"
+RELATIVE_INNATE_FITNESS: Final = "innate fitness, as a share of that of the better genomes"
 
 
 class ConditionData(NamedTuple):
@@ -160,12 +160,15 @@ def _measure_fork(data: ConditionData, effect: str, reason: str) -> Result:
     fork = data.assays["fork"].isel(generation=[-1])
     innate_fitness = fork["innate_fitness"]
     if innate_fitness.min() == innate_fitness.max():
-        reason = "Innate fitness is the same for all agents of all branches."
+        value = f"{float(innate_fitness.min()):g}"
+        reason = f"Innate fitness is {value} for all agents of all branches."
         return Result(NOT_MEASURABLE, reason)
-    values = compute_effects(fork)[name_quantity(effect, "innate_fitness")]
-    control = innate_fitness.sel(history="control", regime="off")
-    bound = FORK_BOUND * abs(float(control.mean()))
-    return Result(MEASURED, reason, INNATE_FITNESS, FITNESS, values.isel(generation=0), bound)
+    effects = compute_effects(fork)[name_quantity(effect, "innate_fitness")].isel(generation=0)
+    without_learning = innate_fitness.sel(regime="off", generation=fork["generation"][0])
+    # For fitness of at least 0, an effect of history is then between -1 and 1.
+    scale = abs(without_learning.mean(("run", "agent"))).max()
+    values = effects / scale.where(scale > 0)
+    return Result(MEASURED, reason, RELATIVE_INNATE_FITNESS, "1", values, FORK_BOUND)
 
 
 def _measure_assimilation(data: ConditionData) -> Result:

@@ -15,11 +15,11 @@ import numpy as np
 
 from baldwinlab.analysis.estimands import QUESTIONS
 from baldwinlab.analysis.estimands.estimate import IMPOSSIBLE, MEASURED, NOT_MEASURABLE
-from baldwinlab.analysis.gallery.decisions import VERDICTS, Decision, Measurement
+from baldwinlab.analysis.gallery.decisions import VERDICTS, YES, Decision, Measurement
 from baldwinlab.analysis.statistics.meta_analysis import MIN_PAPERS, RandomEffects, combine_papers
 
 TITLES: Final[Mapping[str, str]] = {
-    "fork-history": "Evolution with learning leads to genomes that evolve higher innate fitness",
+    "fork-history": "Evolution with learning leads to genomes of higher innate fitness",
     "fork-regime": "Learning raises innate fitness in the next generations",
     "selection-by-learning": "Learning strengthens selection on the innate trait",
     "assimilation": "Learned behavior becomes innate",
@@ -28,6 +28,8 @@ TITLES: Final[Mapping[str, str]] = {
 MIXED: Final = "mixed"
 RELATIVE_UNIT: Final = "equivalence bounds"
 DIMENSIONLESS: Final = "1"
+# Smallest effect that is printed without decimals.
+INTEGER_EFFECT: Final = 10
 # An exact tie has a standard error of 0, with which its weight would be infinite.
 MIN_RELATIVE_ERROR: Final = 1e-3
 
@@ -174,20 +176,19 @@ def conclude(decisions: Sequence[Decision]) -> Iterator[str]:
 
 
 def _conclude_question(summary: QuestionSummary) -> str:
-    first, *remaining = VERDICTS
     systems = _count(len(summary.measurements), "measured system")
     papers = _count(sum(summary.papers.values()), "paper")
-    counts = [
-        f"{first} in {summary.systems[first]} of {systems} ({summary.papers[first]} of {papers})"
-    ]
-    counts += [
-        f"{verdict} in {summary.systems[verdict]} ({summary.papers[verdict]})"
-        for verdict in remaining
-    ]
-    mixed = summary.papers[MIXED]
-    counts.append(f"{_count(mixed, 'paper')} {'is' if mixed == 1 else 'are'} {MIXED}")
     mean = f"; {describe_mean(summary)}" if summary.mean else ""
-    return f"{summary.title}: {', '.join(counts)}{mean}."
+    return (
+        f"{summary.title}: of {systems}, {_list_counts(summary.systems)}; "
+        f"of {papers}, {_list_counts(summary.papers)}{mean}."
+    )
+
+
+def _list_counts(counts: Mapping[str, int]) -> str:
+    """Return the number of "yes" and the other numbers above 0, such as "0 yes, 2 opposite"."""
+    names = [name for name in (*VERDICTS, MIXED) if name == YES or counts[name]]
+    return ", ".join(f"{counts[name]} {name}" for name in names)
 
 
 def describe_mean(summary: QuestionSummary) -> str:
@@ -203,14 +204,24 @@ def describe_mean(summary: QuestionSummary) -> str:
     mean = summary.mean
     unit = "" if summary.unit == DIMENSIONLESS else f" {summary.unit}"
     return (
-        f"mean effect {_signed(mean.mean)}{unit}, "
-        f"95 % interval {_signed(mean.low)} to {_signed(mean.high)}, "
-        f"in another paper {_signed(mean.prediction_low)} to {_signed(mean.prediction_high)}"
+        f"mean effect {format_effect(mean.mean)}{unit} (95 % interval "
+        f"{format_effect(mean.low)} to {format_effect(mean.high)}; in another paper "
+        f"{format_effect(mean.prediction_low)} to {format_effect(mean.prediction_high)})"
     )
 
 
-def _signed(number: float) -> str:
-    return f"{number:+.2g}".replace("-", "−")
+def format_effect(number: float) -> str:
+    """Return an effect with its sign and two digits, or all digits of a large integer part.
+
+    Parameters
+    ----------
+    number
+        The effect. NaN is a dash.
+    """
+    if isnan(number):
+        return "–"
+    text = f"{number:+,.0f}" if abs(number) >= INTEGER_EFFECT else f"{number:+.2g}"
+    return text.replace("-", "−")
 
 
 def _count(number: int, noun: str) -> str:

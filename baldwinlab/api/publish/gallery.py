@@ -23,6 +23,7 @@ from baldwinlab.analysis.gallery.summary import (
     QuestionSummary,
     conclude,
     describe_mean,
+    format_effect,
     summarize_questions,
 )
 from baldwinlab.analysis.report import Section, render, write_page
@@ -165,6 +166,7 @@ def _render_answers(
         verdicts=VERDICTS,
         mixed=MIXED,
         describe_mean=describe_mean,
+        format_effect=format_effect,
         reasons=_group_reasons(decisions),
         notes=list(_list_notes(entries, decisions)),
         omitted=[entry for entry in entries if entry.reason],

@@ -74,9 +74,17 @@ def test_effects_of_a_fork_are_those_of_the_last_start(stored: dict[str, Stored]
     for name, effect in {"fork-history": 3, "fork-regime": -2}.items():
         values = rows[name].values
         assert values is not None
-        assert values.values.tolist() == [effect] * 4
-        # 2 % of the innate fitness of the control without learning.
-        assert rows[name].equivalence_bound == pytest.approx(0.2)
+        # Without learning, the genomes of learners have an innate fitness of 13.
+        assert values.values.tolist() == pytest.approx([effect / 13] * 4)
+        assert rows[name].equivalence_bound == 0.02
+
+
+def test_an_effect_of_history_is_a_share_of_the_better_genomes(stored: dict[str, Stored]) -> None:
+    worse = fork()
+    worse["innate_fitness"].loc[{"history": "learner"}] = 2.5
+    values = estimates(stored["costly-climbing/rugged"], fork=worse)["fork-history"].values
+    assert values is not None
+    assert values.values.tolist() == pytest.approx([-0.75] * 4)
 
 
 def test_a_fork_with_constant_innate_fitness_is_not_measurable(
@@ -86,7 +94,7 @@ def test_a_fork_with_constant_innate_fitness_is_not_measurable(
     rows = estimates(stored["costly-climbing/rugged"], fork=constant)
     for name in ("fork-history", "fork-regime"):
         assert rows[name].measurability == NOT_MEASURABLE
-        assert "Innate fitness is the same" in rows[name].reason
+        assert rows[name].reason == "Innate fitness is 1 for all agents of all branches."
 
 
 def test_a_learned_step_of_constant_length_cannot_become_innate(

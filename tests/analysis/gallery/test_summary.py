@@ -8,7 +8,7 @@ import pytest
 from baldwinlab.analysis.estimands import QUESTIONS
 from baldwinlab.analysis.estimands.estimate import IMPOSSIBLE, Estimate
 from baldwinlab.analysis.gallery.decisions import Decision, SystemName, decide
-from baldwinlab.analysis.gallery.summary import TITLES, conclude, summarize_questions
+from baldwinlab.analysis.gallery.summary import TITLES, conclude, format_effect, summarize_questions
 from tests.analysis.gallery.artificial_estimates import make_estimate
 
 UP = 1 + np.arange(12) / 100
@@ -79,10 +79,18 @@ def test_at_most_six_sentences_follow_from_the_table() -> None:
     assert len(sentences) == 6
     assert "15 questions: 15 are measured, 0 are impossible" in sentences[0]
     assert all(
-        "yes in 3 of 3 measured systems (3 of 3 papers), opposite in 0 (0)" in sentence
+        ": of 3 measured systems, 3 yes; of 3 papers, 3 yes; mean effect" in sentence
         for sentence in sentences[1:]
     )
 
 
 def test_every_question_has_a_title() -> None:
     assert tuple(TITLES) == QUESTIONS
+
+
+@pytest.mark.parametrize(
+    ("effect", "text"),
+    [(0.0312, "+0.031"), (-0.5, "−0.5"), (-1834.6, "−1,835"), (0.0, "+0"), (np.nan, "–")],
+)
+def test_an_effect_has_a_sign_and_two_digits(effect: float, text: str) -> None:
+    assert format_effect(effect) == text
