@@ -45,7 +45,7 @@ RATIO_BOUND: Final = 0.1
 SHARE_BOUND: Final = 0.05
 FORK_BOUND: Final = 0.02
 STANDARD_DEVIATIONS: Final = "standard deviations per generation"
-RELATIVE_INNATE_FITNESS: Final = "innate fitness, as a share of that of the better genomes"
+RELATIVE_INNATE_FITNESS: Final = "relative innate fitness"
 
 
 class ConditionData(NamedTuple):
@@ -165,7 +165,7 @@ def _measure_fork(data: ConditionData, effect: str, reason: str) -> Result:
         return Result(NOT_MEASURABLE, reason)
     effects = compute_effects(fork)[name_quantity(effect, "innate_fitness")].isel(generation=0)
     without_learning = innate_fitness.sel(regime="off", generation=fork["generation"][0])
-    # For fitness of at least 0, an effect of history is then between -1 and 1.
+    # For fitness of at least 0, the mean effect of history is then between -1 and 1.
     scale = abs(without_learning.mean(("run", "agent"))).max()
     values = effects / scale.where(scale > 0)
     return Result(MEASURED, reason, RELATIVE_INNATE_FITNESS, "1", values, FORK_BOUND)

@@ -178,10 +178,9 @@ def conclude(decisions: Sequence[Decision]) -> Iterator[str]:
 def _conclude_question(summary: QuestionSummary) -> str:
     systems = _count(len(summary.measurements), "measured system")
     papers = _count(sum(summary.papers.values()), "paper")
-    mean = f"; {describe_mean(summary)}" if summary.mean else ""
     return (
         f"{summary.title}: of {systems}, {_list_counts(summary.systems)}; "
-        f"of {papers}, {_list_counts(summary.papers)}{mean}."
+        f"of {papers}, {_list_counts(summary.papers)}; {_describe_mean(summary)}."
     )
 
 
@@ -191,14 +190,8 @@ def _list_counts(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{counts[name]} {name}" for name in names)
 
 
-def describe_mean(summary: QuestionSummary) -> str:
-    """Return the mean effect over papers with its interval and its prediction interval.
-
-    Parameters
-    ----------
-    summary
-        The summary of a question.
-    """
+def _describe_mean(summary: QuestionSummary) -> str:
+    """Return the mean effect over papers with its interval and its prediction interval."""
     if summary.mean is None:
         return f"no mean effect, because fewer than {MIN_PAPERS} papers have two runs"
     mean = summary.mean

@@ -22,7 +22,6 @@ from baldwinlab.analysis.gallery.summary import (
     MIXED,
     QuestionSummary,
     conclude,
-    describe_mean,
     format_effect,
     summarize_questions,
 )
@@ -95,7 +94,8 @@ def publish_gallery(
         Section("clocks", "Time to half of the final fitness", clocks),
         Section("claims", "Claims of the papers", claims),
     ]
-    write_page(TITLE, " ".join(conclude(decisions)), sections, out, figures)
+    # The other conclusions begin the section "Answers by system".
+    write_page(TITLE, next(conclude(decisions)), sections, out, figures)
     return entries, decisions
 
 
@@ -165,7 +165,7 @@ def _render_answers(
         summaries=summaries,
         verdicts=VERDICTS,
         mixed=MIXED,
-        describe_mean=describe_mean,
+        conclusions=list(conclude(decisions))[1:],
         format_effect=format_effect,
         reasons=_group_reasons(decisions),
         notes=list(_list_notes(entries, decisions)),
