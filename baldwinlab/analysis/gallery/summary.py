@@ -176,18 +176,21 @@ def conclude(decisions: Sequence[Decision]) -> Iterator[str]:
 
 
 def _conclude_question(summary: QuestionSummary) -> str:
-    systems = _count(len(summary.measurements), "measured system")
-    papers = _count(sum(summary.papers.values()), "paper")
+    n_systems = len(summary.measurements)
+    n_papers = sum(summary.papers.values())
     return (
-        f"{summary.title}: of {systems}, {_list_counts(summary.systems)}; "
-        f"of {papers}, {_list_counts(summary.papers)}; {_describe_mean(summary)}."
+        f"{summary.title} in {summary.systems.get(YES, 0)} of "
+        f"{_count(n_systems, 'measured system')}{_list_other_verdicts(summary.systems)} and in "
+        f"{summary.papers.get(YES, 0)} of {_count(n_papers, 'paper')}"
+        f"{_list_other_verdicts(summary.papers)}; {_describe_mean(summary)}."
     )
 
 
-def _list_counts(counts: Mapping[str, int]) -> str:
-    """Return the number of "yes" and the other numbers above 0, such as "0 yes, 2 opposite"."""
-    names = [name for name in (*VERDICTS, MIXED) if name == YES or counts[name]]
-    return ", ".join(f"{counts[name]} {name}" for name in names)
+def _list_other_verdicts(counts: Mapping[str, int]) -> str:
+    """Return the numbers above 0 of the other verdicts than "yes", such as " (2 opposite)"."""
+    other_verdicts = [name for name in (*VERDICTS, MIXED) if name != YES and counts.get(name)]
+    texts = ", ".join(f"{counts[name]} {name}" for name in other_verdicts)
+    return f" ({texts})" if texts else ""
 
 
 def _describe_mean(summary: QuestionSummary) -> str:

@@ -79,7 +79,7 @@ def test_at_most_six_sentences_follow_from_the_table() -> None:
     assert len(sentences) == 6
     assert "15 questions: 15 are measured, 0 are impossible" in sentences[0]
     assert all(
-        ": of 3 measured systems, 3 yes; of 3 papers, 3 yes; mean effect" in sentence
+        "in 3 of 3 measured systems and in 3 of 3 papers; mean effect" in sentence
         for sentence in sentences[1:]
     )
 
