@@ -28,9 +28,9 @@ from baldwinlab.papers.design import (
     TUNED_FILE,
     TUNING_FOLDER,
     Design,
-    Grid,
     StudyConditions,
     TunedSettings,
+    TuningGrid,
     confirmation_conditions,
     digest_files,
     format_tuned,
@@ -80,7 +80,7 @@ class StagedReproduction:
     assignments: Sequence[str] = ()
     last: int = 10
 
-    def tuning_request(self, grid: Grid, value: float) -> StudyRequest:
+    def tuning_request(self, grid: TuningGrid, value: float) -> StudyRequest:
         """Return the study of a value of a grid.
 
         Parameters
@@ -200,7 +200,7 @@ def _run_assayed(request: StudyRequest, options: RunOptions) -> StudyStore:
 
 
 def _choose_tuned(
-    grid_values: Sequence[tuple[Grid, float]],
+    grid_values: Sequence[tuple[TuningGrid, float]],
     stores: Sequence[StudyStore],
     reproduction: StagedReproduction,
 ) -> dict[str, dict[str, float]]:

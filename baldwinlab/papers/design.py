@@ -37,7 +37,7 @@ TunedSettings = Mapping[str, Mapping[str, float]]
 """Chosen value of each tuned setting, by condition: {"evo+hebb/A": {"learning.rate": 0.03}}."""
 
 
-class Grid(DeclaredTable):
+class TuningGrid(DeclaredTable):
     """Values of a setting, of which the best is chosen for each condition."""
 
     # First part of the folders of the studies: rate-0.01.
@@ -58,7 +58,7 @@ class Tuning(DeclaredTable):
     """Runs 0 to `runs` - 1 of each value of each grid."""
 
     runs: int = Field(ge=1)
-    grids: tuple[Grid, ...] = Field(min_length=1)
+    grids: tuple[TuningGrid, ...] = Field(min_length=1)
 
 
 class MatchedControls(DeclaredTable):
@@ -204,7 +204,7 @@ def join_map(condition: str, map_name: str) -> str:
 
 
 def tuning_conditions(
-    paper: Paper, grid: Grid, maps: Sequence[str], value: float
+    paper: Paper, grid: TuningGrid, maps: Sequence[str], value: float
 ) -> StudyConditions:
     """Return the conditions of the study of a value of a grid."""
     conditions = StudyConditions([], {})

@@ -18,7 +18,7 @@ from baldwinlab.analysis.figures.style import (
     spread_points,
     styled,
 )
-from baldwinlab.analysis.stages.noise_comparison import LearnerRow
+from baldwinlab.analysis.stages.noise_comparison import NoiseComparison
 from baldwinlab.analysis.stages.specification_curve import SpecificationResults
 from baldwinlab.analysis.statistics.samples import Sample
 
@@ -34,12 +34,12 @@ N_COLUMNS: Final = 2
 
 
 @styled
-def draw_runs(rows: Sequence[LearnerRow], noise_controls: Sequence[str]) -> Figure:
+def draw_runs(rows: Sequence[NoiseComparison], noise_controls: Sequence[str]) -> Figure:
     """Draw the fitness on unseen maps of all runs, with a panel for each map.
 
     Parameters
     ----------
-    rows : sequence of LearnerRow
+    rows : sequence of NoiseComparison
         The learners on all maps.
     noise_controls : sequence of str
         Names of the noise controls.
@@ -66,7 +66,7 @@ def draw_runs(rows: Sequence[LearnerRow], noise_controls: Sequence[str]) -> Figu
     return figure
 
 
-def _draw_map(axes: Axes, rows: Sequence[LearnerRow], noise_controls: Sequence[str]) -> None:
+def _draw_map(axes: Axes, rows: Sequence[NoiseComparison], noise_controls: Sequence[str]) -> None:
     for position, row in enumerate(rows):
         color = ORANGE if row.learner in noise_controls else BLUE
         heights = position + POINT_SPREAD * spread_points(row.values.size)

@@ -46,7 +46,7 @@ class ControlEffect(NamedTuple):
 
 
 @dataclass(frozen=True)
-class LearnerRow:
+class NoiseComparison:
     """A learner on a map."""
 
     condition: str
@@ -116,7 +116,7 @@ def compare_with_noise(
     noise_controls: Sequence[str],
     settings: Mapping[str, str],
     results: Sequence[ClaimResult] = (),
-) -> list[LearnerRow]:
+) -> list[NoiseComparison]:
     """Compare each learner with the noise controls of its map, and with its matched controls.
 
     Parameters
@@ -134,7 +134,7 @@ def compare_with_noise(
 
     Returns
     -------
-    list of LearnerRow
+    list of NoiseComparison
         A row for each condition except the matched controls, in the order of the conditions. The
         correction of the q-values is for all rows, separately for each kind of control.
     """
@@ -157,7 +157,7 @@ def compare_with_noise(
     }
     verdicts = _find_verdicts(results, factors, noise_controls)
     return [
-        LearnerRow(
+        NoiseComparison(
             condition=name,
             learner=factors[name].learner,
             map=factors[name].map,

@@ -18,7 +18,7 @@ from baldwinlab.analysis.stages.figures import draw_runs, draw_specifications
 from baldwinlab.analysis.stages.noise_comparison import (
     MATCHED_KINDS,
     TAKEOFF_FITNESS,
-    LearnerRow,
+    NoiseComparison,
 )
 from baldwinlab.analysis.stages.specification_curve import SpecificationResults
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
@@ -50,7 +50,7 @@ class StagedResults:
         Sentences on the size of the study.
     """
 
-    rows: Sequence[LearnerRow]
+    rows: Sequence[NoiseComparison]
     noise_controls: Sequence[str]
     specifications: SpecificationResults | None
     settings: Mapping[str, str]
@@ -63,7 +63,7 @@ class StagedResults:
         return list(dict.fromkeys(row.map for row in self.rows))
 
     @property
-    def claimed(self) -> list[LearnerRow]:
+    def claimed(self) -> list[NoiseComparison]:
         """The rows with a claim on the noise controls."""
         return [row for row in self.rows if row.verdict]
 
@@ -133,12 +133,12 @@ def compose_sentences(results: StagedResults) -> Iterator[str]:
         )
 
 
-def _exceeds(row: LearnerRow, kind: str) -> bool:
+def _exceeds(row: NoiseComparison, kind: str) -> bool:
     effect = row.matched[kind]
     return effect.q < SIGNIFICANCE_LEVEL and effect.numbers.effect > 0
 
 
-def _list_learners(rows: Sequence[LearnerRow]) -> str:
+def _list_learners(rows: Sequence[NoiseComparison]) -> str:
     maps: dict[str, list[str]] = {}
     for row in rows:
         maps.setdefault(row.learner, []).append(row.map)

@@ -103,25 +103,25 @@ def _draw_start(world: Any, boxes: Boxes, generator: np.random.Generator) -> tup
 
     After `MAX_DRAWS` draws, the last one is returned: the world has no space for the disc.
     """
-    for _ in range(MAX_DRAWS):
-        u, v = generator.random(2)
-        x, y = int(u * world.width), int(v * world.height)
-        if (_measure_distances(x, y, boxes, world) > world.start.radius).all():
-            break
-    return x, y
+    draws = generator.random((MAX_DRAWS, 2)) * [world.width, world.height]
+    positions = draws.astype(int)
+    is_free = np.ones(MAX_DRAWS, bool)
+    for left, right, upper, lower in boxes:
+        gap_x = _measure_gaps(positions[:, 0], world.width, left, right)
+        gap_y = _measure_gaps(positions[:, 1], world.height, upper, lower)
+        is_free &= np.hypot(gap_x, gap_y) > world.start.radius
+    first_free = np.argmax(is_free) if is_free.any() else -1
+    x, y = positions[first_free]
+    return int(x), int(y)
 
 
-def _measure_distances(x: float, y: float, boxes: Boxes, world: Any) -> npt.NDArray[np.float64]:
-    """Return the distance of a position from each box on the torus."""
-    gaps = []
-    for position, size, (low, high) in (
-        (x, world.width, boxes.T[:2]),
-        (y, world.height, boxes.T[2:]),
-    ):
-        # The position, and its images on the neighboring maps.
-        images = position + np.array([[-size], [0], [size]])
-        gaps.append(np.maximum(np.maximum(low - images, images - high), 0).min(axis=0))
-    return np.asarray(np.hypot(*gaps))
+def _measure_gaps(
+    positions: npt.NDArray[np.int64], size: float, low: float, high: float
+) -> npt.NDArray[np.float64]:
+    """Return the distances of positions from an interval on a ring of a given size."""
+    # The positions, and their images on the neighboring maps.
+    images = positions + np.array([[-size], [0], [size]])
+    return np.asarray(np.maximum(np.maximum(low - images, images - high), 0).min(axis=0))
 
 
 def list_boxes(experiment: Experiment) -> list[list[float]]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -15,12 +17,36 @@ from baldwinlab.analysis.report.content import parse_experiments, read_experimen
 from baldwinlab.analysis.report.settings import describe_variants
 from baldwinlab.analysis.report.setup import describe_conditions
 from baldwinlab.experiment.factors import Factors
+from baldwinlab.papers.claims import Claim
 from tests.analysis.report.browsing import errors_and_width
 from tests.analysis.statistics.studies import RUNS, study
 from tests.axe import find_violations
 
-PAPER = papers.load("worlds-and-minds")
 LEARNERS = ("evo", "evo+self-taught", "evo+crbp", "evo+abcd")
+MAPS = "ABCD"
+# Own questions, as in a study whose conditions are compared with the first one on each map.
+CLAIMS = tuple(
+    Claim.model_validate(
+        {
+            "id": f"W{number}",
+            "title": f"{measure} of {learner} on {map_name}",
+            "claim": f"The {measure} agent of {learner}/{map_name} eats more than that of evo.",
+            "comparisons": [
+                {
+                    "a": f"{learner}/{map_name}",
+                    "b": f"evo/{map_name}",
+                    "measure": measure,
+                    "rule": "greater",
+                }
+            ],
+        }
+    )
+    for number, (learner, map_name, measure) in enumerate(
+        product(LEARNERS[1:], MAPS, ("mean", "best")), 1
+    )
+)
+PAPER = replace(papers.load("worlds-and-minds"))
+vars(PAPER)["claims"] = CLAIMS
 SUMMARY = ReportSummary(
     ["Some learners find food."], "<table><tr><td>a table of them</td></tr></table>"
 )
@@ -31,7 +57,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("many")
     eaten = {
         f"{name}/{map_name}": range(10 * number, 10 * number + RUNS)
-        for map_name in "ABCD"
+        for map_name in MAPS
         for number, name in enumerate(LEARNERS)
     }
     data = study(eaten, generations=3, agents=2)
@@ -45,7 +71,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_questions_without_a_paper_have_no_column_for_one(page: Path) -> None:
     text = re.sub(r'src="[^"]*"', "", page.read_text("utf-8"))
-    assert "80 own questions: " in text and "claims of the paper:" not in text
+    assert "24 own questions: " in text and "claims of the paper:" not in text
     assert ">Paper</th>" not in text and 'data-label="paper"' not in text
     assert 'id="differences"' not in text
     assert "This study has 8 runs per condition, and the paper has 60." in text

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from baldwinlab.analysis.stages.noise_comparison import LearnerRow, compare_with_noise
+from baldwinlab.analysis.stages.noise_comparison import NoiseComparison, compare_with_noise
 from baldwinlab.analysis.statistics.samples import Sample
 from baldwinlab.experiment.factors import Factors
 
@@ -33,17 +33,17 @@ FACTORS = {name: Factors(*name.split("/")) for name in VALUES}
 
 
 @pytest.fixture
-def rows() -> dict[str, LearnerRow]:
+def rows() -> dict[str, NoiseComparison]:
     table = compare_with_noise(VALUES, FACTORS, NOISE, {"hebb/A": "rate 0.1"})
     return {row.condition: row for row in table}
 
 
-def test_matched_controls_have_no_rows(rows: dict[str, LearnerRow]) -> None:
+def test_matched_controls_have_no_rows(rows: dict[str, NoiseComparison]) -> None:
     assert list(rows) == ["evo/A", "hebb/A", "crbp/A", "noise/A", "random/A", "hebb/B", "noise/B"]
     assert rows["hebb/A"].setting == "rate 0.1"
 
 
-def test_the_noise_control_is_the_best_one_of_the_map(rows: dict[str, LearnerRow]) -> None:
+def test_the_noise_control_is_the_best_one_of_the_map(rows: dict[str, NoiseComparison]) -> None:
     noise = rows["hebb/A"].noise
     assert noise and noise.control == "random/A"
     medians = np.median(VALUES["hebb/A"]) - np.median(VALUES["random/A"])
@@ -53,7 +53,7 @@ def test_the_noise_control_is_the_best_one_of_the_map(rows: dict[str, LearnerRow
     assert rows["noise/A"].noise is None
 
 
-def test_the_p_value_is_the_largest_of_all_noise_controls(rows: dict[str, LearnerRow]) -> None:
+def test_the_p_value_is_the_largest_of_all_noise_controls(rows: dict[str, NoiseComparison]) -> None:
     crbp = rows["crbp/A"].noise
     ps = [
         stats.mannwhitneyu(VALUES["crbp/A"], VALUES[control], method="exact").pvalue
@@ -63,19 +63,19 @@ def test_the_p_value_is_the_largest_of_all_noise_controls(rows: dict[str, Learne
     assert ps[0] < 0.001 < ps[1]
 
 
-def test_the_q_values_are_corrected_over_all_rows(rows: dict[str, LearnerRow]) -> None:
+def test_the_q_values_are_corrected_over_all_rows(rows: dict[str, NoiseComparison]) -> None:
     effects = [row.noise for row in rows.values() if row.noise]
     expected = stats.false_discovery_control([effect.p for effect in effects])
     assert [effect.q for effect in effects] == pytest.approx(expected.tolist())
 
 
-def test_a_rule_is_compared_with_its_own_matched_controls(rows: dict[str, LearnerRow]) -> None:
+def test_a_rule_is_compared_with_its_own_matched_controls(rows: dict[str, NoiseComparison]) -> None:
     matched = rows["hebb/A"].matched
     assert matched["yoked"].numbers.effect > 0 > matched["drift"].numbers.effect
     assert rows["crbp/A"].matched == {} and rows["hebb/B"].matched == {}
 
 
-def test_undefined_numbers_are_none_in_the_record(rows: dict[str, LearnerRow]) -> None:
+def test_undefined_numbers_are_none_in_the_record(rows: dict[str, NoiseComparison]) -> None:
     record = rows["noise/A"].record()
     assert record["noise_effect"] is None and record["yoked_q"] is None
     assert record["runs"] == 12
