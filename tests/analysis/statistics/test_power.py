@@ -77,6 +77,7 @@ def test_the_level_of_the_next_test_is_that_of_holms_method() -> None:
     assert is_significant == [True, False]
 
 
+@pytest.mark.nightly
 def test_an_interval_of_the_required_runs_excludes_the_bound_in_four_of_five_cases() -> None:
     generator = np.random.default_rng(2)
     pilot = compare(generator.normal(0.3, 1, 1000), generator.normal(0, 1, 1000))
