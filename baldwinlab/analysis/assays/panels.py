@@ -14,9 +14,20 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.assays.values import read_factors
-from baldwinlab.analysis.figures.style import FIGURE_WIDTH, SeriesStyle
+from baldwinlab.analysis.figures.style import (
+    FIGURE_WIDTH,
+    LINE_STYLES,
+    MARKERS,
+    SeriesStyle,
+)
+from baldwinlab.analysis.palette import NEWBORN_COLORS
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
 
+# From the first to the last generation of newborns.
+NEWBORN_STYLES: Final = [
+    SeriesStyle(color, line, marker)
+    for color, line, marker in zip(NEWBORN_COLORS, LINE_STYLES[::-1], MARKERS, strict=False)
+]
 # Largest number of markers on a curve.
 MAX_MARKERS: Final = 8
 

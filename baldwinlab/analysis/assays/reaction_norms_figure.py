@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays.panels import draw_curve, label_rows, list_handles, make_grid
+from baldwinlab.analysis.assays.panels import (
+    NEWBORN_STYLES,
+    draw_curve,
+    label_rows,
+    list_handles,
+    make_grid,
+)
 from baldwinlab.analysis.assays.values import Assays
-from baldwinlab.analysis.figures.style import LINE_STYLES, MARKERS, SeriesStyle, styled
-from baldwinlab.analysis.palette import NEWBORN_COLORS
-
-# From the first to the last generation.
-GENERATION_STYLES: Final = [
-    SeriesStyle(color, line, marker)
-    for color, line, marker in zip(NEWBORN_COLORS, LINE_STYLES[::-1], MARKERS, strict=False)
-]
+from baldwinlab.analysis.figures.style import styled
 
 
 @styled
@@ -46,7 +44,7 @@ def draw_norms(assays: Assays, names: Sequence[str], unit: str) -> Figure:
         # Factors are powers of 2 except 0, so that their order is their position.
         positions = fitness.assign_coords(factor=np.arange(len(labels)))
         generations = data["generation"].values.tolist()
-        for generation, style in zip(generations, GENERATION_STYLES, strict=False):
+        for generation, style in zip(generations, NEWBORN_STYLES, strict=False):
             norm = positions.sel(generation=generation)
             draw_curve(axes, norm, style, f"generation {generation}", "factor")
         axes.set_xticks(range(len(labels)), labels)

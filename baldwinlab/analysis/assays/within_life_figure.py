@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays.panels import (
+    NEWBORN_STYLES,
     draw_curve,
     label_rows,
     list_handles,
@@ -18,16 +19,11 @@ from baldwinlab.analysis.assays.panels import (
     start_at_zero,
 )
 from baldwinlab.analysis.assays.values import Assays, count_steps, parse_generation
-from baldwinlab.analysis.figures.style import LINE_STYLES, MARKERS, SeriesStyle, styled
-from baldwinlab.analysis.palette import NEWBORN_COLORS
+from baldwinlab.analysis.figures.style import SeriesStyle, styled
 from baldwinlab.core.assay_variables import RANDOM_NEWBORNS
 
 # Number of time steps to which a meal rate refers.
 RATE_STEPS: Final = 100
-NEWBORN_STYLES: Final = [
-    SeriesStyle(color, line, marker)
-    for color, line, marker in zip(NEWBORN_COLORS, LINE_STYLES[::-1], MARKERS, strict=False)
-]
 
 
 @styled

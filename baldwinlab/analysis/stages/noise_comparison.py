@@ -20,6 +20,7 @@ from baldwinlab.analysis.statistics.hurdle import Hurdle, measure_hurdle
 from baldwinlab.analysis.statistics.samples import Sample
 from baldwinlab.experiment.factors import Factors
 
+MATCHED_KINDS: Final = ("yoked", "drift")
 TAKEOFF_FITNESS: Final = 1.0
 """A run takes off if its average agent eats more than this number of items on unseen maps."""
 
@@ -93,9 +94,6 @@ class NoiseComparison:
             name: finite_or_none(value) if isinstance(value, float) else value
             for name, value in row.items()
         }
-
-
-MATCHED_KINDS: Final = ("yoked", "drift")
 
 
 def _make_effect_record(name: str, effect: ControlEffect | None) -> dict[str, Any]:

@@ -29,10 +29,7 @@ def add_unseen_maps(data: xr.Dataset, assays: Mapping[str, xr.Dataset]) -> xr.Da
     """
     if not assays:
         return data
-    values = xr.DataArray(
-        np.full((data.sizes["condition"], data.sizes["run"]), np.nan),
-        {"condition": data["condition"].values, "run": data["run"].values},
-    )
+    values = _make_undefined(data)
     for condition, assay in assays.items():
         means = assay["energy"].mean("map")
         values.loc[{"condition": condition, "run": means["run"].values}] = means.values
@@ -52,8 +49,11 @@ def get_unseen_maps(data: xr.Dataset) -> xr.DataArray:
     xr.DataArray
         Fitness (condition, run); NaN without the assay.
     """
-    if VARIABLE in data:
-        return data[VARIABLE]
+    return data[VARIABLE] if VARIABLE in data else _make_undefined(data)
+
+
+def _make_undefined(data: xr.Dataset) -> xr.DataArray:
+    """Return an array (condition, run) of NaN."""
     shape = (data.sizes["condition"], data.sizes["run"])
     coordinates = {"condition": data["condition"].values, "run": data["run"].values}
     return xr.DataArray(np.full(shape, np.nan), coordinates)

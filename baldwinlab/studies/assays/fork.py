@@ -78,12 +78,12 @@ class Fork:
         conditions = list(enumerate((sample, control)))
         for (history_index, source), (regime_index, target) in product(conditions, repeat=2):
             branch = self._evolve(source, target, start)
-            newborns = fit_genomes(branch.genomes, control)
             fitness_at_end = branch.fitness[:, -1]
             innate_fitness_at_end = fitness_at_end
             # The agents of the control do not learn, so their fitness is innate.
             if target is sample:
                 end = start + self.generations
+                newborns = fit_genomes(branch.genomes, control)
                 innate_fitness_at_end = sample.simulate(control.experiment, end, newborns).energy
             innate_fitness[:, 0, history_index, regime_index] = innate_fitness_at_end
             fitness[:, 0, history_index, regime_index] = fitness_at_end
