@@ -1,12 +1,14 @@
 """Functions that write a file completely or not at all, locally and in remote storage.
 
-The package writes every file with `atomic_path`, `write_atomically`, `write_exclusively` or
-`append_line`. These functions do not follow a link that leads out of a study.
+The package writes every file with `atomic_path`, `write_atomically`, `write_json`,
+`write_exclusively` or `append_line`. These functions do not follow a link that leads out of a
+study.
 """
 
 from __future__ import annotations
 
 import errno
+import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -113,6 +115,15 @@ def write_atomically(path: Path, content: bytes) -> Path:
             # In remote storage a write is atomic, and a rename is not.
             path.write_bytes(content)
     return path
+
+
+def write_json(path: Path, content: object) -> Path:
+    """Write JSON completely or not at all.
+
+    Raise ValueError for NaN, and as `write_atomically` does.
+    """
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
+    return write_atomically(path, f"{text}\n".encode())
 
 
 def write_exclusively(path: Path, content: bytes) -> None:

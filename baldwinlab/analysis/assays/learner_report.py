@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -18,7 +17,7 @@ from baldwinlab.analysis.report.phrases import format_signed
 from baldwinlab.analysis.report.sections import ReportSummary, render
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS
-from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.file_writing import write_atomically, write_json
 
 
 def make_summary(comparison: LearnerComparison, directory: Path) -> ReportSummary:
@@ -204,6 +203,5 @@ def _write_comparison(comparison: LearnerComparison, directory: Path) -> None:
         "learning_costs": comparison.learning_costs,
         "learners": rows,
     }
-    text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(directory / "learners.json", f"{text}\n".encode())
+    write_json(directory / "learners.json", record)
     write_atomically(directory / "figures" / "learners.csv", to_csv(list(rows[0]), rows))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -11,7 +10,7 @@ from baldwinlab.analysis import statistics
 from baldwinlab.analysis.assays.analysis import Analysis, Answer, ConditionResult
 from baldwinlab.analysis.assays.criteria import load_rules
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
-from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.file_writing import write_atomically, write_json
 
 CSV_COLUMNS: Final = (
     "condition",
@@ -49,8 +48,7 @@ def write_analysis(analysis: Analysis, directory: Path) -> None:
         "conditions": {result.condition: _condition_record(result) for result in analysis.results},
         "numbers": [_to_json(vars(number)) for number in analysis.numbers],
     }
-    text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(directory / "baldwin.json", f"{text}\n".encode())
+    write_json(directory / "baldwin.json", record)
     write_atomically(directory / "baldwin.csv", to_csv(CSV_COLUMNS, [*_iterate_csv_rows(analysis)]))
 
 

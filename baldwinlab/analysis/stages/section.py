@@ -5,7 +5,6 @@ Writes `learners.json` and `figures/learners.csv`.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,7 +23,7 @@ from baldwinlab.analysis.stages.specification_curve import SpecificationResults
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.analysis.statistics.rules import HOLDS, SIGNIFICANCE_LEVEL
 from baldwinlab.core.assay_variables import UNSEEN_MAPS
-from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.file_writing import write_atomically, write_json
 
 RUNS_TITLE: Final = "All runs on unseen maps"
 CURVE_TITLE: Final = "Specification curve"
@@ -228,6 +227,5 @@ def _write_records(results: StagedResults, directory: Path) -> None:
             "learners": [row.record() for row in curve.learners],
         },
     }
-    text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(directory / "learners.json", f"{text}\n".encode())
+    write_json(directory / "learners.json", record)
     write_atomically(directory / "figures" / "learners.csv", to_csv(list(rows[0]), rows))

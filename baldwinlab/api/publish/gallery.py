@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from math import isnan
 from pathlib import Path
@@ -30,7 +29,7 @@ from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED
 from baldwinlab.api.publish.gallery_entries import Entry, read_entries
-from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.file_writing import write_atomically, write_json
 
 GALLERY_FILE: Final = "gallery.html"
 # One row per system and question.
@@ -81,10 +80,10 @@ def publish_gallery(
     )
     rows = [decision.row() for decision in decisions]
     json_file, csv_file = (folder / name for name in TABLE_FILES)
-    _write_json(json_file, rows)
+    write_json(json_file, rows)
     write_atomically(csv_file, to_csv(COLUMNS, rows))
     papers = [_entry_record(entry) for entry in entries]
-    _write_json(folder / PAPERS_FILE, {"last": last, "papers": papers})
+    write_json(folder / PAPERS_FILE, {"last": last, "papers": papers})
     log("drawing the figure")
     figures = folder / "figures"
     clocks = render("gallery/clocks.html", rows=list(_list_times_to_level(entries)))
@@ -97,11 +96,6 @@ def publish_gallery(
     # The other conclusions begin the section "Answers by system".
     write_page(TITLE, next(conclude(decisions)), sections, out, figures)
     return entries, decisions
-
-
-def _write_json(path: Path, content: object) -> None:
-    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(path, f"{text}\n".encode())
 
 
 def describe_table(entries: Sequence[Entry], decisions: Sequence[Decision]) -> Iterator[str]:
