@@ -90,7 +90,7 @@ class StagedReproduction:
         value
             One of its values.
         """
-        conditions = tuning_conditions(self.paper, grid, self.maps, value)
+        conditions = tuning_conditions(self.paper, self.design, grid, self.maps, value)
         folder = Path(TUNING_FOLDER) / grid.folder(value)
         request = self._make_request(conditions, folder, self.design.tuning.runs)
         # A tuning study evaluates no claims.

@@ -59,6 +59,8 @@ class Tuning(DeclaredTable):
 
     runs: int = Field(ge=1)
     grids: tuple[TuningGrid, ...] = Field(min_length=1)
+    # Settings of all tuning runs.
+    settings: Mapping[str, Any] = Field(default_factory=dict)
 
 
 class MatchedControls(DeclaredTable):
@@ -204,13 +206,14 @@ def join_map(condition: str, map_name: str) -> str:
 
 
 def tuning_conditions(
-    paper: Paper, grid: TuningGrid, maps: Sequence[str], value: float
+    paper: Paper, design: Design, grid: TuningGrid, maps: Sequence[str], value: float
 ) -> StudyConditions:
     """Return the conditions of the study of a value of a grid."""
     conditions = StudyConditions([], {})
+    settings = {**design.tuning.settings, grid.field: value}
     for condition, map_name in product(grid.conditions, maps):
         experiment = paper.experiment(join_map(condition, map_name))
-        conditions.add(_change(experiment, {grid.field: value}), Factors(condition, map_name))
+        conditions.add(_change(experiment, settings), Factors(condition, map_name))
     return conditions
 
 

@@ -39,6 +39,7 @@ DESIGN = """
 noise_controls = ["random", "noise"]
 [tuning]
 runs = 2
+settings = { "lifetime.steps" = 40 }
 [[tuning.grids]]
 name = "noise"
 field = "motor.noise"
@@ -118,7 +119,9 @@ def test_the_confirmation_has_other_runs_than_the_tuning(folder: Path) -> None:
     for value in ("noise-0.2", "noise-0.6", "rate-0.01", "rate-0.3"):
         study = StudyStore(results / "tuning" / value)
         assert {tuple(study.runs(name)) for name in study.experiments} == {(0, 1)}
+        assert {experiment.lifetime.steps for experiment in study.experiments.values()} == {40}
     confirmation = StudyStore(results / "confirmation")
+    assert {experiment.lifetime.steps for experiment in confirmation.experiments.values()} == {60}
     assert {tuple(confirmation.runs(name)) for name in confirmation.experiments} == {(2, 3, 4)}
     assert confirmation.first_run == 2 and confirmation.paper == "staged"
 
