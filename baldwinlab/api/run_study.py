@@ -82,7 +82,7 @@ class StudyRequest:
 
 
 @dataclass(frozen=True)
-class _ExecutionPlan:
+class ExecutionPlan:
     """The executor, the backend, the number of parallel tasks, and the checkpoint interval."""
 
     executor: Executor
@@ -121,8 +121,7 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
     KeyboardInterrupt
         The user pressed Ctrl-C. The message states the number of stored runs.
     """
-    execution = _check_request(request, options)
-    _require_resources(request, execution, options.force)
+    execution = require_request(request, options)
     study = _open_or_create(request)
     missing = find_missing_runs(study, request.runs, console.warn)
     if not any(missing.values()):
@@ -146,7 +145,32 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
     return study
 
 
-def _check_request(request: StudyRequest, options: RunOptions) -> _ExecutionPlan:
+def require_request(request: StudyRequest, options: RunOptions) -> ExecutionPlan:
+    """Return the plan of execution of a study. Nothing is written.
+
+    Parameters
+    ----------
+    request
+        The study.
+    options
+        Workers, backend, executor and force.
+
+    Returns
+    -------
+    ExecutionPlan
+        The plan of the missing runs.
+
+    Raises
+    ------
+    ArgumentError, RefusedError
+        As `run_missing`.
+    """
+    execution = _check_request(request, options)
+    _require_resources(request, execution, options.force)
+    return execution
+
+
+def _check_request(request: StudyRequest, options: RunOptions) -> ExecutionPlan:
     """Return the plan of execution. Raise ArgumentError for a number out of range."""
     require_positive("runs", request.runs)
     max_runs = RUN_LIMIT - request.first_run
@@ -162,7 +186,7 @@ def _check_request(request: StudyRequest, options: RunOptions) -> _ExecutionPlan
         parallel_tasks = max(parallel_tasks, len(request.experiments), min_tasks)
     for experiment in request.experiments:
         require_founders(experiment, request.first_run + request.runs)
-    return _ExecutionPlan(executor, backend, parallel_tasks, Interval.parse(options.checkpoint))
+    return ExecutionPlan(executor, backend, parallel_tasks, Interval.parse(options.checkpoint))
 
 
 def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Backend:
@@ -186,10 +210,10 @@ def _choose_backend(name: str, executor: Executor, request: StudyRequest) -> Bac
     return backend
 
 
-def _require_resources(request: StudyRequest, execution: _ExecutionPlan, force: bool) -> None:
+def _require_resources(request: StudyRequest, execution: ExecutionPlan, force: bool) -> None:
     """Raise RefusedError if the missing runs, or the work after them, need more than is free."""
     missing = [
-        (experiment, _count_missing_files(request, experiment.name))
+        (experiment, count_missing_runs(request, experiment.name))
         for experiment in request.experiments
     ]
     need = memory.estimate_runs(missing, execution.parallel_tasks, execution.backend.worlds)
@@ -199,7 +223,7 @@ def _require_resources(request: StudyRequest, execution: _ExecutionPlan, force: 
         memory.require_storable_record(experiment)
 
 
-def _count_missing_files(request: StudyRequest, condition: str) -> int:
+def count_missing_runs(request: StudyRequest, condition: str) -> int:
     """Return the number of runs of a condition that have no file."""
     if not is_study(request.directory):
         return request.runs

@@ -14,7 +14,12 @@ from baldwinlab.analysis.stages.tuning import choose_values, measure_medians
 from baldwinlab.api.report import report
 from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunOptions
-from baldwinlab.api.run_study import StudyRequest, run_missing
+from baldwinlab.api.run_study import (
+    StudyRequest,
+    count_missing_runs,
+    require_request,
+    run_missing,
+)
 from baldwinlab.core import console
 from baldwinlab.core.assay_variables import UNSEEN_MAPS
 from baldwinlab.core.file_writing import write_atomically
@@ -42,7 +47,6 @@ from baldwinlab.papers.design import (
 from baldwinlab.studies.assays.storage import assay_path
 from baldwinlab.studies.assays.unseen_maps import N_LIVES
 from baldwinlab.studies.open import open_conditions
-from baldwinlab.studies.records import record_path
 from baldwinlab.studies.run import count_agent_steps
 from baldwinlab.studies.store import StudyStore
 
@@ -172,6 +176,8 @@ def run_stages(reproduction: StagedReproduction, options: RunOptions) -> StudySt
     # The chosen values do not change the number of agent-steps.
     confirmation = reproduction.confirmation_request({})
     specifications = reproduction.specifications_request()
+    for request in (*tuning, confirmation, specifications):
+        require_request(request, options)
     clock = _Clock(
         [
             *(_count_missing_steps(request, is_assayed=False) for request in tuning),
@@ -245,9 +251,7 @@ def _count_missing_steps(request: StudyRequest, is_assayed: bool) -> int:
     """Return the number of agent-steps of the runs and assays that have no file."""
     steps = 0
     for experiment in request.experiments:
-        runs = range(request.first_run, request.first_run + request.runs)
-        paths = [record_path(request.directory, experiment.name, run) for run in runs]
-        n_missing = sum(not path.exists() for path in paths)
+        n_missing = count_missing_runs(request, experiment.name)
         steps += n_missing * count_agent_steps(experiment)
         if is_assayed:
             path = assay_path(request.directory, UNSEEN_MAPS, experiment.name)
