@@ -14,7 +14,7 @@ from scripts.notebooks import NOTEBOOKS, executed, page, paths
 from tests.lab.conftest import open_offline_page
 
 # Half a minute each.
-SLOW_NOTEBOOKS = ("baldwin-effect", "own-learning-rule")
+SLOW_NOTEBOOKS = ("baldwin-effect", "own-learning-rule", "reading-a-study")
 TABLE = "differ from their defaults"
 PLAYER = "<iframe sandbox"
 CURVES = "data:image/svg+xml"

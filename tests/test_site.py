@@ -25,7 +25,11 @@ from tests.lab.conftest import open_offline_page
 
 ROOT = Path(__file__).parent.parent
 # MyST uses a name that a later version of Sphinx will remove.
-pytestmark = pytest.mark.filterwarnings("ignore:.*MystReferenceResolver.app")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:.*MystReferenceResolver.app"),
+    # Sphinx needs a minute for the site.
+    pytest.mark.nightly,
+]
 pytest.importorskip("furo", reason="the site needs the extra 'docs'")
 
 

@@ -25,6 +25,7 @@ from baldwinlab.analysis.statistics.rules import (
     combine_verdicts,
 )
 from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS, PlannedTest
+from baldwinlab.analysis.statistics.stability import MIN_STABILITY
 from baldwinlab.papers.claims import Claim, ClaimComparison
 
 
@@ -45,6 +46,16 @@ class Finding:
     # would be significant.
     test: PlannedTest | None = None
     level: float = nan
+    # Share of bootstrap samples of runs with the same verdict, for a rule that uses a rank test.
+    stability: float = nan
+
+    @property
+    def is_unstable(self) -> bool:
+        """Whether other runs could give another verdict.
+
+        Too few runs are a verdict of their own.
+        """
+        return self.stability < MIN_STABILITY and not self.has_too_few_runs
 
     @property
     def has_too_few_runs(self) -> bool:
@@ -104,6 +115,7 @@ class Finding:
             "smallest_p_holm": finite_or_none(self.smallest_p_holm),
             "too_few_runs": self.has_too_few_runs,
             "required_runs": self.required_runs,
+            "stability": finite_or_none(self.stability),
             "note": self.note,
         }
 
@@ -143,6 +155,13 @@ class ClaimResult:
     def label(self) -> str:
         """The verdict as a report shows it."""
         return TOO_FEW_RUNS if self.has_too_few_runs else self.verdict
+
+    @property
+    def is_unstable(self) -> bool:
+        """Whether a comparison that decides the claim is unstable."""
+        return any(
+            finding.is_unstable for finding in self.findings if finding.verdict == self.verdict
+        )
 
     @property
     def why_not(self) -> str:
@@ -194,6 +213,7 @@ class ClaimResult:
             **{name: deciding.get(name) for name in columns},
             "verdict": self.verdict,
             "too_few_runs": self.has_too_few_runs,
+            "unstable": self.is_unstable,
             "rule": claim.rule,
             "paper": claim.paper,
             "figure": claim.paper_value,

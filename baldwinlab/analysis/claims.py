@@ -7,7 +7,7 @@ method.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -20,14 +20,20 @@ from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
 from baldwinlab.analysis.statistics.contrasts import COMPARISON_COLUMNS, Contrast
 from baldwinlab.analysis.statistics.csv import to_csv
-from baldwinlab.analysis.statistics.power import level_of_next_test
+from baldwinlab.analysis.statistics.power import level_of_next_test, levels_of_tests
 from baldwinlab.analysis.statistics.proportions import estimate_probability
-from baldwinlab.analysis.statistics.rules import RULES, RUN_STATISTICS
+from baldwinlab.analysis.statistics.rules import (
+    DIRECTION_RULES,
+    RULES,
+    RUN_STATISTICS,
+    direction,
+)
 from baldwinlab.analysis.statistics.sample_sizes import (
     PlannedTest,
     describe_too_few,
     smallest_corrected_p,
 )
+from baldwinlab.analysis.statistics.stability import direction_stability
 from baldwinlab.analysis.statistics.summary import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.analysis.statistics.survival import compare_survival
 from baldwinlab.core.file_writing import write_atomically
@@ -116,6 +122,7 @@ def _find_results(claims: Sequence[Claim], samples: Samples) -> dict[ClaimCompar
     smallest_p_holm = dict(zip(tested, smallest_p_values, strict=True))
     planned = dict(zip(tested, tests, strict=True))
     level = level_of_next_test(p_values)
+    levels = dict(zip(tested, levels_of_tests(p_values).tolist(), strict=True))
     findings = {}
     for comparison in comparisons:
         p = p_holm.get(comparison, nan)
@@ -129,8 +136,29 @@ def _find_results(claims: Sequence[Claim], samples: Samples) -> dict[ClaimCompar
             smallest_p_holm=smallest_p_holm.get(comparison, nan),
             test=planned.get(comparison),
             level=level,
+            stability=_measure_stability(comparison, samples, numbers[comparison], p, levels),
         )
     return findings
+
+
+def _measure_stability(
+    comparison: ClaimComparison,
+    samples: Samples,
+    numbers: statistics.Comparison,
+    p_holm: float,
+    levels: Mapping[ClaimComparison, float],
+) -> float:
+    """Return the stability of the verdict of a rank test, NaN for other comparisons."""
+    if comparison.rule not in DIRECTION_RULES or comparison not in levels:
+        return nan
+    a, b = _get_samples(comparison, samples)
+    return direction_stability(
+        a.values,
+        b.values,
+        direction(numbers, p_holm),
+        levels[comparison],
+        is_paired=comparison.paired,
+    )
 
 
 def _planned_test(comparison: ClaimComparison, n_a: int, n_b: int) -> PlannedTest:
@@ -242,12 +270,7 @@ def _undefined_comparison(n_a: int, n_b: int) -> statistics.Comparison:
 
 def _compare_conditions(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:
     """Compare two conditions, or the last generations of a condition with its first ones."""
-    compares_with_first = comparison.b == FIRST_GENERATIONS
-    condition_b = comparison.a if compares_with_first else comparison.b
-    a = samples.get(comparison.a, comparison.measure)
-    b = samples.get(condition_b, comparison.measure, first=compares_with_first)
-    if comparison.paired:
-        a, b = xr.align(a, b)
+    a, b = _get_samples(comparison, samples)
     # A measure that a model defines may have no value.
     if not (a.size and b.size):
         return _undefined_comparison(a.size, b.size)
@@ -258,6 +281,19 @@ def _compare_conditions(comparison: ClaimComparison, samples: Samples) -> statis
         )
     compare = statistics.compare_paired if comparison.paired else statistics.compare
     return compare(a.values, b.values)
+
+
+def _get_samples(
+    comparison: ClaimComparison, samples: Samples
+) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return the values of both conditions, or of the last and the first generations."""
+    compares_with_first = comparison.b == FIRST_GENERATIONS
+    condition_b = comparison.a if compares_with_first else comparison.b
+    a = samples.get(comparison.a, comparison.measure)
+    b = samples.get(condition_b, comparison.measure, first=compares_with_first)
+    if comparison.paired:
+        a, b = xr.align(a, b)
+    return a, b
 
 
 def claim_records(

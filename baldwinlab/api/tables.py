@@ -132,7 +132,8 @@ def make_claims_table(
     )
     for result in results:
         record = result.record()
-        verdict = Text(result.label, style=LABEL_STYLE.get(result.label, ""))
+        mark = "\nunstable" if result.is_unstable else ""
+        verdict = Text(f"{result.label}{mark}", style=LABEL_STYLE.get(result.label, ""))
         table.add_row(
             record["id"],
             verdict,

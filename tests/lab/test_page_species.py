@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from urllib.parse import quote
 
+import pytest
 from playwright.sync_api import Page, expect
 
 QUICK = {"lifetime.steps": 120, "evolution.generations": 3}
@@ -19,6 +20,7 @@ def start_live_run(page: Page) -> None:
     expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=180_000)
 
 
+@pytest.mark.nightly
 def test_a_live_run_draws_a_shape_and_a_curve_for_each_species(page: Page) -> None:
     start_live_run(page)
     legend = page.get_by_test_id("legend-species")

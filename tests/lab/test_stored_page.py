@@ -29,6 +29,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> bl.Study:
     return bl.run(experiment, runs=N_RUNS, out=tmp_path_factory.mktemp("page") / "hunt")
 
 
+@pytest.mark.nightly
 def test_the_page_shows_the_stored_fitness_of_each_species_and_plays_a_lifetime(
     browser: Browser, study: bl.Study, tmp_path: Path
 ) -> None:

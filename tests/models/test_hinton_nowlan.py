@@ -221,6 +221,7 @@ def test_a_run_that_never_takes_off_has_no_take_off() -> None:
     )
 
 
+@pytest.mark.nightly
 def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(HintonNowlan),

@@ -128,5 +128,6 @@ def test_a_negative_period_is_refused() -> None:
         assign(bl.load("moving-needle"), ["moving_needle.period=-1"])
 
 
+@pytest.mark.nightly
 def test_the_model_passes_all_checks() -> None:
     assert [finding for finding in check_part(MovingNeedle) if finding.holds is False] == []

@@ -165,6 +165,7 @@ def test_a_k_of_at_least_the_number_of_bits_is_refused() -> None:
         assign(bl.load("climbing/rugged"), ["nk_climbers.bits=8", "nk_climbers.k=8"])
 
 
+@pytest.mark.nightly
 def test_the_parts_pass_all_checks() -> None:
     only: Any = ["fields", "limits", "arithmetic", "oracle"]
     findings = [

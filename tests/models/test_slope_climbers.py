@@ -217,5 +217,6 @@ def test_a_slope_of_0_is_refused() -> None:
         assign(bl.load("stepping/convex"), ["slope_climbers.curvature=0"])
 
 
+@pytest.mark.nightly
 def test_the_part_passes_all_checks() -> None:
     assert [finding for finding in check_part(SlopeClimbers) if finding.holds is False] == []

@@ -77,6 +77,26 @@ def level_of_next_test(corrected: Sequence[float] | Sample) -> float:
     return SIGNIFICANCE_LEVEL / max(1, n_undecided)
 
 
+def levels_of_tests(corrected: Sequence[float] | Sample) -> Sample:
+    """Compute the level at which Holm's method tests each p-value of a family.
+
+    Parameters
+    ----------
+    corrected
+        The corrected p-values of a family of tests.
+
+    Returns
+    -------
+    Sample
+        The level of significance, divided by the number of tests whose p-values are not smaller.
+        Tests that are not significant have the level of `level_of_next_test`.
+    """
+    p_values = np.asarray(corrected, np.float64)
+    n_not_smaller = (p_values[:, None] <= p_values).sum(axis=1)
+    levels = SIGNIFICANCE_LEVEL / np.maximum(1, n_not_smaller)
+    return np.where(p_values < SIGNIFICANCE_LEVEL, levels, level_of_next_test(p_values))
+
+
 def rank_test_runs(test: PlannedTest, p: float, level: float) -> int | None:
     """Compute the number of runs with which a rank test detects the observed effect.
 

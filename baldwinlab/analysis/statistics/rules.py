@@ -346,7 +346,9 @@ RULES: Mapping[str, Callable[[Comparison, float, Bound], Verdict]] = {
     "probability_below": probability_below,
     "probability_equals": probability_equals,
 }
-P_VALUE_RULES = ("greater", "lower", "survives_longer")
+DIRECTION_RULES = ("greater", "lower")
+"""The rules whose verdict depends on the direction of a rank test."""
+P_VALUE_RULES = (*DIRECTION_RULES, "survives_longer")
 """The rules whose verdict depends on the p-value."""
 INTERVAL_BOUNDS: Mapping[str, Callable[[Bound], tuple[float, ...]]] = {
     "within": tuple,

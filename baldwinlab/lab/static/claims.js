@@ -103,6 +103,7 @@ function createClaimEntry(claim, lifetimes) {
         { class: `badge ${VERDICTS[claim.verdict]?.[0] ?? ""}` },
         claim.too_few_runs ? "too few runs" : claim.verdict,
       ),
+      ...(claim.unstable ? [el("span", { class: "badge" }, "unstable")] : []),
       el("p", {}, `${claim.id}. ${claim.claim}`),
     ),
     el(

@@ -11,6 +11,7 @@ from baldwinlab.analysis.statistics.power import (
     MAX_RUNS,
     interval_runs,
     level_of_next_test,
+    levels_of_tests,
     rank_test_runs,
     signed_rank_runs,
 )
@@ -90,3 +91,12 @@ def test_an_interval_of_the_required_runs_excludes_the_bound_in_four_of_five_cas
 def test_an_effect_on_its_bound_is_never_decided() -> None:
     numbers = compare([1.0, 2.0, 3.0], [0.0, 1.0, 2.0])
     assert interval_runs(numbers, (numbers.effect, float("inf"))) is None
+
+
+def test_a_test_is_significant_if_its_p_value_is_below_its_level() -> None:
+    """The levels are those of Holm's procedure, which stops at the first large p-value."""
+    generator = np.random.default_rng(3)
+    for _ in range(20):
+        p_values = generator.random(8) ** 6
+        corrected = holm(p_values)
+        assert ((p_values < levels_of_tests(corrected)) == (corrected < 0.05)).all()

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from baldwinlab.analysis.statistics.samples import Sample
-from baldwinlab.analysis.statistics.stability import verdict_stability
+from baldwinlab.analysis.statistics.stability import direction_stability, verdict_stability
 
 
 def is_majority_positive(samples: Sample) -> Sequence[str]:
@@ -33,3 +33,40 @@ def test_stability_is_reproducible() -> None:
     values = np.random.default_rng(0).normal(size=20)
     first, second = (verdict_stability(values, "yes", is_majority_positive) for _ in range(2))
     assert first == second
+
+
+def naive_direction(a: Sample, b: Sample, level: float, is_paired: bool) -> int:
+    effect = float(np.median(a - b) if is_paired else np.median(a) - np.median(b))
+    if is_paired:
+        p = float(stats.wilcoxon(a, b).pvalue)
+        a12 = float(np.mean(a > b) + np.mean(a == b) / 2)
+    else:
+        p = float(stats.mannwhitneyu(a, b, method="asymptotic").pvalue)
+        a12 = float(np.mean(a[:, None] > b) + np.mean(a[:, None] == b) / 2)
+    if p >= level or np.sign(effect) != np.sign(a12 - 0.5):
+        return 0
+    return int(np.sign(effect))
+
+
+@pytest.mark.parametrize("is_paired", [False, True])
+def test_the_stability_of_a_direction_is_its_share_of_bootstrap_samples(is_paired: bool) -> None:
+    """The oracle draws its own samples and decides each of them alone."""
+    generator = np.random.default_rng(7)
+    a = generator.normal(0.8, 1, 20)
+    b = generator.normal(0, 1, 20)
+    counts = {-1: 0, 0: 0, 1: 0}
+    for _ in range(500):
+        indices = generator.integers(0, 20, 20)
+        indices_b = indices if is_paired else generator.integers(0, 20, 20)
+        counts[naive_direction(a[indices], b[indices_b], 0.01, is_paired)] += 1
+    for direction, count in counts.items():
+        share = direction_stability(a, b, direction, 0.01, is_paired=is_paired)
+        # Five standard errors of the difference of two shares.
+        assert share == pytest.approx(count / 500, abs=5 * np.sqrt(2 * 0.25 / 500))
+    assert 0.1 < counts[1] / 500 < 0.9
+
+
+def test_equal_values_are_undecided_in_every_bootstrap_sample() -> None:
+    values = np.full(6, 3.0)
+    for is_paired in (False, True):
+        assert direction_stability(values, values, 0, 0.05, is_paired=is_paired) == 1

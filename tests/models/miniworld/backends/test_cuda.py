@@ -220,6 +220,7 @@ def run_in_simulator(command: str) -> None:
     )
 
 
+@pytest.mark.nightly
 def test_lifetimes_in_the_simulator_are_bit_identical_to_the_cpu(tmp_path: Path) -> None:
     run_in_simulator(f"simulate_gpu({str(tmp_path / 'arrays.npz')!r})")
     actual = np.load(tmp_path / "arrays.npz")

@@ -90,6 +90,7 @@ def test_evolved_networks_are_larger_and_eat_more_than_founders(run: Any) -> Non
     assert eaten[-10:].mean() > 2 * eaten[0]
 
 
+@pytest.mark.nightly
 def test_the_part_passes_the_main_checks() -> None:
     requirements = ["compiles", "arithmetic", "block", "resumed", "oracle"]
     findings = check_part(NeatNetwork, requirements=requirements)
