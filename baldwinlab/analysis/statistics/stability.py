@@ -85,7 +85,7 @@ def direction_stability(
         # SciPy divides by 0 if all values are equal. Such a sample has no significant difference.
         with np.errstate(invalid="ignore", divide="ignore"):
             test = stats.mannwhitneyu(samples_a, samples_b, axis=1, method="asymptotic")
-        p = test.pvalue
+        p = np.asarray(test.pvalue)
         a12 = test.statistic / (a.size * b.size)
     is_significant = (p < level) & (np.sign(effects) == np.sign(a12 - 0.5))
     directions = np.where(is_significant, np.sign(effects), 0)
