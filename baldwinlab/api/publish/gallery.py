@@ -123,7 +123,7 @@ def _list_notes(entries: Sequence[Entry], decisions: Sequence[Decision]) -> Iter
             changes = ", ".join(entry.changes)
             yield f"{entry.paper.name} is a changed model ({changes}) and is included."
     if too_few := describe_too_few_runs(decisions):
-        yield f"{too_few} `baldwinlab reproduce PAPER --runs N` adds runs to a study."
+        yield f"{too_few} To add runs: baldwinlab reproduce PAPER --runs N"
 
 
 def explain_omissions(entries: Sequence[Entry]) -> Iterator[str]:
