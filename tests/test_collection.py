@@ -25,6 +25,7 @@ PACKAGES = (
 )
 
 
+@pytest.mark.nightly
 def test_the_tests_of_the_engine_are_collected_without_a_browser_library() -> None:
     folders = [str(Path("tests", name)) for name in (*PACKAGES, "studies")]
     result = subprocess.run(

@@ -62,6 +62,7 @@ def test_the_parts_of_a_file_are_a_case_of_their_own(monkeypatch: pytest.MonkeyP
     assert record.agent_steps_per_second > 1e4
 
 
+@pytest.mark.nightly
 def test_the_command_prints_a_line_a_case_and_writes_the_records(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

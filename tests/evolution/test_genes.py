@@ -115,6 +115,7 @@ def test_a_rule_reads_the_gene_of_each_agent_and_the_run_records_it() -> None:
     assert genes.attrs == {"units": "1/step", "long_name": "decay of weights"}
 
 
+@pytest.mark.nightly
 def test_births_during_life_inherit_and_mutate_genes() -> None:
     experiment = decaying_experiment(Gene(initial=0.1, low=0.01, high=1, size=0.5))
     births = {"max_age": 30, "initial_energy": 0.1}

@@ -121,6 +121,7 @@ def start_and_leave_live_run(server: Server, seed: int) -> None:
         page.send('{"command": "stop"}')
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(os.name == "nt", reason="Windows reports memory differently")
 def test_the_server_releases_memory_after_floods_of_requests(tmp_path: Path) -> None:
     crowd = {

@@ -103,6 +103,7 @@ def test_the_model_of_the_paper_is_not_marked(command: Command, paper: str) -> N
     assert "changes" not in json.loads(Path("same/claims.json").read_text("utf-8"))["claims"][0]
 
 
+@pytest.mark.nightly
 def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(
     command: Command, paper: str
 ) -> None:

@@ -112,6 +112,7 @@ def test_every_command_that_reads_a_study_works_without_the_part(
         assert (result.code, result.err) == (0, ""), arguments
 
 
+@pytest.mark.nightly
 def test_a_claim_about_a_measure_of_a_model_that_is_not_loaded_is_not_evaluated(
     results: Path, command: Command
 ) -> None:
@@ -141,6 +142,7 @@ def test_with_the_part_all_claims_are_evaluated(
     ]
 
 
+@pytest.mark.nightly
 def test_a_study_is_read_in_python_without_the_part(results: Path, tmp_path: Path) -> None:
     study = bl.open_study(results / "strings")
     assert study.data().sizes["condition"] == 2

@@ -64,7 +64,7 @@ def test_the_example_of_a_helper_has_at_most_60_lines(name: str) -> None:
     [
         pytest.param("hebbian_rule", marks=pytest.mark.nightly),
         "logistic_regrowth",
-        "predators",
+        pytest.param("predators", marks=pytest.mark.nightly),
     ],
 )
 def test_the_example_of_a_helper_fulfills_the_contract(name: str, in_plain_python: None) -> None:

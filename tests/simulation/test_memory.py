@@ -101,7 +101,12 @@ def measure_peak_memory(task: str, experiment: BaseExperiment) -> int:
             (*SHORT, "population.size=20000", "record.genome_every=20"),
             marks=NIGHTLY,
         ),
-        ("of_replay", "evo+self-taught/A", ("lifetime.steps=6000", "population.size=500")),
+        pytest.param(
+            "of_replay",
+            "evo+self-taught/A",
+            ("lifetime.steps=6000", "population.size=500"),
+            marks=NIGHTLY,
+        ),
     ],
 )
 def test_memory_is_estimated_within_a_factor_of_two(

@@ -148,6 +148,7 @@ def test_records_do_not_change_the_lifetimes() -> None:
     assert np.array_equal(data.food_eaten[0], expected.food_eaten[0])
 
 
+@pytest.mark.nightly
 def test_the_records_of_a_newborn_in_mid_life_begin_at_0() -> None:
     experiment = bl.load("evo/births-and-deaths").replace(
         evolution={"fitness": "clock", "generations": 1}, lifetime={"steps": 300}

@@ -106,6 +106,7 @@ def test_of_two_studies_of_a_paper_that_with_more_runs_counts(folder: Path) -> N
     assert find_studies(folder)["mayley-1996"].directory.name == "another"
 
 
+@pytest.mark.nightly
 def test_the_page_has_the_command_that_runs_a_missing_assay(command: Command, folder: Path) -> None:
     rmtree("all/mayley-1996/assays")
     done = command("gallery", "all")

@@ -126,6 +126,7 @@ def test_records_contain_deaths_and_ages_and_learning_costs_only_while_alive() -
     np.testing.assert_array_equal(results.cost[0], 0.5 * results.records["age"][0])
 
 
+@pytest.mark.nightly
 def test_a_newborn_has_the_first_free_slot() -> None:
     experiment = make_experiment(
         "evo", "test-cull-and-bear", evolution={"mutation_rate": 1.0, "mutation_size": 0.5}
@@ -146,6 +147,7 @@ def test_a_newborn_has_the_first_free_slot() -> None:
     )
 
 
+@pytest.mark.nightly
 def test_agents_leave_the_items_that_they_do_not_eat() -> None:
     patches = {"features": ["patches"], "patches": {"patches": [[20, 100, 10, 90, 12, 2.0]]}}
     experiment = make_small_experiment("evo", world=patches, lifetime={"steps": 300})

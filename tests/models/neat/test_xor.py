@@ -161,6 +161,7 @@ def first_solutions(runs: int, *changes: str) -> list[Solved | None]:
     return solutions
 
 
+@pytest.mark.nightly
 def test_measures_of_a_run_describe_its_first_solution() -> None:
     runs = xr.concat(
         [history.dataset() for history in simulate_histories(bl.load("neat-xor"), 1, range(6))],

@@ -48,6 +48,7 @@ def test_assays_have_the_declared_variables_and_attributes(study: StudyStore) ->
         assert further <= set(assay.attrs)
 
 
+@pytest.mark.nightly
 def test_assays_are_identical_for_any_number_of_workers(study: StudyStore, tmp_path: Path) -> None:
     assert stored(make_small_study_with_assays(tmp_path / "one", workers=1)) == stored(study)
     assert stored(make_small_study_with_assays(tmp_path / "many", workers=7)) == stored(study)
