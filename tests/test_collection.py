@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 COLLECT = """
 import sys
 for name in ("playwright", "axe_playwright_python"):
