@@ -214,6 +214,8 @@ def run_loaded(
 
 def _describe_too_few(names: Sequence[str], runs: int, baseline: str, directory: Path) -> str:
     """Return sentences if `runs` runs are too few for a verdict, else ""."""
+    if len(names) == 1:
+        return ""
     # Imported late: SciPy's statistics take a while to load.
     from baldwinlab.analysis.statistics.contrasts import planned_tests
     from baldwinlab.analysis.statistics.sample_sizes import describe_too_few

@@ -7,10 +7,8 @@ from typing import Annotated, Final
 from cyclopts import Parameter
 
 from baldwinlab.api.extend import extend
-from baldwinlab.api.publish import lab_results
 from baldwinlab.api.run import run_loaded
 from baldwinlab.api.run_options import RunOptions
-from baldwinlab.api.tables import show_contrasts
 from baldwinlab.cli.options import (
     HIDE_DEFAULT,
     LOCATION,
@@ -146,5 +144,10 @@ def run(
             founders=founders,
             schedule=parse_changes(at),
         )
-    show_contrasts(lab_results.compare_study(study, baseline=baseline))
+    if len(study.experiments) > 1 or baseline:
+        # Imported late: SciPy's statistics take a while to load.
+        from baldwinlab.api.publish import lab_results
+        from baldwinlab.api.tables import show_contrasts
+
+        show_contrasts(lab_results.compare_study(study, baseline=baseline))
     console.info(f"For statistics, figures and a page: baldwinlab report {study.directory}")
