@@ -1,6 +1,6 @@
 """Draw the pictures of built-in parts: `python -m scripts.library_pictures STUDY`.
 
-STUDY is the study of `baldwinlab reproduce worlds-and-minds`.
+STUDY is the folder of `baldwinlab reproduce worlds-and-minds`. Its report has two of the pictures.
 """
 
 from __future__ import annotations
@@ -11,9 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 import baldwinlab as bl
-from baldwinlab import papers
 from baldwinlab.analysis import figures
-from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.models.miniworld.appearance import describe_appearance
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
@@ -26,6 +24,11 @@ BREEDING_VARIANTS: Final = (
     "gaussian",
     "one-point-crossover",
 )
+# Figures of the report of the confirmation, by the names of the pictures.
+REPORT_FIGURES: Final = {
+    "worlds-and-minds": "unseen-maps",
+    "worlds-and-minds-specifications": "specifications",
+}
 WORLD_PRESETS: Final = ("C", "D", "worth", "drifting", "in-turn", "scarce")
 # Number of final generations that are averaged in each run.
 LAST_GENERATIONS: Final = 10
@@ -34,14 +37,11 @@ LAST_GENERATIONS: Final = 10
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
-        "study", type=Path, help="the study of `baldwinlab reproduce worlds-and-minds`"
+        "study", type=Path, help="the folder of `baldwinlab reproduce worlds-and-minds`"
     )
-    study = bl.open_runs(parser.parse_args().study)
-    cells = figures.overview_cells(
-        study,
-        evaluate_claims(study, LAST_GENERATIONS, papers.load("worlds-and-minds")),
-        LAST_GENERATIONS,
-    )
+    report_figures = parser.parse_args().study / "confirmation" / "figures"
+    for name, figure_name in REPORT_FIGURES.items():
+        (PICTURES / f"{name}.png").write_bytes((report_figures / f"{figure_name}.png").read_bytes())
     presets = {name: bl.load(f"evo/{name}") for name in WORLD_PRESETS}
     worlds = {f"Map {name}": experiment.world for name, experiment in presets.items()}
     looks = {
@@ -58,7 +58,6 @@ def main() -> None:
             bl.open_runs(Path(folder) / "breeding"), [], LAST_GENERATIONS
         )
     drawn = {
-        "worlds-and-minds": figures.draw_overview({"": cells}),
         "worlds": figures.draw_world_maps(worlds, 20, looks),
         "senses": figures.draw_agent_senses(describe_appearance(rays).to_dict()),
         "neat": neat,
