@@ -224,7 +224,20 @@ def _require_resources(request: StudyRequest, execution: ExecutionPlan, force: b
 
 
 def count_missing_runs(request: StudyRequest, condition: str) -> int:
-    """Return the number of runs of a condition that have no file."""
+    """Return the number of runs of a condition that have no file.
+
+    Parameters
+    ----------
+    request
+        The study.
+    condition
+        Name of the condition.
+
+    Returns
+    -------
+    int
+        The number of missing runs.
+    """
     if not is_study(request.directory):
         return request.runs
     n_files = len(list((request.directory / "runs" / condition).glob("*.nc")))
