@@ -103,7 +103,7 @@ CARD_PANELS: Final = {
 # A picture in docs/, and the left, upper, right and lower edge of the card in the picture.
 CARD_CROPS: Final = {
     "le-2019": ("emergence.png", (22, 58, 947, 510)),
-    "worlds-and-minds": ("worlds-and-minds.png", (292, 816, 988, 1136)),
+    "worlds-and-minds": ("worlds-and-minds.png", (0, 455, 790, 818)),
 }
 
 
