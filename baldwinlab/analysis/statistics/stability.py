@@ -50,7 +50,8 @@ def direction_stability(
 ) -> float:
     """Compute the share of bootstrap samples of runs with the same direction of a rank test.
 
-    The p-values of the bootstrap samples are those of the normal approximation.
+    The verdict of a bootstrap sample follows `rules.direction`. The p-values of the Mann-Whitney
+    test are those of the normal approximation.
 
     Parameters
     ----------
