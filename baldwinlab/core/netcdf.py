@@ -8,7 +8,7 @@ import re
 from typing import Any
 
 import xarray as xr
-from xarray.backends import ScipyDataStore
+from scipy.io import netcdf_file
 
 from baldwinlab.core.errors import BaldwinLabError
 
@@ -51,19 +51,29 @@ def stored_checksum(head: bytes) -> str:
     return match.group(1).decode() if match else ""
 
 
-def decode_attributes(raw: bytes) -> dict[str, Any]:
-    """Return the attributes of a dataset without its checksum; the arrays are not decoded.
+def decode_variables(raw: bytes) -> tuple[dict[str, Any], dict[str, xr.Variable]]:
+    """Return the attributes and the variables as they are stored, without their decoding.
 
-    Raises DamagedError as `from_bytes` does.
+    This is much faster than `from_bytes` for a small file. Raises DamagedError as `from_bytes`
+    does.
     """
     _require_no_rows(raw)
     try:
-        attributes = dict(ScipyDataStore(io.BytesIO(raw)).get_attrs())
+        file = netcdf_file(io.BytesIO(raw), mmap=False)
+        attributes = {name: _decode_value(value) for name, value in file._attributes.items()}
+        variables = {
+            name: xr.Variable(variable.dimensions, variable.data)
+            for name, variable in file.variables.items()
+        }
     # The reader raises any kind of error for invalid bytes.
     except Exception as error:
         raise DamagedError(f"it is no netCDF file ({type(error).__name__})") from None
     attributes.pop("checksum", None)
-    return attributes
+    return attributes, variables
+
+
+def _decode_value(value: Any) -> Any:
+    return value.decode() if isinstance(value, bytes) else value
 
 
 def from_bytes(raw: bytes) -> xr.Dataset:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import platform
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from baldwinlab._version import __version__
 from baldwinlab.core import variables
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.variables import STOP_ATTRIBUTE
+from baldwinlab.core.record_batches import select_record
 from baldwinlab.evolution import (
     GenerationKey,
     Genome,
@@ -35,9 +33,9 @@ from baldwinlab.evolution.species_breeding import (
     make_offspring,
 )
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.experiment.toml import to_toml
 from baldwinlab.parts.lifetimes import Lifetimes, lifetimes_of_run
 from baldwinlab.parts.model_part import LifeResults
+from baldwinlab.simulation.records import make_batch, read_run_arrays
 
 # Parent of an agent without parents.
 NO_PARENT = -1
@@ -290,67 +288,19 @@ class History:
 
     def record(self) -> xr.Dataset:
         """Return the run in its stored form, with the variables of `record_variables`."""
-        genomes = np.stack(list(self._saved_genomes.values()))
-        arrays = {name: self.recorded_values(name) for name in self._records}
-        arrays |= {"energy": self.energy, "parents": self.parents}
-        experiment = self.experiment.replace(evolution={"generations": self.n_generations})
-        declared = variables.record_variables(experiment)
-        attributes = provenance_attributes(experiment, self.seed, self.run)
-        if self.is_stopped:
-            attributes[STOP_ATTRIBUTE] = experiment.at(self.n_generations - 1).evolution.stop
-        dataset = variables.make_dataset(declared, arrays, attributes)
-        _, n_agents, _, n_weights = genomes.shape
-        labelled = dataset.assign_coords(
-            generation=np.arange(self.n_generations, dtype=np.int32),
-            agent=np.arange(n_agents, dtype=np.int32),
-            parent=list(variables.PARENT_NAMES),
-            module=list(self.experiment.modules),
-            weight=np.arange(n_weights, dtype=np.int32),
-            kept_generation=np.array(list(self._saved_genomes), np.int32),
-            **variables.window_coordinates(experiment),
-        )
-        genome_dataset = variables.make_dataset(declared, {"kept_genome": genomes}, attributes={})
-        run_arrays = store_run_arrays(self._run_arrays_before)
-        return labelled.assign({**genome_dataset.data_vars, **run_arrays})
+        return select_record(make_batch([self]), 0)
 
+    @property
+    def recorded_names(self) -> list[str]:
+        """Names of the recorded variables, in the order of their first values."""
+        return list(self._records)
 
-def store_run_arrays(arrays_of_species: SpeciesArrays) -> dict[str, xr.Variable]:
-    """Return the arrays of a run as variables of its record, which `read_run_arrays` reads."""
-    stored = {}
-    for species, arrays in arrays_of_species.items():
-        for key, array in arrays.items():
-            name = f"{variables.RUN_ARRAY_PREFIX}{species}.{key}"
-            dims = [f"{name}_{axis}" for axis in range(array.ndim)]
-            stored[name] = xr.Variable(dims, array)
-    return stored
+    @property
+    def saved_genomes(self) -> Mapping[int, Genome]:
+        """Saved genomes, [agent, module, weight], by generation."""
+        return self._saved_genomes
 
-
-def read_run_arrays(record: xr.Dataset) -> SpeciesArrays:
-    """Return the arrays of the run from before the last generation of a record."""
-    arrays_of_species: SpeciesArrays = {}
-    for name in map(str, record.data_vars):
-        if name.startswith(variables.RUN_ARRAY_PREFIX):
-            species, _, key = name.removeprefix(variables.RUN_ARRAY_PREFIX).partition(".")
-            arrays = arrays_of_species.setdefault(int(species), {})
-            # A record can be read only, and in another byte order.
-            values = record[name].values
-            arrays[key] = values.astype(values.dtype.newbyteorder("="))
-    return arrays_of_species
-
-
-def provenance_attributes(experiment: BaseExperiment, seed: int, run: int) -> dict[str, Any]:
-    """Return the attributes that are required to reproduce a result."""
-    names = [species.name for species in experiment.population.species]
-    species_names = {"species_names": ", ".join(names)} if names else {}
-    return species_names | {
-        "experiment": to_toml(experiment),
-        "condition": experiment.name,
-        "seed": seed,
-        "run": run,
-        "weight_order": variables.describe_weight_order(experiment),
-        "baldwinlab": __version__,
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "numba": numba.__version__,
-        "platform": platform.platform(),
-    }
+    @property
+    def stored_run_arrays(self) -> SpeciesArrays:
+        """Arrays of the run from before the last generation, by species."""
+        return self._run_arrays_before

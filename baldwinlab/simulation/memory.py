@@ -51,6 +51,13 @@ HEADER_BYTES: Final = 2300
 # Maximum size of a variable in a netCDF file of version 3, in bytes.
 MAX_VARIABLE_BYTES: Final = 2**31 - 1
 
+# Limits of a file of records: agent-steps, because a killed process loses the runs that are not yet
+# stored; bytes, because a file is read as a whole; and runs. A batch of fewer runs saves no time.
+MAX_STEPS_PER_FILE: Final = 5_000_000
+MAX_BYTES_PER_FILE: Final = 64 * 2**20
+MAX_RUNS_PER_FILE: Final = 1000
+MIN_RUNS_PER_BATCH: Final = 16
+
 # Experiments, each with its number of runs.
 PlannedRuns = Sequence[tuple[BaseExperiment, int]]
 
@@ -106,6 +113,17 @@ def record_bytes(experiment: BaseExperiment) -> int:
     return sum(variable_bytes(record_variables(experiment), _record_sizes(experiment)).values())
 
 
+def runs_per_file(experiment: BaseExperiment) -> int:
+    """Return the number of runs in a file of records. It is 1 for large runs."""
+    agent_steps = experiment.evolution.generations * experiment.agent_steps
+    n_runs = min(
+        MAX_RUNS_PER_FILE,
+        MAX_STEPS_PER_FILE // agent_steps,
+        MAX_BYTES_PER_FILE // record_bytes(experiment),
+    )
+    return n_runs if n_runs >= MIN_RUNS_PER_BATCH else 1
+
+
 def dataset_bytes(experiment: BaseExperiment) -> int:
     """Return the bytes of a run with the genomes of all generations, as `simulate` returns it."""
     sizes = dimension_sizes(experiment)
@@ -139,10 +157,11 @@ def simulation_bytes(experiment: BaseExperiment, n_worlds: int) -> int:
     return world_bytes + GENOME_COPIES * n_lifetimes * _genome_bytes(experiment)
 
 
-def _batch_bytes(experiment: BaseExperiment, n_worlds: int) -> int:
+def _batch_bytes(experiment: BaseExperiment, n_worlds: int, n_runs: int) -> int:
     """Return the memory for the simulation and the storage of `n_worlds` parallel runs."""
-    # The histories of all runs are in memory, and one record at a time is stored.
-    n_records = n_worlds + STORED_RECORD_COPIES
+    # The histories of all runs are in memory, and one file at a time is stored.
+    n_stored = min(runs_per_file(experiment), n_runs)
+    n_records = max(n_worlds, n_stored) + STORED_RECORD_COPIES * n_stored
     return simulation_bytes(experiment, n_worlds) + n_records * record_bytes(experiment)
 
 
@@ -177,9 +196,13 @@ def estimate_runs(planned: PlannedRuns, workers: int, worlds: int) -> Need:
     total_runs = sum(n_runs for _, n_runs in planned)
     if not total_runs:
         return NO_NEED
-    batch_size = max(1, min(worlds, total_runs // workers))
+    runs_per_worker = max(1, total_runs // workers)
+    batch_size = min(worlds, runs_per_worker)
     tasks = [
-        (_batch_bytes(experiment, min(batch_size, n_runs)), math.ceil(n_runs / batch_size))
+        (
+            _batch_bytes(experiment, min(batch_size, n_runs), min(runs_per_worker, n_runs)),
+            math.ceil(n_runs / batch_size),
+        )
         for experiment, n_runs in planned
         if n_runs
     ]
@@ -189,7 +212,9 @@ def estimate_runs(planned: PlannedRuns, workers: int, worlds: int) -> Need:
     header_bytes = HEADER_BYTES + len(to_toml(first_experiment).encode())
     disk = 0
     for experiment, n_runs in planned:
-        disk += n_runs * (record_bytes(experiment) + header_bytes)
+        runs_of_file = min(runs_per_file(experiment), runs_per_worker)
+        n_files = n_runs if runs_of_file < MIN_RUNS_PER_BATCH else math.ceil(n_runs / runs_of_file)
+        disk += n_runs * record_bytes(experiment) + n_files * header_bytes
         # A study also stores each experiment in a separate file.
         disk += header_bytes
     return Need(ENGINE_BYTES + memory + RUN_BYTES * total_runs, disk)

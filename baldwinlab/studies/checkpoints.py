@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Final, NamedTuple, Self
 
@@ -18,9 +19,12 @@ import xarray as xr
 from baldwinlab.core.errors import ArgumentError
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.simulation.history import History
+from baldwinlab.studies.record_files import assign_runs, condition_folder, list_record_files
 from baldwinlab.studies.records import (
     StudyError,
     encode_record,
+    read_lengths,
+    read_record,
     read_record_file,
     record_path,
     write_in_study,
@@ -117,16 +121,30 @@ def remove_checkpoint(directory: Path, condition: str, run: int) -> None:
     checkpoint_path(directory, condition, run).unlink(missing_ok=True)
 
 
-def runs_to_continue(directory: Path, condition: str, runs: Iterable[int]) -> list[int]:
-    """Return the runs that have a checkpoint or a record, in the order of `runs`."""
-    folder = directory / "runs" / condition
+def count_stored_generations(
+    directory: Path, experiment: BaseExperiment, seed: int, runs: Iterable[int]
+) -> dict[int, int]:
+    """Return the numbers of generations of the runs that have a checkpoint or a record.
+
+    The parameters are those of `read_longest_record`. A damaged file counts as missing.
+    """
+    requested_runs = set(runs)
+    folder = condition_folder(directory, experiment.name)
+    counts: dict[int, int] = {}
+    for file, file_runs in assign_runs(list_record_files(folder)):
+        if requested_runs.isdisjoint(file_runs):
+            continue
+        with suppress(StudyError):
+            lengths = read_lengths(file, experiment, seed)
+            counts |= {run: int(lengths.n_generations[run - file.first]) for run in file_runs}
     file_names = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
-    return [
-        run
-        for run in runs
-        if checkpoint_path(directory, condition, run).name in file_names
-        or record_path(directory, condition, run).name in file_names
-    ]
+    for run in requested_runs:
+        path = checkpoint_path(directory, experiment.name, run)
+        if path.name in file_names:
+            with suppress(StudyError):
+                record = read_record_file(path, experiment, seed, run)
+                counts[run] = max(counts.get(run, 0), record.sizes["generation"])
+    return {run: count for run, count in counts.items() if run in requested_runs}
 
 
 def read_longest_record(
@@ -153,14 +171,14 @@ def read_longest_record(
         The variables of `baldwinlab.core.variables.RECORD_VARIABLES`; None if no generation is
         stored.
     """
-    paths = (
-        checkpoint_path(directory, experiment.name, run),
-        record_path(directory, experiment.name, run),
-    )
+    path = checkpoint_path(directory, experiment.name, run)
     longest: xr.Dataset | None = None
-    for path in paths:
+    for read in (
+        lambda: read_record_file(path, experiment, seed, run),
+        lambda: read_record(directory, experiment, seed, run),
+    ):
         try:
-            record = read_record_file(path, experiment, seed, run)
+            record = read()
         except StudyError:
             continue
         if longest is None or record.sizes["generation"] > longest.sizes["generation"]:

@@ -1,14 +1,14 @@
-"""Records: files that contain one run each, with a checksum and their origin.
+"""Records of runs: reading, verification and writing of the files of a study.
 
-A record is a netCDF file (version 3) at runs/CONDITION/RUN.nc of a study. RUN is the number of the
-run in at least four digits. The condition, seed, run and experiment in a record must match its path
-and its study.
+A file of records is a netCDF file (version 3) with a checksum. It holds one run, or a batch of runs
+(`core.record_batches`). The condition, seed, runs and experiment in a file must match its path and
+its study.
 """
 
 from __future__ import annotations
 
 import errno
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -16,136 +16,56 @@ from typing import Any, Final
 
 import xarray as xr
 
-from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import FileKind, is_local, read_bytes
 from baldwinlab.core.netcdf import (
     DamagedError,
-    decode_attributes,
+    decode_variables,
     from_bytes,
     to_bytes,
     verify_checksum,
 )
 from baldwinlab.core.output_paths import is_study
-from baldwinlab.core.variables import COMMON_RECORD_VARIABLES, RECORD_VARIABLES, as_record
+from baldwinlab.core.record_batches import select_attributes, select_record
+from baldwinlab.core.variables import as_record
 from baldwinlab.experiment import BaseExperiment, ExperimentError
-from baldwinlab.experiment.toml import from_toml
 from baldwinlab.simulation.memory import record_bytes
+from baldwinlab.studies.record_checks import DamagedRecordError, RunLengths, require_content
+from baldwinlab.studies.record_files import (
+    RUN_LIMIT,
+    RecordFile,
+    StudyError,
+    find_record_file,
+    list_stored_runs,
+    record_path,
+)
 
-# Upper bound of the numbers of runs, exclusive.
-RUN_LIMIT: Final = 2**31
-# Codes of the NumPy types of integers and floating-point numbers.
-NUMERIC_KIND_CODES: Final = ("i", "f")
+__all__ = [
+    "RUN_LIMIT",
+    "DamagedRecordError",
+    "StudyError",
+    "encode_record",
+    "read_attributes",
+    "read_lengths",
+    "read_record",
+    "read_record_file",
+    "record_path",
+    "write_in_study",
+    "write_record",
+]
+
 # Maximum size of names, meanings and the experiment in a record, in bytes.
 MAX_HEADER_BYTES: Final = 4 * 2**20
 # Maximum size of a record if its model is not loaded, in bytes.
 # A netCDF variable has at most 2 GiB.
 MAX_RECORD_BYTES: Final = 8 * 2**30
-
-
-class StudyError(BaldwinLabError):
-    """Invalid study: not a study, a different study, or not accessible."""
-
-
-class DamagedRecordError(StudyError):
-    """Damaged record: its content differs from its checksum."""
+# Number of batches in memory. Several threads can read the runs of different batches.
+N_CACHED_BATCHES: Final = 4
 
 
 def encode_record(run: xr.Dataset) -> bytes:
     """Return the bytes of the record of a run."""
     return to_bytes(as_record(run))
-
-
-def require_record_identity(
-    attributes: Mapping[Any, Any], experiment: BaseExperiment, seed: int, run: int
-) -> None:
-    """Raise DamagedRecordError if a record is not of this run, experiment and seed.
-
-    Parameters
-    ----------
-    attributes : mapping
-        Attributes of the record.
-    experiment : BaseExperiment
-        The experiment of the condition.
-    seed : int
-        The seed of the study.
-    run : int
-        The number of the run.
-    """
-    condition = str(attributes.get("condition", ""))
-    stored_seed = str(attributes.get("seed", ""))
-    stored_run = str(attributes.get("run", ""))
-    if (condition, stored_seed, stored_run) != (experiment.name, str(seed), str(run)):
-        origin = "of no study"
-        if condition:
-            origin = f"run {stored_run} of {condition} with seed {stored_seed}"
-        raise DamagedRecordError(
-            f"it is {origin}, and run {run} of {experiment.name} with seed {seed} belongs there"
-        )
-    fields = _parse_fields(str(attributes.get("experiment", "")), type(experiment))
-    if not _is_same_run(fields, experiment.to_dict()):
-        raise DamagedRecordError(
-            f"the experiment that it was made with is not that of {experiment.name} in this study"
-        )
-
-
-def _is_same_run(fields: dict[str, Any], study_fields: dict[str, Any]) -> bool:
-    """Return whether a record has the experiment of its study, possibly with fewer generations."""
-    if fields == study_fields:
-        return True
-    generations = fields["evolution"]["generations"]
-    study_evolution = study_fields["evolution"]
-    if not 1 <= generations < study_evolution["generations"]:
-        return False
-    shortened_evolution = study_evolution | {"generations": generations}
-    return fields == study_fields | {"evolution": shortened_evolution}
-
-
-def require_content(record: xr.Dataset, experiment: BaseExperiment) -> None:
-    """Raise DamagedRecordError if a record lacks variables, generations or agents.
-
-    A record has the number of generations of the experiment in the record. After an extension of
-    the study, it is less than the number of generations of the study.
-    """
-    fields = _parse_fields(str(record.attrs["experiment"]), type(experiment))
-    n_generations = fields["evolution"]["generations"]
-    n_agents = experiment.population.size
-    has_variables = all(_is_declared(name, record) for name in COMMON_RECORD_VARIABLES)
-    if not has_variables or record["energy"].shape != (n_generations, n_agents):
-        raise DamagedRecordError(
-            f"it does not contain the variables of {n_generations} generations of {n_agents} agents"
-        )
-    interval = experiment.record.genome_every
-    expected_generations = [
-        generation
-        for generation in range(n_generations)
-        if generation % interval == 0 or generation == n_generations - 1
-    ]
-    if record["kept_generation"].values.tolist() != expected_generations:
-        raise DamagedRecordError(
-            f"the generations of its genomes are not those of record.genome_every = {interval}"
-        )
-
-
-def _is_declared(name: str, record: xr.Dataset) -> bool:
-    """Return whether a record has a numeric variable with its dimensions and coordinates."""
-    variable = record.get(name)
-    return (
-        variable is not None
-        and variable.dims == RECORD_VARIABLES[name].dims
-        and variable.dtype.kind in NUMERIC_KIND_CODES
-        and {*variable.dims} <= {*record.coords}
-    )
-
-
-@lru_cache(maxsize=64)
-def _parse_fields(text: str, read_as: type[BaseExperiment]) -> dict[str, Any]:
-    """Return the fields of the experiment of a record.
-
-    The experiment is parsed once for all runs of a condition. Its class depends on the loaded
-    parts, so `read_as`, the class of the study's experiment, is a part of the key of the cache.
-    """
-    return from_toml(text, source="its experiment", lenient=True).to_dict()
 
 
 def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int) -> xr.Dataset:
@@ -172,43 +92,90 @@ def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int
     DamagedRecordError
         If the file is damaged. The message contains its path.
     StudyError
-        If the file does not exist or cannot be read.
+        If the run is not stored or its file cannot be read.
     """
-    return read_record_file(record_path(directory, experiment.name, run), experiment, seed, run)
+    file = find_record_file(directory, experiment.name, run)
+    if not file.is_batch:
+        return read_record_file(file.path, experiment, seed, run)
+    batch = _read_batch(file, experiment, seed)
+    # The batch is in a cache, so its arrays must not be changed.
+    return select_record(batch, run - file.first).copy(deep=True)
 
 
 def read_record_file(path: Path, experiment: BaseExperiment, seed: int, run: int) -> xr.Dataset:
-    """Read a file with the format of a record, as `read_record` does."""
-    with _read_bytes(path, experiment) as raw:
-        record = from_bytes(raw)
-        require_record_identity(record.attrs, experiment, seed, run)
-        require_content(record, experiment)
-    return record
+    """Read a file with the format of the record of one run, as `read_record` does."""
+    return _decode_file(RecordFile(path, run, run), experiment, seed)
 
 
 def read_attributes(
     directory: Path, experiment: BaseExperiment, seed: int, run: int
 ) -> dict[str, Any]:
-    """Read the attributes of a record without its arrays. Raises as `read_record` does."""
-    with _read_bytes(record_path(directory, experiment.name, run), experiment) as raw:
-        attributes = decode_attributes(raw)
-        require_record_identity(attributes, experiment, seed, run)
+    """Read the attributes of the record of a run. Raises as `read_record` does."""
+    file = find_record_file(directory, experiment.name, run)
+    if file.is_batch:
+        return select_attributes(_read_batch(file, experiment, seed), run - file.first)
+    with read_verified(file, experiment) as raw:
+        attributes, variables = decode_variables(raw)
+        require_content(attributes, variables, file, experiment, seed)
     return attributes
 
 
-def _max_record_bytes(experiment: BaseExperiment) -> int:
+def read_lengths(file: RecordFile, experiment: BaseExperiment, seed: int) -> RunLengths:
+    """Verify a file of records, and return the lengths of its runs. Raises as `read_record`."""
+    with read_verified(file, experiment) as raw:
+        return require_content(*decode_variables(raw), file, experiment, seed)
+
+
+def _read_batch(file: RecordFile, experiment: BaseExperiment, seed: int) -> xr.Dataset:
+    """Return a batch of records. A local file is read again only if it has changed."""
+    if not is_local(file.path):
+        return _decode_file(file, experiment, seed)
+    try:
+        status = file.path.stat()
+    except OSError as error:
+        raise StudyError(f"{file.path} cannot be read: {error.strerror or error}") from None
+    version = (status.st_mtime_ns, status.st_size)
+    return _read_cached_batch(file, experiment, seed, version)
+
+
+@lru_cache(maxsize=N_CACHED_BATCHES)
+def _read_cached_batch(
+    file: RecordFile, experiment: BaseExperiment, seed: int, version: tuple[int, int]
+) -> xr.Dataset:
+    return _decode_file(file, experiment, seed)
+
+
+def _decode_file(file: RecordFile, experiment: BaseExperiment, seed: int) -> xr.Dataset:
+    """Read and verify a file of one run or of a batch."""
+    with read_verified(file, experiment) as raw:
+        data = from_bytes(raw)
+        require_content(data.attrs, data.variables, file, experiment, seed)
+    return data
+
+
+@lru_cache(maxsize=64)
+def _variable_bytes(experiment: BaseExperiment) -> int:
+    return record_bytes(experiment)
+
+
+def _max_bytes_per_run(experiment: BaseExperiment) -> int:
     """Return the maximum size of a record in bytes: twice its variables, and a header."""
     try:
-        return 2 * record_bytes(experiment) + MAX_HEADER_BYTES
+        return 2 * _variable_bytes(experiment) + MAX_HEADER_BYTES
     except ExperimentError:
         # The model is not loaded.
         return MAX_RECORD_BYTES
 
 
 @contextmanager
-def _read_bytes(path: Path, experiment: BaseExperiment) -> Iterator[bytes]:
-    """Yield the bytes of a record; errors inside the context contain its path."""
-    kind = FileKind(f"a record of {experiment.name}", _max_record_bytes(experiment))
+def read_verified(file: RecordFile, experiment: BaseExperiment) -> Iterator[bytes]:
+    """Yield the bytes of a file of records after a check of its checksum.
+
+    Errors inside the context contain the path.
+    """
+    path = file.path
+    max_bytes = len(file.runs) * _max_bytes_per_run(experiment)
+    kind = FileKind(f"a record of {experiment.name}", max_bytes)
     try:
         try:
             raw = read_bytes(path, kind)
@@ -217,7 +184,7 @@ def _read_bytes(path: Path, experiment: BaseExperiment) -> Iterator[bytes]:
         verify_checksum(raw)
         yield raw
     except FileNotFoundError:
-        n_stored_runs = len(list(stored_runs(path.parent)))
+        n_stored_runs = len(list_stored_runs(path.parent))
         raise StudyError(
             f"{path} does not exist; runs of {experiment.name} that are stored: {n_stored_runs}"
         ) from None
@@ -225,44 +192,6 @@ def _read_bytes(path: Path, experiment: BaseExperiment) -> Iterator[bytes]:
         raise DamagedRecordError(f"{path} is damaged: {error}") from None
     except OSError as error:
         raise StudyError(f"{path} cannot be read: {error.strerror or error}") from None
-
-
-def stored_runs(folder: Path) -> Iterator[int]:
-    """Yield the numbers of the records in the folder of a condition.
-
-    Raises StudyError for a file that ends in .nc without the name of a record. Otherwise the file
-    would be ignored, or confused with another run.
-    """
-    # The names of temporary files start with a dot.
-    for entry in folder.glob("[!.]*.nc"):
-        run = _parse_run_number(entry.stem)
-        if run is None:
-            raise StudyError(f"{entry} has no name of a record: remove it, or change its extension")
-        if entry.name != record_name(run):
-            raise StudyError(
-                f"{entry} has no name of a record; run {run} is stored as "
-                f"{record_name(run)}: remove it, or change its extension"
-            )
-        if is_local(entry) and not entry.is_file():
-            raise StudyError(f"{entry} has the name of a record but is not a file: remove it")
-        yield run
-
-
-def _parse_run_number(text: str) -> int | None:
-    """Return the number of a run, None if the text is not one."""
-    max_digits = len(str(RUN_LIMIT))
-    is_number = text.isascii() and text.isdecimal() and len(text) <= max_digits
-    return int(text) if is_number and int(text) < RUN_LIMIT else None
-
-
-def record_name(run: int) -> str:
-    """Return the file name of the record of a run."""
-    return f"{run:04d}.nc"
-
-
-def record_path(directory: Path, condition: str, run: int) -> Path:
-    """Return the file of the record of a run."""
-    return directory / "runs" / condition / record_name(run)
 
 
 def write_record(directory: Path, condition: str, run: int, record: xr.Dataset) -> None:

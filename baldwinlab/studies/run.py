@@ -7,27 +7,29 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, closing
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
 import xarray as xr
 
-from baldwinlab.core.variables import STOP_ATTRIBUTE
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.history import History
+from baldwinlab.simulation.memory import runs_per_file
 from baldwinlab.simulation.simulate import continue_histories
 from baldwinlab.studies.checkpoints import (
     EVERY_MINUTE,
     Checkpointer,
     Interval,
+    count_stored_generations,
     read_longest_record,
-    remove_checkpoint,
-    runs_to_continue,
 )
 from baldwinlab.studies.executors import THREADS, Executor, available_cores
-from baldwinlab.studies.records import DamagedRecordError, write_record
+from baldwinlab.studies.record_checks import DamagedRecordError, RunLengths
+from baldwinlab.studies.record_files import RecordFile, assign_runs
+from baldwinlab.studies.record_writer import RecordWriter
 from baldwinlab.studies.store import StudyStore
 
 __all__ = [
@@ -81,15 +83,24 @@ class RunTask(NamedTuple):
         if isinstance(self.experiment, Experiment):
             # A batch has a world for each repeat of a lifetime.
             batch_size = max(1, batch_size // self.experiment.lifetime.repeats)
-        for start in range(0, len(self.runs), batch_size):
-            batch_runs = self.runs[start : start + batch_size]
-            self._replace(runs=batch_runs)._simulate_batch(
-                seed, directory, backend, report_progress
-            )
+        writer = RecordWriter(directory, self.experiment)
+        simulate = partial(self._simulate_batch, seed, backend, writer, report_progress)
+        try:
+            for start in range(0, len(self.runs), batch_size):
+                simulate(self.runs[start : start + batch_size])
+        finally:
+            # An interrupted task stores its finished runs.
+            writer.flush()
 
     def _simulate_batch(
-        self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
+        self,
+        seed: int,
+        backend: Backend,
+        writer: RecordWriter,
+        report_progress: Callable[[int], None],
+        runs: Sequence[int],
     ) -> None:
+        directory = writer.directory
         checkpointer = Checkpointer(directory, self.checkpoint_interval)
 
         def after_generation(histories: Sequence[History]) -> None:
@@ -101,23 +112,24 @@ class RunTask(NamedTuple):
                 for history in simulated:
                     # The dataset shares its arrays with the history, which changes later.
                     self.callback(history.dataset().copy(deep=True))
+            for history in simulated:
+                if history.is_complete:
+                    has_checkpoint = self.n_stored > 0 or checkpointer.has_saved
+                    writer.add(history, has_checkpoint=has_checkpoint)
             # The progress includes the generations after a stop, which need no time.
             n_omitted = sum(map(count_omitted_generations, simulated))
             n_done = len(simulated) + n_omitted
             report_progress(n_done * self.agent_steps_per_generation)
-            for history in simulated:
-                if history.is_complete:
-                    write_record(directory, self.experiment.name, history.run, history.record())
-                    if self.n_stored or checkpointer.has_saved:
-                        remove_checkpoint(directory, self.experiment.name, history.run)
 
-        for histories in self._begin_histories(seed, directory):
+        for histories in self._begin_histories(seed, directory, runs):
             continue_histories(histories, backend, after_generation)
 
-    def _begin_histories(self, seed: int, directory: Path) -> list[list[History]]:
-        """Return the histories of the runs, grouped by their numbers of stored generations."""
+    def _begin_histories(
+        self, seed: int, directory: Path, runs: Sequence[int]
+    ) -> list[list[History]]:
+        """Return the histories of runs, grouped by their numbers of stored generations."""
         histories_by_generations: dict[int, list[History]] = {}
-        for run in self.runs:
+        for run in runs:
             record = None
             if self.n_stored:
                 record = read_longest_record(directory, self.experiment, seed, run)
@@ -164,24 +176,34 @@ def find_missing_runs(
     requested_runs = range(study.first_run, study.first_run + runs)
     missing: dict[str, list[int]] = {}
     for condition in study.experiments:
-        stored = set(study.runs(condition))
-        for run in sorted(stored):
-            try:
-                record = study.record(condition, run)
-            except DamagedRecordError as error:
-                damaged_path = study.rename_damaged(condition, run)
-                consequence = f"run {run} is not done again, as --runs is {runs}"
-                if run in requested_runs:
-                    consequence = "the run is done again"
-                log(f"{error}; it is renamed to {damaged_path.name}, and {consequence}")
-                stored.discard(run)
-            else:
-                generations = study.experiments[condition].evolution.generations
-                is_stopped = STOP_ATTRIBUTE in record.attrs
-                if record.sizes["generation"] < generations and not is_stopped:
-                    stored.discard(run)
-        missing[condition] = [run for run in requested_runs if run not in stored]
+        generations = study.experiments[condition].evolution.generations
+        complete: set[int] = set()
+        lengths_of_files = _read_undamaged_files(study, condition, requested_runs, log)
+        for file, file_runs in assign_runs(lengths_of_files):
+            n_generations, is_stopped = lengths_of_files[file]
+            is_complete = (n_generations == generations) | is_stopped
+            complete.update(run for run in file_runs if is_complete[run - file.first])
+        missing[condition] = [run for run in requested_runs if run not in complete]
     return missing
+
+
+def _read_undamaged_files(
+    study: StudyStore, condition: str, requested_runs: range, log: Callable[[str], None]
+) -> dict[RecordFile, RunLengths]:
+    """Rename the damaged files of a condition, and return the lengths of the runs in the others."""
+    lengths = {}
+    for file in study.files(condition):
+        try:
+            lengths[file] = study.lengths(condition, file)
+        except DamagedRecordError as error:
+            damaged_path = study.rename_damaged(file.path)
+            subject, verb = ("its runs", "are") if file.is_batch else (str(file), "is")
+            consequence = f"{subject} {verb} not done again, as --runs is {len(requested_runs)}"
+            if not {*requested_runs}.isdisjoint(file.runs):
+                subject = "its runs" if file.is_batch else "the run"
+                consequence = f"{subject} {verb} done again"
+            log(f"{error}; it is renamed to {damaged_path.name}, and {consequence}")
+    return lengths
 
 
 def plan_tasks(
@@ -195,7 +217,7 @@ def plan_tasks(
     """Divide the missing runs into tasks, with the slow tasks (agents that learn) first.
 
     A task is one batch of `worlds` runs. It has several batches if the number of tasks would exceed
-    `MAX_TASKS`. It is a smaller batch if a worker would have no task.
+    `MAX_TASKS`, or to fill a file of records. It is smaller if a worker would have no task.
 
     Parameters
     ----------
@@ -219,9 +241,13 @@ def plan_tasks(
     """
     total_runs = sum(len(runs) for runs in missing.values())
     batches_per_task = math.ceil(total_runs / (worlds * MAX_TASKS))
-    runs_per_task = max(1, min(worlds * batches_per_task, total_runs // workers))
     tasks = []
     for condition, missing_runs in missing.items():
+        if not missing_runs:
+            continue
+        file_size = runs_per_file(study.experiments[condition])
+        n_files = math.ceil(worlds * batches_per_task / file_size)
+        runs_per_task = max(1, min(n_files * file_size, total_runs // workers))
         groups = _group_by_stored(study, condition, missing_runs)
         for n_stored, runs in groups.items():
             for start in range(0, len(runs), runs_per_task):
@@ -242,13 +268,10 @@ def _group_by_stored(
     """Return the runs by the number of their stored generations that are not simulated again."""
     experiment = study.experiments[condition]
     groups: dict[int, list[int]] = {0: []}
-    runs_with_files = set(runs_to_continue(study.directory, condition, runs))
+    counts = count_stored_generations(study.directory, experiment, study.seed, runs)
     for run in runs:
-        record = None
-        if run in runs_with_files:
-            record = read_longest_record(study.directory, experiment, study.seed, run)
         # The last stored generation is simulated again.
-        n_stored = 0 if record is None else record.sizes["generation"] - 1
+        n_stored = max(0, counts.get(run, 0) - 1)
         groups.setdefault(n_stored, []).append(run)
     return groups
 
@@ -333,9 +356,12 @@ def _count_omitted_steps(study: StudyStore, tasks: Sequence[RunTask]) -> int:
         if not task.experiment.may_stop:
             continue
         condition = task.experiment.name
-        for run in set(task.runs) & set(study.runs(condition)):
-            record = study.record(condition, run)
-            if STOP_ATTRIBUTE in record.attrs:
-                missing = task.experiment.evolution.generations - record.sizes["generation"]
-                n_omitted += missing * task.agent_steps_per_generation
+        generations = task.experiment.evolution.generations
+        task_runs = set(task.runs)
+        for file, file_runs in assign_runs(study.files(condition)):
+            indices = [run - file.first for run in file_runs if run in task_runs]
+            if indices:
+                n_generations, is_stopped = study.lengths(condition, file)
+                missing = (generations - n_generations)[indices] * is_stopped[indices]
+                n_omitted += int(missing.sum()) * task.agent_steps_per_generation
     return n_omitted

@@ -5,6 +5,7 @@
     DIR/parts/sense-poison.py                   source of a third-party part: see `part_sources`
     DIR/runs/evo+self-taught/B/experiment.toml  all settings of a condition
     DIR/runs/evo+self-taught/B/0007.nc          record of a run: netCDF with a checksum
+    DIR/runs/evo+self-taught/B/0000-0999.nc     records of many small runs
     DIR/sessions.jsonl                          time, speed and executor of each session
 
 Every file is written under a temporary name and then renamed. A reader therefore never sees a
@@ -44,12 +45,20 @@ from baldwinlab.core.variables import as_run, without_run_arrays
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.studies import part_sources
-from baldwinlab.studies.records import (
+from baldwinlab.studies.record_checks import RunLengths
+from baldwinlab.studies.record_files import (
+    RecordFile,
     StudyError,
+    assign_runs,
+    condition_folder,
+    find_record_file,
+    list_record_files,
+    list_stored_runs,
+)
+from baldwinlab.studies.records import (
     read_attributes,
+    read_lengths,
     read_record,
-    record_path,
-    stored_runs,
     write_record,
 )
 from baldwinlab.studies.study_file import (
@@ -164,16 +173,25 @@ class StudyStore:
         )
 
     def path(self, condition: str, run: int) -> Path:
-        """Return the file of a run."""
-        return record_path(self.directory, condition, run)
+        """Return the file that holds a run, or that would hold it alone."""
+        return find_record_file(self.directory, condition, run).path
+
+    def files(self, condition: str) -> list[RecordFile]:
+        """Return the files of records in the order of their runs; they may be damaged."""
+        files = list_record_files(condition_folder(self.directory, condition))
+        return sorted(files, key=lambda file: (file.first, file.last))
 
     def runs(self, condition: str) -> list[int]:
         """Return the numbers of the stored runs; their files may be damaged."""
-        return sorted(stored_runs(self.directory / "runs" / condition))
+        return list_stored_runs(condition_folder(self.directory, condition))
+
+    def lengths(self, condition: str, file: RecordFile) -> RunLengths:
+        """Verify a file of records, and return the lengths of its runs. Raises as `record`."""
+        return read_lengths(file, self.experiment(condition), self.seed)
 
     def require_runs(self) -> None:
         """Raise StudyError if no run is stored yet."""
-        if not any(self.runs(condition) for condition in self.experiments):
+        if not any(self.files(condition) for condition in self.experiments):
             raise StudyError(
                 f"{self.directory} holds no finished run yet; the command that made it carries on"
             )
@@ -227,9 +245,8 @@ class StudyStore:
         """Read the attributes of a record without its arrays. Raises as `record` does."""
         return read_attributes(self.directory, self.experiment(condition), self.seed, run)
 
-    def rename_damaged(self, condition: str, run: int) -> Path:
-        """Rename a damaged record to *.damaged and return the new path."""
-        path = self.path(condition, run)
+    def rename_damaged(self, path: Path) -> Path:
+        """Rename a damaged file to *.damaged and return the new path."""
         damaged = path.with_name(f"{path.name}.damaged")
         if is_local(path):
             require_inside_study(damaged)
@@ -241,7 +258,11 @@ class StudyStore:
         return damaged
 
     def sweep(self) -> None:
-        """Remove the temporary files of killed processes."""
+        """Remove the temporary files of killed processes, and files without a valid run."""
+        for condition in self.experiments:
+            for file, runs in assign_runs(self.files(condition)):
+                if not runs:
+                    file.path.unlink(missing_ok=True)
         if not is_local(self.directory):
             return
         for leftover in self.directory.rglob(f".*{PARTIAL_SUFFIX}"):

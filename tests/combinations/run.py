@@ -20,7 +20,7 @@ from baldwinlab.engine import poison
 from baldwinlab.evolution import GenerationKey, fitness
 from baldwinlab.models import make_simulator
 from baldwinlab.parts.lifetimes import lifetimes_of_run
-from baldwinlab.simulation.history import read_run_arrays
+from baldwinlab.simulation.records import read_run_arrays
 from baldwinlab.simulation.replay import recompute_genomes
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.combinations.draw import Settings, find_accepted_experiment

@@ -1,0 +1,119 @@
+"""Batches of records: the records of several runs of a condition in one dataset.
+
+Every variable of a record has the additional first dimension `run` in a batch. The attributes and
+the labels of agents, parents, modules and weights are shared. Runs can differ in their numbers of
+generations: shorter runs are padded, and these variables state the valid part:
+
+    n_generations(run)                       number of simulated generations
+    kept_generations(run, kept_generation)   generations with stored genomes, padded with -1
+    stopped_by(run)                          stop part that ended the run, "" for none; only in
+                                             batches with a stopped run
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Hashable, Mapping
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
+
+RUN_DIM: Final = "run"
+KEPT_GENERATIONS: Final = "kept_generations"
+# Variables of a batch that are not in the records of its runs.
+_BATCH_VARIABLES: Final = (GENERATION_COUNT, KEPT_GENERATIONS, STOP_ATTRIBUTE)
+# The number of generations in the TOML text of an experiment.
+_GENERATIONS_PATTERN: Final = re.compile(r"(^\[evolution\]$.*?^generations = )\d+", re.M | re.S)
+
+
+def replace_generations(text: str, n_generations: int) -> str:
+    """Return the TOML text of an experiment with another number of generations."""
+    return _GENERATIONS_PATTERN.sub(rf"\g<1>{n_generations}", text, count=1)
+
+
+def select_attributes(batch: xr.Dataset, index: int) -> dict[str, Any]:
+    """Return the attributes of the record of one run of a batch.
+
+    Parameters
+    ----------
+    batch : xarray.Dataset
+        A batch of records.
+    index : int
+        Index of the run in the batch.
+    """
+    attributes: dict[str, Any] = {}
+    for name, value in batch.attrs.items():
+        attributes[str(name)] = value
+        # The number of the run follows the seed, as in the record of one run.
+        if name == "seed":
+            attributes[RUN_DIM] = int(batch[RUN_DIM].values[index])
+    n_generations = int(batch[GENERATION_COUNT].values[index])
+    attributes["experiment"] = replace_generations(attributes["experiment"], n_generations)
+    if stop := list_stops(batch)[index]:
+        attributes[STOP_ATTRIBUTE] = stop
+    return attributes
+
+
+def list_stops(batch: xr.Dataset) -> list[str]:
+    """Return the stop part that ended each run of a batch, "" for none."""
+    if STOP_ATTRIBUTE not in batch:
+        return [""] * batch.sizes[RUN_DIM]
+    stops: list[str] = batch[STOP_ATTRIBUTE].values.astype(str).tolist()
+    return stops
+
+
+def select_record(batch: xr.Dataset, index: int) -> xr.Dataset:
+    """Return the record of one run of a batch. It shares its arrays with the batch.
+
+    Parameters
+    ----------
+    batch : xarray.Dataset
+        A batch of records.
+    index : int
+        Index of the run in the batch.
+    """
+    kept_generations = batch[KEPT_GENERATIONS].values[index]
+    kept_generations = kept_generations[kept_generations >= 0]
+    valid = {
+        RUN_DIM: index,
+        "generation": slice(int(batch[GENERATION_COUNT].values[index])),
+        "kept_generation": slice(len(kept_generations)),
+    }
+    per_run = {
+        name: _select_valid(variable, valid)
+        for name, variable in batch.variables.items()
+        if name in batch.data_vars and name not in _BATCH_VARIABLES
+    }
+    coordinates: dict[Hashable, Any] = {
+        name: _select_valid(batch.variables[name], valid)
+        for name in batch.coords
+        if name != RUN_DIM
+    }
+    # The order of the variables is the order of the file of one run, so both have equal bytes.
+    names = list(per_run)
+    first_genome = names.index("kept_genome")
+    record = xr.Dataset(
+        {name: per_run[name] for name in names[:first_genome]}, attrs=select_attributes(batch, index)
+    )
+    record = record.assign_coords(_insert_kept_generation(coordinates, kept_generations))
+    return record.assign({name: per_run[name] for name in names[first_genome:]})
+
+
+def _select_valid(variable: xr.Variable, valid: Mapping[str, Any]) -> xr.Variable:
+    return variable.isel({dim: valid[str(dim)] for dim in variable.dims if dim in valid})
+
+
+def _insert_kept_generation(
+    coordinates: Mapping[Hashable, Any], kept_generations: npt.NDArray[np.int32]
+) -> dict[Hashable, Any]:
+    """Return the coordinates of a record with the generations of its genomes after the weights."""
+    ordered: dict[Hashable, Any] = {}
+    for name, values in coordinates.items():
+        ordered[name] = values
+        if name == "weight":
+            ordered["kept_generation"] = ("kept_generation", kept_generations)
+    return ordered

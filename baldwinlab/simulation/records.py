@@ -1,0 +1,205 @@
+"""Records of histories: the stored form of runs, one run or a batch of runs."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Hashable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numba
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from baldwinlab._version import __version__
+from baldwinlab.core import variables
+from baldwinlab.core.record_batches import KEPT_GENERATIONS, RUN_DIM, replace_generations
+from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
+from baldwinlab.evolution.species_breeding import SpeciesArrays
+from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment.toml import to_toml
+
+if TYPE_CHECKING:
+    from baldwinlab.simulation.history import History
+
+# A generation without stored genomes, in the padding of a batch.
+NO_GENERATION = -1
+
+
+def make_batch(histories: Sequence[History]) -> xr.Dataset:
+    """Return the records of several histories as one dataset: see `core.record_batches`.
+
+    Parameters
+    ----------
+    histories : sequence of History
+        Histories with equal `batch_key`, each with at least one generation.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `record_variables` with the additional first dimension `run`. The batch of
+        one history shares its arrays with the history.
+    """
+    longest = max(histories, key=lambda history: history.n_generations)
+    experiment = _shorten(longest)
+    declared = variables.record_variables(experiment)
+    attributes = _shared_attributes(experiment, longest.seed)
+
+    def stack(values: Callable[[History], npt.NDArray[Any]], fill: int = 0) -> npt.NDArray[Any]:
+        return _stack_padded([values(history) for history in histories], fill)
+
+    data: dict[Hashable, Any] = {}
+
+    def add(name: str, array: npt.NDArray[Any]) -> None:
+        dims, dtype, unit, meaning = declared[name]
+        meanings = {"units": unit, "long_name": meaning}
+        data[name] = ((RUN_DIM, *dims), np.asarray(array, dtype), meanings)
+
+    for name in longest.recorded_names:
+        add(name, stack(lambda history, name=name: history.recorded_values(name)))
+    add("energy", stack(lambda history: history.energy))
+    add("parents", stack(lambda history: history.parents))
+    genomes = stack(lambda history: np.stack(list(history.saved_genomes.values())))
+    add("kept_genome", genomes)
+    data |= _stack_run_arrays([history.stored_run_arrays for history in histories])
+    counts = np.array([history.n_generations for history in histories], np.int32)
+    data[GENERATION_COUNT] = (RUN_DIM, counts)
+    kept = stack(lambda history: np.array(list(history.saved_genomes), np.int32), NO_GENERATION)
+    data[KEPT_GENERATIONS] = ((RUN_DIM, "kept_generation"), kept)
+    if any(history.is_stopped for history in histories):
+        data[STOP_ATTRIBUTE] = (RUN_DIM, [name_stop(history) for history in histories])
+    *_, n_agents, _, n_weights = genomes.shape
+    coordinates: dict[str, Any] = {
+        RUN_DIM: np.array([history.run for history in histories], np.int32),
+        "generation": np.arange(longest.n_generations, dtype=np.int32),
+        "agent": np.arange(n_agents, dtype=np.int32),
+        "parent": list(variables.PARENT_NAMES),
+        "module": list(experiment.modules),
+        "weight": np.arange(n_weights, dtype=np.int32),
+        **variables.window_coordinates(experiment),
+    }
+    return xr.Dataset(data, coordinates, attributes)
+
+
+def _stack_padded(arrays: Sequence[npt.NDArray[Any]], fill: int) -> npt.NDArray[Any]:
+    """Stack arrays that can differ in the size of their first dimension."""
+    lengths = {len(array) for array in arrays}
+    if len(lengths) == 1:
+        return _stack(arrays)
+    shape = (len(arrays), max(lengths), *arrays[0].shape[1:])
+    padded = np.full(shape, fill, arrays[0].dtype)
+    for row, array in zip(padded, arrays, strict=True):
+        row[: len(array)] = array
+    return padded
+
+
+def _stack(arrays: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+    """Stack arrays of equal shape. A single array is not copied, because a run can be large."""
+    return arrays[0][None] if len(arrays) == 1 else np.stack(arrays)
+
+
+def _stack_run_arrays(arrays_of_runs: Sequence[SpeciesArrays]) -> dict[Hashable, Any]:
+    """Return the arrays of the runs as variables of a batch, which `read_run_arrays` reads."""
+    stacked: dict[Hashable, Any] = {}
+    for species, arrays in arrays_of_runs[0].items():
+        for key, array in arrays.items():
+            name = f"{variables.RUN_ARRAY_PREFIX}{species}.{key}"
+            dims = [f"{name}_{axis}" for axis in range(array.ndim)]
+            values = _stack([run_arrays[species][key] for run_arrays in arrays_of_runs])
+            stacked[name] = ((RUN_DIM, *dims), values)
+    return stacked
+
+
+def read_run_arrays(record: xr.Dataset) -> SpeciesArrays:
+    """Return the arrays of the run from before the last generation of a record."""
+    arrays_of_species: SpeciesArrays = {}
+    for name in map(str, record.data_vars):
+        if name.startswith(variables.RUN_ARRAY_PREFIX):
+            species, _, key = name.removeprefix(variables.RUN_ARRAY_PREFIX).partition(".")
+            arrays = arrays_of_species.setdefault(int(species), {})
+            # A record can be read only, and in another byte order.
+            values = record[name].values
+            arrays[key] = values.astype(values.dtype.newbyteorder("="))
+    return arrays_of_species
+
+
+def name_stop(history: History) -> str:
+    """Return the name of the part that stopped a run, "" if none did."""
+    if not history.is_stopped:
+        return ""
+    return str(history.experiment.at(history.n_generations - 1).evolution.stop)
+
+
+def _shorten(history: History) -> BaseExperiment:
+    """Return the experiment of a history with its number of generations."""
+    return history.experiment.replace(evolution={"generations": history.n_generations})
+
+
+class _Layout(NamedTuple):
+    """The properties of a record that depend on the number of generations."""
+
+    # The text of the experiment without its number of generations.
+    text: str
+    declared: tuple[tuple[str, variables.Variable], ...]
+
+
+class BatchKeys:
+    """Keys of histories of one condition. Histories with equal keys can be in one batch."""
+
+    def __init__(self) -> None:
+        self._layouts: dict[int, _Layout] = {}
+
+    def key(self, history: History) -> Hashable:
+        """Return the key of a history: types and shapes of its arrays, and shared attributes."""
+        layout = self._layouts.get(history.n_generations)
+        if layout is None:
+            layout = self._layouts[history.n_generations] = _make_layout(history)
+        recorded = [history.recorded_values(name) for name in history.recorded_names]
+        genome = next(iter(history.saved_genomes.values()))
+        run_arrays = [
+            (species, key, array.shape, array.dtype)
+            for species, arrays in history.stored_run_arrays.items()
+            for key, array in arrays.items()
+        ]
+        # A netCDF dimension of size 0 can only be the first one.
+        has_empty_array = any(0 in shape for _, _, shape, _ in run_arrays)
+        return (
+            layout,
+            history.run if has_empty_array else None,
+            tuple(history.recorded_names),
+            tuple((array.shape[1:], array.dtype) for array in (*recorded, genome)),
+            tuple(run_arrays),
+        )
+
+
+def _make_layout(history: History) -> _Layout:
+    experiment = _shorten(history)
+    text = replace_generations(to_toml(experiment), 0)
+    return _Layout(text, tuple(variables.record_variables(experiment).items()))
+
+
+def _shared_attributes(experiment: BaseExperiment, seed: int) -> dict[str, Any]:
+    """Return the attributes of a batch: those that are required to reproduce its runs."""
+    names = [species.name for species in experiment.population.species]
+    species_names = {"species_names": ", ".join(names)} if names else {}
+    return species_names | {
+        "experiment": to_toml(experiment),
+        "condition": experiment.name,
+        "seed": seed,
+        "weight_order": variables.describe_weight_order(experiment),
+        "baldwinlab": __version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "numba": numba.__version__,
+        "platform": platform.platform(),
+    }
+
+
+def provenance_attributes(experiment: BaseExperiment, seed: int, run: int) -> dict[str, Any]:
+    """Return the attributes that are required to reproduce a result."""
+    attributes: dict[str, Any] = {}
+    for name, value in _shared_attributes(experiment, seed).items():
+        attributes[name] = value
+        if name == "seed":
+            attributes[RUN_DIM] = run
+    return attributes

@@ -1,0 +1,188 @@
+"""Files of records: names, numbers of runs, and the runs that each file holds.
+
+A file holds one run, runs/CONDITION/RUN.nc, or a batch of consecutive runs,
+runs/CONDITION/FIRST-LAST.nc. The numbers have at least four digits. The list of the files is the
+only index of the runs.
+
+Two files can hold the same run: two processes have written it, an extension has continued it, or a
+migration was interrupted. The narrower file is valid then. A run is therefore only written again
+into a file that is not wider than the file that holds it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from baldwinlab.core.errors import BaldwinLabError
+from baldwinlab.core.files import is_local
+from baldwinlab.simulation.memory import MAX_RUNS_PER_FILE
+
+# Upper bound of the numbers of runs, exclusive.
+RUN_LIMIT: Final = 2**31
+_NAME_PATTERN: Final = re.compile(r"([0-9]{1,10})(?:-([0-9]{1,10}))?\.nc")
+
+
+class StudyError(BaldwinLabError):
+    """Invalid study: not a study, a different study, or not accessible."""
+
+
+class RecordFile(NamedTuple):
+    """A file of records.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    first : int
+        Number of its first run.
+    last : int
+        Number of its last run.
+    """
+
+    path: Path
+    first: int
+    last: int
+
+    @property
+    def runs(self) -> range:
+        """Numbers of the runs in the file."""
+        return range(self.first, self.last + 1)
+
+    @property
+    def is_batch(self) -> bool:
+        """Whether the file has the form of a batch. The file of one run has another form."""
+        return self.last > self.first
+
+    def __str__(self) -> str:
+        return f"runs {self.first} to {self.last}" if self.is_batch else f"run {self.first}"
+
+
+class StoredRuns(NamedTuple):
+    """A file of records, and its runs that no narrower file holds."""
+
+    file: RecordFile
+    runs: Sequence[int]
+
+
+def record_name(first: int, last: int | None = None) -> str:
+    """Return the name of the file of a run, or of the runs from `first` to `last`."""
+    if last is None or last == first:
+        return f"{first:04d}.nc"
+    return f"{first:04d}-{last:04d}.nc"
+
+
+def condition_folder(directory: Path, condition: str) -> Path:
+    """Return the folder with the records of a condition."""
+    return directory / "runs" / condition
+
+
+def record_path(directory: Path, condition: str, run: int) -> Path:
+    """Return the file of a run that is stored alone."""
+    return condition_folder(directory, condition) / record_name(run)
+
+
+def list_record_files(folder: Path) -> list[RecordFile]:
+    """Return the files of records in the folder of a condition.
+
+    Raises StudyError for a file that ends in .nc without the name of a record. Otherwise the file
+    would be ignored, or confused with another run.
+    """
+    try:
+        # The names of temporary files start with a dot.
+        entries = [
+            entry
+            for entry in folder.iterdir()
+            if entry.name.endswith(".nc") and not entry.name.startswith(".")
+        ]
+    except (FileNotFoundError, NotADirectoryError):
+        return []
+    return [_parse_file(entry) for entry in entries]
+
+
+def _parse_file(path: Path) -> RecordFile:
+    match = _NAME_PATTERN.fullmatch(path.name)
+    remedy = "remove it, or change its extension"
+    if match is None:
+        raise StudyError(f"{path} has no name of a record: {remedy}")
+    first = int(match[1])
+    last = first if match[2] is None else int(match[2])
+    if max(first, last) >= RUN_LIMIT:
+        raise StudyError(f"{path} has no name of a record: {remedy}")
+    is_valid_range = match[2] is None or first < last < first + MAX_RUNS_PER_FILE
+    if not is_valid_range:
+        raise StudyError(
+            f"{path} has no name of a record: a file holds 2 to {MAX_RUNS_PER_FILE} consecutive "
+            f"runs; {remedy}"
+        )
+    if path.name != record_name(first, last):
+        raise StudyError(
+            f"{path} has no name of a record; {RecordFile(path, first, last)} is stored as "
+            f"{record_name(first, last)}: {remedy}"
+        )
+    if is_local(path) and not path.is_file():
+        raise StudyError(f"{path} has the name of a record but is not a file: remove it")
+    return RecordFile(path, first, last)
+
+
+def assign_runs(files: Iterable[RecordFile]) -> list[StoredRuns]:
+    """Return the files with the runs that they hold, in the order of their first run.
+
+    A run that is in several files belongs to the narrowest. A file can hold no run.
+    """
+    ordered = sorted(files, key=lambda file: file.first)
+    is_disjoint = all(
+        previous.last < file.first for previous, file in zip(ordered, ordered[1:], strict=False)
+    )
+    if is_disjoint:
+        return [StoredRuns(file, file.runs) for file in ordered]
+    assigned: set[int] = set()
+    stored = []
+    for file in sorted(ordered, key=lambda file: (len(file.runs), file.first)):
+        runs = [run for run in file.runs if run not in assigned]
+        assigned.update(runs)
+        stored.append(StoredRuns(file, runs))
+    return sorted(stored, key=lambda entry: entry.file.first)
+
+
+def list_stored_runs(folder: Path) -> list[int]:
+    """Return the sorted numbers of the stored runs of a condition."""
+    return sorted({run for file in list_record_files(folder) for run in file.runs})
+
+
+def find_record_file(directory: Path, condition: str, run: int) -> RecordFile:
+    """Return the file that holds a run, or the file that would hold it alone."""
+    path = record_path(directory, condition, run)
+    single = RecordFile(path, run, run)
+    if path.exists():
+        return single
+    batches = [
+        file
+        for file in list_record_files(path.parent)
+        if file.first <= run <= file.last and file.is_batch
+    ]
+    return min(batches, key=lambda file: (len(file.runs), file.first), default=single)
+
+
+def split_runs(runs: Sequence[int], holders: Sequence[StoredRuns]) -> Iterator[list[int]]:
+    """Yield the sorted runs in groups of consecutive runs that one file, or no file, holds.
+
+    Parameters
+    ----------
+    runs : sequence of int
+        Numbers of runs.
+    holders : sequence of StoredRuns
+        The files of the condition.
+    """
+    holder_of_run = {run: entry.file for entry in holders for run in entry.runs}
+    group: list[int] = []
+    for run in sorted(runs):
+        is_next = group and run == group[-1] + 1
+        if group and not (is_next and holder_of_run.get(run) == holder_of_run.get(group[-1])):
+            yield group
+            group = []
+        group.append(run)
+    if group:
+        yield group
