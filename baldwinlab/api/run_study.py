@@ -28,7 +28,7 @@ from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies.checkpoints import Interval
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS, Executor
-from baldwinlab.studies.records import RUN_LIMIT
+from baldwinlab.studies.record_files import RUN_LIMIT, condition_folder, list_stored_runs
 from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
 
@@ -224,7 +224,7 @@ def _require_resources(request: StudyRequest, execution: ExecutionPlan, force: b
 
 
 def count_missing_runs(request: StudyRequest, condition: str) -> int:
-    """Return the number of runs of a condition that have no file.
+    """Return the number of runs of a condition that are in no file.
 
     Parameters
     ----------
@@ -240,8 +240,8 @@ def count_missing_runs(request: StudyRequest, condition: str) -> int:
     """
     if not is_study(request.directory):
         return request.runs
-    n_files = len(list((request.directory / "runs" / condition).glob("*.nc")))
-    return max(0, request.runs - n_files)
+    runs = set(range(request.first_run, request.first_run + request.runs))
+    return len(runs.difference(list_stored_runs(condition_folder(request.directory, condition))))
 
 
 def _open_or_create(request: StudyRequest) -> StudyStore:

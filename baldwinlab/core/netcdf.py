@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import re
+from collections.abc import Hashable
 from typing import Any
 
 import xarray as xr
@@ -51,7 +52,7 @@ def stored_checksum(head: bytes) -> str:
     return match.group(1).decode() if match else ""
 
 
-def decode_variables(raw: bytes) -> tuple[dict[str, Any], dict[str, xr.Variable]]:
+def decode_variables(raw: bytes) -> tuple[dict[str, Any], dict[Hashable, xr.Variable]]:
     """Return the attributes and the variables as they are stored, without their decoding.
 
     This is much faster than `from_bytes` for a small file. Raises DamagedError as `from_bytes`
@@ -60,7 +61,9 @@ def decode_variables(raw: bytes) -> tuple[dict[str, Any], dict[str, xr.Variable]
     _require_no_rows(raw)
     try:
         file = netcdf_file(io.BytesIO(raw), mmap=False)
-        attributes = {name: _decode_value(value) for name, value in file._attributes.items()}
+        attributes = {
+            name: _decode_value(value) for name, value in vars(file)["_attributes"].items()
+        }
         variables = {
             name: xr.Variable(variable.dimensions, variable.data)
             for name, variable in file.variables.items()

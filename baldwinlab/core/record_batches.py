@@ -93,11 +93,12 @@ def select_record(batch: xr.Dataset, index: int) -> xr.Dataset:
         for name in batch.coords
         if name != RUN_DIM
     }
-    # The order of the variables is the order of the file of one run, so both have equal bytes.
+    # With this order of variables, the file of a history has the bytes of earlier versions.
     names = list(per_run)
     first_genome = names.index("kept_genome")
     record = xr.Dataset(
-        {name: per_run[name] for name in names[:first_genome]}, attrs=select_attributes(batch, index)
+        {name: per_run[name] for name in names[:first_genome]},
+        attrs=select_attributes(batch, index),
     )
     record = record.assign_coords(_insert_kept_generation(coordinates, kept_generations))
     return record.assign({name: per_run[name] for name in names[first_genome:]})

@@ -53,7 +53,7 @@ def load_run_curves(lab: Lab, name: str, condition: str, measure: str) -> bytes:
 
     study = find_study(lab, name)
     find_condition(study, condition)
-    record_paths = [study.path(condition, run) for run in study.runs(condition)]
+    record_paths = [file.path for file in study.files(condition)]
     versions = _read_file_versions(lab, record_paths)
     return lab.cache.get(
         ("runs", study.directory, condition, measure, versions),

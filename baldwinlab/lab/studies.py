@@ -123,7 +123,7 @@ def load_typical_run(lab: Lab, name: str, condition: str) -> bytes:
     """
     study = find_study(lab, name)
     find_condition(study, condition)
-    record_paths = [study.path(condition, run) for run in study.runs(condition)]
+    record_paths = [file.path for file in study.files(condition)]
     if not record_paths:
         raise MissingError(f"{study.directory} has no run of {condition}")
     for path in record_paths:
@@ -152,11 +152,7 @@ def load_results(lab: Lab, name: str) -> bytes:
     from baldwinlab.api.publish import lab_results, results_cache
 
     study = find_study(lab, name)
-    record_paths = [
-        study.path(condition, run)
-        for condition in study.experiments
-        for run in study.runs(condition)
-    ]
+    record_paths = [file.path for condition in study.experiments for file in study.files(condition)]
     claims_path = study.directory / CLAIMS_FILE
     cache_path = study.directory / results_cache.CACHE_FILE
     sweep_path = study.directory / sweeps.SWEEP_FILE_NAME

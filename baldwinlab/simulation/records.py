@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Hashable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
 
 import numba
 import numpy as np
@@ -15,23 +15,48 @@ from baldwinlab._version import __version__
 from baldwinlab.core import variables
 from baldwinlab.core.record_batches import KEPT_GENERATIONS, RUN_DIM, replace_generations
 from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
+from baldwinlab.evolution import Genome
 from baldwinlab.evolution.species_breeding import SpeciesArrays
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.toml import to_toml
-
-if TYPE_CHECKING:
-    from baldwinlab.simulation.history import History
 
 # A generation without stored genomes, in the padding of a batch.
 NO_GENERATION = -1
 
 
-def make_batch(histories: Sequence[History]) -> xr.Dataset:
+class RecordedRun(Protocol):
+    """The properties of a history that its record contains: see `History`."""
+
+    experiment: BaseExperiment
+    seed: int
+    run: int
+    n_generations: int
+    is_stopped: bool
+
+    @property
+    def recorded_names(self) -> Sequence[str]: ...
+
+    def recorded_values(self, name: str) -> npt.NDArray[Any]: ...
+
+    @property
+    def energy(self) -> npt.NDArray[np.float64]: ...
+
+    @property
+    def parents(self) -> npt.NDArray[np.int32]: ...
+
+    @property
+    def saved_genomes(self) -> Mapping[int, Genome]: ...
+
+    @property
+    def stored_run_arrays(self) -> SpeciesArrays: ...
+
+
+def make_batch(histories: Sequence[RecordedRun]) -> xr.Dataset:
     """Return the records of several histories as one dataset: see `core.record_batches`.
 
     Parameters
     ----------
-    histories : sequence of History
+    histories : sequence of RecordedRun
         Histories with equal `batch_key`, each with at least one generation.
 
     Returns
@@ -45,7 +70,7 @@ def make_batch(histories: Sequence[History]) -> xr.Dataset:
     declared = variables.record_variables(experiment)
     attributes = _shared_attributes(experiment, longest.seed)
 
-    def stack(values: Callable[[History], npt.NDArray[Any]], fill: int = 0) -> npt.NDArray[Any]:
+    def stack(values: Callable[[RecordedRun], npt.NDArray[Any]], fill: int = 0) -> npt.NDArray[Any]:
         return _stack_padded([values(history) for history in histories], fill)
 
     data: dict[Hashable, Any] = {}
@@ -56,7 +81,7 @@ def make_batch(histories: Sequence[History]) -> xr.Dataset:
         data[name] = ((RUN_DIM, *dims), np.asarray(array, dtype), meanings)
 
     for name in longest.recorded_names:
-        add(name, stack(lambda history, name=name: history.recorded_values(name)))
+        add(name, _stack_padded([history.recorded_values(name) for history in histories], fill=0))
     add("energy", stack(lambda history: history.energy))
     add("parents", stack(lambda history: history.parents))
     genomes = stack(lambda history: np.stack(list(history.saved_genomes.values())))
@@ -64,8 +89,8 @@ def make_batch(histories: Sequence[History]) -> xr.Dataset:
     data |= _stack_run_arrays([history.stored_run_arrays for history in histories])
     counts = np.array([history.n_generations for history in histories], np.int32)
     data[GENERATION_COUNT] = (RUN_DIM, counts)
-    kept = stack(lambda history: np.array(list(history.saved_genomes), np.int32), NO_GENERATION)
-    data[KEPT_GENERATIONS] = ((RUN_DIM, "kept_generation"), kept)
+    saved = stack(lambda history: np.array(list(history.saved_genomes), np.int32), NO_GENERATION)
+    data[KEPT_GENERATIONS] = ((RUN_DIM, "kept_generation"), saved)
     if any(history.is_stopped for history in histories):
         data[STOP_ATTRIBUTE] = (RUN_DIM, [name_stop(history) for history in histories])
     *_, n_agents, _, n_weights = genomes.shape
@@ -123,14 +148,14 @@ def read_run_arrays(record: xr.Dataset) -> SpeciesArrays:
     return arrays_of_species
 
 
-def name_stop(history: History) -> str:
+def name_stop(history: RecordedRun) -> str:
     """Return the name of the part that stopped a run, "" if none did."""
     if not history.is_stopped:
         return ""
     return str(history.experiment.at(history.n_generations - 1).evolution.stop)
 
 
-def _shorten(history: History) -> BaseExperiment:
+def _shorten(history: RecordedRun) -> BaseExperiment:
     """Return the experiment of a history with its number of generations."""
     return history.experiment.replace(evolution={"generations": history.n_generations})
 
@@ -149,7 +174,7 @@ class BatchKeys:
     def __init__(self) -> None:
         self._layouts: dict[int, _Layout] = {}
 
-    def key(self, history: History) -> Hashable:
+    def key(self, history: RecordedRun) -> Hashable:
         """Return the key of a history: types and shapes of its arrays, and shared attributes."""
         layout = self._layouts.get(history.n_generations)
         if layout is None:
@@ -172,7 +197,7 @@ class BatchKeys:
         )
 
 
-def _make_layout(history: History) -> _Layout:
+def _make_layout(history: RecordedRun) -> _Layout:
     experiment = _shorten(history)
     text = replace_generations(to_toml(experiment), 0)
     return _Layout(text, tuple(variables.record_variables(experiment).items()))

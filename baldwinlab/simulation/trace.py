@@ -21,8 +21,8 @@ from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.species import make_species_batch
 from baldwinlab.models.miniworld.state import HEADING_COUNT
 from baldwinlab.models.miniworld.world_layout import agents_of_world
-from baldwinlab.simulation.records import provenance_attributes
 from baldwinlab.simulation.recorder import Series, SpeciesRecorder, record_batch
+from baldwinlab.simulation.records import provenance_attributes
 
 DEGREES_PER_TURN = 360
 

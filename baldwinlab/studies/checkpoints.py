@@ -172,15 +172,9 @@ def read_longest_record(
         stored.
     """
     path = checkpoint_path(directory, experiment.name, run)
-    longest: xr.Dataset | None = None
-    for read in (
-        lambda: read_record_file(path, experiment, seed, run),
-        lambda: read_record(directory, experiment, seed, run),
-    ):
-        try:
-            record = read()
-        except StudyError:
-            continue
-        if longest is None or record.sizes["generation"] > longest.sizes["generation"]:
-            longest = record
-    return longest
+    records = []
+    with suppress(StudyError):
+        records.append(read_record_file(path, experiment, seed, run))
+    with suppress(StudyError):
+        records.append(read_record(directory, experiment, seed, run))
+    return max(records, key=lambda record: record.sizes["generation"], default=None)

@@ -63,14 +63,15 @@ def read_claims(study: StudyStore) -> list[dict[str, Any]]:
 
 
 def digest_records(study: StudyStore) -> str:
-    """Return a hash of the stored records: the condition, run, size and checksum of each."""
+    """Return a hash of the files of records: the condition, runs, size and checksum of each."""
     digest = hashlib.sha256(f"{study.seed}\n".encode())
     for condition in study.experiments:
-        for run in study.runs(condition):
-            path = study.path(condition, run)
-            with path.open("rb") as file:
-                checksum = stored_checksum(file.read(CHECKSUM_BYTES))
-            digest.update(f"{condition} {run} {path.stat().st_size} {checksum}\n".encode())
+        for file in study.files(condition):
+            with file.path.open("rb") as stream:
+                checksum = stored_checksum(stream.read(CHECKSUM_BYTES))
+            runs = f"{file.first}-{file.last}" if file.is_batch else str(file.first)
+            size = file.path.stat().st_size
+            digest.update(f"{condition} {runs} {size} {checksum}\n".encode())
     return digest.hexdigest()
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -133,9 +134,7 @@ def assign_runs(files: Iterable[RecordFile]) -> list[StoredRuns]:
     A run that is in several files belongs to the narrowest. A file can hold no run.
     """
     ordered = sorted(files, key=lambda file: file.first)
-    is_disjoint = all(
-        previous.last < file.first for previous, file in zip(ordered, ordered[1:], strict=False)
-    )
+    is_disjoint = all(previous.last < file.first for previous, file in pairwise(ordered))
     if is_disjoint:
         return [StoredRuns(file, file.runs) for file in ordered]
     assigned: set[int] = set()

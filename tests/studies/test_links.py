@@ -86,7 +86,7 @@ def test_a_damaged_record_behind_a_link_is_not_moved(tmp_path: Path, outside: Pa
     folder.symlink_to(outside)
     before = snapshot(outside)
     with pytest.raises(RefusedError, match="is a link that leads out of the study"):
-        study.rename_damaged("evo/A", 0)
+        study.rename_damaged(study.path("evo/A", 0))
     assert snapshot(outside) == before
 
 

@@ -254,8 +254,9 @@ def _session_times(study: StudyStore) -> dict[str, str]:
 def _add_software(crate: ROCrate, study: StudyStore) -> Iterator[ContextEntity]:
     """Add the software versions in the records. Usually all records have the same version."""
     names = ("baldwinlab", "platform", *LIBRARIES)
-    runs = ((name, run) for name in study.experiments for run in study.runs(name))
-    records = (study.attributes(name, run) for name, run in runs)
+    # The runs of a file have the same versions.
+    files = ((name, file) for name in study.experiments for file in study.files(name))
+    records = (study.attributes(name, file.first) for name, file in files)
     versions = (tuple(str(record.get(name, "unknown")) for name in names) for record in records)
     for values in dict.fromkeys(versions):
         software = dict(zip(names, values, strict=True))

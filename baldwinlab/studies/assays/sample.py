@@ -21,7 +21,7 @@ from baldwinlab.simulation.reevaluation import (
     reevaluate_species,
     restore_genomes,
 )
-from baldwinlab.studies.records import StudyError, record_path
+from baldwinlab.studies.record_files import StudyError, find_record_file
 
 # Fitness [run, agent], which files and variables call energy.
 Energy = npt.NDArray[np.float64]
@@ -134,7 +134,7 @@ class Sample:
             self.runs, energy, stored_energy, has_generation, strict=True
         ):
             if is_stored and not np.array_equal(simulated, stored):
-                path = record_path(self.directory, self.experiment.name, run)
+                path = find_record_file(self.directory, self.experiment.name, run).path
                 verb = "eat" if isinstance(self.experiment, Experiment) else "gain"
                 raise StudyError(
                     f"{path}: generation {generation}, simulated again, does not {verb} "
