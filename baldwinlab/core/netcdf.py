@@ -6,13 +6,15 @@ import hashlib
 import io
 import re
 from collections.abc import Hashable
-from typing import Any
+from typing import Any, Final
 
 import xarray as xr
 from scipy.io import netcdf_file
 
 from baldwinlab.core.errors import BaldwinLabError
 
+# Number of bytes at the beginning of a file that contain its checksum.
+CHECKSUM_BYTES: Final = 65536
 _BLANK_CHECKSUM = "0" * 64
 # A netCDF attribute consists of name, type, length and value.
 _CHECKSUM_PATTERN = re.compile(rb"checksum.{8}([0-9a-f]{64})", re.DOTALL)
@@ -64,7 +66,7 @@ def decode_variables(raw: bytes) -> tuple[dict[str, Any], dict[Hashable, xr.Vari
         attributes = {
             name: _decode_value(value) for name, value in vars(file)["_attributes"].items()
         }
-        variables = {
+        variables: dict[Hashable, xr.Variable] = {
             name: xr.Variable(variable.dimensions, variable.data)
             for name, variable in file.variables.items()
         }

@@ -345,6 +345,12 @@ def as_run(record: xr.Dataset) -> xr.Dataset:
     )
 
 
+def without_genomes(record: xr.Dataset) -> xr.Dataset:
+    """Return a record as a run without genomes."""
+    dataset = record.drop_dims("kept_generation").drop_vars(["module", "weight"])
+    return without_run_arrays(dataset)
+
+
 def without_run_arrays(record: xr.Dataset) -> xr.Dataset:
     """Return a record without the arrays of its run."""
     names = [name for name in record.data_vars if str(name).startswith(RUN_ARRAY_PREFIX)]

@@ -9,13 +9,11 @@ from typing import Any, Final
 
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import RESULTS_FILE, parse_json, read_text
-from baldwinlab.core.netcdf import stored_checksum
+from baldwinlab.core.netcdf import CHECKSUM_BYTES, stored_checksum
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
 CLAIMS_FILE: Final = "claims.json"
-# Number of bytes at the beginning of a record that contain its checksum.
-CHECKSUM_BYTES: Final = 65536
 
 
 def write_claims(study: StudyStore, claims: Sequence[Mapping[str, Any]]) -> None:

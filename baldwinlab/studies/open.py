@@ -1,8 +1,11 @@
-"""Stored runs of a study as one dataset. This module loads no engine."""
+"""Stored runs of a study as one dataset. This module loads no engine.
+
+The files are verified when the study is opened, and their values are read when they are used.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +17,10 @@ from baldwinlab.core.variables import (
     DIMENSION_MEANINGS,
     GENERATION_COUNT,
     GENERATION_COUNT_ATTRIBUTES,
-    PARENT_NAMES,
-    RUN_VARIABLES,
 )
-from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import factor_coordinates
 from baldwinlab.experiment.toml import to_toml
+from baldwinlab.studies.lazy_runs import combine_conditions, open_condition
 from baldwinlab.studies.store import StudyStore
 
 
@@ -37,12 +38,14 @@ def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) ->
     -------
     xarray.Dataset
         The variables of `baldwinlab.core.variables.RUN_VARIABLES`, with the dimensions `condition`,
-        `run`, `generation` and `agent`. Missing values are NaN: conditions can differ in their
-        numbers of runs, generations or agents, and a run that stopped has no later generations. If
-        runs can stop, the coordinate `n_generations` (condition, run) is the number of simulated
-        generations. `experiment` is each condition as TOML. `learner`, `map` and `variant` are
-        coordinates of `condition` if a condition has them. Write `data["map"]`: `data.map` is a
-        method of xarray. The attributes of a variable are its `units` and `long_name`.
+        `run`, `generation` and `agent`. All files are verified, and values are read when they are
+        used, as those of `xarray.open_dataset`. `data.load()` reads all values. Missing values are
+        NaN: conditions can differ in their numbers of runs, generations or agents, and a run that
+        stopped has no later generations. If runs can stop, the coordinate `n_generations`
+        (condition, run) is the number of simulated generations. `experiment` is each condition as
+        TOML. `learner`, `map` and `variant` are coordinates of `condition` if a condition has them.
+        Write `data["map"]`: `data.map` is a method of xarray. The attributes of a variable are its
+        `units` and `long_name`.
 
     Raises
     ------
@@ -57,14 +60,16 @@ def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) ->
 
 def open_conditions(study: StudyStore, names: Sequence[str]) -> xr.Dataset:
     """Return the stored runs of an open study as one dataset, as `open_runs` does."""
-    datasets = [_open_condition(study, name) for name in names]
-    data = concat_conditions(study, names, datasets)
+    conditions = [open_condition(study, name) for name in names]
+    data = combine_conditions(conditions)
+    attributes = [condition.attributes for condition in conditions]
+    data = _label_conditions(study, names, data, attributes)
     if not any(study.experiments[name].may_stop for name in names):
         return data
     counts = np.zeros((len(names), data.sizes["run"]), np.int32)
-    for row, dataset in zip(counts, datasets, strict=True):
-        run_indices = data.indexes["run"].get_indexer(dataset["run"].values)
-        row[run_indices] = dataset.attrs[GENERATION_COUNT]
+    for row, condition in zip(counts, conditions, strict=True):
+        run_indices = data.indexes["run"].get_indexer(condition.runs)
+        row[run_indices] = condition.n_generations
     coordinate = (("condition", "run"), counts, GENERATION_COUNT_ATTRIBUTES)
     return data.assign_coords({GENERATION_COUNT: coordinate})
 
@@ -88,66 +93,41 @@ def concat_conditions(
     xarray.Dataset
         One dataset with the dimension `condition`.
     """
-    experiment_texts = [to_toml(study.experiment(name)) for name in names]
     data = xr.concat(
         datasets, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop"
     )
+    attributes = [
+        {name: variable.attrs for name, variable in dataset.data_vars.items()}
+        for dataset in datasets
+    ]
+    return _label_conditions(study, names, data, attributes)
+
+
+def _label_conditions(
+    study: StudyStore,
+    names: Sequence[str],
+    data: xr.Dataset,
+    attributes: Sequence[Mapping[Hashable, dict[Any, Any]]],
+) -> xr.Dataset:
+    """Add the factors and experiments of the conditions, and the attributes of all variables."""
     factors = factor_coordinates([study.factors[name] for name in names])
     data = data.assign_coords(condition=list(names)).assign_coords(factors)
     for name in data.data_vars:
-        data[name].attrs = _common_attributes(name, datasets)
+        data[name].attrs = _common_attributes(name, attributes)
     for name in DIMENSION_MEANINGS.keys() & data.coords.keys():
         meaning = DIMENSION_MEANINGS[name]
         data[name].attrs = {"long_name": meaning}
     # The encoding of the records has integer types, which cannot store missing values.
     data = data.drop_encoding()
+    experiment_texts = [to_toml(study.experiment(name)) for name in names]
     return data.assign(experiment=("condition", experiment_texts)).assign_attrs(seed=study.seed)
 
 
-def _common_attributes(name: Hashable, datasets: Sequence[xr.Dataset]) -> dict[Hashable, Any]:
+def _common_attributes(
+    name: Hashable, attributes: Sequence[Mapping[Hashable, dict[Any, Any]]]
+) -> dict[Any, Any]:
     """Return the attributes of a variable, empty if its unit or meaning differs between models."""
-    attributes = [data[name].attrs for data in datasets if name in data and data[name].attrs]
-    if not attributes or any(entry != attributes[0] for entry in attributes):
+    entries = [entry[name] for entry in attributes if entry.get(name)]
+    if not entries or any(entry != entries[0] for entry in entries):
         return {}
-    return attributes[0]
-
-
-def _open_condition(study: StudyStore, condition: str) -> xr.Dataset:
-    runs = study.runs(condition)
-    if not runs:
-        return make_empty_dataset(study.experiments[condition])
-    records = [study.read(condition, run, genomes=False) for run in runs]
-    # Runs have different numbers of generations if some have stopped, or if an extended study is
-    # not complete.
-    data = xr.concat(records, "run", join="outer", combine_attrs="drop")
-    data = data.assign_coords(run=np.array(runs, np.int32))
-    data.attrs[GENERATION_COUNT] = [record.sizes["generation"] for record in records]
-    # `concat` drops the units and meanings of the variables.
-    for name, variable in records[0].data_vars.items():
-        data[name].attrs = variable.attrs
-    return data
-
-
-def make_empty_dataset(experiment: Experiment) -> xr.Dataset:
-    """Return an empty dataset for a condition without stored runs."""
-    sizes = {
-        "run": 0,
-        "generation": experiment.evolution.generations,
-        "agent": experiment.population.size,
-        "parent": len(PARENT_NAMES),
-    }
-    names = (
-        ("food_eaten", "energy", "parents")
-        if isinstance(experiment, Experiment)
-        else ("energy", "parents")
-    )
-    arrays = {}
-    for name in names:
-        dims = ("run", *RUN_VARIABLES[name].dims)
-        shape = [sizes[dim] for dim in dims]
-        arrays[name] = (dims, np.empty(shape, RUN_VARIABLES[name].dtype))
-    coordinates: dict[str, Any] = {
-        dim: np.arange(size, dtype=np.int32) for dim, size in sizes.items()
-    }
-    coordinates["parent"] = list(PARENT_NAMES)
-    return xr.Dataset(arrays, coordinates, attrs={GENERATION_COUNT: []})
+    return entries[0]

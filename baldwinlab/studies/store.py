@@ -41,7 +41,7 @@ from baldwinlab.core.files import (
 )
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.suggestions import suggest
-from baldwinlab.core.variables import as_run, without_run_arrays
+from baldwinlab.core.variables import as_run, without_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.studies import part_sources
@@ -224,10 +224,7 @@ class StudyStore:
             As `record`.
         """
         record = self.record(condition, run)
-        if genomes:
-            return as_run(record)
-        without_genomes = record.drop_dims("kept_generation").drop_vars(["module", "weight"])
-        return without_run_arrays(without_genomes)
+        return as_run(record) if genomes else without_genomes(record)
 
     def record(self, condition: str, run: int) -> xr.Dataset:
         """Read one run in its stored form.

@@ -19,7 +19,8 @@ from baldwinlab.core.file_writing import atomic_path
 from baldwinlab.core.output_paths import enclosing_study
 from baldwinlab.core.variables import PER_AGENT_DIMS, window_coordinates
 from baldwinlab.experiment.factors import SWEEP
-from baldwinlab.studies.open import concat_conditions, make_empty_dataset
+from baldwinlab.studies.lazy_runs import make_empty_dataset
+from baldwinlab.studies.open import concat_conditions
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import label_points
 
