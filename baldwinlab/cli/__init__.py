@@ -37,6 +37,7 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
         "assay": Command("cli.assay", "assay", "DIRECTORY"),
         "report": Command("cli.report", "report", "DIRECTORY"),
         "claims": Command("cli.claims", "claims", "DIRECTORY"),
+        "status": Command("cli.status", "status", "DIRECTORY"),
         "gallery": Command("cli.gallery", "gallery", "[FOLDER]"),
     },
     "Look": {
@@ -54,6 +55,7 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
         "check": Command("cli.check", "check", "FILE"),
     },
     "Machine": {
+        "migrate": Command("cli.migrate", "migrate", "DIRECTORY"),
         "doctor": Command("cli.doctor", "doctor", "[FOLDER]"),
         "bench": Command("cli.bench", "bench"),
     },

@@ -71,7 +71,7 @@ def make_batch(histories: Sequence[RecordedRun]) -> xr.Dataset:
     attributes = _shared_attributes(experiment, longest.seed)
 
     def stack(values: Callable[[RecordedRun], npt.NDArray[Any]], fill: int = 0) -> npt.NDArray[Any]:
-        return _stack_padded([values(history) for history in histories], fill)
+        return stack_padded([values(history) for history in histories], fill)
 
     data: dict[Hashable, Any] = {}
 
@@ -81,7 +81,7 @@ def make_batch(histories: Sequence[RecordedRun]) -> xr.Dataset:
         data[name] = ((RUN_DIM, *dims), np.asarray(array, dtype), meanings)
 
     for name in longest.recorded_names:
-        add(name, _stack_padded([history.recorded_values(name) for history in histories], fill=0))
+        add(name, stack_padded([history.recorded_values(name) for history in histories], fill=0))
     add("energy", stack(lambda history: history.energy))
     add("parents", stack(lambda history: history.parents))
     genomes = stack(lambda history: np.stack(list(history.saved_genomes.values())))
@@ -106,12 +106,12 @@ def make_batch(histories: Sequence[RecordedRun]) -> xr.Dataset:
     return xr.Dataset(data, coordinates, attributes)
 
 
-def _stack_padded(arrays: Sequence[npt.NDArray[Any]], fill: int) -> npt.NDArray[Any]:
+def stack_padded(arrays: Sequence[npt.NDArray[Any]], fill: int) -> npt.NDArray[Any]:
     """Stack arrays that can differ in the size of their first dimension."""
-    lengths = {len(array) for array in arrays}
+    lengths = {array.shape[:1] for array in arrays}
     if len(lengths) == 1:
         return _stack(arrays)
-    shape = (len(arrays), max(lengths), *arrays[0].shape[1:])
+    shape = (len(arrays), *max(lengths), *arrays[0].shape[1:])
     padded = np.full(shape, fill, arrays[0].dtype)
     for row, array in zip(padded, arrays, strict=True):
         row[: len(array)] = array

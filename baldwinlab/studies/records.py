@@ -49,6 +49,7 @@ __all__ = [
     "read_lengths",
     "read_record",
     "read_record_file",
+    "read_record_of_file",
     "record_path",
     "write_in_study",
     "write_record",
@@ -95,8 +96,15 @@ def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int
         If the run is not stored or its file cannot be read.
     """
     file = find_record_file(directory, experiment.name, run)
+    return read_record_of_file(file, experiment, seed, run)
+
+
+def read_record_of_file(
+    file: RecordFile, experiment: BaseExperiment, seed: int, run: int
+) -> xr.Dataset:
+    """Read the record of a run from the file that holds it, as `read_record` does."""
     if not file.is_batch:
-        return read_record_file(file.path, experiment, seed, run)
+        return _decode_file(file, experiment, seed)
     batch = _read_batch(file, experiment, seed)
     # The batch is in a cache, so its arrays must not be changed.
     return select_record(batch, run - file.first).copy(deep=True)

@@ -27,6 +27,7 @@ from baldwinlab.studies.checkpoints import (
     read_longest_record,
 )
 from baldwinlab.studies.executors import THREADS, Executor, available_cores
+from baldwinlab.studies.progress import ProcessProgress, ProgressFile
 from baldwinlab.studies.record_checks import DamagedRecordError, RunLengths
 from baldwinlab.studies.record_files import RecordFile, assign_runs
 from baldwinlab.studies.record_writer import RecordWriter
@@ -325,14 +326,25 @@ def run_study(
     start_seconds = time.perf_counter()
     start_time = datetime.now(UTC)
     agent_steps_done = 0
+    error_of_session = ""
+    total_steps = sum(task.agent_steps for task in tasks)
+    total_runs = _count_requested_runs(study, missing)
+    start = ProcessProgress.begin(
+        workers, executor.name, backend.name, runs=total_runs, agent_steps=total_steps
+    )
     try:
         with (
-            progress("simulating", sum(task.agent_steps for task in tasks)) as show_progress,
+            progress("simulating", total_steps) as show_progress,
+            closing(ProgressFile(study.directory, start)) as progress_file,
             closing(executor.run(study, tasks, workers, backend)) as increments,
         ):
             for agent_steps in increments:
                 agent_steps_done += agent_steps
                 show_progress(agent_steps)
+                progress_file.add(agent_steps)
+    except BaseException as error:
+        error_of_session = str(error) or type(error).__name__
+        raise
     finally:
         session = {
             "began": start_time.isoformat(timespec="seconds"),
@@ -341,11 +353,20 @@ def run_study(
             "workers": workers,
             "executor": executor.name,
             "backend": backend.name,
+            "runs": total_runs,
         }
+        if error_of_session:
+            session["error"] = error_of_session
         if agent_steps_done and study.exists():
             # The progress includes the generations after a stop.
             n_simulated = agent_steps_done - _count_omitted_steps(study, tasks)
             study.add_session(session | {"agent_steps": n_simulated})
+
+
+def _count_requested_runs(study: StudyStore, missing: dict[str, list[int]]) -> int:
+    """Return the number of runs of the study after the session, if every condition has as many."""
+    last_run = max((max(runs) for runs in missing.values() if runs), default=study.first_run - 1)
+    return (last_run + 1 - study.first_run) * len(study.experiments)
 
 
 def _count_omitted_steps(study: StudyStore, tasks: Sequence[RunTask]) -> int:

@@ -45,6 +45,7 @@ from baldwinlab.core.variables import as_run, without_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.studies import part_sources
+from baldwinlab.studies.progress import remove_ended_processes
 from baldwinlab.studies.record_checks import RunLengths
 from baldwinlab.studies.record_files import (
     RecordFile,
@@ -59,6 +60,7 @@ from baldwinlab.studies.records import (
     read_attributes,
     read_lengths,
     read_record,
+    read_record_of_file,
     write_record,
 )
 from baldwinlab.studies.study_file import (
@@ -238,6 +240,15 @@ class StudyStore:
         """
         return read_record(self.directory, self.experiment(condition), self.seed, run)
 
+    def records(self, condition: str) -> Iterator[tuple[int, xr.Dataset]]:
+        """Yield the number and the record of each run, and read each file once.
+
+        Raises as `record` does.
+        """
+        for file, runs in assign_runs(self.files(condition)):
+            for run in runs:
+                yield run, read_record_of_file(file, self.experiment(condition), self.seed, run)
+
     def attributes(self, condition: str, run: int) -> dict[str, Any]:
         """Read the attributes of a record without its arrays. Raises as `record` does."""
         return read_attributes(self.directory, self.experiment(condition), self.seed, run)
@@ -260,6 +271,7 @@ class StudyStore:
             for file, runs in assign_runs(self.files(condition)):
                 if not runs:
                     file.path.unlink(missing_ok=True)
+        remove_ended_processes(self.directory)
         if not is_local(self.directory):
             return
         for leftover in self.directory.rglob(f".*{PARTIAL_SUFFIX}"):

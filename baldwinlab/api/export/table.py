@@ -17,7 +17,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab._version import __version__
-from baldwinlab.core.variables import DIMENSION_MEANINGS, PER_AGENT_DIMS
+from baldwinlab.core.variables import DIMENSION_MEANINGS, PER_AGENT_DIMS, without_genomes
 from baldwinlab.experiment.factors import SWEEP, factor_coordinates
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_path
@@ -129,9 +129,9 @@ class Table:
         StudyError
             A record is damaged.
         """
-        for condition, runs in self._runs.items():
-            for run in runs:
-                record = self.study.read(condition, run, genomes=False)
+        for condition in self._runs:
+            for run, complete_record in self.study.records(condition):
+                record = without_genomes(complete_record)
                 variables = record.data_vars.values()
                 arrays = {
                     name: array.ravel()

@@ -1,0 +1,225 @@
+"""Migration of a study: files of single small runs are merged into files of batches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.netcdf import to_bytes
+from baldwinlab.core.record_batches import (
+    KEPT_GENERATIONS,
+    RUN_DIM,
+    read_generations,
+    replace_generations,
+)
+from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
+from baldwinlab.simulation.memory import MAX_BYTES_PER_FILE, MIN_RUNS_PER_BATCH, runs_per_file
+from baldwinlab.simulation.records import NO_GENERATION, stack_padded
+from baldwinlab.studies.claims_file import read_claims, write_claims
+from baldwinlab.studies.record_files import RecordFile, StudyError, condition_folder, record_name
+from baldwinlab.studies.records import DamagedRecordError, read_record_of_file, write_in_study
+from baldwinlab.studies.store import StudyStore
+
+# Dimensions in which the runs of a batch can differ.
+_RAGGED_DIMS = ("generation", "kept_generation")
+
+
+class Migration(NamedTuple):
+    """Result of a migration.
+
+    Attributes
+    ----------
+    n_merged : int
+        Number of files of single runs that are now in batches.
+    n_batches : int
+        Number of files of these batches.
+    n_files : int
+        Number of files of records of the study.
+    """
+
+    n_merged: int
+    n_batches: int
+    n_files: int
+
+
+def migrate_study(
+    study: StudyStore, log: Callable[[str], None], *, is_dry_run: bool = False
+) -> Migration:
+    """Merge the files of single small runs into files of batches.
+
+    The records do not change. A file of a single run is removed after its record has been read
+    from the file of the batch. An interrupted migration is continued by the next one.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    log : callable
+        Called with a message for each damaged file, which is not merged.
+    is_dry_run : bool
+        Whether nothing is written. Files that cannot be merged are then counted as merged.
+
+    Raises
+    ------
+    ExperimentError
+        A custom part is not loaded.
+    OSError
+        A file cannot be written or removed.
+    """
+    try:
+        claims = read_claims(study)
+    except StudyError:
+        claims = []
+    n_merged = n_batches = 0
+    for condition in study.experiments:
+        for group in _plan_batches(study, condition, is_dry_run):
+            batches = [group] if is_dry_run else _merge(study, condition, group, log)
+            n_batches += len(batches)
+            n_merged += sum(map(len, batches))
+    if claims and n_merged and not is_dry_run:
+        # The verdicts have a digest of the files that decided them.
+        write_claims(study, claims)
+    n_files = sum(len(study.files(condition)) for condition in study.experiments)
+    if is_dry_run:
+        n_files -= n_merged - n_batches
+    return Migration(n_merged, n_batches, n_files)
+
+
+def _plan_batches(
+    study: StudyStore, condition: str, is_dry_run: bool
+) -> Iterator[list[RecordFile]]:
+    """Yield the files of single runs that one batch can hold."""
+    size = runs_per_file(study.experiments[condition])
+    if size == 1:
+        return
+    files = study.files(condition)
+    runs_in_batches = {run for file in files if file.is_batch for run in file.runs}
+    singles = []
+    for file in files:
+        if file.is_batch:
+            continue
+        if file.first not in runs_in_batches:
+            singles.append(file)
+        elif not is_dry_run:
+            _remove_copy(study, condition, file)
+    # Consecutive runs have the same difference between their number and their index.
+    for _, group in groupby(enumerate(singles), lambda entry: entry[1].first - entry[0]):
+        consecutive = [file for _, file in group]
+        # The arrays of the runs can be larger than the variables.
+        max_bytes = max(file.path.stat().st_size for file in consecutive)
+        n_runs = min(size, max(1, MAX_BYTES_PER_FILE // max_bytes))
+        for start in range(0, len(consecutive), n_runs):
+            batch = consecutive[start : start + n_runs]
+            if len(batch) >= MIN_RUNS_PER_BATCH:
+                yield batch
+
+
+def _remove_copy(study: StudyStore, condition: str, file: RecordFile) -> None:
+    """Remove the file of a run that an interrupted migration has copied into a batch."""
+    batches = (entry for entry in study.files(condition) if entry.is_batch)
+    batch = next(entry for entry in batches if file.first in entry.runs)
+    try:
+        copy = read_record_of_file(batch, study.experiments[condition], study.seed, file.first)
+        is_copy = copy.identical(study.record(condition, file.first))
+    except DamagedRecordError:
+        return
+    if is_copy:
+        file.path.unlink(missing_ok=True)
+
+
+def _merge(
+    study: StudyStore, condition: str, files: Sequence[RecordFile], log: Callable[[str], None]
+) -> list[list[RecordFile]]:
+    """Merge files into as few batches as possible, and return the files of each batch."""
+    records: dict[RecordFile, xr.Dataset | None] = {}
+    for file in files:
+        try:
+            records[file] = study.record(condition, file.first)
+        except DamagedRecordError as error:
+            log(f"{error}; it is not merged")
+            records[file] = None
+    batches = []
+    for key, group in groupby(files, lambda file: _batch_key(records[file])):
+        similar = list(group)
+        if key is None or len(similar) == 1:
+            continue
+        _write_batch(study, condition, [records[file] for file in similar])
+        for file in similar:
+            file.path.unlink(missing_ok=True)
+        batches.append(similar)
+    return batches
+
+
+def _batch_key(record: xr.Dataset | None) -> Hashable:
+    """Return what the records of a batch have in common; None for a damaged record."""
+    if record is None:
+        return None
+    attributes = {
+        name: value for name, value in record.attrs.items() if name not in (RUN_DIM, STOP_ATTRIBUTE)
+    }
+    attributes["experiment"] = replace_generations(record.attrs["experiment"], 0)
+    # Another line than the number of generations would be replaced in the text.
+    is_replaceable = read_generations(record.attrs["experiment"]) == record.sizes["generation"]
+    # The order of the variables in a file depends on the number of generations.
+    variables = sorted(
+        (
+            str(name),
+            variable.dims,
+            str(variable.dtype),
+            tuple(size for dim, size in variable.sizes.items() if dim not in _RAGGED_DIMS),
+            tuple(variable.attrs.items()),
+        )
+        for name, variable in record.data_vars.items()
+    )
+    labels = tuple(
+        (name, record[name].values.tobytes()) for name in record.coords if name not in _RAGGED_DIMS
+    )
+    # A netCDF dimension of size 0 can only be the first one.
+    has_empty_array = any(0 in variable.shape for variable in record.data_vars.values())
+    unique = record.attrs[RUN_DIM] if has_empty_array or not is_replaceable else None
+    return unique, tuple(attributes.items()), tuple(variables), labels
+
+
+def _write_batch(study: StudyStore, condition: str, records: Sequence[xr.Dataset]) -> None:
+    """Write a batch, and check that its file has the records."""
+    first, last = (int(records[index].attrs[RUN_DIM]) for index in (0, -1))
+    folder = condition_folder(study.directory, condition)
+    file = RecordFile(folder / record_name(first, last), first, last)
+    write_in_study(study.directory, file.path, to_bytes(stack_records(records)))
+    for run, record in zip(file.runs, records, strict=True):
+        stored = read_record_of_file(file, study.experiments[condition], study.seed, run)
+        if not stored.identical(record):
+            file.path.unlink()
+            raise RefusedError(f"run {run} of {condition} cannot be merged: its record changes")
+
+
+def stack_records(records: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Return records of consecutive runs as a batch, which `select_record` reads."""
+    longest = max(records, key=lambda record: record.sizes["generation"])
+    data = {}
+    for name, variable in longest.data_vars.items():
+        values = stack_padded([record[name].values for record in records], fill=0)
+        data[name] = ((RUN_DIM, *variable.dims), values, variable.attrs)
+    counts = [record.sizes["generation"] for record in records]
+    data[GENERATION_COUNT] = (RUN_DIM, np.array(counts, np.int32), {})
+    saved = [record["kept_generation"].values for record in records]
+    data[KEPT_GENERATIONS] = (
+        (RUN_DIM, "kept_generation"),
+        stack_padded(saved, fill=NO_GENERATION),
+        {},
+    )
+    stops = [record.attrs.get(STOP_ATTRIBUTE, "") for record in records]
+    if any(stops):
+        data[STOP_ATTRIBUTE] = (RUN_DIM, stops, {})
+    coordinates = {
+        name: values.variable for name, values in longest.coords.items() if name != _RAGGED_DIMS[1]
+    }
+    coordinates[RUN_DIM] = np.array([record.attrs[RUN_DIM] for record in records], np.int32)
+    excluded = (RUN_DIM, STOP_ATTRIBUTE)
+    attributes = {name: value for name, value in longest.attrs.items() if name not in excluded}
+    return xr.Dataset(data, coordinates, attributes).drop_encoding()

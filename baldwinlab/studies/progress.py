@@ -1,0 +1,153 @@
+"""Progress of the processes that run a study: one small hidden file per process.
+
+    DIR/.running-HOST-PID.json
+
+The file is removed at the end of the session. A killed process leaves it, and the next session
+removes it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Final, NamedTuple, Self
+
+from baldwinlab.core.files import RESULTS_FILE, parse_json, read_text
+from baldwinlab.studies.records import write_in_study
+
+FILE_PREFIX: Final = ".running-"
+# Interval between two writes, in seconds.
+WRITE_INTERVAL: Final = 5.0
+# A process on another machine counts as ended if its file has not changed for this time, because
+# one generation of a large run can take minutes.
+MAX_SILENCE_IN_SECONDS: Final = 600.0
+
+
+class ProcessProgress(NamedTuple):
+    """Progress of one process.
+
+    Attributes
+    ----------
+    host : str
+        Name of the machine.
+    pid : int
+        Number of the process.
+    began : float
+        Start of the simulation, in seconds since 1970.
+    updated : float
+        Time of the last write, in seconds since 1970.
+    workers : int
+        Number of tasks that are executed in parallel.
+    executor : str
+        Name of the executor.
+    backend : str
+        Name of the backend.
+    runs : int
+        Number of runs of the study, stored and missing, when the process began.
+    agent_steps : int
+        Number of agent-steps that the process has to do.
+    agent_steps_done : int
+        Number of agent-steps that it has done.
+    """
+
+    host: str
+    pid: int
+    began: float
+    updated: float
+    workers: int
+    executor: str
+    backend: str
+    runs: int
+    agent_steps: int
+    agent_steps_done: int = 0
+
+    @classmethod
+    def begin(
+        cls, workers: int, executor: str, backend: str, *, runs: int, agent_steps: int
+    ) -> Self:
+        """Return the progress of this process at its start."""
+        now = time.time()
+        host = socket.gethostname()
+        return cls(host, os.getpid(), now, now, workers, executor, backend, runs, agent_steps)
+
+    @property
+    def file_name(self) -> str:
+        """Name of the file of the process."""
+        host = "".join(letter if letter.isalnum() else "-" for letter in self.host)
+        return f"{FILE_PREFIX}{host}-{self.pid}.json"
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the process still runs. On another machine, a long silence counts as its end."""
+        if self.host != socket.gethostname():
+            return time.time() - self.updated < MAX_SILENCE_IN_SECONDS
+        try:
+            # Signal 0 only checks whether the process exists.
+            os.kill(self.pid, 0)
+        except ProcessLookupError:
+            return False
+        except PermissionError:
+            return True
+        return True
+
+    @property
+    def steps_per_second(self) -> float:
+        """Mean number of agent-steps per second."""
+        return self.agent_steps_done / max(self.updated - self.began, 1e-9)
+
+
+class ProgressFile:
+    """Write the progress of this process from time to time.
+
+    Parameters
+    ----------
+    directory : Path
+        The directory of the study.
+    progress : ProcessProgress
+        The progress at the start.
+    """
+
+    def __init__(self, directory: Path, progress: ProcessProgress) -> None:
+        self._directory = directory
+        self._progress = progress
+        self._path = directory / progress.file_name
+        self._write()
+
+    def add(self, agent_steps: int) -> None:
+        """Count finished agent-steps, and write the file if the last write is some time ago."""
+        done = self._progress.agent_steps_done + agent_steps
+        self._progress = self._progress._replace(agent_steps_done=done)
+        if time.time() - self._progress.updated >= WRITE_INTERVAL:
+            self._write()
+
+    def _write(self) -> None:
+        self._progress = self._progress._replace(updated=time.time())
+        content = json.dumps(self._progress._asdict()).encode()
+        # A record that cannot be written ends the study, with a better message.
+        with suppress(OSError):
+            write_in_study(self._directory, self._path, content)
+
+    def close(self) -> None:
+        """Remove the file."""
+        with suppress(OSError):
+            self._path.unlink(missing_ok=True)
+
+
+def read_progress(directory: Path) -> Iterator[tuple[Path, ProcessProgress]]:
+    """Yield the files of processes and their content. Invalid files are skipped."""
+    for path in directory.glob(f"{FILE_PREFIX}*.json"):
+        with suppress(OSError, ValueError, TypeError):
+            content: dict[str, Any] = parse_json(read_text(path, RESULTS_FILE))
+            yield path, ProcessProgress(**content)
+
+
+def remove_ended_processes(directory: Path) -> None:
+    """Remove the files of processes that were killed."""
+    for path, progress in read_progress(directory):
+        if not progress.is_running:
+            path.unlink(missing_ok=True)

@@ -1,0 +1,176 @@
+"""Status of a study: stored and missing runs, speed, time left, processes and failures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.io import netcdf_file
+
+from baldwinlab.core.files import is_local
+from baldwinlab.core.record_batches import RUN_DIM
+from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
+from baldwinlab.studies.progress import ProcessProgress, read_progress
+from baldwinlab.studies.record_files import (
+    RecordFile,
+    assign_runs,
+    condition_folder,
+    list_stored_runs,
+)
+from baldwinlab.studies.store import StudyStore
+
+
+class StudyStatus(NamedTuple):
+    """Status of a study.
+
+    Attributes
+    ----------
+    done : dict
+        Number of complete runs by name of condition.
+    missing : dict
+        Number of missing or incomplete runs by name of condition.
+    running : tuple of ProcessProgress
+        The processes that run the study now.
+    steps_per_second : float
+        Agent-steps per second of these processes, or of the last session; 0 if unknown.
+    seconds_left : float or None
+        Estimate of the time for the missing runs, None if the speed is unknown.
+    failures : tuple of str
+        Damaged files, killed processes and the error of the last session.
+    last_session : dict
+        The last session, empty if none has ended.
+    """
+
+    done: Mapping[str, int]
+    missing: Mapping[str, int]
+    running: tuple[ProcessProgress, ...]
+    steps_per_second: float
+    seconds_left: float | None
+    failures: tuple[str, ...]
+    last_session: Mapping[str, Any]
+
+    @property
+    def workers(self) -> int:
+        """Number of tasks that are executed in parallel now."""
+        return sum(progress.workers for progress in self.running)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the status as plain data."""
+        return {
+            "done": sum(self.done.values()),
+            "missing": sum(self.missing.values()),
+            "conditions": {
+                name: {"done": done, "missing": self.missing[name]}
+                for name, done in self.done.items()
+            },
+            "is_running": bool(self.running),
+            "workers": self.workers,
+            "processes": [progress._asdict() for progress in self.running],
+            "agent_steps_per_second": self.steps_per_second,
+            "seconds_left": self.seconds_left,
+            "failures": list(self.failures),
+            "last_session": dict(self.last_session),
+        }
+
+
+def read_status(study: StudyStore) -> StudyStatus:
+    """Return the status of a study, while it runs or later.
+
+    Checksums are not verified, so the function is fast. The number of runs is that of the last
+    session, or the largest stored number.
+
+    Raises
+    ------
+    StudyError
+        A file in the folder of a condition has no name of a record.
+    """
+    sessions = list(study.sessions())
+    last_session = sessions[-1] if sessions else {}
+    processes = [progress for _, progress in read_progress(study.directory)]
+    running = tuple(progress for progress in processes if progress.is_running)
+    failures = [
+        f"process {progress.pid} on {progress.host} was killed"
+        for progress in processes
+        if not progress.is_running
+    ]
+    if error := last_session.get("error"):
+        failures.append(f"the last session ended with an error: {error}")
+    n_runs = _count_runs_of_condition(study, [*processes, *running], last_session)
+    done = {}
+    for condition in study.experiments:
+        done[condition], damaged = _count_complete_runs(study, condition)
+        failures += damaged
+    missing = {condition: max(0, n_runs - count) for condition, count in done.items()}
+    speed = sum(progress.steps_per_second for progress in running)
+    if not running and last_session:
+        speed = last_session["agent_steps"] / max(last_session["seconds"], 1e-9)
+    steps_left = _count_steps_left(study, missing, running)
+    seconds_left = steps_left / speed if speed else None
+    if not steps_left:
+        seconds_left = 0.0
+    return StudyStatus(done, missing, running, speed, seconds_left, tuple(failures), last_session)
+
+
+def _count_runs_of_condition(
+    study: StudyStore, processes: list[ProcessProgress], last_session: Mapping[str, Any]
+) -> int:
+    """Return the number of runs of each condition."""
+    totals = [progress.runs for progress in processes]
+    totals.append(int(last_session.get("runs", 0)))
+    last_runs = [
+        max(list_stored_runs(condition_folder(study.directory, condition)), default=-1)
+        for condition in study.experiments
+    ]
+    largest = max(last_runs) + 1 - study.first_run if max(last_runs) >= 0 else 0
+    return max(largest, max(totals) // len(study.experiments))
+
+
+def _count_steps_left(
+    study: StudyStore, missing: Mapping[str, int], running: tuple[ProcessProgress, ...]
+) -> int:
+    """Return the number of agent-steps that the processes, or the missing runs, still need."""
+    if running:
+        return sum(progress.agent_steps - progress.agent_steps_done for progress in running)
+    return sum(
+        n_runs * study.experiments[name].evolution.generations * study.experiments[name].agent_steps
+        for name, n_runs in missing.items()
+        if n_runs
+    )
+
+
+def _count_complete_runs(study: StudyStore, condition: str) -> tuple[int, list[str]]:
+    """Return the number of complete runs, and a sentence for each damaged file."""
+    generations = study.experiments[condition].evolution.generations
+    folder = condition_folder(study.directory, condition)
+    damaged = [f"{path} was damaged; its runs are done again" for path in folder.glob("*.damaged")]
+    n_complete = 0
+    for file, runs in assign_runs(study.files(condition)):
+        try:
+            is_complete = _read_completeness(study, condition, file, generations)
+        # The reader raises any kind of error for invalid bytes.
+        except Exception as error:
+            damaged.append(f"{file.path} cannot be read: {type(error).__name__}")
+            continue
+        n_complete += int(sum(is_complete[run - file.first] for run in runs))
+    return n_complete, damaged
+
+
+def _read_completeness(
+    study: StudyStore, condition: str, file: RecordFile, generations: int
+) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Return whether each run of a file is complete, from the header of a local file."""
+    if not is_local(file.path):
+        lengths = study.lengths(condition, file)
+        return (lengths.n_generations == generations) | lengths.is_stopped
+    with netcdf_file(str(file.path), mmap=True) as content:
+        if not file.is_batch:
+            is_stopped = hasattr(content, STOP_ATTRIBUTE)
+            n_generations = content.variables["energy"].shape[0]
+            return np.array([n_generations == generations or is_stopped])
+        is_complete = np.array(content.variables[GENERATION_COUNT].data == generations)
+        if STOP_ATTRIBUTE in content.variables:
+            names = np.array(content.variables[STOP_ATTRIBUTE].data)
+            n_runs = content.dimensions[RUN_DIM]
+            is_complete |= (names.reshape(n_runs, -1) != b"").any(axis=1)
+        return is_complete
