@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from itertools import groupby
-from typing import NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,8 +25,10 @@ from baldwinlab.studies.record_files import RecordFile, StudyError, condition_fo
 from baldwinlab.studies.records import DamagedRecordError, read_record_of_file, write_in_study
 from baldwinlab.studies.store import StudyStore
 
+# Number of runs of the smallest batch, between damaged files or records of other versions.
+MIN_MERGED_RUNS: Final = 2
 # Dimensions in which the runs of a batch can differ.
-_RAGGED_DIMS = ("generation", "kept_generation")
+_RAGGED_DIMS: Final = ("generation", "kept_generation")
 
 
 class Migration(NamedTuple):
@@ -144,11 +146,13 @@ def _merge(
             log(f"{error}; it is not merged")
             records[file] = None
     batches = []
-    for key, group in groupby(files, lambda file: _batch_key(records[file])):
+    for _, group in groupby(files, lambda file: _batch_key(records[file])):
         similar = list(group)
-        if key is None or len(similar) == 1:
+        similar_records = [record for file in similar if (record := records[file]) is not None]
+        # A damaged record has the key None.
+        if len(similar_records) < MIN_MERGED_RUNS:
             continue
-        _write_batch(study, condition, [records[file] for file in similar])
+        _write_batch(study, condition, similar_records)
         for file in similar:
             file.path.unlink(missing_ok=True)
         batches.append(similar)
@@ -201,7 +205,7 @@ def _write_batch(study: StudyStore, condition: str, records: Sequence[xr.Dataset
 def stack_records(records: Sequence[xr.Dataset]) -> xr.Dataset:
     """Return records of consecutive runs as a batch, which `select_record` reads."""
     longest = max(records, key=lambda record: record.sizes["generation"])
-    data = {}
+    data: dict[Hashable, Any] = {}
     for name, variable in longest.data_vars.items():
         values = stack_padded([record[name].values for record in records], fill=0)
         data[name] = ((RUN_DIM, *variable.dims), values, variable.attrs)

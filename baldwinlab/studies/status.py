@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from scipy.io import netcdf_file
 
 from baldwinlab.core.files import is_local
-from baldwinlab.core.record_batches import RUN_DIM
 from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
 from baldwinlab.studies.progress import ProcessProgress, read_progress
 from baldwinlab.studies.record_files import (
@@ -158,7 +158,7 @@ def _count_complete_runs(study: StudyStore, condition: str) -> tuple[int, list[s
 
 def _read_completeness(
     study: StudyStore, condition: str, file: RecordFile, generations: int
-) -> np.ndarray[Any, np.dtype[np.bool_]]:
+) -> npt.NDArray[np.bool_]:
     """Return whether each run of a file is complete, from the header of a local file."""
     if not is_local(file.path):
         lengths = study.lengths(condition, file)
@@ -168,9 +168,9 @@ def _read_completeness(
             is_stopped = hasattr(content, STOP_ATTRIBUTE)
             n_generations = content.variables["energy"].shape[0]
             return np.array([n_generations == generations or is_stopped])
-        is_complete = np.array(content.variables[GENERATION_COUNT].data == generations)
+        counts: npt.NDArray[np.int32] = np.array(content.variables[GENERATION_COUNT].data)
+        is_complete = counts == generations
         if STOP_ATTRIBUTE in content.variables:
             names = np.array(content.variables[STOP_ATTRIBUTE].data)
-            n_runs = content.dimensions[RUN_DIM]
-            is_complete |= (names.reshape(n_runs, -1) != b"").any(axis=1)
+            is_complete |= (names.reshape(len(counts), -1) != b"").any(axis=1)
         return is_complete

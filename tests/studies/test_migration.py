@@ -29,8 +29,8 @@ SEED = 3
 CONDITION = "evo/A"
 
 
-@pytest.fixture(scope="module", params=["small", "stopped runs", "novelty archive", "time series"])
-def single_files(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture(scope="module")
+def single_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A study of version 0.1: each run has a file."""
     directory = tmp_path_factory.mktemp("single") / "study"
     with pytest.MonkeyPatch.context() as earlier:
