@@ -169,6 +169,7 @@ def main() -> None:
                 continue
             cost = measure(n_runs)
             times = [f"{value:.3f}" for value in cost[:4]]
+            print(n_runs, name, *cost, flush=True)
             rows.append([f"{n_runs:,}", name, *times, f"{cost.n_bytes:,.0f}", f"{cost.n_files:,}"])
     header = ["runs", "format", "write, wall", "write", "resume", "open", "bytes", "files"]
     print("CPU times in milliseconds per run, except the first; bytes per run.\n")
