@@ -160,9 +160,11 @@ def _read_completeness(
     study: StudyStore, condition: str, file: RecordFile, generations: int
 ) -> npt.NDArray[np.bool_]:
     """Return whether each run of a file is complete, from the header of a local file."""
+    is_complete: npt.NDArray[np.bool_]
     if not is_local(file.path):
         lengths = study.lengths(condition, file)
-        return (lengths.n_generations == generations) | lengths.is_stopped
+        is_complete = (lengths.n_generations == generations) | lengths.is_stopped
+        return is_complete
     with netcdf_file(str(file.path), mmap=True) as content:
         if not file.is_batch:
             is_stopped = hasattr(content, STOP_ATTRIBUTE)
