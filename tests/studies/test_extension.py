@@ -56,7 +56,7 @@ def test_an_extended_study_has_the_same_files_as_a_study_that_is_run_at_once(
 
 def test_a_study_that_is_not_yet_extended_opens_with_gaps(tmp_path: Path) -> None:
     study = extend_study(make_small_study(tmp_path, runs=2), 5)
-    before = open_runs(study.directory)
+    before = open_runs(study.directory).load()
     assert before.sizes["generation"] == 3
     finish(study, 1)
     partly = open_runs(study.directory)
