@@ -63,11 +63,9 @@ def decode_variables(raw: bytes) -> tuple[dict[str, Any], dict[Hashable, xr.Vari
     _require_no_rows(raw)
     try:
         file = netcdf_file(io.BytesIO(raw), mmap=False)
-        attributes = {
-            name: _decode_value(value) for name, value in vars(file)["_attributes"].items()
-        }
+        attributes = _decode_attributes(file)
         variables: dict[Hashable, xr.Variable] = {
-            name: xr.Variable(variable.dimensions, variable.data)
+            name: xr.Variable(variable.dimensions, variable.data, _decode_attributes(variable))
             for name, variable in file.variables.items()
         }
     # The reader raises any kind of error for invalid bytes.
@@ -77,8 +75,10 @@ def decode_variables(raw: bytes) -> tuple[dict[str, Any], dict[Hashable, xr.Vari
     return attributes, variables
 
 
-def _decode_value(value: Any) -> Any:
-    return value.decode() if isinstance(value, bytes) else value
+def _decode_attributes(owner: Any) -> dict[str, Any]:
+    """Return the attributes of a netCDF file or variable."""
+    values = vars(owner)["_attributes"].items()
+    return {name: value.decode() if isinstance(value, bytes) else value for name, value in values}
 
 
 def from_bytes(raw: bytes) -> xr.Dataset:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any, Final, NamedTuple
 
@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.netcdf import to_bytes
+from baldwinlab.core.netcdf import decode_variables, to_bytes
 from baldwinlab.core.record_batches import (
     KEPT_GENERATIONS,
     RUN_DIM,
@@ -21,8 +21,9 @@ from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
 from baldwinlab.simulation.memory import MAX_BYTES_PER_FILE, MIN_RUNS_PER_BATCH, runs_per_file
 from baldwinlab.simulation.records import NO_GENERATION, stack_padded
 from baldwinlab.studies.claims_file import read_claims, write_claims
+from baldwinlab.studies.record_checks import DamagedRecordError, require_content
 from baldwinlab.studies.record_files import RecordFile, StudyError, condition_folder, record_name
-from baldwinlab.studies.records import DamagedRecordError, read_record_of_file, write_in_study
+from baldwinlab.studies.records import read_record_of_file, read_verified, write_in_study
 from baldwinlab.studies.store import StudyStore
 
 # Number of runs of the smallest batch, between damaged files or records of other versions.
@@ -47,6 +48,23 @@ class Migration(NamedTuple):
     n_merged: int
     n_batches: int
     n_files: int
+
+
+class RawRecord(NamedTuple):
+    """The attributes and the variables of the record of one run, as its file stores them."""
+
+    attributes: dict[str, Any]
+    variables: Mapping[Hashable, xr.Variable]
+
+    @property
+    def run(self) -> int:
+        """Number of the run."""
+        return int(self.attributes[RUN_DIM])
+
+    @property
+    def n_generations(self) -> int:
+        """Number of generations of the run."""
+        return self.variables["energy"].sizes["generation"]
 
 
 def migrate_study(
@@ -138,10 +156,10 @@ def _merge(
     study: StudyStore, condition: str, files: Sequence[RecordFile], log: Callable[[str], None]
 ) -> list[list[RecordFile]]:
     """Merge files into as few batches as possible, and return the files of each batch."""
-    records: dict[RecordFile, xr.Dataset | None] = {}
+    records: dict[RecordFile, RawRecord | None] = {}
     for file in files:
         try:
-            records[file] = study.record(condition, file.first)
+            records[file] = _read_raw(study, condition, file)
         except DamagedRecordError as error:
             log(f"{error}; it is not merged")
             records[file] = None
@@ -159,16 +177,28 @@ def _merge(
     return batches
 
 
-def _batch_key(record: xr.Dataset | None) -> Hashable:
+def _read_raw(study: StudyStore, condition: str, file: RecordFile) -> RawRecord:
+    """Read and verify a file without the decoding of xarray, which takes 20 times as long."""
+    experiment = study.experiments[condition]
+    with read_verified(file, experiment) as raw:
+        record = RawRecord(*decode_variables(raw))
+        require_content(*record, file, experiment, study.seed)
+    return record
+
+
+def _batch_key(record: RawRecord | None) -> Hashable:
     """Return what the records of a batch have in common; None for a damaged record."""
     if record is None:
         return None
     attributes = {
-        name: value for name, value in record.attrs.items() if name not in (RUN_DIM, STOP_ATTRIBUTE)
+        name: value
+        for name, value in record.attributes.items()
+        if name not in (RUN_DIM, STOP_ATTRIBUTE)
     }
-    attributes["experiment"] = replace_generations(record.attrs["experiment"], 0)
+    experiment = attributes["experiment"]
+    attributes["experiment"] = replace_generations(experiment, 0)
     # Another line than the number of generations would be replaced in the text.
-    is_replaceable = read_generations(record.attrs["experiment"]) == record.sizes["generation"]
+    is_replaceable = read_generations(experiment) == record.n_generations
     # The order of the variables in a file depends on the number of generations.
     variables = sorted(
         (
@@ -176,54 +206,72 @@ def _batch_key(record: xr.Dataset | None) -> Hashable:
             variable.dims,
             str(variable.dtype),
             tuple(size for dim, size in variable.sizes.items() if dim not in _RAGGED_DIMS),
-            tuple(variable.attrs.items()),
+            str(variable.attrs),
         )
-        for name, variable in record.data_vars.items()
+        for name, variable in record.variables.items()
     )
     labels = tuple(
-        (name, record[name].values.tobytes()) for name in record.coords if name not in _RAGGED_DIMS
+        variable.values.tobytes()
+        for name, variable in sorted(record.variables.items())
+        if name in variable.dims and name not in _RAGGED_DIMS
     )
     # A netCDF dimension of size 0 can only be the first one.
-    has_empty_array = any(0 in variable.shape for variable in record.data_vars.values())
-    unique = record.attrs[RUN_DIM] if has_empty_array or not is_replaceable else None
-    return unique, tuple(attributes.items()), tuple(variables), labels
+    has_empty_array = any(0 in variable.shape for variable in record.variables.values())
+    unique = record.run if has_empty_array or not is_replaceable else None
+    return unique, str(attributes), tuple(variables), labels
 
 
-def _write_batch(study: StudyStore, condition: str, records: Sequence[xr.Dataset]) -> None:
-    """Write a batch, and check that its file has the records."""
-    first, last = (int(records[index].attrs[RUN_DIM]) for index in (0, -1))
+def _write_batch(study: StudyStore, condition: str, records: Sequence[RawRecord]) -> None:
+    """Write a batch, and check that its file has the values of the records."""
+    first, last = records[0].run, records[-1].run
     folder = condition_folder(study.directory, condition)
     file = RecordFile(folder / record_name(first, last), first, last)
-    write_in_study(study.directory, file.path, to_bytes(stack_records(records)))
-    for run, record in zip(file.runs, records, strict=True):
-        stored = read_record_of_file(file, study.experiments[condition], study.seed, run)
-        if not stored.identical(record):
-            file.path.unlink()
-            raise RefusedError(f"run {run} of {condition} cannot be merged: its record changes")
-
-
-def stack_records(records: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Return records of consecutive runs as a batch, which `select_record` reads."""
-    longest = max(records, key=lambda record: record.sizes["generation"])
-    data: dict[Hashable, Any] = {}
-    for name, variable in longest.data_vars.items():
-        values = stack_padded([record[name].values for record in records], fill=0)
-        data[name] = ((RUN_DIM, *variable.dims), values, variable.attrs)
-    counts = [record.sizes["generation"] for record in records]
-    data[GENERATION_COUNT] = (RUN_DIM, np.array(counts, np.int32), {})
-    saved = [record["kept_generation"].values for record in records]
-    data[KEPT_GENERATIONS] = (
-        (RUN_DIM, "kept_generation"),
-        stack_padded(saved, fill=NO_GENERATION),
-        {},
+    longest = max(records, key=lambda record: record.n_generations)
+    template = study.record(condition, longest.run)
+    batch = stack_records(records, template)
+    write_in_study(study.directory, file.path, to_bytes(batch))
+    experiment = study.experiments[condition]
+    stored = _read_raw(study, condition, file)
+    has_equal_values = all(
+        stored.variables[name].values.astype(variable.dtype).tobytes() == variable.values.tobytes()
+        for name, variable in batch.data_vars.items()
+        if name != STOP_ATTRIBUTE
     )
-    stops = [record.attrs.get(STOP_ATTRIBUTE, "") for record in records]
+    copy = read_record_of_file(file, experiment, study.seed, longest.run)
+    if not (has_equal_values and copy.identical(template)):
+        file.path.unlink()
+        raise RefusedError(
+            f"runs {first} to {last} of {condition} cannot be merged: their records change"
+        )
+
+
+def stack_records(records: Sequence[RawRecord], template: xr.Dataset) -> xr.Dataset:
+    """Return records as a batch, which `select_record` reads.
+
+    Parameters
+    ----------
+    records : sequence of RawRecord
+        Records of consecutive runs with equal keys.
+    template : xarray.Dataset
+        The decoded record of the longest run.
+    """
+    data: dict[Hashable, Any] = {}
+    for name, variable in template.data_vars.items():
+        arrays = [record.variables[name].values for record in records]
+        values = stack_padded(arrays, fill=0).astype(variable.dtype)
+        data[name] = ((RUN_DIM, *variable.dims), values, variable.attrs)
+    counts = [record.n_generations for record in records]
+    data[GENERATION_COUNT] = (RUN_DIM, np.array(counts, np.int32), {})
+    saved = [record.variables["kept_generation"].values for record in records]
+    kept_generations = stack_padded(saved, fill=NO_GENERATION).astype(np.int32)
+    data[KEPT_GENERATIONS] = ((RUN_DIM, "kept_generation"), kept_generations, {})
+    stops = [record.attributes.get(STOP_ATTRIBUTE, "") for record in records]
     if any(stops):
         data[STOP_ATTRIBUTE] = (RUN_DIM, stops, {})
     coordinates = {
-        name: values.variable for name, values in longest.coords.items() if name != _RAGGED_DIMS[1]
+        name: values.variable for name, values in template.coords.items() if name != _RAGGED_DIMS[1]
     }
-    coordinates[RUN_DIM] = np.array([record.attrs[RUN_DIM] for record in records], np.int32)
+    coordinates[RUN_DIM] = np.array([record.run for record in records], np.int32)
     excluded = (RUN_DIM, STOP_ATTRIBUTE)
-    attributes = {name: value for name, value in longest.attrs.items() if name not in excluded}
+    attributes = {name: value for name, value in template.attrs.items() if name not in excluded}
     return xr.Dataset(data, coordinates, attributes).drop_encoding()
