@@ -87,7 +87,7 @@ class QuickStudy(DeclaredTable):
     maps: tuple[str, ...]
     tuning_runs: int = Field(ge=1)
     runs: int = Field(ge=1)
-    # Settings of the specification curve.
+    # Settings of the specification curve. A factor named here has this single value.
     settings: Mapping[str, Any] = Field(default_factory=dict)
 
 
@@ -117,6 +117,11 @@ class Design(DeclaredTable):
                         "maps": quick.maps,
                         "runs": 1,
                         "settings": {**curve.settings, **quick.settings},
+                        "factors": {
+                            field: values
+                            for field, values in curve.factors.items()
+                            if field not in quick.settings
+                        },
                     }
                 ),
             }

@@ -16,7 +16,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab import papers
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.papers.design import read_design, read_tuned
+from baldwinlab.papers.design import read_design, read_tuned, specification_conditions
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 from tests.small_studies import read_records
@@ -265,3 +265,15 @@ def test_the_built_in_paper_compares_each_rule_with_all_noise_controls() -> None
         for map_name in "ABCD"
     }
     assert tuned is None or tuned.keys() == targets
+
+
+def test_a_setting_of_the_quick_form_replaces_the_factor_of_its_name() -> None:
+    paper = papers.load("worlds-and-minds")
+    design = read_design(paper)
+    assert design is not None
+    experiments = specification_conditions(paper, design.shorten()).experiments
+    assert {experiment.lifetime.steps for experiment in experiments} == {2500}
+    assert {experiment.population.size for experiment in experiments} == {20}
+    assert {experiment.network.hidden for experiment in experiments} == {(5,)}
+    selections = {experiment.evolution.selection for experiment in experiments}
+    assert selections == {"roulette", "tournament"}

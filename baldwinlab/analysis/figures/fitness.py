@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,9 +33,18 @@ from baldwinlab.experiment.factors import read_factors
 MAX_BRACKETS = 6
 # Number of letters of horizontal labels that fit below a panel.
 MAX_LABEL_LETTERS = 48
-# Heights of the legend and of a panel, in inches.
+# Heights of the smallest legend, of a row of the legend, and of a panel, in inches.
 LEGEND_HEIGHT = 0.5
+LEGEND_ROW_HEIGHT = 0.2
 PANEL_HEIGHT = 2.5
+# Largest number of columns of the legend, and the width of its line and gaps, in letters.
+MAX_LEGEND_COLUMNS = 4
+LEGEND_LINE_LETTERS = 8
+# Largest number of boxes in a panel of half the width of the figure. With more, the panels of both
+# measures are below each other, so that the labels do not overlap.
+MAX_BOXES_OF_HALF_WIDTH = 24
+# Height of the titles and the margins in the figure of boxes, in inches.
+BOX_MARGIN_HEIGHT = 0.9
 # Length of a vertical label, in inches per letter.
 LETTER_INCHES = 0.075
 # Widths of a box, and of its points, if the distance of two boxes is 1.
@@ -77,12 +88,15 @@ class _Panel(NamedTuple):
     conditions: list[PlottedCondition]
 
 
-def _make_panels(figure: Figure, dataset: xr.Dataset) -> Iterator[_Panel]:
+def _make_panels(
+    figure: Figure, dataset: xr.Dataset, is_single_column: bool = False
+) -> Iterator[_Panel]:
     """Yield a panel for each map and measure, with the conditions to draw in it."""
     conditions = plotted_conditions(dataset)
     maps = list(dict.fromkeys(condition.map_name for condition in conditions))
-    grid = figure.subplots(len(maps), len(MEASURE_TITLES), squeeze=False)
-    for row, map_name in zip(grid, maps, strict=True):
+    columns = 1 if is_single_column else len(MEASURE_TITLES)
+    grid = figure.subplots(len(maps) * len(MEASURE_TITLES) // columns, columns, squeeze=False)
+    for row, map_name in zip(grid.reshape(len(maps), -1), maps, strict=True):
         conditions_on_map = [
             condition for condition in conditions if condition.map_name == map_name
         ]
@@ -102,9 +116,11 @@ def _panel_top(axes: Axes) -> float:
     return axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
 
 
-def _figure_height(dataset: xr.Dataset) -> float:
-    n_maps = len({condition.map_name for condition in plotted_conditions(dataset)})
-    return LEGEND_HEIGHT + PANEL_HEIGHT * n_maps
+def _count_legend_columns(labels: Sequence[str]) -> int:
+    """Return the number of columns whose labels fit next to each other."""
+    letters = max(map(len, labels), default=0) + LEGEND_LINE_LETTERS
+    n_columns = int(FIGURE_WIDTH / (LETTER_INCHES * letters))
+    return min(max(1, n_columns), MAX_LEGEND_COLUMNS, len(labels))
 
 
 @styled
@@ -121,22 +137,25 @@ def draw_fitness_curves(dataset: xr.Dataset) -> Figure:
     Figure
         A row per map, a column for best and mean fitness. A single run has no interval.
     """
-    figure = Figure((FIGURE_WIDTH, _figure_height(dataset)))
+    conditions = plotted_conditions(dataset)
+    learners = {condition.learner: condition.style for condition in reversed(conditions)}
+    n_columns = _count_legend_columns(list(learners))
+    legend_height = max(LEGEND_HEIGHT, LEGEND_ROW_HEIGHT * ceil(len(learners) / n_columns))
+    n_maps = len({condition.map_name for condition in conditions})
+    figure = Figure((FIGURE_WIDTH, legend_height + PANEL_HEIGHT * n_maps))
     tables = {measure: fitness.MEASURES[measure](dataset) for measure in MEASURE_TITLES}
     for axes, measure, conditions_on_map in _make_panels(figure, dataset):
         for condition in conditions_on_map:
             _draw_curve(axes, tables[measure].sel(condition=condition.name), condition.style)
         axes.set_xlabel("generation")
         axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
-    conditions = plotted_conditions(dataset)
-    learners = {condition.learner: condition.style for condition in reversed(conditions)}
     handles = [
         figure.axes[0].plot(
             [], [], color=style.color, ls=style.line, marker=style.marker, ms=4, label=learner
         )[0]
         for learner, style in reversed(learners.items())
     ]
-    figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 4))
+    figure.legend(handles=handles, loc="outside upper center", ncols=n_columns)
     return figure
 
 
@@ -175,17 +194,22 @@ def draw_fitness_boxes(
     Returns
     -------
     Figure
-        A row per map, a column for best and mean fitness. Boxes show quartiles; whiskers reach to
-        the farthest run within 1.5 times the interquartile range.
+        A row per map, a column for best and mean fitness; with many conditions, a row for each.
+        Boxes show quartiles; whiskers reach to the farthest run within 1.5 times the interquartile
+        range.
     """
     labels = _labels_by_map(dataset)
+    n_boxes = Counter(condition.map_name for condition in plotted_conditions(dataset))
+    is_single_column = max(n_boxes.values()) > MAX_BOXES_OF_HALF_WIDTH
+    n_rows = len(labels) * (len(MEASURE_TITLES) if is_single_column else 1)
     label_heights = {
         map_name: 0 if _fit_horizontally(names) else LETTER_INCHES * max(map(len, names))
         for map_name, names in labels.items()
     }
-    figure = Figure((FIGURE_WIDTH, _figure_height(dataset) + 0.4 + sum(label_heights.values())))
+    label_height = sum(label_heights.values()) * (n_rows // len(labels))
+    figure = Figure((FIGURE_WIDTH, BOX_MARGIN_HEIGHT + PANEL_HEIGHT * n_rows + label_height))
     tables = {measure: fitness.final(dataset, measure, last) for measure in MEASURE_TITLES}
-    for axes, measure, conditions_on_map in _make_panels(figure, dataset):
+    for axes, measure, conditions_on_map in _make_panels(figure, dataset, is_single_column):
         for position, condition in enumerate(conditions_on_map):
             sample = tables[measure].sel(condition=condition.name).dropna("run").values
             if sample.size:

@@ -7,6 +7,7 @@ import math
 import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib as mpl
@@ -213,6 +214,24 @@ def test_many_conditions_have_vertical_p_values_and_labels_below_the_last_map() 
         )
     assert [label.get_text() for label in lower.get_xticklabels()] == names
     assert not any(label.get_text() for label in upper.get_xticklabels())
+
+
+def test_fifty_conditions_have_a_legend_and_labels_that_do_not_overlap() -> None:
+    names = [f"evo+rule-with-a-long-name-{number}+yoked" for number in range(50)]
+    dataset = study({name: [20, 30] for name in names})
+    with warnings.catch_warnings():
+        # Matplotlib warns if a panel has no space left.
+        warnings.simplefilter("error")
+        curves = figures.draw_fitness_curves(dataset)
+        curves.draw_without_rendering()
+        boxes = figures.draw_fitness_boxes(dataset, [])
+        boxes.draw_without_rendering()
+    legend = curves.legends[0].get_window_extent()
+    assert legend.x0 >= 0 and legend.x1 <= curves.bbox.x1
+    assert legend.y0 >= max(axes.get_window_extent().y1 for axes in curves.axes)
+    labels = [label.get_window_extent() for label in boxes.axes[-1].get_xticklabels()]
+    assert len(labels) == 50
+    assert all(left.x1 <= right.x0 for left, right in pairwise(labels))
 
 
 def test_a_triangle_marks_a_condition_that_a_claim_finds_greater() -> None:
