@@ -200,6 +200,7 @@ def test_workers_refuse_a_study_that_they_cannot_access(on_dask: Executor) -> No
         list(simulated_steps(on_dask, study, runs=2))
 
 
+@pytest.mark.nightly
 def test_worker_processes_and_threads_store_identical_assays(
     tmp_path: Path, on_dask: Executor
 ) -> None:
