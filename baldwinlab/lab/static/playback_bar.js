@@ -105,8 +105,8 @@ export class PlaybackBar {
       el(
         "div",
         { class: "row options" },
-        this.trails,
-        el("label", { class: "inline" }, this.sight, "sight"),
+        el("span", { class: "recorded" }, this.trails),
+        el("label", { class: "inline recorded" }, this.sight, "sight"),
         this.compare,
         this.agents,
         createButton("fit", "Show the whole map (0)", fit),
