@@ -72,7 +72,7 @@ COUNT_FRAMES = """seconds => new Promise(done => {
   const frame = now => {
     times.push(now);
     steps.push(Number(clock.textContent.split("/")[0].replaceAll(",", "")));
-    pictures.push(canvas.dataset.step ?? now);
+    pictures.push(canvas.dataset.step ?? null);
     const isLast = now - times[0] >= 1000 * seconds;
     if (isLast) done({ times, steps, pictures });
     else requestAnimationFrame(frame);
@@ -133,11 +133,13 @@ def frames_a_second(page: Page, address: str, seconds: float) -> FrameRates:
     intervals = np.diff(counted["times"])
     duration = (counted["times"][-1] - counted["times"][0]) / 1000
     pictures = counted["pictures"]
-    n_pictures = sum(before != picture for before, picture in pairwise(pictures))
+    # A recording is drawn in each frame.
+    is_recording = pictures[-1] is None
+    changes = [is_recording or before != picture for before, picture in pairwise(pictures)]
     return FrameRates(
         median=1000 / float(np.median(intervals)),
         slow=1000 / float(np.quantile(intervals, 0.95)),
-        pictures=n_pictures / duration,
+        pictures=sum(changes) / duration,
         steps=(counted["steps"][-1] - counted["steps"][0]) / duration,
     )
 

@@ -58,9 +58,11 @@ class Window(NamedTuple):
 
     def count_by_square(self, x: Array, y: Array) -> npt.NDArray[np.int64]:
         """Return the number of positions in each square, row by row [square]."""
-        is_inside = self.contains(x, y)
-        column = _find_square(x[is_inside] - self.left, self.right - self.left, self.columns)
-        row = _find_square(y[is_inside] - self.top, self.bottom - self.top, self.rows)
+        column = _find_square(x, self.left, self.right, self.columns)
+        row = _find_square(y, self.top, self.bottom, self.rows)
+        is_inside = (column < self.columns) & (row < self.rows)
+        if not is_inside.all():
+            column, row = column[is_inside], row[is_inside]
         return np.bincount(row * self.columns + column, minlength=self.rows * self.columns)
 
 
@@ -200,9 +202,8 @@ def _make_agent_arrays(
     worlds: Sequence[Snapshot], window: Window, species: Array | None
 ) -> dict[str, Array]:
     """Return the counts of agents, or the visible agents if there are few."""
-    first = worlds[0]
-    if np.count_nonzero(window.contains(first.x, first.y)) > window.max_shapes:
-        counts = [window.count_by_square(world.x, world.y) for world in worlds]
+    counts = [window.count_by_square(world.x, world.y) for world in worlds]
+    if counts[0].sum() > window.max_shapes:
         return {"agent_counts": _narrow(np.stack(counts))}
     visible = [np.flatnonzero(window.contains(world.x, world.y)) for world in worlds]
     pairs = list(zip(worlds, visible, strict=True))
@@ -227,18 +228,15 @@ def _make_item_arrays(
 
     Items are numbered by kind.
     """
-    first = worlds[0]
     kind_ends = np.cumsum(kind_sizes)
-    if np.count_nonzero(window.contains(first.item_x, first.item_y)) > window.max_shapes:
-        counts = [
-            [
-                window.count_by_square(
-                    world.item_x[end - size : end], world.item_y[end - size : end]
-                )
-                for size, end in zip(kind_sizes, kind_ends, strict=True)
-            ]
-            for world in worlds
+    counts = [
+        [
+            window.count_by_square(world.item_x[end - size : end], world.item_y[end - size : end])
+            for size, end in zip(kind_sizes, kind_ends, strict=True)
         ]
+        for world in worlds
+    ]
+    if np.sum(counts[0]) > window.max_shapes:
         return {"item_counts": _narrow(np.array(counts))}
     visible = [np.flatnonzero(window.contains(world.item_x, world.item_y)) for world in worlds]
     pairs = list(zip(worlds, visible, strict=True))
@@ -250,11 +248,12 @@ def _make_item_arrays(
     }
 
 
-def _find_square(distance: Array, length: float, n_squares: int) -> npt.NDArray[np.int64]:
-    """Return the column or row of distances from the edge of a window."""
-    squares = (distance * (n_squares / length)).astype(np.int64)
-    # A rounded product can be the number of squares.
-    return np.minimum(squares, n_squares - 1)
+def _find_square(positions: Array, low: float, high: float, n_squares: int) -> Array:
+    """Return the column or row of positions. Those outside of the window have no column or row."""
+    squares = np.floor((positions - np.float32(low)) * np.float32(n_squares / (high - low)))
+    # A negative number becomes a large one. So does a NaN, with a warning.
+    with np.errstate(invalid="ignore"):
+        return squares.astype(np.int32).view(np.uint32)
 
 
 def _narrow(values: Array) -> Array:

@@ -157,10 +157,13 @@ function findVisible({ left, top, right, bottom }, x, y) {
 /** Return the number of positions in each square of a window, row by row. */
 function countBySquare({ left, top, right, bottom, columns, rows }, x, y) {
   const counts = new Uint32Array(columns * rows);
-  const [xScale, yScale] = [columns / (right - left), rows / (bottom - top)];
+  // The server computes with float32 numbers.
+  const [x0, y0] = [Math.fround(left), Math.fround(top)];
+  const xScale = Math.fround(columns / (right - left));
+  const yScale = Math.fround(rows / (bottom - top));
   for (let index = 0; index < x.length; index++) {
-    const column = Math.floor((x[index] - left) * xScale);
-    const row = Math.floor((y[index] - top) * yScale);
+    const column = Math.floor(Math.fround(Math.fround(x[index] - x0) * xScale));
+    const row = Math.floor(Math.fround(Math.fround(y[index] - y0) * yScale));
     if (column >= 0 && column < columns && row >= 0 && row < rows)
       counts[row * columns + column] += 1;
   }

@@ -94,7 +94,8 @@ export class FrameStream {
   prefetch(frame, isCurrent, step, window, pace) {
     if (!this.isLoaded || this.isLoading || this.hasFailed) return;
     const playbackRate = Math.min(pace, this.maxPace);
-    const interval = Math.max(1, Math.round(playbackRate / FRAME_RATE));
+    // Until the rate is known, each step has a frame.
+    const interval = this.rate ? Math.max(1, Math.round(playbackRate / FRAME_RATE)) : 1;
     let first = frame?.step ?? step;
     if (isCurrent) {
       const last = this.frames.at(-1);
@@ -131,12 +132,14 @@ export class FrameStream {
   }
 
   measureRate(stepsSimulated, milliseconds) {
-    const steps = stepsSimulated - this.stepsSimulated;
+    const before = this.stepsSimulated;
+    const steps = stepsSimulated - before;
     this.stepsSimulated = stepsSimulated;
-    // The simulation can begin again, and frames can be stored.
-    if (steps <= 0) return;
+    // The first response prepares the world. Later, the simulation can begin again, and frames can
+    // be stored.
+    if (before === 0 || steps <= 0) return;
     const rate = (1000 * steps) / milliseconds;
-    this.rate = this.rate ? this.rate + RATE_WEIGHT * (rate - this.rate) : rate;
+    this.rate += (this.rate ? RATE_WEIGHT : 1) * (rate - this.rate);
   }
 
   /** Cancel the request and drop all frames. */
