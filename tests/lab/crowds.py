@@ -1,4 +1,4 @@
-"""Worlds with so many agents that the lab shows their density."""
+"""Worlds of many agents, whose density the lab shows."""
 
 from __future__ import annotations
 

@@ -263,12 +263,12 @@ export class BrowserFeed extends Feed {
   }
 }
 
-/** Return the window of a request, by default the whole map. */
+/** Return the window of a request, by default the complete map. */
 function readWindow(source, { width, height }) {
-  const whole = { left: 0, top: 0, right: width, bottom: height };
+  const completeMap = { left: 0, top: 0, right: width, bottom: height };
   const squares = { columns: 1, rows: 1, max_shapes: 1 };
   return Object.fromEntries(
-    Object.entries({ ...whole, ...squares }).map(([name, value]) => [
+    Object.entries({ ...completeMap, ...squares }).map(([name, value]) => [
       name,
       Number(source[name] ?? value),
     ]),

@@ -1,4 +1,4 @@
-/** Draw how many agents and items are in each square of a window. */
+/** Draw the number of agents and of items in each square of a window. */
 
 import { palette, resolveColor } from "./palette.js";
 

@@ -172,9 +172,9 @@ function countBySquare({ left, top, right, bottom, columns, rows }, x, y) {
 
 /** Return the entries of a typed array at some indices. */
 function take(values, indices) {
-  const taken = new values.constructor(indices.length);
-  for (let number = 0; number < indices.length; number++) taken[number] = values[indices[number]];
-  return taken;
+  const selected = new values.constructor(indices.length);
+  for (let number = 0; number < indices.length; number++) selected[number] = values[indices[number]];
+  return selected;
 }
 
 function sum(numbers) {

@@ -127,8 +127,8 @@ export class FrameStream {
 
   /** Replace the frames from the first of the new ones. */
   add(frames) {
-    const kept = this.frames.filter(({ step }) => step < frames[0].step);
-    this.frames = [...kept, ...frames];
+    const earlier = this.frames.filter(({ step }) => step < frames[0].step);
+    this.frames = [...earlier, ...frames];
   }
 
   measureRate(stepsSimulated, milliseconds) {

@@ -13,7 +13,7 @@ const MIN_PART_STEPS = 100;
 
 /**
  * @param {import("./sources.js").Source} source
- * @param {{agents?: number, steps?: number}} size of the world, as far as it is known
+ * @param {{agents?: number, steps?: number}} size of the world; an unknown number is missing
  * @param {() => void} changed called when something is loaded
  * @param {(fault: Error) => void} failed called after an error
  * @returns {Lifetime|FrameStream}
