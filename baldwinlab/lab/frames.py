@@ -67,16 +67,16 @@ class Window(NamedTuple):
 
 
 class FrameQuery(NamedTuple):
-    """The requested frames: `count` frames from the step `first`, one every `interval` steps."""
+    """The requested frames: `n_frames` frames from the step `first`, one every `interval` steps."""
 
     first: int
     interval: int
-    count: int
+    n_frames: int
     window: Window
 
     def list_steps(self, n_steps: int) -> list[int]:
         """Return the steps of the frames in a lifetime of `n_steps`."""
-        stop = self.first + self.interval * self.count
+        stop = self.first + self.interval * self.n_frames
         return list(range(self.first, min(stop, n_steps), self.interval))
 
 
@@ -130,7 +130,7 @@ def read_frame_query(query: Query, experiment: Experiment) -> FrameQuery:
     return FrameQuery(
         first,
         interval=_read_limited(query, "interval", 1, n_steps),
-        count=_read_limited(query, "count", 0, MAX_FRAMES),
+        n_frames=_read_limited(query, "count", 0, MAX_FRAMES),
         window=window,
     )
 
@@ -253,7 +253,8 @@ def _find_square(positions: Array, low: float, high: float, n_squares: int) -> A
     squares = np.floor((positions - np.float32(low)) * np.float32(n_squares / (high - low)))
     # A negative number becomes a large one. So does a NaN, with a warning.
     with np.errstate(invalid="ignore"):
-        return squares.astype(np.int32).view(np.uint32)
+        indices: Array = squares.astype(np.int32).view(np.uint32)
+    return indices
 
 
 def _narrow(values: Array) -> Array:

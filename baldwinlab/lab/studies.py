@@ -89,16 +89,17 @@ def _summarize_readable(study: StudyStore, name: str) -> dict[str, Any]:
 
 def _summarize_condition(study: StudyStore, experiment: BaseExperiment) -> dict[str, Any]:
     views = read_views(experiment)
-    has_world = isinstance(experiment, Experiment)
     return {
         "name": experiment.name,
         **study.factors[experiment.name]._asdict(),
         "runs": study.runs(experiment.name),
         "generations": experiment.evolution.generations,
         # Those of one world.
-        "agents": experiment.agents_per_world if has_world else experiment.population.size,
+        "agents": experiment.agents_per_world
+        if isinstance(experiment, Experiment)
+        else experiment.population.size,
         # None for a model without a world.
-        "steps": experiment.lifetime.steps if has_world else None,
+        "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,
         "alleles": list(read_alleles(experiment)),
         "views": [
             {"name": name, "has_agent_choice": view.has_agent_choice}

@@ -173,7 +173,7 @@ function countBySquare({ left, top, right, bottom, columns, rows }, x, y) {
 /** Return the entries of a typed array at some indices. */
 function take(values, indices) {
   const selected = new values.constructor(indices.length);
-  for (let number = 0; number < indices.length; number++) selected[number] = values[indices[number]];
+  indices.forEach((index, number) => (selected[number] = values[index]));
   return selected;
 }
 

@@ -41,6 +41,7 @@ export class PlaybackBar {
     this.trails = createList("trails", "Trails", TRAILS, () =>
       callbacks.set({ trails: this.trails.value }),
     );
+    this.trails.classList.add("recorded");
     const toggleSight = () => callbacks.set({ sight: this.sight.checked });
     this.sight = el("input", { type: "checkbox", "data-testid": "sight", onchange: toggleSight });
     const compareAttributes = {
@@ -105,7 +106,7 @@ export class PlaybackBar {
       el(
         "div",
         { class: "row options" },
-        el("span", { class: "recorded" }, this.trails),
+        this.trails,
         el("label", { class: "inline recorded" }, this.sight, "sight"),
         this.compare,
         this.agents,
