@@ -1,9 +1,9 @@
 """Extrapolate a study to a cluster: `python -m benchmarks.cluster`, about three minutes.
 
 The command needs the extra `cluster`. It measures the cost of a run, of one and two worker
-processes and threads, and of a task and an event in a separate Dask scheduler. From these it
-computes the cost of a million runs on 10,000 cores. The work of a process is its CPU time, which
-other processes hardly change.
+processes and threads, of a task and an event in a separate Dask scheduler, and the overhead of tiny
+runs. From these it computes the cost of a million runs on 10,000 cores. The work of a process is
+its CPU time, which other processes hardly change.
 """
 
 from __future__ import annotations
@@ -28,7 +28,14 @@ from baldwinlab.simulation.simulate import simulate_batch
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS, Executor, choose_executor, dask
 from baldwinlab.studies.records import encode_record
-from baldwinlab.studies.run import MAX_TASKS, RunTask, find_missing_runs, plan_tasks
+from baldwinlab.studies.run import (
+    MAX_TASKS,
+    MIN_TASKS_PER_WORKER,
+    RunTask,
+    find_missing_runs,
+    plan_tasks,
+)
+from benchmarks.cluster_overhead import measure_overhead, overhead_table
 from benchmarks.dask_processes import Process, scheduler, workers
 from benchmarks.machine import provenance
 from benchmarks.tables import table
@@ -182,7 +189,8 @@ def measure_scheduler() -> Costs:
     ):
         study = create_study(Path(folder), paper(), seed=0)
         tasks = [RunTask(experiment, tuple(range(50))) for experiment in paper()] * (N_TASKS // 6)
-        orders = dask._pack_tasks(study, tasks, CPU, "benchmark")
+        submission = dask.Submission(client, study, CPU, tasks)
+        orders = [submission.pack_task(task, 2) for task in tasks]
         with workers(address, 2) as started:
             client.run(compile_experiments, paper())
             begin = mean(worker.cpu() for worker in started)
@@ -191,7 +199,7 @@ def measure_scheduler() -> Costs:
             cpu_began = time.process_time()
             began = time.perf_counter()
             with (
-                patch.object(dask, "_run_task", do_nothing),
+                patch.object(dask, "run_remote_task", do_nothing),
                 closing(choose_executor(f"dask:{address}").run(study, tasks, 2, CPU)) as amounts,
             ):
                 assert sum(amounts) == sum(task.agent_steps for task in tasks)
@@ -203,7 +211,7 @@ def measure_scheduler() -> Costs:
             wait_until_idle(process)
             event = (process.cpu() - scheduled) / N_EVENTS
         empty = process.mib()
-        waiting = client.map(do_nothing, orders, pure=False, batch_size=dask.TASKS_PER_MESSAGE)
+        waiting = client.map(do_nothing, orders, pure=False, batch_size=dask.TASKS_PER_WAVE)
         wait_until_idle(process)
         wait = (process.mib() - empty) * 2**20 / len(waiting)
     count = len(tasks)
@@ -263,10 +271,12 @@ def spread(values: Sequence[float]) -> str:
 
 def extrapolation_table(run: Run, costs: Costs) -> str:
     """Return a table of the costs of a million runs on 10,000 cores."""
-    batches = -(-N_RUNS // (CPU.worlds * MAX_TASKS))
+    max_tasks = max(MAX_TASKS, MIN_TASKS_PER_WORKER * N_CORES)
+    batches = -(-N_RUNS // (CPU.worlds * max_tasks))
     runs = CPU.worlds * batches
     cost = run.simulate + run.store
     tasks = -(-N_RUNS // runs)
+    wave = min(tasks, dask.TASKS_PER_CORE * N_CORES)
     wall = N_RUNS * cost / N_CORES
     n_batches = N_RUNS // CPU.worlds
     core_hours = N_RUNS * cost / 3600
@@ -289,7 +299,11 @@ def extrapolation_table(run: Run, costs: Costs) -> str:
             "sent by the command",
             f"{tasks * costs.order / 1e6:.0f} MB, {tasks * costs.send:.0f} CPU s",
         ],
-        ["scheduler", f"{tasks * costs.schedule:.0f} CPU s, {tasks * costs.wait / 1e6:.0f} MB"],
+        [
+            "scheduler",
+            f"{tasks * costs.schedule:.0f} CPU s, {wave * costs.wait / 1e6:.0f} MB for {wave:,} "
+            "waiting tasks",
+        ],
         [
             "its load",
             f"{tasks / wall:,.0f} of at most {1 / costs.schedule:,.0f} tasks per second",
@@ -329,6 +343,7 @@ def main() -> None:
     tables = [
         measurement_table(run, costs),
         worker_table(measure_workers()),
+        overhead_table(measure_overhead()),
         extrapolation_table(run, costs),
     ]
     print(*tables, sep="\n\n")

@@ -62,6 +62,12 @@ def test_the_script_for_ssh_stores_the_records_of_threads_and_ends_its_workers(
         pass
 
 
+@pytest.mark.parametrize("name", ["slurm-one-job.sh", "slurm-jobs.sh", "jobqueue.yaml"])
+def test_the_page_on_slurm_shows_the_file(name: str) -> None:
+    page = (FOLDER.parents[1] / "docs" / "how-to" / "slurm.md").read_text("utf-8")
+    assert f"\n{(FOLDER / name).read_text('utf-8')}```\n" in page
+
+
 def test_the_objects_for_kubernetes_name_each_other() -> None:
     documents = yaml.safe_load_all((FOLDER / "kubernetes.yaml").read_text("utf-8"))
     objects = {(entry["kind"], entry["metadata"]["name"]): entry for entry in documents}

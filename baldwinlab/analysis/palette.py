@@ -95,6 +95,14 @@ WORLD_COLORS: Final[Mapping[str, tuple[str, str]]] = {
     "lit": NAMED_COLORS["orange"],
     "flash": ("#00795a", "#7fe3c0"),
     "lesson": NAMED_COLORS["purple"],
+    # Squares with more and more agents. The lightness changes from class to class.
+    "density-1": ("#d6e6f4", "#17395a"),
+    "density-2": ("#abcfe9", "#1e5080"),
+    "density-3": ("#75b2dd", "#286ba8"),
+    "density-4": ("#4292c6", "#3f8ccb"),
+    "density-5": ("#2070b4", "#6fb0e2"),
+    "density-6": ("#0a4a90", "#a6d0f0"),
+    "density-7": ("#08264f", "#e6f3fd"),
 }
 
 # Background color of each verdict.

@@ -15,11 +15,12 @@ from baldwinlab.core.errors import RefusedError
 # Purposes of the extras for users. Extras for developers are not listed.
 EXTRA_PURPOSES: Final = {
     "cuda": "simulation on an NVIDIA GPU",
-    "cluster": "studies on a Dask or Slurm cluster, and in object stores",
+    "cluster": "studies on a Dask or Slurm cluster, and in remote storage",
     "exchange": "export to Zarr, Parquet, polars, tskit, ONNX and RO-Crates",
     "lab": "the lab in the browser",
     "notebook": "the notebooks",
     "rl": "environments of PettingZoo and Gymnasium",
+    "s3": "studies in an object store with the interface of S3",
     "video": "movies as .mp4",
     "wasm": "exported pages with custom parts",
 }

@@ -20,6 +20,7 @@ from baldwinlab.core.files import (
     PARTIAL_SUFFIX,
     FileKind,
     is_local,
+    make_remote_folder,
     name_file_in_errors,
     read_bytes,
     require_inside_study,
@@ -111,7 +112,7 @@ def write_atomically(path: Path, content: bytes) -> Path:
             file.write(content)
     else:
         with name_file_in_errors(path):
-            path.parent.mkdir(parents=True, exist_ok=True)
+            make_remote_folder(path.parent)
             # In remote storage a write is atomic, and a rename is not.
             path.write_bytes(content)
     return path
@@ -139,7 +140,7 @@ def write_exclusively(path: Path, content: bytes) -> None:
         return
     conflict = FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_remote_folder(path.parent)
         with path.open("xb") as file:
             file.write(content)
     except FileExistsError:

@@ -21,6 +21,9 @@ MAX_JSON_DEPTH: Final = 32
 PARTIAL_SUFFIX: Final = ".partial"
 # Name of the file that makes a folder a study.
 STUDY_FILE_NAME: Final = "study.toml"
+# The extra that a kind of storage needs, and the modules that show whether it is installed.
+EXTRA_OF_PROTOCOL: Final = {"s3": "s3", "s3a": "s3"}
+STORAGE_MODULES: Final = {"s3": ("upath", "s3fs"), "cluster": ("upath",)}
 
 
 class FileKind(NamedTuple):
@@ -88,7 +91,7 @@ def parse_location(text: str | Path) -> Path:
     Raises
     ------
     RefusedError
-        The location cannot be reached, or the extra `cluster` is not installed.
+        The location cannot be reached, or a package that the storage needs is not installed.
     """
     if isinstance(text, Path) or "://" not in str(text):
         return Path(text)
@@ -97,7 +100,10 @@ def parse_location(text: str | Path) -> Path:
         from urllib.request import url2pathname
 
         return Path(url2pathname(urlsplit(str(text)).path))
-    require_cluster_extra(str(text))
+    protocol = str(text).partition("://")[0]
+    extra = EXTRA_OF_PROTOCOL.get(protocol, "cluster")
+    if not all(find_spec(name) for name in STORAGE_MODULES[extra]):
+        raise missing_extra_error(extra, str(text))
     from upath import UPath
 
     try:
@@ -108,6 +114,15 @@ def parse_location(text: str | Path) -> Path:
         # Each kind of storage raises its own errors.
         raise RefusedError(f"{text} cannot be reached: {' '.join(str(error).split())}") from None
     return cast(Path, path)
+
+
+def make_remote_folder(path: Path) -> None:
+    """Create a folder in remote storage, unless it is an object store, which has no folders."""
+    from upath.implementations.cloud import CloudPath
+
+    # In an object store, this would create a missing bucket.
+    if not isinstance(path, CloudPath):
+        path.mkdir(parents=True, exist_ok=True)
 
 
 def require_cluster_extra(feature: str) -> None:
@@ -129,9 +144,11 @@ def read_bytes(path: Path, kind: FileKind) -> bytes:
     """
     if is_local(path) and path.exists() and not path.is_file():
         raise ValueError("it is not a regular file")
-    size = path.stat().st_size
-    if size <= kind.max_bytes:
-        with path.open("rb") as file:
+    with path.open("rb") as file:
+        # In remote storage, this saves the request for the properties of the file.
+        size = file.seek(0, os.SEEK_END)
+        if size <= kind.max_bytes:
+            file.seek(0)
             return file.read(size)
     raise ValueError(f"it has {size:,} bytes, and {kind.name} may have at most {kind.max_bytes:,}")
 

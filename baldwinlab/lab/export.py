@@ -27,7 +27,13 @@ from baldwinlab.simulation.simulate import check_seed
 # The module that the page starts with.
 FIRST_MODULE: Final = "live_page.js"
 # The modules of a worker, in this order.
-WORKER_MODULES: Final = ("engine.js", "simulation.js", "lifetime_recorder.js", "engine_worker.js")
+WORKER_MODULES: Final = (
+    "engine.js",
+    "simulation.js",
+    "lifetime_recorder.js",
+    "frame_recorder.js",
+    "engine_worker.js",
+)
 STYLES: Final = (
     "vendor/uPlot.min.css",
     "style.css",

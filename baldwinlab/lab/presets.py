@@ -90,7 +90,7 @@ def _describe_recording_size(experiment: BaseExperiment) -> dict[str, int] | Non
         return None
     return {
         "generations": experiment.evolution.generations,
-        "agents": experiment.population.size,
+        "agents": experiment.agents_per_world,
         "steps": experiment.lifetime.steps,
     }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from http import HTTPStatus
 from typing import Any, Final
@@ -39,6 +40,18 @@ def read_number(query: Query, name: str, default: int | None = None) -> int:
     if not is_whole_number:
         raise ValueError(f"{name} = {value!r} must be a whole number of at least 0")
     return int(value)
+
+
+def read_real(query: Query, name: str, default: float) -> float:
+    """Return a parameter as a finite number. Raise ValueError for another value."""
+    text = query.get(name, str(default))
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"{name} = {text!r} must be a finite number")
+    return value
 
 
 def read_body_number(body: Mapping[str, Any], name: str, default: int) -> int:

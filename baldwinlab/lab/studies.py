@@ -94,7 +94,10 @@ def _summarize_condition(study: StudyStore, experiment: BaseExperiment) -> dict[
         **study.factors[experiment.name]._asdict(),
         "runs": study.runs(experiment.name),
         "generations": experiment.evolution.generations,
-        "agents": experiment.population.size,
+        # Those of one world.
+        "agents": experiment.agents_per_world
+        if isinstance(experiment, Experiment)
+        else experiment.population.size,
         # None for a model without a world.
         "steps": experiment.lifetime.steps if isinstance(experiment, Experiment) else None,
         "alleles": list(read_alleles(experiment)),

@@ -121,30 +121,48 @@ def remove_checkpoint(directory: Path, condition: str, run: int) -> None:
     checkpoint_path(directory, condition, run).unlink(missing_ok=True)
 
 
-def count_stored_generations(
+class StoredLength(NamedTuple):
+    """Length of a run that has a checkpoint or a record.
+
+    Attributes
+    ----------
+    n_generations : int
+        Number of stored generations.
+    is_stopped : bool
+        Whether the stop part has ended the run.
+    """
+
+    n_generations: int
+    is_stopped: bool
+
+
+def read_stored_lengths(
     directory: Path, experiment: BaseExperiment, seed: int, runs: Iterable[int]
-) -> dict[int, int]:
-    """Return the numbers of generations of the runs that have a checkpoint or a record.
+) -> dict[int, StoredLength]:
+    """Return the lengths of the runs that have a checkpoint or a record.
 
     The parameters are those of `read_longest_record`. A damaged file counts as missing.
     """
     requested_runs = set(runs)
     folder = condition_folder(directory, experiment.name)
-    counts: dict[int, int] = {}
+    stored: dict[int, StoredLength] = {}
     for file, file_runs in assign_runs(list_record_files(folder)):
         if requested_runs.isdisjoint(file_runs):
             continue
         with suppress(StudyError):
-            lengths = read_lengths(file, experiment, seed)
-            counts |= {run: int(lengths.n_generations[run - file.first]) for run in file_runs}
+            counts, is_stopped = read_lengths(file, experiment, seed)
+            for run in requested_runs.intersection(file_runs):
+                index = run - file.first
+                stored[run] = StoredLength(int(counts[index]), bool(is_stopped[index]))
     file_names = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
     for run in requested_runs:
         path = checkpoint_path(directory, experiment.name, run)
         if path.name in file_names:
             with suppress(StudyError):
                 record = read_record_file(path, experiment, seed, run)
-                counts[run] = max(counts.get(run, 0), record.sizes["generation"])
-    return {run: count for run, count in counts.items() if run in requested_runs}
+                checkpoint = StoredLength(record.sizes["generation"], is_stopped=False)
+                stored[run] = max(checkpoint, stored.get(run, checkpoint))
+    return stored
 
 
 def read_longest_record(

@@ -12,7 +12,7 @@ import json
 import os
 import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
@@ -110,11 +110,20 @@ class ProgressFile:
         The directory of the study.
     progress : ProcessProgress
         The progress at the start.
+    count_workers : callable or None
+        Returns the present number of workers. It can raise OSError. None if the number does not
+        change.
     """
 
-    def __init__(self, directory: Path, progress: ProcessProgress) -> None:
+    def __init__(
+        self,
+        directory: Path,
+        progress: ProcessProgress,
+        count_workers: Callable[[], int] | None = None,
+    ) -> None:
         self._directory = directory
         self._progress = progress
+        self._count_workers = count_workers
         self._path = directory / progress.file_name
         self._write()
 
@@ -122,8 +131,13 @@ class ProgressFile:
         """Count finished agent-steps, and write the file if the last write is some time ago."""
         done = self._progress.agent_steps_done + agent_steps
         self._progress = self._progress._replace(agent_steps_done=done)
-        if time.time() - self._progress.updated >= WRITE_INTERVAL:
-            self._write()
+        if time.time() - self._progress.updated < WRITE_INTERVAL:
+            return
+        if self._count_workers:
+            # A lost cluster ends the study, with a better message.
+            with suppress(OSError):
+                self._progress = self._progress._replace(workers=self._count_workers())
+        self._write()
 
     def _write(self) -> None:
         self._progress = self._progress._replace(updated=time.time())

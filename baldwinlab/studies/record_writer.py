@@ -31,6 +31,9 @@ class RecordWriter:
         The directory of the study.
     experiment : BaseExperiment
         The experiment of the runs.
+    is_new : bool
+        Whether no file holds one of the runs. The folder is not listed then, which takes long for
+        many files.
 
     Attributes
     ----------
@@ -38,12 +41,14 @@ class RecordWriter:
         The directory of the study.
     """
 
-    def __init__(self, directory: Path, experiment: BaseExperiment) -> None:
+    def __init__(
+        self, directory: Path, experiment: BaseExperiment, *, is_new: bool = False
+    ) -> None:
         self.directory = directory
         self._condition = experiment.name
         self._runs_per_file = runs_per_file(experiment)
         self._folder = condition_folder(directory, experiment.name)
-        self._files = list_record_files(self._folder)
+        self._files = [] if is_new else list_record_files(self._folder)
         self._keys = BatchKeys()
         self._histories: dict[int, History] = {}
         self._runs_with_checkpoints: set[int] = set()

@@ -7,30 +7,21 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, closing
 from datetime import UTC, datetime
-from functools import partial
-from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
-import xarray as xr
-
-from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.simulation.history import History
 from baldwinlab.simulation.memory import runs_per_file
-from baldwinlab.simulation.simulate import continue_histories
 from baldwinlab.studies.checkpoints import (
     EVERY_MINUTE,
-    Checkpointer,
     Interval,
-    count_stored_generations,
-    read_longest_record,
+    read_stored_lengths,
 )
 from baldwinlab.studies.executors import THREADS, Executor, available_cores
 from baldwinlab.studies.progress import ProcessProgress, ProgressFile
 from baldwinlab.studies.record_checks import DamagedRecordError, RunLengths
 from baldwinlab.studies.record_files import RecordFile, assign_runs
-from baldwinlab.studies.record_writer import RecordWriter
+from baldwinlab.studies.run_task import Callback, RunTask, count_agent_steps
 from baldwinlab.studies.store import StudyStore
 
 __all__ = [
@@ -42,113 +33,12 @@ __all__ = [
     "run_study",
 ]
 
-# Maximum number of tasks of a study: enough for 10,000 cores, and few enough for a Dask scheduler.
+# Maximum number of tasks of a study, unless its workers would have less than two tasks each.
 # See docs/explanation/distributed-execution.md.
-MAX_TASKS: Final = 20_000
+MAX_TASKS: Final = 4000
+MIN_TASKS_PER_WORKER: Final = 2
 
 Progress = AbstractContextManager[Callable[[int], None]]
-
-# Called after each generation of a run with the dataset of the run.
-Callback = Callable[[xr.Dataset], None]
-
-
-class RunTask(NamedTuple):
-    """Task that simulates runs of one condition and stores each run when it ends."""
-
-    experiment: Experiment
-    runs: tuple[int, ...]
-    # Number of generations of each run that are not simulated again.
-    n_stored: int = 0
-    checkpoint_interval: Interval = EVERY_MINUTE
-    callback: Callback | None = None
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        return (self.experiment,)
-
-    @property
-    def agent_steps(self) -> int:
-        missing_generations = self.experiment.evolution.generations - self.n_stored
-        return len(self.runs) * missing_generations * self.agent_steps_per_generation
-
-    @property
-    def agent_steps_per_generation(self) -> int:
-        """Number of agent-steps in one generation of one run."""
-        return self.experiment.agent_steps
-
-    def run(
-        self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
-    ) -> None:
-        """Simulate the runs in batches of the backend's size. See `Task`."""
-        batch_size = backend.worlds
-        if isinstance(self.experiment, Experiment):
-            # A batch has a world for each repeat of a lifetime.
-            batch_size = max(1, batch_size // self.experiment.lifetime.repeats)
-        writer = RecordWriter(directory, self.experiment)
-        simulate = partial(self._simulate_batch, seed, backend, writer, report_progress)
-        try:
-            for start in range(0, len(self.runs), batch_size):
-                simulate(self.runs[start : start + batch_size])
-        finally:
-            # An interrupted task stores its finished runs.
-            writer.flush()
-
-    def _simulate_batch(
-        self,
-        seed: int,
-        backend: Backend,
-        writer: RecordWriter,
-        report_progress: Callable[[int], None],
-        runs: Sequence[int],
-    ) -> None:
-        directory = writer.directory
-        checkpointer = Checkpointer(directory, self.checkpoint_interval)
-
-        def after_generation(histories: Sequence[History]) -> None:
-            n_generations = max(history.n_generations for history in histories)
-            # The other runs stopped in an earlier generation, and are stored.
-            simulated = [history for history in histories if history.n_generations == n_generations]
-            checkpointer.save(simulated)
-            if self.callback:
-                for history in simulated:
-                    # The dataset shares its arrays with the history, which changes later.
-                    self.callback(history.dataset().copy(deep=True))
-            for history in simulated:
-                if history.is_complete:
-                    has_checkpoint = self.n_stored > 0 or checkpointer.has_saved
-                    writer.add(history, has_checkpoint=has_checkpoint)
-            # The progress includes the generations after a stop, which need no time.
-            n_omitted = sum(map(count_omitted_generations, simulated))
-            n_done = len(simulated) + n_omitted
-            report_progress(n_done * self.agent_steps_per_generation)
-
-        for histories in self._begin_histories(seed, directory, runs):
-            continue_histories(histories, backend, after_generation)
-
-    def _begin_histories(
-        self, seed: int, directory: Path, runs: Sequence[int]
-    ) -> list[list[History]]:
-        """Return the histories of runs, grouped by their numbers of stored generations."""
-        histories_by_generations: dict[int, list[History]] = {}
-        for run in runs:
-            record = None
-            if self.n_stored:
-                record = read_longest_record(directory, self.experiment, seed, run)
-            history = History(self.experiment, seed, run, record)
-            histories_by_generations.setdefault(history.n_generations, []).append(history)
-        return list(histories_by_generations.values())
-
-
-def count_omitted_generations(history: History) -> int:
-    """Return the number of generations that a run does not have because it stopped."""
-    if not history.is_stopped:
-        return 0
-    return history.experiment.evolution.generations - history.n_generations
-
-
-def count_agent_steps(experiment: Experiment) -> int:
-    """Return the number of agent-steps in one run."""
-    return experiment.evolution.generations * experiment.agent_steps
 
 
 def find_missing_runs(
@@ -218,7 +108,8 @@ def plan_tasks(
     """Divide the missing runs into tasks, with the slow tasks (agents that learn) first.
 
     A task is one batch of `worlds` runs. It has several batches if the number of tasks would exceed
-    `MAX_TASKS`, or to fill a file of records. It is smaller if a worker would have no task.
+    `MAX_TASKS` and two per worker, or to fill a file of records. It is smaller if a worker would
+    have no task.
 
     Parameters
     ----------
@@ -241,7 +132,8 @@ def plan_tasks(
         The tasks in order of their execution.
     """
     total_runs = sum(len(runs) for runs in missing.values())
-    batches_per_task = math.ceil(total_runs / (worlds * MAX_TASKS))
+    max_tasks = max(MAX_TASKS, MIN_TASKS_PER_WORKER * workers)
+    batches_per_task = math.ceil(total_runs / (worlds * max_tasks))
     tasks = []
     for condition, missing_runs in missing.items():
         if not missing_runs:
@@ -250,12 +142,14 @@ def plan_tasks(
         n_files = math.ceil(worlds * batches_per_task / file_size)
         runs_per_task = max(1, min(n_files * file_size, total_runs // workers))
         groups = _group_by_stored(study, condition, missing_runs)
-        for n_stored, runs in groups.items():
+        for n_generations, runs in groups.items():
             for start in range(0, len(runs), runs_per_task):
                 task = RunTask(
                     experiment=study.experiments[condition],
                     runs=tuple(runs[start : start + runs_per_task]),
-                    n_stored=n_stored,
+                    # The last stored generation is simulated again.
+                    n_stored=max(0, n_generations - 1),
+                    is_new=n_generations == 0,
                     checkpoint_interval=checkpoint_interval,
                     callback=callback,
                 )
@@ -266,14 +160,13 @@ def plan_tasks(
 def _group_by_stored(
     study: StudyStore, condition: str, runs: Sequence[int]
 ) -> dict[int, list[int]]:
-    """Return the runs by the number of their stored generations that are not simulated again."""
+    """Return the runs by the number of their stored generations."""
     experiment = study.experiments[condition]
     groups: dict[int, list[int]] = {0: []}
-    counts = count_stored_generations(study.directory, experiment, study.seed, runs)
+    stored = read_stored_lengths(study.directory, experiment, study.seed, runs)
     for run in runs:
-        # The last stored generation is simulated again.
-        n_stored = max(0, counts.get(run, 0) - 1)
-        groups.setdefault(n_stored, []).append(run)
+        n_generations = stored[run].n_generations if run in stored else 0
+        groups.setdefault(n_generations, []).append(run)
     return groups
 
 
@@ -335,7 +228,7 @@ def run_study(
     try:
         with (
             progress("simulating", total_steps) as show_progress,
-            closing(ProgressFile(study.directory, start)) as progress_file,
+            closing(ProgressFile(study.directory, start, executor.count_workers)) as progress_file,
             closing(executor.run(study, tasks, workers, backend)) as increments,
         ):
             for agent_steps in increments:

@@ -28,6 +28,7 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS, Executor, ExecutorError, choose_executor, dask
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import find_missing_runs, plan_tasks
+from baldwinlab.studies.run_task import RunTask
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import (
     ignore_message,
@@ -86,6 +87,22 @@ def test_worker_processes_and_threads_store_identical_studies(
     assert sum(simulated_steps(on_dask, study, runs=6)) == 2 * 6 * 3 * 300 * 20
     assert read_records(study.directory) == read_records(
         make_small_study(tmp_path / "threads", runs=6).directory
+    )
+
+
+def test_the_scheduler_has_one_wave_of_tasks_at_a_time(
+    tmp_path: Path, cluster: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dask, "TASKS_PER_WAVE", 4)
+    study = create_study(tmp_path / "waves", [shorten_preset("evo/A")], seed=5)
+    tasks = [RunTask(study.experiment("evo/A"), (run,), is_new=True) for run in range(20)]
+    n_tasks = []
+    for _ in on_dask.run(study, tasks, 2, CPU):
+        n_tasks.append(len(cluster.scheduler.tasks))
+    # The scheduler releases a finished task some time after the next wave has begun.
+    assert 1 <= max(n_tasks) <= 4 + 4 // 2
+    assert read_records(study.directory) == read_records(
+        make_small_study(tmp_path / "threads", [shorten_preset("evo/A")], runs=20).directory
     )
 
 
@@ -183,6 +200,7 @@ def test_workers_refuse_a_study_that_they_cannot_access(on_dask: Executor) -> No
         list(simulated_steps(on_dask, study, runs=2))
 
 
+@pytest.mark.nightly
 def test_worker_processes_and_threads_store_identical_assays(
     tmp_path: Path, on_dask: Executor
 ) -> None:
@@ -341,13 +359,20 @@ def test_without_the_cluster_extra_only_threads_work_and_the_error_names_the_ext
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
     assert choose_executor("threads", 3) == THREADS._replace(workers=3)
-    for request in (
-        lambda: choose_executor("dask:tcp://127.0.0.1:9"),
-        lambda: choose_executor("slurm", 2),
-        lambda: parse_location("s3://bucket/study"),
-    ):
+    for name, workers in (("dask:tcp://127.0.0.1:9", None), ("slurm", 2)):
         with pytest.raises(ValueError, match=re.escape(installation_command("cluster"))):
-            request()
+            choose_executor(name, workers)
+
+
+@pytest.mark.parametrize(
+    ("url", "extra"), [("s3://bucket/study", "s3"), ("gs://bucket/study", "cluster")]
+)
+def test_without_its_extra_a_url_is_refused_and_the_error_names_the_extra(
+    url: str, extra: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "upath", None)
+    with pytest.raises(ValueError, match=re.escape(installation_command(extra))):
+        parse_location(url)
 
 
 def test_the_same_command_runs_on_a_cluster(

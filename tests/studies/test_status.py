@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -50,6 +51,28 @@ def test_incomplete_and_stopped_runs_are_distinguished(tmp_path: Path, runs: int
     status = read_status(extended)
     assert status.missing == {CONDITION: len(missing[CONDITION])}
     assert status.seconds_left is not None
+
+
+def test_the_status_shows_the_workers_that_a_cluster_has_now(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = create_study(tmp_path, [make_experiment()], SEED)
+    start = ProcessProgress.begin(1, "dask", "cpu", runs=4, agent_steps=100)
+    n_workers = iter([7, 3])
+
+    def count_workers() -> int:
+        try:
+            return next(n_workers)
+        except StopIteration:
+            raise OSError("the scheduler does not answer") from None
+
+    monkeypatch.setattr(progress, "WRITE_INTERVAL", 0)
+    with closing(ProgressFile(tmp_path, start, count_workers)) as file:
+        shown_workers = []
+        for _ in range(4):
+            shown_workers.append(read_status(study).workers)
+            file.add(1)
+    assert shown_workers == [1, 7, 3, 3]
 
 
 def test_missing_runs_are_those_of_the_largest_condition_or_of_the_last_session(

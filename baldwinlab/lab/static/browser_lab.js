@@ -55,6 +55,7 @@ export class BrowserLab {
       last: number("last"),
     };
     if (pathname === "/api/recording") return feed.loadRecording(parameters, source);
+    if (pathname === "/api/frames") return feed.loadFrames(parameters, source);
     const agentQuery = { ...source, agent: number("agent") };
     return pathname === "/api/ancestors"
       ? feed.findAncestors(agentQuery)

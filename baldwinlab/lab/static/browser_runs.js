@@ -140,6 +140,57 @@ export class BrowserFeed extends Feed {
     };
   }
 
+  /** Return the container of frames. */
+  async loadFrames(source, { run, generation }) {
+    const { experiment, seed } = this.summary;
+    const appearance = this.lab.describeAppearance(experiment);
+    const window = readWindow(source, experiment.world);
+    const read = (name, fallback) => Number(source[name] ?? fallback);
+    const interval = read("interval", 1);
+    const query = { first: read("first", 0), count: read("count", 0), interval, window };
+    const kindSizes = appearance.item_kinds.map(({ number }) => number);
+    const { frames, simulated, arrays } = await this.requestFrames({
+      run,
+      generation,
+      query,
+      kindSizes,
+    });
+    const header = { kind: "frames", source, condition: experiment.name, seed, run, generation };
+    const { world, population, lifetime } = experiment;
+    const size = { steps: lifetime.steps, agents: population.size };
+    return {
+      header: {
+        ...header,
+        ...size,
+        simulated,
+        interval,
+        frames,
+        window,
+        world,
+        appearance,
+        topics: [],
+      },
+      arrays,
+    };
+  }
+
+  /** Request frames of a lifetime from the worker that replays. */
+  async requestFrames({ run, generation, ...parameters }) {
+    const { experiment, seed } = this.summary;
+    const program = this.lab.findProgram(experiment);
+    const worker = await this.lab.workers.prepareWorker("replay", program);
+    const life = [this.id, run, generation].join("/");
+    const request = { life, program: program.name, experiment, seed, run, generation };
+    const send = (genome) => worker.request("frames", { ...request, ...parameters, genome });
+    return (await send(null)) ?? send(await this.loadGenome(run, generation));
+  }
+
+  /** Return the genomes of a generation. */
+  loadGenome(run, generation) {
+    const worker = this.workers[run % this.lab.workers.maxWorkers];
+    return worker.request("genome", { group: this.id, run, generation });
+  }
+
   /** Return the container about one agent. */
   async inspectAgent({ run, generation, agent, first, last }) {
     const { experiment } = this.summary;
@@ -192,11 +243,7 @@ export class BrowserFeed extends Feed {
   async replay(command, parameters) {
     const { run, generation } = parameters;
     const { workers } = this.lab;
-    const genome = await this.workers[run % workers.maxWorkers].request("genome", {
-      group: this.id,
-      run,
-      generation,
-    });
+    const genome = await this.loadGenome(run, generation);
     const { experiment, seed } = this.summary;
     const program = this.lab.findProgram(experiment);
     return (await workers.prepareWorker("replay", program)).request(command, {
@@ -214,6 +261,18 @@ export class BrowserFeed extends Feed {
     this.lab.feeds.delete(this.id);
     for (const worker of this.workers ?? []) worker.request("end", { group: this.id });
   }
+}
+
+/** Return the window of a request, by default the complete map. */
+function readWindow(source, { width, height }) {
+  const completeMap = { left: 0, top: 0, right: width, bottom: height };
+  const squares = { columns: 1, rows: 1, max_shapes: 1 };
+  return Object.fromEntries(
+    Object.entries({ ...completeMap, ...squares }).map(([name, value]) => [
+      name,
+      Number(source[name] ?? value),
+    ]),
+  );
 }
 
 /** Return best fitness, mean fitness and the share of agents that eat, as bands over runs. */

@@ -2,6 +2,7 @@
 
 import { MEMORY_ERROR, compileProgram } from "./engine.js";
 import { Run, simulate } from "./simulation.js";
+import { WorldCursor } from "./frame_recorder.js";
 import { inspectAgent, limitSpan, recordLifetime } from "./lifetime_recorder.js";
 
 // Milliseconds of simulation before the first run.
@@ -19,6 +20,8 @@ const MAX_GENOME_BYTES = 256_000_000;
 const programs = new Map();
 // Runs that are simulated together, by the name that the page gives them.
 const groups = new Map();
+// The cursor of the last frames, and the name of its lifetime.
+let frames = { life: "", cursor: null };
 
 const COMMANDS = {
   async program({ name, bytes, plan }) {
@@ -74,6 +77,19 @@ const COMMANDS = {
   },
   recording: (options) => replayLifetime(options, recordLifetime),
   agent: (options) => replayLifetime(options, inspectAgent),
+  /**
+   * Return frames of a lifetime, or null if the genomes are needed. Genomes have megabytes, so only
+   * the first request of a lifetime contains them.
+   */
+  frames({ life, program, experiment, seed, run, generation, genome, query, kindSizes }) {
+    if (frames.life !== life) {
+      if (!genome) return null;
+      const frameRun = new Run(programs.get(program), experiment, seed, run);
+      frameRun.engine.array("population.genome").set(genome);
+      frames = { life, cursor: new WorldCursor(frameRun, generation) };
+    }
+    return frames.cursor.makeFrames(query, kindSizes);
+  },
   simulate: ({ program, experiment, seed, run }) =>
     simulate(programs.get(program), experiment, seed, run),
   /** Stop a group within a lifetime. Finished generations remain available. */

@@ -1,4 +1,9 @@
-/** Pointer gestures on a map: wheel and pinch zoom, dragging moves, a click or tap selects. */
+/**
+ * Gestures and keys on a map: wheel and pinch zoom, dragging moves, a click or tap selects. If the
+ * map has the focus, + and − zoom, and the arrow keys move an enlarged map.
+ */
+
+import { ZOOM_FACTOR } from "./zoom_tools.js";
 
 // CSS pixels that the pointer may move during a click.
 const CLICK_TOLERANCE = 5;
@@ -7,6 +12,14 @@ const CLICK_REACH = 16;
 const TAP_REACH = 28;
 // CSS pixels of a line, for wheels that count lines.
 const LINE_HEIGHT = 16;
+// CSS pixels that an arrow key moves the map.
+const PAN_DISTANCE = 60;
+const PAN_KEYS = {
+  ArrowLeft: [PAN_DISTANCE, 0],
+  ArrowRight: [-PAN_DISTANCE, 0],
+  ArrowUp: [0, PAN_DISTANCE],
+  ArrowDown: [0, -PAN_DISTANCE],
+};
 
 /** Return whether the wheel scrolls the page, which has priority over zooming. */
 function isScrollable(page) {
@@ -26,6 +39,7 @@ function readPosition(event) {
  */
 export function bindGestures(canvas, view, callbacks) {
   bindWheel(canvas, view, callbacks.changed);
+  canvas.addEventListener("keydown", (event) => handleMapKey(event, view, callbacks));
   bindPointers(canvas, new PointerTracker(canvas, view, callbacks));
   // Two fingers zoom the map instead of scrolling the page.
   canvas.addEventListener(
@@ -48,6 +62,26 @@ function bindWheel(canvas, view, changed) {
     changed();
   };
   canvas.addEventListener("wheel", zoom, { passive: false });
+}
+
+/** Handle a key of the focused map. Other keys control the complete view. */
+function handleMapKey(event, view, { changed, fitted }) {
+  const { key } = event;
+  const isZoomed = view.camera.zoom > 1;
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (key === "+" || key === "=") view.zoomAt(ZOOM_FACTOR);
+  else if (key === "-") view.zoomAt(1 / ZOOM_FACTOR);
+  else if (key === "0") return stop(event, fitted);
+  else if (isZoomed && !event.shiftKey && key in PAN_KEYS) view.pan(...PAN_KEYS[key]);
+  else return;
+  stop(event, changed);
+}
+
+/** Run an action instead of the action of the page. */
+function stop(event, action) {
+  event.preventDefault();
+  event.stopPropagation();
+  action();
 }
 
 function bindPointers(canvas, tracker) {

@@ -14,6 +14,8 @@ const KEYS = {
   c: "compare two lifetimes",
   a: "list of all agents",
   Esc: "close the inspector",
+  "map: + −": "if the map has the focus: zoom in or out",
+  "map: arrows": "if an enlarged map has the focus: move it (with Shift: 100 steps of time)",
 };
 
 /**

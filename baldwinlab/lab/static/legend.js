@@ -40,6 +40,8 @@ export class Legend {
     const speciesByName = new Map(
       headers.flatMap(({ species = [] }) => species).map((entry) => [entry.name, entry]),
     );
+    // Frames contain no sensors and no meals.
+    this.root.classList.toggle("with-frames", headers[0].kind === "frames");
     // The marks of agents without species are darts.
     this.root.classList.toggle("with-species", speciesByName.size > 0);
     this.species.replaceChildren(

@@ -32,7 +32,7 @@ export class LivePanel {
     const { experiment, alleles, runs } = feed.summary;
     const View = selectView(experiment, alleles);
     this.world = View
-      ? new View(feed.id, runs, state, navigate)
+      ? new View(feed.id, runs, state, navigate, countAgents(experiment))
       : createEmptyWorld(experiment.model);
     this.buttons = new RunButtons(feed, editRun);
     const fitness = el("div", { "data-testid": "live-fitness" });
@@ -123,6 +123,11 @@ function createCurveColumn(...charts) {
 function selectView(experiment, alleles) {
   if (experiment.world) return LiveWorld;
   return alleles.length ? LiveAlleles : null;
+}
+
+/** Return the number of agents of one world. */
+function countAgents({ population: { size, worlds = 1 } }) {
+  return Math.floor(size / worlds);
 }
 
 /** Replace the world of a model without a world. */

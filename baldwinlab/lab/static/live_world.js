@@ -1,10 +1,10 @@
 /** The world of a live run: the newest generation, or a selected one. */
 
-import { el, getBinary, showMessage } from "./common.js";
+import { el, showMessage } from "./common.js";
 import { Inspector } from "./inspector.js";
 import { Legend } from "./legend.js";
+import { openLifetime } from "./lifetimes.js";
 import { Player } from "./player.js";
-import { Lifetime, Recording } from "./recording.js";
 import { createRunPicker, parseWholeNumber } from "./run_picker.js";
 import { mountShare } from "./share.js";
 import { createLifetimeQuery } from "./sources.js";
@@ -23,10 +23,12 @@ export class LiveWorld {
    * @param {Object<string, string>} state of the address: speed, run, generation (by default the
    *   newest), step, agent
    * @param {(patch: Object<string, any>) => void} navigate
+   * @param {number} agents of the world
    */
-  constructor(id, runs, state, navigate) {
+  constructor(id, runs, state, navigate, agents) {
     Object.assign(this, {
       id,
+      agents,
       navigate,
       generationsDone: 0,
       life: null,
@@ -174,11 +176,9 @@ export class LiveWorld {
   load(generation, step = null) {
     this.loadingLife?.close();
     const source = { live: this.id, run: this.run, generation };
-    const life = new Lifetime(
-      async (part, signal) =>
-        new Recording(
-          await getBinary(`/api/recording?${new URLSearchParams({ ...source, ...part })}`, signal),
-        ),
+    const life = openLifetime(
+      source,
+      { agents: this.agents },
       () =>
         life === this.loadingLife ? this.showLife(life, source, step) : this.player.invalidate(),
       (error) => showMessage(error.message, "error"),
@@ -188,7 +188,7 @@ export class LiveWorld {
 
   showLife(life, source, step) {
     this.loadingLife = null;
-    if (!life.length) return;
+    if (!life.isLoaded) return;
     const isFirst = this.generation === null;
     this.life?.close();
     Object.assign(this, {
@@ -202,7 +202,9 @@ export class LiveWorld {
     this.figure.show(life);
     this.legend.show([life.header]);
     this.player.last = life.steps - 1;
-    this.player.seek(step ?? (this.player.time < this.player.last ? this.player.time : 0));
+    // A stream would simulate all steps up to the current time.
+    const isContinued = !life.isStream && this.player.time < this.player.last;
+    this.player.seek(step ?? (isContinued ? this.player.time : 0));
     const prefersStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
     if (isFirst && this.followsNewest && !prefersStill) this.player.play();
     this.inspect();
@@ -284,7 +286,8 @@ export class LiveWorld {
   }
 
   draw(time) {
-    const { isLoaded, ready } = this.figure.draw(time);
+    const { isLoaded, ready } = this.figure.draw(time, this.player.pace);
+    this.player.maxPace = this.life?.maxPace ?? Infinity;
     if (!ready) this.player.invalidate();
     if (!this.life) return isLoaded;
     const step = Math.floor(time);

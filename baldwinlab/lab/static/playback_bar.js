@@ -41,6 +41,7 @@ export class PlaybackBar {
     this.trails = createList("trails", "Trails", TRAILS, () =>
       callbacks.set({ trails: this.trails.value }),
     );
+    this.trails.classList.add("recorded");
     const toggleSight = () => callbacks.set({ sight: this.sight.checked });
     this.sight = el("input", { type: "checkbox", "data-testid": "sight", onchange: toggleSight });
     const compareAttributes = {
@@ -106,7 +107,7 @@ export class PlaybackBar {
         "div",
         { class: "row options" },
         this.trails,
-        el("label", { class: "inline" }, this.sight, "sight"),
+        el("label", { class: "inline recorded" }, this.sight, "sight"),
         this.compare,
         this.agents,
         createButton("fit", "Show the whole map (0)", fit),

@@ -25,12 +25,19 @@ export class Player {
     // The last step.
     this.last = 0;
     this.speed = 10;
+    // Steps per second that can be loaded.
+    this.maxPace = Infinity;
     this.playing = false;
     this.changed = () => {};
     // Called after the last step.
     this.ended = () => {};
     this.frameRequest = 0;
     this.lastFrame = 0;
+  }
+
+  /** Steps per second at the current speed. */
+  get pace() {
+    return this.speed * STEPS_PER_SECOND;
   }
 
   /** Draw in the next frame. */
@@ -46,7 +53,8 @@ export class Player {
     const isLoaded = this.show(this.time);
     if (!this.playing) return;
     if (isLoaded) {
-      this.time = Math.min(this.time + (elapsed / 1000) * this.speed * STEPS_PER_SECOND, this.last);
+      const pace = Math.min(this.pace, this.maxPace);
+      this.time = Math.min(this.time + (elapsed / 1000) * pace, this.last);
       if (this.time >= this.last) {
         this.show(this.time);
         this.pause();

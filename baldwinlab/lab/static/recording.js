@@ -183,6 +183,11 @@ export class Lifetime {
     this.loadPart(0);
   }
 
+  /** Whether the first part is loaded. */
+  get isLoaded() {
+    return this.length > 0;
+  }
+
   /**
    * Return the part that contains a step, or null while it loads. The next part is loaded in
    * advance.

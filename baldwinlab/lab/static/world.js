@@ -5,6 +5,12 @@ import { palette, resolveColor } from "./palette.js";
 import { drawSensors } from "./sensors.js";
 import { LifeTrails, drawAgentTrail, drawRecentTrails } from "./trails.js";
 
+// The largest zoom of a map of 640 map units. A larger map has a larger one.
+const MAX_ZOOM = 24;
+const STANDARD_SIZE = 640;
+// The largest zoom in an address, which is opened before the size of the map is known.
+const MAX_ADDRESS_ZOOM = 10_000;
+
 /**
  * @typedef {object} DrawOptions
  * @property {number|null} [selectedAgent] the selected agent
@@ -21,6 +27,8 @@ export class WorldView {
     this.world = { width: 640, height: 640, marks: [] };
     this.life = new LifeTrails();
     this.count = 0;
+    // The index of each drawn agent in its world, or null if all agents are drawn.
+    this.ids = null;
     this.resize();
   }
 
@@ -66,10 +74,12 @@ export class WorldView {
     );
   }
 
-  /** Zoom by a factor. The point (px, py) stays fixed. */
-  zoomAt(factor, px, py) {
+  /** Zoom by a factor. The point (px, py), by default the center, stays fixed. */
+  zoomAt(factor, px = this.width / 2, py = this.height / 2) {
     const before = this.convertToMap(px, py);
-    this.setCamera(this.camera.x, this.camera.y, this.camera.zoom * factor);
+    const size = Math.max(this.world.width, this.world.height);
+    const maxZoom = MAX_ZOOM * Math.max(1, size / STANDARD_SIZE);
+    this.setCamera(this.camera.x, this.camera.y, Math.min(maxZoom, this.camera.zoom * factor));
     const after = this.convertToMap(px, py);
     const x = (before[0] - after[0]) / this.world.width;
     const y = (before[1] - after[1]) / this.world.height;
@@ -77,7 +87,7 @@ export class WorldView {
   }
 
   setCamera(x, y, zoom) {
-    const limited = Math.min(24, Math.max(1, zoom));
+    const limited = Math.min(MAX_ADDRESS_ZOOM, Math.max(1, zoom));
     // The complete map stays centered.
     const slack = limited === 1 ? 0 : 0.5;
     const clamp = (value) => Math.min(0.5 + slack, Math.max(0.5 - slack, value));
@@ -103,7 +113,28 @@ export class WorldView {
       nearest = agent;
       nearestDistance = distance;
     }
-    return nearest;
+    return nearest !== null && this.ids ? this.ids[nearest] : nearest;
+  }
+
+  /** Return the position of an agent among the drawn agents, or null. */
+  findIndex(agent) {
+    const index = this.ids ? this.ids.indexOf(agent) : (agent ?? -1);
+    return index < 0 ? null : index;
+  }
+
+  /**
+   * Set the drawn agents of a world with many agents. null: none.
+   * @param {{agent: Uint32Array, x: Float32Array, y: Float32Array, heading: ArrayLike<number>}|null}
+   *   agents
+   * @param {number} headings of a full turn
+   */
+  setAgents(agents, headings) {
+    this.ids = agents?.agent ?? new Uint32Array(0);
+    this.count = this.ids.length;
+    this.x = agents?.x;
+    this.y = agents?.y;
+    const turn = (2 * Math.PI) / headings;
+    this.angle = Float32Array.from(agents?.heading ?? [], (heading) => heading * turn);
   }
 
   /**
@@ -113,9 +144,21 @@ export class WorldView {
    * @returns {boolean} whether all is drawn; otherwise draw again
    */
   draw(recording, time, options = {}) {
-    const { pen, pixelRatio } = this;
     if (recording) this.setWorld(recording.header);
-    const scale = this.scale;
+    let isComplete = true;
+    this.drawWorld((transform) => {
+      if (recording) isComplete = this.drawRecording(recording, time, options, transform);
+    });
+    return isComplete;
+  }
+
+  /**
+   * Draw the map and its content.
+   * @param {(transform: number[]) => void} drawContent draws in map units, within the map;
+   *   `transform` is the scale and the origin in pixels of the canvas
+   */
+  drawWorld(drawContent) {
+    const { pen, pixelRatio, scale } = this;
     const [left, top] = this.origin;
     const transform = [scale * pixelRatio, left * pixelRatio, top * pixelRatio];
     pen.setTransform(1, 0, 0, 1, 0, 0);
@@ -124,11 +167,17 @@ export class WorldView {
     pen.setTransform(transform[0], 0, 0, transform[0], transform[1], transform[2]);
     pen.lineJoin = "round";
     this.drawMap(scale);
-    if (!recording) return true;
     pen.save();
     pen.beginPath();
     pen.rect(0, 0, this.world.width, this.world.height);
     pen.clip();
+    drawContent(transform);
+    pen.restore();
+    this.drawEdge(scale);
+  }
+
+  drawRecording(recording, time, options, transform) {
+    const { scale } = this;
     const step = Math.min(Math.floor(time), recording.last - 1);
     this.interpolateAgents(recording, step, time - step);
     const isComplete = this.drawTrails(transform, recording, step, options, scale);
@@ -139,8 +188,6 @@ export class WorldView {
       scale,
     );
     drawAgents(this, recording, step, options.selectedAgent);
-    pen.restore();
-    this.drawEdge(scale);
     return isComplete;
   }
 
@@ -176,8 +223,8 @@ export class WorldView {
     step,
     share,
   ) {
-    if (this.count !== agents) {
-      this.count = agents;
+    if (this.ids || this.count !== agents) {
+      Object.assign(this, { ids: null, count: agents });
       for (const name of ["x", "y", "angle"]) this[name] = new Float32Array(agents);
     }
     const { width, height } = this.world;
@@ -258,7 +305,7 @@ function drawMark(pen, { kind, x, y, width, height, color, solid }, scale) {
 
 /** Round to the precision of the address. */
 function round(value) {
-  return Math.round(value * 1e5) / 1e5;
+  return Math.round(value * 1e7) / 1e7;
 }
 
 /** Interpolate between two numbers along the shorter way on a circle. */

@@ -1,16 +1,10 @@
 /** A world outside the World tab: with zoom, the number of eaten items, and a selected agent. */
 
-import { el, createIcon } from "./common.js";
+import { el } from "./common.js";
+import { FrameView } from "./frame_view.js";
 import { bindGestures } from "./gestures.js";
 import { WorldView } from "./world.js";
-
-const BUTTONS = {
-  closer: ["Zoom in", "M10 4v12M4 10h12"],
-  farther: ["Zoom out", "M4 10h12"],
-  all: ["Show the whole map", "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4"],
-};
-// Zoom factor of a press.
-const ZOOM_FACTOR = 1.5;
+import { createZoomButtons } from "./zoom_tools.js";
 
 /** Return a single recording as a complete lifetime. */
 export function createLifetime(recording) {
@@ -41,8 +35,19 @@ export class WorldFigure {
       "data-testid": `${testid}-agent`,
       onchange: choose,
     });
+    // A list of many agents would be too long.
+    this.number = el("input", {
+      type: "number",
+      min: 0,
+      step: 1,
+      placeholder: "agent",
+      hidden: true,
+      "aria-label": "Agent to inspect",
+      "data-testid": `${testid}-agent-number`,
+      onchange: () => this.pickNumber(),
+    });
+    this.frames = new FrameView(this.view, invalidate);
     this.facts = el("p", { class: "number", hidden: true, "data-testid": `${testid}-facts` });
-    const zoom = (factor) => () => this.zoom(factor);
     this.foot = el(
       "div",
       { class: "row figure-foot" },
@@ -51,10 +56,10 @@ export class WorldFigure {
         "span",
         { class: "figure-tools" },
         this.picker,
-        createToolButton("closer", zoom(ZOOM_FACTOR)),
-        createToolButton("farther", zoom(1 / ZOOM_FACTOR)),
-        createToolButton("all", () => this.fit()),
+        this.number,
+        createZoomButtons({ zoom: (factor) => this.zoom(factor), fit: () => this.fit() }),
       ),
+      this.frames.legend.root,
     );
     bindGestures(this.canvas, this.view, {
       changed: () => this.onCameraChange(),
@@ -68,9 +73,26 @@ export class WorldFigure {
     this.sized.observe(this.canvas);
   }
 
-  /** @param {import("./recording.js").Lifetime} life or the result of `createLifetime` */
+  /**
+   * @param {import("./recording.js").Lifetime|import("./frame_stream.js").FrameStream} life or the
+   *   result of `createLifetime`
+   */
   show(life) {
     this.life = life;
+    const { agents } = life.header;
+    this.picker.hidden = Boolean(life.isStream);
+    this.number.hidden = !life.isStream;
+    this.number.max = String(agents - 1);
+    if (life.isStream) this.picker.replaceChildren();
+    else {
+      this.frames.legend.hide();
+      this.listAgents(life);
+    }
+    this.pick(this.agent !== null && this.agent < agents ? this.agent : null);
+  }
+
+  /** Fill the list of agents. */
+  listAgents(life) {
     const { agents } = life.header;
     const firstPart = life.parts.values().next().value;
     // The species of an agent can change from generation to generation.
@@ -80,7 +102,12 @@ export class WorldFigure {
       );
       this.picker.replaceChildren(el("option", { value: "" }, "all agents"), ...options);
     }
-    this.pick(this.agent !== null && this.agent < agents ? this.agent : null);
+  }
+
+  /** Select the agent of the number field, if the world has it. */
+  pickNumber() {
+    const isAgent = this.number.value !== "" && this.number.checkValidity();
+    this.pick(isAgent ? Number(this.number.value) : null);
   }
 
   /** Select an agent, or none. */
@@ -88,13 +115,14 @@ export class WorldFigure {
     const isOther = agent !== this.agent;
     this.agent = agent;
     this.picker.value = agent ?? "";
-    this.facts.hidden = agent === null;
+    this.number.value = agent ?? "";
+    this.facts.hidden = agent === null || Boolean(this.life?.isStream);
     this.invalidate();
     if (isOther) this.picked(agent);
   }
 
   zoom(factor) {
-    this.view.zoomAt(factor, this.view.width / 2, this.view.height / 2);
+    this.view.zoomAt(factor);
     this.onCameraChange();
   }
 
@@ -109,10 +137,17 @@ export class WorldFigure {
   }
 
   /**
+   * @param {number} time in steps
+   * @param {number} [pace] steps per second of playback
    * @returns {{isLoaded: boolean, ready: boolean}} whether the moment is loaded, and whether it is
    *   completely drawn
    */
-  draw(time) {
+  draw(time, pace = 0) {
+    if (this.life?.isStream) {
+      const drawn = this.frames.draw(this.life, time, { selectedAgent: this.agent, pace });
+      setText(this.count, drawn.text);
+      return drawn;
+    }
     const recording = this.life?.findPart(Math.floor(time)) ?? null;
     const moment = Math.max(time, recording?.first ?? 0);
     const ready = this.view.draw(recording, moment, { selectedAgent: this.agent });
@@ -138,22 +173,6 @@ export class WorldFigure {
   close() {
     this.sized.disconnect();
   }
-}
-
-function createToolButton(name, action) {
-  const [label, path] = BUTTONS[name];
-  return el(
-    "button",
-    {
-      type: "button",
-      class: "quiet square",
-      "aria-label": label,
-      title: label,
-      "data-testid": `zoom-${name}`,
-      onclick: action,
-    },
-    createIcon(path),
-  );
 }
 
 function setText(element, text) {

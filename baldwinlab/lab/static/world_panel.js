@@ -1,16 +1,14 @@
 /** One world on the World tab: its selectors and its canvas. */
 
 import { LifetimeSelector } from "./lifetime_selector.js";
-import { el, getBinary } from "./common.js";
+import { el } from "./common.js";
+import { FrameView } from "./frame_view.js";
 import { bindGestures } from "./gestures.js";
+import { openLifetime } from "./lifetimes.js";
 import { formatAgent } from "./population.js";
-import { Lifetime, Recording } from "./recording.js";
-import { createLifetimeQuery } from "./sources.js";
 import { Tooltip } from "./tooltip.js";
 import { WorldView } from "./world.js";
-
-// Agent-steps per request, about 17 MB.
-const PART_AGENT_STEPS = 1_300_000;
+import { createZoomButtons } from "./zoom_tools.js";
 
 export class WorldPanel extends LifetimeSelector {
   /**
@@ -32,14 +30,26 @@ export class WorldPanel extends LifetimeSelector {
     this.busy = el("div", { class: "busy", hidden: true }, "Simulating …");
     this.note = el("div", { class: "count number", "data-testid": `eaten-${name}` });
     this.pickers.append(this.note);
-    this.stage = el("div", { class: "stage" }, this.canvas, this.busy);
+    this.view = new WorldView(this.canvas);
+    this.frames = new FrameView(this.view, callbacks.invalidate);
+    const zoom = (factor) => {
+      this.view.zoomAt(factor);
+      callbacks.moved();
+    };
+    this.stage = el(
+      "div",
+      { class: "stage" },
+      this.canvas,
+      this.busy,
+      el("div", { class: "zoom-tools" }, createZoomButtons({ zoom })),
+    );
     this.root = el(
       "section",
       { class: "panel", "aria-label": name === "a" ? "World" : "Second world" },
       this.pickers,
       this.stage,
+      this.frames.legend.root,
     );
-    this.view = new WorldView(this.canvas);
     this.tip = new Tooltip(this.stage);
     const hovered = (agent, x, y) =>
       this.tip.show(agent === null || !this.describe ? null : this.describe(agent), x, y);
@@ -63,12 +73,12 @@ export class WorldPanel extends LifetimeSelector {
   choose(source) {
     if (!super.choose(source)) return;
     this.loadingLife?.close();
-    const agents = this.condition?.agents;
     const started = performance.now();
-    this.loadingLife = new Lifetime(
-      (part, signal) => this.fetchPart(source, part, agents, signal),
+    this.loadingLife = openLifetime(
+      source,
+      this.condition ?? {},
       () => {
-        if (this.loadingLife?.parts.size) {
+        if (this.loadingLife?.isLoaded) {
           this.life?.close();
           this.life = this.loadingLife;
           this.loadingLife = null;
@@ -92,29 +102,27 @@ export class WorldPanel extends LifetimeSelector {
     setTimeout(() => (this.busy.hidden = !this.loadingLife), 150);
   }
 
-  async fetchPart(source, part, agents, signal) {
-    const requested = createLifetimeQuery(source);
-    const steps = this.condition?.steps;
-    const span =
-      part ??
-      (agents && steps
-        ? { first: 0, last: Math.min(steps, Math.max(100, Math.floor(PART_AGENT_STEPS / agents))) }
-        : null);
-    if (span) for (const [key, value] of Object.entries(span)) requested.set(key, value);
-    return new Recording(await getBinary(`api/recording?${requested}`, signal));
-  }
-
   /**
    * @returns {{isLoaded: boolean, ready: boolean}} whether the moment is loaded, and whether it is
    *   completely drawn
    */
   draw(time, options) {
+    if (this.life?.isStream) return this.drawStream(time, options);
+    this.frames.legend.hide();
     const recording = this.life?.findPart(Math.floor(time)) ?? null;
     const moment = recording ? Math.min(time, recording.steps - 1) : 0;
     const ready = this.view.draw(recording, moment, options);
     this.curve.draw();
     if (recording) this.showCount(recording, Math.floor(moment));
     return { isLoaded: recording !== null || !this.life, ready };
+  }
+
+  drawStream(time, options) {
+    const drawn = this.frames.draw(this.life, time, options);
+    this.curve.draw();
+    this.describe = (agent) => this.life.describeAgent(agent);
+    if (this.note.textContent !== drawn.text) this.note.textContent = drawn.text;
+    return drawn;
   }
 
   showCount(recording, step) {

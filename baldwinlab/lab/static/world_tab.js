@@ -179,6 +179,8 @@ export class WorldTab {
     const lengths = this.panels.filter(({ life }) => life?.steps).map(({ life }) => life.steps);
     if (!lengths.length) return;
     this.showGuide();
+    // A list of many agents would be too long.
+    this.root.classList.toggle("streaming", Boolean(this.panels[0].life?.isStream));
     this.player.last = Math.max(...lengths) - 1;
     const speed = chooseSpeed(this.player.last + 1);
     // The user has not selected a speed.
@@ -208,6 +210,7 @@ export class WorldTab {
   /** Go to the nearest meal of the selected agent, or of any agent. */
   goToMeal(direction) {
     const { life } = this.panels.find(({ name }) => name === this.side);
+    if (life?.isStream) return showMessage("A world of this size has no list of meals.");
     const step = life?.findMeal(Math.floor(this.player.time), direction, this.agent);
     if (step == null)
       return showMessage(
@@ -234,10 +237,13 @@ export class WorldTab {
     let isLoaded = true;
     for (const panel of this.panels) {
       const selectedAgent = panel.name === this.side ? this.agent : null;
-      const drawn = panel.draw(time, { trails: this.trails, sight: this.sight, selectedAgent });
+      const { trails, sight } = this;
+      const { pace } = this.player;
+      const drawn = panel.draw(time, { trails, sight, selectedAgent, pace });
       isLoaded &&= drawn.isLoaded;
       if (!drawn.ready) this.player.invalidate();
     }
+    this.player.maxPace = Math.min(...this.panels.map(({ life }) => life?.maxPace ?? Infinity));
     const step = Math.floor(time);
     const tracks = this.panels
       .filter(({ life }) => life)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shutil
-from functools import partial
 
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.files import require_cluster_extra
@@ -56,13 +55,11 @@ def choose_executor(name: str, workers: int | None = None) -> Executor:
                 "--executor slurm needs sbatch, which is not installed on this machine: "
                 "run the command on a machine that submits jobs to Slurm"
             )
-        n_cores = workers * dask.count_job_cores()
-        return Executor(name="slurm", workers=n_cores, work=partial(dask.run_on_slurm, workers))
+        return dask.make_slurm_executor(workers)
     if workers is not None:
         raise ArgumentError(
             "workers",
             workers,
-            "is for threads and slurm: a Dask cluster has a fixed number of workers",
+            "is for threads and slurm: a Dask cluster has its own number of workers",
         )
-    n_cores = max(1, dask.count_cores(address))
-    return Executor(name="dask", workers=n_cores, work=partial(dask.run_on_dask, address))
+    return dask.make_dask_executor(address)

@@ -1,8 +1,8 @@
 """Executors on a Dask cluster: an existing one, or one whose workers are Slurm jobs.
 
-A task is sent as plain data with its third-party parts. A worker stores records itself. Only the
-result of a task passes through the scheduler. Workers report their progress by events of the
-scheduler, whose total rate is limited for any number of workers.
+Tasks are submitted in waves, so the number of tasks in the scheduler does not grow with the study.
+Only the result of a task passes through the scheduler. Workers report their progress by events of
+the scheduler, whose total rate is limited for any number of workers.
 """
 
 from __future__ import annotations
@@ -10,98 +10,109 @@ from __future__ import annotations
 import pickle
 import queue
 import subprocess
-import time
-from collections.abc import Callable, Generator, Sequence
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError
-from pathlib import Path
-from threading import Lock
-from typing import Any, Final, NamedTuple
+from contextlib import AbstractContextManager, contextmanager
+from functools import partial
+from typing import Any, Final
 from uuid import uuid4
 
 import dask.config
 from dask_jobqueue import SLURMCluster
-from distributed import Client, Future, KilledWorker, Worker, get_worker
+from distributed import Client, Future, KilledWorker
 
-from baldwinlab.core.errors import PartError, RefusedError
-from baldwinlab.core.files import is_local, parse_location
-from baldwinlab.core.output_paths import is_study
-from baldwinlab.engine.cache import sources_hash
-from baldwinlab.models.miniworld.backends.choice import Backend, choose_backend
-from baldwinlab.parts.loading import Source, load_text, sources_of
-from baldwinlab.studies.executors.tasks import Done, ExecutorError, StoppedError, Task
-from baldwinlab.studies.records import StudyError
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.files import is_local
+from baldwinlab.models.miniworld.backends.choice import Backend
+from baldwinlab.parts.loading import sources_of
+from baldwinlab.studies.executors.dask_worker import ENGINE_HASH, RemoteTask, run_remote_task
+from baldwinlab.studies.executors.tasks import Done, Executor, ExecutorError, Task
 from baldwinlab.studies.store import StudyStore
 
 # Timeout of a connection to a scheduler, in seconds.
 CONNECTION_TIMEOUT: Final = 10
 # Maximum rate of progress events of all tasks.
 EVENTS_PER_SECOND: Final = 100
-# Number of tasks in one message to the scheduler.
-TASKS_PER_MESSAGE: Final = 1000
+# Maximum number of unfinished tasks in the scheduler: two per core of a large cluster.
+TASKS_PER_WAVE: Final = 1000
+TASKS_PER_CORE: Final = 2
 # Minimum time between two events of a task, in seconds.
 MIN_EVENT_INTERVAL: Final = 2.0
-# Hash of the sources of the engine and the version of Numba.
-ENGINE_HASH: Final = sources_hash()
-
-# The registry of parts belongs to the process, so one thread loads parts at a time.
-LOADING_LOCK: Final = Lock()
+LOST_SCHEDULER: Final = "the connection to the Dask scheduler is lost"
 
 
-class RemoteTask(NamedTuple):
-    """Message to a worker; it is sent as pickled bytes, which Dask does not inspect.
+class DaskCluster:
+    """A Dask cluster that executes the tasks of a study.
 
-    Attributes
+    Parameters
     ----------
-    task : bytes
-        The pickled task. Its classes are available only after the parts are loaded.
-    parts : tuple
-        Sources of third-party parts, each with its SHA-256.
-    seed : int
-        The seed of the study.
-    directory : str
-        The directory of the study.
-    backend : str
-        Name of the backend.
-    engine : str
-        Hash of the engine, which must match that of the worker.
-    topic : str
-        Topic of the progress events.
-    event_interval : float
-        Minimum time between two events of this task, in seconds.
+    connect : callable
+        Returns a context manager whose value is a client of the cluster.
     """
 
-    task: bytes
-    parts: tuple[tuple[Source, str], ...]
-    seed: int
-    directory: str
-    backend: str
-    engine: str
-    topic: str
-    event_interval: float
+    def __init__(self, connect: Callable[[], AbstractContextManager[Client]]) -> None:
+        self._connect = connect
+        self._client: Client | None = None
+
+    def count_cores(self) -> int:
+        """Return the number of cores that the cluster has now, 0 outside of `run`.
+
+        Raises OSError if the scheduler does not answer.
+        """
+        return sum(self._client.nthreads().values()) if self._client else 0
+
+    def run(
+        self,
+        study: StudyStore,
+        tasks: Sequence[Task],
+        workers: int,
+        backend: Backend,
+        done: Done,
+    ) -> Generator[int, None, None]:
+        """Execute the tasks on the workers of the cluster. See `Executor.run`."""
+        with self._connect() as client:
+            self._client = client
+            try:
+                yield from Submission(client, study, backend, tasks).run(done)
+            finally:
+                self._client = None
 
 
-def run_on_dask(
-    address: str,
-    study: StudyStore,
-    tasks: Sequence[Task],
-    workers: int,
-    backend: Backend,
-    done: Done,
-) -> Generator[int, None, None]:
-    """Execute the tasks on the workers of a Dask cluster. See `Executor.run`."""
+def make_dask_executor(address: str) -> Executor:
+    """Return the executor on an existing cluster. Raises RefusedError if no scheduler answers."""
+    cluster = DaskCluster(partial(_connect, address))
     with _connect(address) as client:
-        yield from _run_tasks(client, study, tasks, backend, done)
+        # The workers of an adaptive cluster start when it has tasks.
+        n_cores = max(1, sum(client.nthreads().values()))
+    return Executor("dask", n_cores, cluster.run, cluster.count_cores)
 
 
-def run_on_slurm(
-    jobs: int, study: StudyStore, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
-) -> Generator[int, None, None]:
-    """Execute the tasks on Slurm jobs, which Dask's configuration describes. See `Executor.run`."""
+def make_slurm_executor(jobs: int) -> Executor:
+    """Return the executor on Slurm jobs, which Dask's configuration describes.
+
+    Raises RefusedError if it does not describe a job.
+    """
+    cluster = DaskCluster(partial(_start_slurm_jobs, jobs))
+    return Executor("slurm", jobs * _count_job_cores(), cluster.run, cluster.count_cores)
+
+
+def _connect(address: str) -> Client:
+    try:
+        return Client(address, timeout=CONNECTION_TIMEOUT, set_as_default=False)
+    except (OSError, ValueError, RuntimeError):
+        raise RefusedError(
+            f"no Dask scheduler answers at {address}; start one with `dask scheduler`"
+        ) from None
+
+
+@contextmanager
+def _start_slurm_jobs(jobs: int) -> Iterator[Client]:
     with SLURMCluster() as cluster, Client(cluster, set_as_default=False) as client:
         _require_job(cluster.job_script())
         # Unlike `scale`, `adapt` replaces a job that ends early.
         cluster.adapt(minimum_jobs=jobs, maximum_jobs=jobs)
-        yield from _run_tasks(client, study, tasks, backend, done)
+        yield client
 
 
 def _require_job(script: str) -> None:
@@ -112,17 +123,7 @@ def _require_job(script: str) -> None:
         raise ExecutorError(f"Slurm refuses the job: {reason}")
 
 
-def count_cores(address: str) -> int:
-    """Return the number of cores of a cluster. Raises RefusedError if no scheduler answers."""
-    with _connect(address) as client:
-        return sum(client.nthreads().values())
-
-
-def count_job_cores() -> int:
-    """Return the number of cores of a Slurm job.
-
-    Raises RefusedError if Dask's configuration does not describe a job.
-    """
+def _count_job_cores() -> int:
     missing = [name for name in ("cores", "memory") if _job_setting(name) is None]
     if missing:
         names = " and ".join(f"jobqueue.slurm.{name}" for name in missing)
@@ -137,82 +138,94 @@ def _job_setting(name: str) -> Any:
     return dask.config.get(f"jobqueue.slurm.{name}", None)
 
 
-def _connect(address: str) -> Client:
-    try:
-        return Client(address, timeout=CONNECTION_TIMEOUT, set_as_default=False)
-    except (OSError, ValueError, RuntimeError):
-        raise RefusedError(
-            f"no Dask scheduler answers at {address}; start one with `dask scheduler`"
-        ) from None
-
-
-def _run_tasks(
-    client: Client, study: StudyStore, tasks: Sequence[Task], backend: Backend, done: Done
-) -> Generator[int, None, None]:
-    """Submit the tasks and yield the agent-steps done.
+class Submission:
+    """Tasks that are submitted to a cluster in waves.
 
     Workers report the remaining agent-steps of a task. The end of a task adds the agent-steps that
     were not reported. A task of a lost worker restarts. It adds agent-steps only after it has
     passed the progress of its first attempt.
     """
-    events: queue.SimpleQueue[Future | tuple[str, int]] = queue.SimpleQueue()
-    topic = f"baldwinlab-{uuid4().hex}"
 
-    def queue_progress(event: tuple[Any, tuple[str, int]]) -> None:
-        _, progress = event
-        events.put(progress)
-
-    client.subscribe_topic(topic, queue_progress)
-    tasks_by_key = {f"{topic}-{index}": task for index, task in enumerate(tasks)}
-    remaining = {key: task.agent_steps for key, task in tasks_by_key.items()}
-    messages = _pack_tasks(study, tasks, backend, topic)
-    futures = {
-        future.key: future
-        for future in client.map(
-            _run_task, messages, key=list(remaining), pure=False, batch_size=TASKS_PER_MESSAGE
-        )
-    }
-    try:
-        for future in futures.values():
-            future.add_done_callback(events.put)
-        while futures:
-            event = events.get()
-            if isinstance(event, Future):
-                key = event.key
-                remaining_steps = 0
-                done(tasks_by_key[key], _get_result(event))
-                # Without the last reference, the scheduler releases the task.
-                del futures[key]
-            else:
-                key, remaining_steps = event
-            if remaining_steps < remaining[key]:
-                yield remaining[key] - remaining_steps
-                remaining[key] = remaining_steps
-    finally:
-        client.cancel(list(futures.values()))
-
-
-def _pack_tasks(
-    study: StudyStore, tasks: Sequence[Task], backend: Backend, topic: str
-) -> list[bytes]:
-    """Return the pickled message of each task."""
-    directory = str(study.directory.absolute() if is_local(study.directory) else study.directory)
-    sources = sources_of(experiment for task in tasks for experiment in task.experiments)
-    parts = tuple((source, source.sha256) for source in sources)
-    messages = []
-    for task in tasks:
-        message = RemoteTask(
-            task=pickle.dumps(task),
-            parts=parts,
+    def __init__(
+        self, client: Client, study: StudyStore, backend: Backend, tasks: Sequence[Task]
+    ) -> None:
+        directory = study.directory.absolute() if is_local(study.directory) else study.directory
+        sources = sources_of(experiment for task in tasks for experiment in task.experiments)
+        self._client = client
+        self._topic = f"baldwinlab-{uuid4().hex}"
+        # The task and the interval are those of each message.
+        self._message = RemoteTask(
+            task=b"",
+            parts=tuple((source, source.sha256) for source in sources),
             seed=study.seed,
-            directory=directory,
+            directory=str(directory),
             backend=backend.name,
             engine=ENGINE_HASH,
-            topic=topic,
-            event_interval=max(MIN_EVENT_INTERVAL, len(tasks) / EVENTS_PER_SECOND),
+            topic=self._topic,
+            event_interval=MIN_EVENT_INTERVAL,
         )
-        messages.append(pickle.dumps(message))
-    return messages
+        self._waiting = deque((f"{self._topic}-{i}", task) for i, task in enumerate(tasks))
+        self._wave_size = TASKS_PER_WAVE
+        self._tasks: dict[str, Task] = {}
+        self._remaining: dict[str, int] = {}
+        self._futures: dict[str, Future] = {}
+        self._events: queue.SimpleQueue[Future | tuple[str, int]] = queue.SimpleQueue()
+
+    def run(self, done: Done) -> Generator[int, None, None]:
+        """Submit the tasks, and yield the agent-steps done. See `Executor.run`."""
+        self._client.subscribe_topic(self._topic, self._queue_progress)
+        self._submit_wave()
+        try:
+            while self._futures:
+                event = self._events.get()
+                if isinstance(event, Future):
+                    key, remaining_steps = event.key, 0
+                    done(self._tasks.pop(key), _get_result(event))
+                    # Without the last reference, the scheduler releases the task.
+                    del self._futures[key]
+                    self._submit_wave()
+                else:
+                    key, remaining_steps = event
+                # An event can arrive after the end of its task.
+                agent_steps = self._remaining.get(key, 0) - remaining_steps
+                if agent_steps > 0:
+                    yield agent_steps
+                    self._remaining[key] = remaining_steps
+                if key not in self._futures:
+                    self._remaining.pop(key, None)
+        finally:
+            self._client.cancel(list(self._futures.values()))
+
+    def _queue_progress(self, event: tuple[Any, tuple[str, int]]) -> None:
+        _, progress = event
+        self._events.put(progress)
+
+    def _submit_wave(self) -> None:
+        """Submit tasks if at most half of a wave is unfinished."""
+        if not self._waiting or len(self._futures) > self._wave_size // 2:
+            return
+        try:
+            n_cores = sum(self._client.nthreads().values())
+        except OSError:
+            raise ExecutorError(LOST_SCHEDULER) from None
+        self._wave_size = max(TASKS_PER_WAVE, TASKS_PER_CORE * n_cores)
+        n_tasks = min(len(self._waiting), self._wave_size - len(self._futures))
+        wave = dict(self._waiting.popleft() for _ in range(n_tasks))
+        messages = [self.pack_task(task, n_cores) for task in wave.values()]
+        futures = self._client.map(
+            run_remote_task, messages, key=list(wave), pure=False, batch_size=TASKS_PER_WAVE
+        )
+        self._tasks |= wave
+        self._remaining |= {key: task.agent_steps for key, task in wave.items()}
+        self._futures |= {future.key: future for future in futures}
+        for future in futures:
+            future.add_done_callback(self._events.put)
+
+    def pack_task(self, task: Task, n_cores: int) -> bytes:
+        """Return the message of a task for a cluster with `n_cores`."""
+        interval = max(MIN_EVENT_INTERVAL, n_cores / EVENTS_PER_SECOND)
+        message = self._message._replace(task=pickle.dumps(task), event_interval=interval)
+        return pickle.dumps(message)
 
 
 def _get_result(future: Future) -> Any:
@@ -223,76 +236,7 @@ def _get_result(future: Future) -> Any:
     try:
         return future.result()
     except CancelledError:
-        raise ExecutorError("the connection to the Dask scheduler is lost") from None
+        raise ExecutorError(LOST_SCHEDULER) from None
     except KilledWorker as error:
         attempts = error.allowed_failures + 1
         raise ExecutorError(f"a task failed: it has ended {attempts} workers in turn") from None
-
-
-def _run_task(message: bytes) -> Any:
-    """Execute a task on a worker.
-
-    Raises StudyError if the worker cannot access the study, or has a different engine.
-    """
-    remote_task: RemoteTask = pickle.loads(message)
-    worker = get_worker()
-    if remote_task.engine != ENGINE_HASH:
-        raise StudyError(
-            f"the worker {worker.address} has another version of baldwinlab or Numba "
-            "than this process; install the same versions on all machines"
-        )
-    directory = parse_location(remote_task.directory)
-    if not is_study(directory):
-        raise StudyError(
-            f"the worker {worker.address} cannot access {directory}: "
-            "put the study where all workers can access it"
-        )
-    with LOADING_LOCK:
-        _register_parts(remote_task.parts)
-        task: Task = pickle.loads(remote_task.task)
-    report_progress = _progress_reporter(
-        worker, task.agent_steps, remote_task.topic, remote_task.event_interval
-    )
-    # With another scheduler, xarray opens a Dask client in every worker when it writes.
-    with dask.config.set(scheduler="synchronous"):
-        return task.run(
-            remote_task.seed, directory, choose_backend(remote_task.backend), report_progress
-        )
-
-
-def _register_parts(parts: Sequence[tuple[Source, str]]) -> None:
-    """Load the third-party parts of a message; no source is read from the study.
-
-    Raises PartError if a source does not match its hash.
-    """
-    for source, sha256 in parts:
-        if source.sha256 != sha256:
-            raise PartError(
-                f"the {source.kind} {source.name!r} was changed during transfer: "
-                "its SHA-256 does not match"
-            )
-    # A file can contain several parts, and it is loaded once.
-    file_by_text = {source.text: source.file for source, _ in parts}
-    for text, file in file_by_text.items():
-        load_text(text, Path(file))
-
-
-def _progress_reporter(
-    worker: Worker, agent_steps: int, topic: str, event_interval: float
-) -> Callable[[int], None]:
-    """Return a callback that sends the remaining agent-steps, and ends a canceled task."""
-    key = worker.get_current_task()
-    remaining = agent_steps
-    last_report = time.monotonic()
-
-    def report_progress(agent_steps_done: int) -> None:
-        nonlocal remaining, last_report
-        remaining -= agent_steps_done
-        state = worker.state.tasks.get(key)
-        if state is None or state.state == "cancelled":
-            raise StoppedError
-        if time.monotonic() - last_report > event_interval:
-            last_report = time.monotonic()
-            worker.log_event(topic, (key, remaining))
-
-    return report_progress

@@ -69,11 +69,15 @@ class Executor(NamedTuple):
         Number of tasks that are executed in parallel.
     work : Work
         The implementation of `run`.
+    count_workers : callable or None
+        Returns the present number of workers while the executor runs. It can raise OSError. None if
+        the number does not change.
     """
 
     name: str
     workers: int
     work: Work
+    count_workers: Callable[[], int] | None = None
 
     def run(
         self,

@@ -1,0 +1,156 @@
+"""Task that simulates runs of one condition."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import xarray as xr
+
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.backends.choice import Backend
+from baldwinlab.simulation.history import History
+from baldwinlab.simulation.simulate import continue_histories
+from baldwinlab.studies.checkpoints import (
+    EVERY_MINUTE,
+    Checkpointer,
+    Interval,
+    StoredLength,
+    read_longest_record,
+    read_stored_lengths,
+)
+from baldwinlab.studies.record_writer import RecordWriter
+
+# A task of at least this work, about ten seconds, looks for the runs that an earlier attempt of the
+# task has stored. A smaller task is repeated, which is faster than a list of many files.
+MIN_STEPS_OF_SEARCH: Final = 200_000_000
+
+# Called after each generation of a run with the dataset of the run.
+Callback = Callable[[xr.Dataset], None]
+
+
+class RunTask(NamedTuple):
+    """Task that simulates runs of one condition and stores each run when it ends."""
+
+    experiment: Experiment
+    runs: tuple[int, ...]
+    # Number of generations of each run that are not simulated again.
+    n_stored: int = 0
+    # Whether no file holds one of the runs.
+    is_new: bool = False
+    checkpoint_interval: Interval = EVERY_MINUTE
+    callback: Callback | None = None
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        return (self.experiment,)
+
+    @property
+    def agent_steps(self) -> int:
+        return len(self.runs) * self._agent_steps_per_run
+
+    @property
+    def _agent_steps_per_run(self) -> int:
+        missing_generations = self.experiment.evolution.generations - self.n_stored
+        return missing_generations * self.agent_steps_per_generation
+
+    @property
+    def agent_steps_per_generation(self) -> int:
+        """Number of agent-steps in one generation of one run."""
+        return self.experiment.agent_steps
+
+    def run(
+        self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
+    ) -> None:
+        """Simulate the runs in batches of the backend's size. See `Task`."""
+        batch_size = backend.worlds
+        if isinstance(self.experiment, Experiment):
+            # A batch has a world for each repeat of a lifetime.
+            batch_size = max(1, batch_size // self.experiment.lifetime.repeats)
+        stored = self._find_stored(seed, directory)
+        runs = [run for run in self.runs if not self._is_complete(stored.get(run))]
+        if n_complete := len(self.runs) - len(runs):
+            report_progress(n_complete * self._agent_steps_per_run)
+        writer = RecordWriter(directory, self.experiment, is_new=self.is_new and not stored)
+        simulate = partial(self._simulate_batch, seed, backend, writer, report_progress)
+        try:
+            for start in range(0, len(runs), batch_size):
+                batch = runs[start : start + batch_size]
+                simulate({run: stored.get(run) for run in batch})
+        finally:
+            # An interrupted task stores its finished runs.
+            writer.flush()
+
+    def _find_stored(self, seed: int, directory: Path) -> dict[int, StoredLength]:
+        """Return the runs that an earlier attempt or another process has stored in part."""
+        has_checkpoints = self.checkpoint_interval.generations > 0
+        if self.agent_steps < MIN_STEPS_OF_SEARCH and not has_checkpoints:
+            return {}
+        return read_stored_lengths(directory, self.experiment, seed, self.runs)
+
+    def _is_complete(self, stored: StoredLength | None) -> bool:
+        if stored is None:
+            return False
+        return stored.is_stopped or stored.n_generations == self.experiment.evolution.generations
+
+    def _simulate_batch(
+        self,
+        seed: int,
+        backend: Backend,
+        writer: RecordWriter,
+        report_progress: Callable[[int], None],
+        runs: Mapping[int, StoredLength | None],
+    ) -> None:
+        directory = writer.directory
+        checkpointer = Checkpointer(directory, self.checkpoint_interval)
+
+        def after_generation(histories: Sequence[History]) -> None:
+            n_generations = max(history.n_generations for history in histories)
+            # The other runs stopped in an earlier generation, and are stored.
+            simulated = [history for history in histories if history.n_generations == n_generations]
+            checkpointer.save(simulated)
+            if self.callback:
+                for history in simulated:
+                    # The dataset shares its arrays with the history, which changes later.
+                    self.callback(history.dataset().copy(deep=True))
+            for history in simulated:
+                if history.is_complete:
+                    is_continued = self.n_stored > 0 or runs[history.run] is not None
+                    has_checkpoint = is_continued or checkpointer.has_saved
+                    writer.add(history, has_checkpoint=has_checkpoint)
+            # The progress includes the generations after a stop, which need no time.
+            n_omitted = sum(map(count_omitted_generations, simulated))
+            n_done = len(simulated) + n_omitted
+            report_progress(n_done * self.agent_steps_per_generation)
+
+        for histories in self._begin_histories(seed, directory, runs):
+            if n_found := sum(history.n_generations - self.n_stored for history in histories):
+                report_progress(n_found * self.agent_steps_per_generation)
+            continue_histories(histories, backend, after_generation)
+
+    def _begin_histories(
+        self, seed: int, directory: Path, runs: Mapping[int, StoredLength | None]
+    ) -> list[list[History]]:
+        """Return the histories of runs, grouped by their numbers of stored generations."""
+        histories_by_generations: dict[int, list[History]] = {}
+        for run, stored in runs.items():
+            record = None
+            if self.n_stored or stored:
+                record = read_longest_record(directory, self.experiment, seed, run)
+            history = History(self.experiment, seed, run, record)
+            histories_by_generations.setdefault(history.n_generations, []).append(history)
+        return list(histories_by_generations.values())
+
+
+def count_omitted_generations(history: History) -> int:
+    """Return the number of generations that a run does not have because it stopped."""
+    if not history.is_stopped:
+        return 0
+    return history.experiment.evolution.generations - history.n_generations
+
+
+def count_agent_steps(experiment: Experiment) -> int:
+    """Return the number of agent-steps in one run."""
+    return experiment.evolution.generations * experiment.agent_steps

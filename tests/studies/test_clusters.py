@@ -1,0 +1,152 @@
+"""Clusters of separate processes that lose, gain and share workers: the records are the same."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from baldwinlab.experiment import Experiment
+from baldwinlab.studies import progress
+from baldwinlab.studies.checkpoints import Interval
+from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.executors import choose_executor
+from baldwinlab.studies.record_files import assign_runs
+from baldwinlab.studies.run import find_missing_runs, run_study
+from baldwinlab.studies.status import read_status
+from baldwinlab.studies.store import StudyStore
+from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
+
+distributed = pytest.importorskip("distributed")
+pytestmark = pytest.mark.nightly
+
+SEED = 5
+# Batches of 138 runs.
+RUNS = 600
+EXPERIMENT: Experiment = shorten_preset("evo/A").replace(
+    lifetime={"steps": 600}, record={"genome_every": 3}
+)
+
+
+@contextmanager
+def local_cluster(n_workers: int) -> Iterator[Any]:
+    with distributed.LocalCluster(
+        n_workers=n_workers,
+        threads_per_worker=1,
+        host="127.0.0.1",
+        dashboard_address="127.0.0.1:0",
+    ) as cluster:
+        yield cluster
+
+
+def run_on(cluster: Any, study: StudyStore, runs: int = RUNS) -> None:
+    run_study(
+        study,
+        find_missing_runs(study, runs, ignore_message),
+        2,
+        ignore_progress,
+        ignore_message,
+        executor=choose_executor(f"dask:{cluster.scheduler_address}"),
+        checkpoint_interval=Interval(generations=1),
+    )
+
+
+@contextmanager
+def repeat(action: Callable[[], object], interval: float) -> Iterator[None]:
+    """Repeat an action in another thread until the end of the context."""
+    is_done = threading.Event()
+
+    def loop() -> None:
+        while not is_done.wait(interval):
+            action()
+
+    thread = threading.Thread(target=loop)
+    thread.start()
+    try:
+        yield
+    finally:
+        is_done.set()
+        thread.join()
+
+
+def read_values(study: StudyStore) -> Mapping[int, bytes]:
+    """Return the bytes of the arrays of each run. The files of two studies can differ."""
+    return {
+        run: b"".join(record[name].values.tobytes() for name in sorted(map(str, record.data_vars)))
+        for run, record in study.records("evo/A")
+    }
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory: pytest.TempPathFactory) -> Mapping[int, bytes]:
+    directory = tmp_path_factory.mktemp("threads")
+    return read_values(make_small_study(directory, [EXPERIMENT], RUNS, SEED))
+
+
+def test_a_study_whose_workers_are_killed_again_and_again_has_the_records_of_threads(
+    tmp_path: Path, expected: Mapping[int, bytes]
+) -> None:
+    study = create_study(tmp_path, [EXPERIMENT], SEED)
+    n_killed = 0
+    with local_cluster(2) as cluster, distributed.Client(cluster, set_as_default=False) as client:
+
+        def kill_worker() -> None:
+            nonlocal n_killed
+            pids = list(client.run(os.getpid, on_error="ignore").values())
+            # The scheduler gives a task up after it has ended four workers.
+            if pids and n_killed < 3:
+                os.kill(pids[0], signal.SIGKILL)
+                n_killed += 1
+
+        with repeat(kill_worker, interval=1):
+            run_on(cluster, study)
+    assert n_killed >= 1
+    assert read_values(study) == expected
+    assert not list(tmp_path.rglob("*.checkpoint"))
+
+
+def test_an_adaptive_cluster_starts_workers_for_a_study_and_ends_them_after_it(
+    tmp_path: Path, expected: Mapping[int, bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(progress, "WRITE_INTERVAL", 0)
+    study = create_study(tmp_path, [EXPERIMENT], SEED)
+    shown_workers = set()
+    with local_cluster(0) as cluster:
+        cluster.adapt(minimum=0, maximum=2, interval="200ms", target_duration="100ms")
+
+        def read_workers() -> None:
+            shown_workers.add(read_status(study).workers)
+
+        with repeat(read_workers, interval=0.05):
+            run_on(cluster, study)
+        deadline = time.monotonic() + 60
+        while cluster.scheduler.workers:
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+    assert 2 in shown_workers
+    assert read_values(study) == expected
+
+
+def test_two_submissions_of_a_study_at_once_store_the_records_of_threads(
+    tmp_path: Path, expected: Mapping[int, bytes]
+) -> None:
+    study = create_study(tmp_path, [EXPERIMENT], SEED)
+    with local_cluster(2) as cluster:
+        submissions = [
+            threading.Thread(target=run_on, args=(cluster, StudyStore(study.directory)))
+            for _ in range(2)
+        ]
+        for thread in submissions:
+            thread.start()
+        for thread in submissions:
+            thread.join()
+    assert read_values(study) == expected
+    stored = [run for entry in assign_runs(study.files("evo/A")) for run in entry.runs]
+    assert sorted(stored) == list(range(RUNS))
