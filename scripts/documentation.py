@@ -33,7 +33,10 @@ ROOT: Final = Path(__file__).parents[1]
 NAVIGATION: Final = ROOT / "docs" / "navigation.toml"
 STYLE: Final = ROOT / "docs" / "site.css"
 ICON: Final = ROOT / "baldwinlab" / "lab" / "static" / "icon.svg"
-LINKED_FILES: Final = ("CITATION.cff",)
+LINKED_FILES: Final = (
+    ROOT / "CITATION.cff",
+    *sorted((ROOT / "examples" / "cluster").iterdir()),
+)
 """Files that pages link and that are not pages. The site offers these files for download."""
 SPHINX_MARK: Final = ".buildinfo"
 """A file in every folder that Sphinx wrote."""
@@ -148,16 +151,15 @@ def write_sources(source: Path, navigation: dict[str, Any]) -> None:
                 _write(source / _document(page), page_text(ROOT / page))
         contents.append(_toctree(title, pages))
     _write(source / "index.md", (ROOT / "README.md").read_text("utf-8") + "\n".join(contents))
-    pictures = [
+    files = [
         *(ROOT / "docs" / "pictures").iterdir(),
         *(ROOT / "baldwinlab" / "papers").glob("*/*.png"),
+        *LINKED_FILES,
     ]
-    for picture in pictures:
-        copy = source / picture.relative_to(ROOT)
+    for file in files:
+        copy = source / file.relative_to(ROOT)
         copy.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(picture, copy)
-    for name in LINKED_FILES:
-        shutil.copyfile(ROOT / name, source / name)
+        shutil.copyfile(file, copy)
 
 
 def assistant_summary(source: Path, navigation: dict[str, Any]) -> str:
