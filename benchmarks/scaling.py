@@ -10,8 +10,10 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import subprocess
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from statistics import median
@@ -36,6 +38,8 @@ N_STEPS = 40_000
 MIN_MEASUREMENT_SECONDS = 0.1
 N_ROUNDS = 3
 MAX_AGENTS = 2000
+# Numbers of agents of one world, for `measure_large_worlds`.
+WORLD_SIZES = (20, 1_000, 10_000, 100_000, 1_000_000)
 
 Measure = Callable[[], float]
 """Simulate further steps, and return nanoseconds per agent-step."""
@@ -98,6 +102,28 @@ def cases() -> dict[str, dict[int, Measure]]:
             for units in (2, 5, 10, 20, 50, 100)
         },
     }
+
+
+def measure_large_world(agents: int, threads: int) -> dict[str, float]:
+    """Return the values of `large_world.Measurement`, measured in a new process."""
+    command = [sys.executable, "-m", "benchmarks.large_world", str(agents), str(threads)]
+    completed = subprocess.run(command, capture_output=True, check=True, text=True)
+    measurement: dict[str, float] = json.loads(completed.stdout)
+    return measurement
+
+
+def measure_large_worlds(
+    agents: Sequence[int] = WORLD_SIZES,
+    threads: Sequence[int] = (1, 2),
+    rounds: int = N_ROUNDS,
+) -> list[dict[str, float]]:
+    """Return measurements of one world of each size, for each number of threads, in turns."""
+    return [
+        measure_large_world(size, number)
+        for size in agents
+        for _ in range(rounds)
+        for number in threads
+    ]
 
 
 def measure(experiment: Experiment, worlds: int, threads: int = 1) -> Measure:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -11,6 +12,14 @@ from typing import Final
 from numba import config
 
 _THREADS: Final[ContextVar[int]] = ContextVar("threads", default=1)
+
+
+def available_cores() -> int:
+    """Return the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        this_process = 0
+        return len(os.sched_getaffinity(this_process))
+    return os.cpu_count() or 1
 
 
 @contextmanager
@@ -47,3 +56,17 @@ def run_in_threads(function: Callable[[int], None], threads: int) -> None:
         function(0)
         for future in futures:
             future.result()
+
+
+def run_in_ranges(function: Callable[[int, int], None], size: int, minimum_size: int) -> None:
+    """Call `function` with the first number and the end of ranges that cover `size` entries.
+
+    The threads of the context call it at the same time. A range has at least `minimum_size` entries
+    if `size` does.
+    """
+    threads = count_threads(size, minimum_size)
+
+    def run_range(thread: int) -> None:
+        function(size * thread // threads, size * (thread + 1) // threads)
+
+    run_in_threads(run_range, threads)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any, Final, NamedTuple
 
-from baldwinlab.engine.atomics import share_of_thread, wait_for_team
+from baldwinlab.engine.atomics import wait_for_team
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
 from baldwinlab.engine.reference import as_pointer

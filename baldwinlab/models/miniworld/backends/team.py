@@ -34,6 +34,7 @@ def is_large(experiment: Experiment, worlds: int) -> bool:
         worlds == 1
         and experiment.agents_per_world >= MIN_AGENTS
         and experiment.lifetime.update == "simultaneous"
+        and not experiment.population.species
     )
 
 
