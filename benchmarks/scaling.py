@@ -38,6 +38,8 @@ N_STEPS = 40_000
 MIN_MEASUREMENT_SECONDS = 0.1
 N_ROUNDS = 3
 MAX_AGENTS = 2000
+# Maximum number of items of a food region.
+MAX_ITEMS = 1_000_000
 # Numbers of agents of one world, for `measure_large_worlds`.
 WORLD_SIZES = (20, 1_000, 10_000, 100_000, 1_000_000)
 
@@ -54,15 +56,24 @@ def among_food(**changes: Any) -> Experiment:
 
 
 def at_constant_density(agents: int) -> Experiment:
-    """Return an experiment whose map and food grow in proportion to the agents."""
+    """Return an experiment whose map and food grow in proportion to the agents.
+
+    Adjacent regions have the food, because the number of items of a region is limited.
+    """
     side = math.sqrt(agents / 20)
-    food = {
-        "x": [400 * side, 560 * side],
-        "y": [80 * side, 240 * side],
-        "count": round(50 * agents / 20),
-    }
+    count = round(50 * agents / 20)
+    n_regions = math.ceil(count / MAX_ITEMS)
+    width = 160 * side / n_regions
+    food = [
+        {
+            "x": [400 * side + region * width, 400 * side + (region + 1) * width],
+            "y": [80 * side, 240 * side],
+            "count": count // n_regions,
+        }
+        for region in range(n_regions)
+    ]
     start = {"x": 480 * side, "y": 160 * side, "radius": 80 * side}
-    world = {"width": 640 * side, "height": 640 * side, "food": [food], "start": start}
+    world = {"width": 640 * side, "height": 640 * side, "food": food, "start": start}
     return among_food(world=world, population={"size": agents})
 
 

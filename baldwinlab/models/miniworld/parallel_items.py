@@ -13,13 +13,16 @@ import numpy.typing as npt
 
 from baldwinlab.engine.atomics import Team, atomic_max, share_of_thread, wait_for_team
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.simd import any_of, get, lanes_in_block, put, simd_block
+from baldwinlab.engine.prefetch import prefetch
+from baldwinlab.engine.simd import WIDTH, any_of, get, lanes_in_block, put, simd_block
 from baldwinlab.models.miniworld.items import (
+    HALF,
     MAX_CONTACT_PER_REACH,
     assign_cells,
     find_cells_within,
     find_slots,
     find_slots_in_row,
+    has_single_cell,
     is_touching,
     place_item,
     position_in_image,
@@ -31,6 +34,8 @@ from baldwinlab.models.miniworld.state import MiniWorldModel, State
 # Minimum number of items of a region that all threads sort together. Each thread sorts some of the
 # smaller regions.
 MIN_SHARED_ITEMS: Final = 4096
+# Number of SIMD blocks of a row of cells that are loaded before a scan. Few rows have more.
+PREFETCHED_BLOCKS: Final = 2
 # Bit of `State.alert` of an agent that has claimed an item in this step.
 _CLAIM_BIT: Final = 16
 # The only world of the batch.
@@ -154,6 +159,32 @@ def eat_claimed_items(
         if alert & _CLAIM_BIT != 0:
             put(state.alert, 0, agent, alert & ~_CLAIM_BIT)
             _contend(shared, model, state, agent, step, True)
+
+
+@compiled
+def prefetch_items(model: MiniWorldModel, state: State, agents: tuple[int, int]) -> None:
+    """Load the items in sorted regions near the agents of a range into the cache.
+
+    The agents are at random positions, so a scan would wait for the memory of each row of cells.
+    """
+    radius = max(model.visual_radius, model.alert_radius)
+    for region in range(model.regions.shape[0]):
+        is_sorted = not has_single_cell(model, region)
+        has_one_image = model.images[region] == 1
+        for agent in range(agents[0], agents[1] if is_sorted and has_one_image else agents[0]):
+            if get(state.near, 0, agent) > HALF:
+                columns = find_cells_within(
+                    model, region, 0, get(state.image_x, region, agent), radius
+                )
+                first_row, end_row = find_cells_within(
+                    model, region, 1, get(state.image_y, region, agent), radius
+                )
+                for row in range(first_row, end_row):
+                    first_slot, _ = find_slots_in_row(model, state, _WORLD, region, row, columns)
+                    # A loop to the last slot would be mispredicted.
+                    for block in range(PREFETCHED_BLOCKS):
+                        prefetch(state.slot_x, _WORLD, first_slot + block * WIDTH)
+                        prefetch(state.slot_y, _WORLD, first_slot + block * WIDTH)
 
 
 @compiled

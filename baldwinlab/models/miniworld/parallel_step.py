@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 from baldwinlab.engine.atomics import wait_for_team
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
+from baldwinlab.engine.prefetch import prefetch
 from baldwinlab.engine.reference import as_pointer
 from baldwinlab.engine.simd import WIDTH, Lane, lanes_in_block, simd_block
 from baldwinlab.models.miniworld.birth import init_agent_state, init_features
@@ -23,6 +24,7 @@ from baldwinlab.models.miniworld.parallel_items import (
     claim_items,
     eat_claimed_items,
     place_items,
+    prefetch_items,
     sort_regions,
 )
 from baldwinlab.models.miniworld.population import agent_number
@@ -31,14 +33,13 @@ from baldwinlab.models.miniworld.step import (
     end_step_of_features,
     observe_others_per_world,
     prepare_all_senses,
-    prepare_senses_per_world,
     take_step,
     wait_for_agents,
 )
 from baldwinlab.parts.learning_rules import init_agent, load_genes, observe_others
 
 # Number of lanes in a tile. Their weights and activations fit the second-level cache.
-TILE_LANES: Final = 32 * WIDTH
+TILE_LANES: Final = 16 * WIDTH
 # The only world of the batch.
 _WORLD: Final = 0
 
@@ -52,13 +53,19 @@ def select_tile(agents: Any, model: MiniWorldModel, first_lane: int) -> Any:
 class _IndependentAgents:
     """Hooks for agents that are independent until they eat."""
 
-    prepare_senses_per_world = staticmethod(prepare_senses_per_world.default)
     observe_others_per_world = staticmethod(observe_others_per_world.default)
     wait_for_agents = staticmethod(wait_for_agents.default)
 
     @staticmethod
     def lane_of(agents: Any, first: int) -> Lane:
         return simd_block(first)
+
+    @staticmethod
+    def prepare_senses_per_world(
+        agents: Any, model: MiniWorldModel, state: State, step: int
+    ) -> None:
+        """Load the items near the agents. No sense reads other agents."""
+        prefetch_items(model, state, (agents.first_agent, agents.end_agent))
 
     @staticmethod
     def eat_all(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
@@ -167,13 +174,23 @@ def _init_agents(agents: Any, model: MiniWorldModel, state: State) -> None:
 
 
 @compiled
+def _prefetch_weights(tile: Any, state: State) -> None:
+    """Load the weights of a tile row by row. The processor cannot predict the rows of a block."""
+    for weight in range(state.weights.shape[0]):
+        for lane in range(tile.first_lane, tile.end_lane, WIDTH):
+            prefetch(state.weights, weight, lane)
+
+
+@compiled
 def _take_team_step(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Let the agents of a thread take a step, and change the items with the other threads."""
     team = agents.shared.team
     tile = select_tile(agents, model, agents.first_lane)
+    _prefetch_weights(tile, state)
     take_step(tile, model, state, step)
     while tile.end_lane < agents.end_lane:
         tile = select_tile(agents, model, tile.end_lane)
+        _prefetch_weights(tile, state)
         take_step(tile, model, state, step)
     wait_for_team(team)
     eat_claimed_items(agents.shared, model, state, (agents.first_agent, agents.end_agent), step)
