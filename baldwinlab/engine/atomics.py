@@ -18,11 +18,11 @@ from numba.extending import lower_builtin, type_callable
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.numba_internals.lowering import cgutils, item_address, none_value
 
-# Rounds of a barrier before the thread lets other threads use its core. They take some
-# microseconds, less than a switch between threads.
-ROUNDS_BEFORE_YIELD: Final = 4_000
+# Rounds of a barrier before the thread sleeps. They take about 0.1 ms, more than the usual wait.
+ROUNDS_BEFORE_SLEEP: Final = 100_000
 _INT64_BYTES: Final = 8
-_YIELD_SYMBOL: Final = "SwitchToThread" if sys.platform == "win32" else "sched_yield"
+# Functions of the system's library, with the duration in milliseconds and in microseconds.
+_SLEEP: Final = ("Sleep", 1) if sys.platform == "win32" else ("usleep", 50)
 
 
 class Team(NamedTuple):
@@ -62,8 +62,8 @@ def atomic_load(array: Any, index: int) -> int:
     return int(array[index])
 
 
-def yield_core() -> None:
-    """Let other threads use the core."""
+def sleep_briefly() -> None:
+    """Let other threads use the core. Without it, waiting threads would delay the working ones."""
 
 
 @compiled
@@ -79,8 +79,8 @@ def wait_for_team(team: Team) -> None:
         rounds = 0
         while atomic_load(team.arrivals, 0) < expected:
             rounds += 1
-            if rounds > ROUNDS_BEFORE_YIELD:
-                yield_core()
+            if rounds > ROUNDS_BEFORE_SLEEP:
+                sleep_briefly()
 
 
 @compiled
@@ -116,10 +116,12 @@ def _emit_load(context: Any, builder: Any, signature: Any, arguments: Any) -> An
     return builder.load_atomic(address, "seq_cst", _INT64_BYTES)
 
 
-def _emit_yield(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    function_type = ir.FunctionType(ir.IntType(32), [])
-    function = cgutils.get_or_insert_function(builder.module, function_type, _YIELD_SYMBOL)
-    builder.call(function, [])
+def _emit_sleep(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    symbol, duration = _SLEEP
+    int32 = ir.IntType(32)
+    function_type = ir.FunctionType(int32, [int32])
+    function = cgutils.get_or_insert_function(builder.module, function_type, symbol)
+    builder.call(function, [ir.Constant(int32, duration)])
     return none_value(context)
 
 
@@ -133,5 +135,5 @@ for _function, _operation in ((atomic_add, "add"), (atomic_max, "max")):
     lower_builtin(_function, types.Array, types.Integer, types.Integer)(_emit_atomic(_operation))
 type_callable(atomic_load)(lambda context: lambda array, index: _atomic_type(array))
 lower_builtin(atomic_load, types.Array, types.Integer)(_emit_load)
-type_callable(yield_core)(lambda context: lambda: types.void)
-lower_builtin(yield_core)(_emit_yield)
+type_callable(sleep_briefly)(lambda context: lambda: types.void)
+lower_builtin(sleep_briefly)(_emit_sleep)
