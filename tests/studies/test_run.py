@@ -72,7 +72,7 @@ def test_all_threads_of_a_task_simulate_one_large_world(
 ) -> None:
     simulated = list[int]()
     monkeypatch.setattr(
-        RunTask, "_simulate_batch", lambda task, *arguments: simulated.append(len(task.runs))
+        RunTask, "_simulate_batch", lambda task, *arguments: simulated.append(len(arguments[-1]))
     )
     experiment = load("evo/A").replace(population={"size": agents})
     RunTask(experiment, runs=(0, 1, 2)).run(0, tmp_path, CPU, lambda agent_steps: None)
