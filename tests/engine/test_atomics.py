@@ -27,7 +27,7 @@ def _count(numbers: Any, thread: int, rounds: int) -> None:
         atomic_max(numbers, 1, thread * rounds + number)
 
 
-def _pass_on(team: Team, numbers: Any, rounds: int) -> None:
+def _shift(team: Team, numbers: Any, rounds: int) -> None:
     """In each round, copy the number of the next thread and add 1."""
     for number in range(rounds):
         source = number % 2
@@ -54,9 +54,9 @@ def test_threads_wait_for_each_other() -> None:
     arrivals = np.zeros(1, np.int64)
     numbers = np.arange(2 * THREADS).reshape(2, THREADS)
     expected = numbers[0].copy()
-    pass_on = cached_jit(_pass_on)
-    pass_on(Team(0, 1, arrivals), numbers.copy(), 0)
-    run_in_threads(lambda thread: pass_on(Team(thread, THREADS, arrivals), numbers, 300), THREADS)
+    shift = cached_jit(_shift)
+    shift(Team(0, 1, arrivals), numbers.copy(), 0)
+    run_in_threads(lambda thread: shift(Team(thread, THREADS, arrivals), numbers, 300), THREADS)
     for _ in range(300):
         expected = np.roll(expected, -1) + 1
     assert numbers[0].tolist() == expected.tolist()
