@@ -74,7 +74,9 @@ def test_all_threads_of_a_task_simulate_one_large_world(
     monkeypatch.setattr(
         RunTask, "_simulate_batch", lambda task, *arguments: simulated.append(len(arguments[-1]))
     )
-    experiment = load("evo/A").replace(population={"size": agents})
+    experiment = load("evo/A").replace(
+        population={"size": agents}, lifetime={"steps": 1}, evolution={"generations": 1}
+    )
     RunTask(experiment, runs=(0, 1, 2)).run(0, tmp_path, CPU, lambda agent_steps: None)
     assert simulated == batches
 
