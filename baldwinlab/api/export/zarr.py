@@ -17,7 +17,7 @@ from baldwinlab.api.export.table import FILE_MARK
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path
 from baldwinlab.core.output_paths import enclosing_study
-from baldwinlab.core.variables import PER_AGENT_DIMS, window_coordinates
+from baldwinlab.core.variables import PER_AGENT_DIMS, window_coordinates, without_genomes
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.studies.lazy_runs import make_empty_dataset
 from baldwinlab.studies.open import concat_conditions
@@ -248,5 +248,6 @@ def _read_records(
     names = list(study.experiments)
     for index, condition in np.ndenumerate(conditions):
         name = names[condition]
-        for column in np.flatnonzero(np.isin(runs, layout.runs[name])):
-            yield (*index, int(column)), study.read(name, int(runs[column]), genomes=False)
+        columns = {run: column for column, run in enumerate(runs.tolist())}
+        for run, record in study.records(name, columns.keys()):
+            yield (*index, columns[run]), without_genomes(record)
