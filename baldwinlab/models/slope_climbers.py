@@ -27,8 +27,8 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import power_of_ten
 from baldwinlab.engine.jit import compiled, jit_entry_point

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError
 from baldwinlab.core.resources import require_resources
 from baldwinlab.engine.threads import available_cores, use_threads

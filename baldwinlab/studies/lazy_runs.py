@@ -7,10 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
-import xarray as xr
 from xarray.core import indexing
 
+from baldwinlab.core.deferred import pd, xr
 from baldwinlab.core.variables import PARENT_NAMES, RUN_VARIABLES
 from baldwinlab.experiment import Experiment
 from baldwinlab.studies.file_content import (

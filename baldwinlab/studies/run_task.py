@@ -7,8 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
-import xarray as xr
-
+from baldwinlab.core.deferred import xr
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.several_worlds import count_worlds
 from baldwinlab.models.miniworld.backends.choice import Backend
@@ -30,7 +29,7 @@ from baldwinlab.studies.record_writer import RecordWriter
 MIN_STEPS_OF_SEARCH: Final = 200_000_000
 
 # Called after each generation of a run with the dataset of the run.
-Callback = Callable[[xr.Dataset], None]
+Callback = Callable[["xr.Dataset"], None]
 
 
 class RunTask(NamedTuple):

@@ -24,8 +24,7 @@ from collections.abc import Container, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import append_line, require_writable_path, write_atomically
 from baldwinlab.core.files import (

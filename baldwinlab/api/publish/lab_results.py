@@ -6,8 +6,6 @@ from dataclasses import replace
 from math import isnan
 from typing import Any, Final
 
-import xarray as xr
-
 from baldwinlab.analysis.assays.phrases import has_foragers
 from baldwinlab.analysis.assays.reaction import Panel, make_reaction_panels
 from baldwinlab.analysis.statistics import curve_intervals, fitness
@@ -16,6 +14,7 @@ from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.analysis.statistics.species import compute_species_curves
 from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
+from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.factors import MULTIVERSE, SWEEP, Factors
 from baldwinlab.experiment.species_measures import list_species_curves
 from baldwinlab.studies.assays.storage import read_assays

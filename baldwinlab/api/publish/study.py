@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-import xarray as xr
-
 from baldwinlab.analysis.assays import opponents_section
 from baldwinlab.analysis.assays import section as assays_section
 from baldwinlab.analysis.assays.analysis import Analysis, evaluate_assays
@@ -40,6 +38,7 @@ from baldwinlab.api.publish.multiverse import MULTIVERSE_FILE, MULTIVERSE_FOLDER
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.api.publish.stages import describe_size, read_staged_results
 from baldwinlab.core.assay_variables import OPPONENTS, UNSEEN_MAPS
+from baldwinlab.core.deferred import xr
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.design import read_design

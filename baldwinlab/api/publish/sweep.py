@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import xarray as xr
-
 from baldwinlab.analysis.statistics.contrasts import (
     COMPARED_MEASURES,
     COMPARISON_COLUMNS,
@@ -17,6 +15,7 @@ from baldwinlab.analysis.sweeps.section import write_sweep_report
 from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.provenance import provenance

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import xarray as xr
 
 from baldwinlab.analysis.assays.controls import evolves_and_learns
 from baldwinlab.analysis.estimands import trait_changes_section
@@ -15,6 +14,7 @@ from baldwinlab.analysis.estimands.trait_changes import (
     measure_changes,
 )
 from baldwinlab.analysis.report import Section
+from baldwinlab.core.deferred import xr
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.store import StudyStore
 

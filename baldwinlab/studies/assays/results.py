@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
 from baldwinlab._version import __version__
 from baldwinlab.core.assay_variables import FORKS
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import parse_location
 from baldwinlab.studies.assays.catalog import require_assay_names, why_not_in_study
 from baldwinlab.studies.assays.storage import assay_path, read_assay
