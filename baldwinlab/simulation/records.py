@@ -96,8 +96,8 @@ def encode_history(history: RecordedRun) -> bytes:
     }
     kept_generations = batch.data[KEPT_GENERATIONS].values[0]
     coordinates = {name: array for name, array in batch.coordinates.items() if name != RUN_DIM}
-    kept = LabeledArray(("kept_generation",), kept_generations)
-    ordered = order_record(data, insert_kept_generation(coordinates, kept))
+    stored = LabeledArray(("kept_generation",), kept_generations)
+    ordered = order_record(data, insert_kept_generation(coordinates, stored))
     attributes = provenance_attributes(_shorten(history), history.seed, history.run)
     if history.is_stopped:
         attributes[STOP_ATTRIBUTE] = name_stop(history)

@@ -76,24 +76,24 @@ def test_bitcode_runs_on_a_processor_without_wide_vectors(folder: Path, tmp_path
 def test_bitcode_with_other_requirements_is_not_used(
     name: str, folder: Path, tmp_path: Path
 ) -> None:
-    other = copy_folder(folder, tmp_path / "bitcode")
-    path = other / bitcode.REQUIREMENTS
+    changed_folder = copy_folder(folder, tmp_path / "bitcode")
+    path = changed_folder / bitcode.REQUIREMENTS
     requirements = json.loads(path.read_text())
     path.write_text(json.dumps(requirements | {name: "other"}))
-    assert read_words(other, tmp_path / "cache") == "compiled"
+    assert read_words(changed_folder, tmp_path / "cache") == "compiled"
 
 
 @pytest.mark.parametrize("damage", ["cut short", "emptied", "another content", "missing"])
 def test_damaged_bitcode_is_not_used(damage: str, folder: Path, tmp_path: Path) -> None:
-    other = copy_folder(folder, tmp_path / "bitcode")
-    (path,) = other.glob(f"*{bitcode.SUFFIX}")
+    changed_folder = copy_folder(folder, tmp_path / "bitcode")
+    (path,) = changed_folder.glob(f"*{bitcode.SUFFIX}")
     content = path.read_bytes()
     if damage == "missing":
         path.unlink()
     else:
         damaged = {"cut short": content[:-50], "emptied": b"", "another content": b"text"}
         path.write_bytes(damaged[damage])
-    assert read_words(other, tmp_path / "cache") == "compiled"
+    assert read_words(changed_folder, tmp_path / "cache") == "compiled"
 
 
 def test_the_packaged_bitcode_is_current() -> None:
