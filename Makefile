@@ -18,7 +18,7 @@ APT := command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] && apt-get update -q
 INSTALL := DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 
 .PHONY: help reproduce test docs dist nightly faults lint format lock prose docstrings oldest newest bench cuda slurm \
-  browser firefox wasm clean
+  browser firefox wasm bitcode clean
 
 help:
 	@echo "make reproduce   reproduce the paper: six conditions, assays, all variants, statistics, figures, report"
@@ -34,6 +34,7 @@ help:
 	@echo "make cuda        install the requirements of the GPU backend"
 	@echo "make wasm        compile the engine for browsers again, after a change of compiled code"
 	@echo "make slurm       as root: set up Slurm with one node, and run a study on it"
+	@echo "make bitcode     compile the paper's entry points for the package again, after a change of their sources"
 	@echo "make lock        resolve the locked files from pyproject.toml (UPGRADE=--upgrade: new versions)"
 	@echo "make oldest      run a part of the tests with the oldest versions that pyproject.toml allows"
 	@echo "make newest      run a part of the tests with the newest versions"
@@ -159,6 +160,10 @@ cuda: $(VENV)/.cuda
 # The package contains the engine as WebAssembly. A test fails if it is out of date. A few minutes.
 wasm: $(VENV)/.dev $(VENV)/.wasm
 	$(BIN)/python scripts/browser_modules.py
+
+# The package contains bitcode of the paper's entry points. A test fails if it is out of date. About a minute.
+bitcode: $(VENV)/.dev
+	$(BIN)/python -m scripts.entry_points
 
 # Slurm is installed from the packages of the distribution if it is missing. It runs on loopback, only during the test.
 slurm: $(VENV)/.dev

@@ -10,8 +10,10 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import subprocess
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from statistics import median
@@ -36,6 +38,10 @@ N_STEPS = 40_000
 MIN_MEASUREMENT_SECONDS = 0.1
 N_ROUNDS = 3
 MAX_AGENTS = 2000
+# Maximum number of items of a food region.
+MAX_ITEMS = 1_000_000
+# Numbers of agents of one world, for `measure_large_worlds`.
+WORLD_SIZES = (20, 1_000, 10_000, 100_000, 1_000_000)
 
 Measure = Callable[[], float]
 """Simulate further steps, and return nanoseconds per agent-step."""
@@ -50,15 +56,24 @@ def among_food(**changes: Any) -> Experiment:
 
 
 def at_constant_density(agents: int) -> Experiment:
-    """Return an experiment whose map and food grow in proportion to the agents."""
+    """Return an experiment whose map and food grow in proportion to the agents.
+
+    Adjacent regions have the food, because the number of items of a region is limited.
+    """
     side = math.sqrt(agents / 20)
-    food = {
-        "x": [400 * side, 560 * side],
-        "y": [80 * side, 240 * side],
-        "count": round(50 * agents / 20),
-    }
+    count = round(50 * agents / 20)
+    n_regions = math.ceil(count / MAX_ITEMS)
+    width = 160 * side / n_regions
+    food = [
+        {
+            "x": [400 * side + region * width, 400 * side + (region + 1) * width],
+            "y": [80 * side, 240 * side],
+            "count": count // n_regions,
+        }
+        for region in range(n_regions)
+    ]
     start = {"x": 480 * side, "y": 160 * side, "radius": 80 * side}
-    world = {"width": 640 * side, "height": 640 * side, "food": [food], "start": start}
+    world = {"width": 640 * side, "height": 640 * side, "food": food, "start": start}
     return among_food(world=world, population={"size": agents})
 
 
@@ -98,6 +113,28 @@ def cases() -> dict[str, dict[int, Measure]]:
             for units in (2, 5, 10, 20, 50, 100)
         },
     }
+
+
+def measure_large_world(agents: int, threads: int) -> dict[str, float]:
+    """Return the values of `large_world.Measurement`, measured in a new process."""
+    command = [sys.executable, "-m", "benchmarks.large_world", str(agents), str(threads)]
+    completed = subprocess.run(command, capture_output=True, check=True, text=True)
+    measurement: dict[str, float] = json.loads(completed.stdout)
+    return measurement
+
+
+def measure_large_worlds(
+    agents: Sequence[int] = WORLD_SIZES,
+    threads: Sequence[int] = (1, 2),
+    rounds: int = N_ROUNDS,
+) -> list[dict[str, float]]:
+    """Return measurements of one world of each size, for each number of threads, in turns."""
+    return [
+        measure_large_world(size, number)
+        for size in agents
+        for _ in range(rounds)
+        for number in threads
+    ]
 
 
 def measure(experiment: Experiment, worlds: int, threads: int = 1) -> Measure:

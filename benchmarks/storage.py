@@ -9,6 +9,7 @@ alone. CPU time changes little if other processes run.
 from __future__ import annotations
 
 import argparse
+import resource
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -40,15 +41,17 @@ SEED = 1
 BATCH = memory.MAX_RUNS_PER_FILE
 # A chunk of Zarr is the unit of compression. A shard has many chunks.
 CHUNK = 100
-# One file per run takes too long for more runs.
-MAX_SINGLE_FILES = 10_000
+# The other formats take too long for more runs.
+MAX_RUNS = {"one file per run": 1_000, "batches": 10_000_000, "Zarr, sharded": 100_000}
 MILLISECONDS = 1000
+MIB = 2**20
 
 
 class Cost(NamedTuple):
-    """Costs of one format: milliseconds per run, bytes per run, and files.
+    """Costs of one format: milliseconds per run, bytes per run, files, and memory in MiB.
 
-    `write_wall` includes the time for the disk. The other times are CPU times.
+    `write_wall` includes the time for the disk. The other times are CPU times. `memory` is the
+    growth of the process when the study is opened.
     """
 
     write_wall: float
@@ -57,6 +60,7 @@ class Cost(NamedTuple):
     open: float
     n_bytes: float
     n_files: int
+    memory: float
 
 
 class Stopwatch:
@@ -99,9 +103,12 @@ def measure_study(histories: Sequence[History], n_runs: int, runs_per_file: int)
             missing = find_missing_runs(study, n_runs, print)
         if any(missing.values()):
             raise AssertionError(f"{missing} runs are missing")
+        before = read_resident_mib()
         with stopwatch() as opening:
-            open_runs(directory)
-        return summarize(directory, n_runs, write, resume, opening)
+            data = open_runs(directory)
+        memory_of_data = read_resident_mib() - before
+        del data
+        return summarize(directory, n_runs, (write, resume, opening), memory_of_data)
 
 
 def measure_zarr(histories: Sequence[History], n_runs: int) -> Cost:
@@ -116,9 +123,11 @@ def measure_zarr(histories: Sequence[History], n_runs: int) -> Cost:
             # Each chunk has a checksum (CRC32C), which is verified when the values are read.
             for _, array in zarr.open_group(directory, mode="r").arrays():
                 array[:]
+        before = read_resident_mib()
         with stopwatch() as opening, closing(xr.open_zarr(directory, consolidated=False)):
             pass
-        return summarize(directory, n_runs, write, resume, opening)
+        memory_of_data = read_resident_mib() - before
+        return summarize(directory, n_runs, (write, resume, opening), memory_of_data)
 
 
 def write_shard(group: zarr.Group, batch: xr.Dataset, n_runs: int) -> None:
@@ -139,9 +148,19 @@ def write_shard(group: zarr.Group, batch: xr.Dataset, n_runs: int) -> None:
         array[first : first + len(batch["run"])] = np.asarray(variable.values)
 
 
+def read_resident_mib() -> float:
+    """Return the resident memory of this process (Linux)."""
+    n_pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return n_pages * resource.getpagesize() / MIB
+
+
 def summarize(
-    directory: Path, n_runs: int, write: Stopwatch, resume: Stopwatch, opening: Stopwatch
+    directory: Path,
+    n_runs: int,
+    times: tuple[Stopwatch, Stopwatch, Stopwatch],
+    memory_of_data: float,
 ) -> Cost:
+    write, resume, opening = times
     sizes = [path.stat().st_size for path in directory.rglob("*") if path.is_file()]
     return Cost(
         write_wall=write.wall / n_runs * MILLISECONDS,
@@ -150,6 +169,7 @@ def summarize(
         open=opening.cpu / n_runs * MILLISECONDS,
         n_bytes=sum(sizes) / n_runs,
         n_files=len(sizes),
+        memory=memory_of_data,
     )
 
 
@@ -165,13 +185,14 @@ def main() -> None:
     rows = []
     for n_runs in parser.parse_args().runs:
         for name, measure in formats.items():
-            if name == "one file per run" and n_runs > MAX_SINGLE_FILES:
+            if n_runs > MAX_RUNS[name]:
                 continue
             cost = measure(n_runs)
             times = [f"{value:.3f}" for value in cost[:4]]
             print(n_runs, name, *cost, flush=True)
-            rows.append([f"{n_runs:,}", name, *times, f"{cost.n_bytes:,.0f}", f"{cost.n_files:,}"])
-    header = ["runs", "format", "write, wall", "write", "resume", "open", "bytes", "files"]
+            counts = [f"{value:,.0f}" for value in cost[4:]]
+            rows.append([f"{n_runs:,}", name, *times, *counts])
+    header = ["runs", "format", "write, wall", "write", "resume", "open", "bytes", "files", "MiB"]
     print("CPU times in milliseconds per run, except the first; bytes per run.\n")
     print(table(header, rows))
 

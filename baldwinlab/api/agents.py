@@ -7,8 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.suggestions import list_names
 from baldwinlab.core.variables import RUN_VARIABLES, TRACE_VARIABLES

@@ -13,7 +13,7 @@ from typing import Final, Literal, NamedTuple
 from baldwinlab._version import __version__
 from baldwinlab.core import extras, resources
 from baldwinlab.engine import cache
-from baldwinlab.simulation.compilation import available_cores
+from baldwinlab.engine.threads import available_cores
 
 State = Literal["well", "missing", "problem"]
 """The state of a topic. "missing" is the state of an absent optional feature."""

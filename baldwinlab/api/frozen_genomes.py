@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from baldwinlab.api.load import load_installed_parts
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import DATA_FILE, read_bytes
 from baldwinlab.core.suggestions import suggest

@@ -12,9 +12,9 @@ from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.api.publish.added_runs import format_instruction
 from baldwinlab.api.publish.plan import replay_memory
 from baldwinlab.core.resources import Need
+from baldwinlab.engine.threads import available_cores
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.simulation import memory
-from baldwinlab.simulation.compilation import available_cores
 from baldwinlab.studies.assays.memory import PlannedStudy
 
 

@@ -125,7 +125,7 @@ def _report_multiverse(plan: ReportPlan) -> None:
 
 def _report_conditions(plan: ReportPlan, add_results: Callable[[], None] | None) -> None:
     """Write and print the results of a study of conditions, without and with added results."""
-    published = publish_study(plan, console.info)
+    published = publish_study(plan, console.info, console.progress)
     _show_results(plan.study, published, plan.out)
     if add_results:
         add_results()

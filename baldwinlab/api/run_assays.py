@@ -17,6 +17,7 @@ from baldwinlab.studies.assays.memory import estimate_assays
 from baldwinlab.studies.assays.results import find_missing_assays
 from baldwinlab.studies.assays.run import count_assay_steps, run_assays
 from baldwinlab.studies.assays.storage import assay_path
+from baldwinlab.studies.run_samples import describe_sample, sample_runs
 from baldwinlab.studies.store import StudyStore
 
 
@@ -62,13 +63,15 @@ def run_missing_assays(
     for condition, assays in missing.items():
         for name in assays:
             require_writable_path(assay_path(study.directory, name, condition))
-    run_counts = {condition: len(study.runs(condition)) for condition in missing}
+    run_counts = {condition: len(sample_runs(study, condition)) for condition in missing}
     total_need = estimate_assays(study, missing, run_counts, executor.workers)
     need = exclude_remote_memory(total_need, executor)
     require_resources(f"{n_assays} assays", need, study.directory, force=options.force)
     branch_length = generations or fork.BRANCH_GENERATIONS
     agent_steps = count_assay_steps(study, missing, branch_length)
     console.info(f"{study.directory}: {n_assays} assays to do ({agent_steps:,} agent-steps)")
+    if sample := describe_sample(study):
+        console.info(f"The assays use {sample}.")
 
     def describe_stored_assays() -> str:
         """Return the number of stored assays as text."""

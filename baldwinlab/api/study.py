@@ -10,14 +10,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-import xarray as xr
-
 from baldwinlab import papers
 from baldwinlab.api.extend import extend
 from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.run_assays import require_branch_length, run_missing_assays
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.study_exports import StudyExports
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import require_positive
 from baldwinlab.core.files import parse_location
 from baldwinlab.studies.assays.catalog import ASSAYS, not_applicable_reasons

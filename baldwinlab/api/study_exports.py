@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
 from baldwinlab.api.export import files, frames
 from baldwinlab.api.export.onnx_network import AgentKey, Moment, write_onnx
 from baldwinlab.api.export.ro_crate import write_crate
@@ -15,6 +13,7 @@ from baldwinlab.api.export.table import Table
 from baldwinlab.api.export.tree_sequence import write_tree_sequence
 from baldwinlab.api.export.zarr import write_zarr
 from baldwinlab.api.study_runs import StudyRuns
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.resources import require_resources
 from baldwinlab.simulation.memory import estimate_tables
 

@@ -8,7 +8,7 @@ from html import escape
 from typing import Final
 
 from baldwinlab.core.errors import BaldwinLabError
-from baldwinlab.studies.open import open_conditions
+from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.store import StudyStore
 
 CAPTION: Final = (
@@ -48,7 +48,7 @@ def _draw_curves(study: StudyStore, conditions: Sequence[str]) -> str:
     # Imported late: loading the figures takes a while.
     from baldwinlab.analysis.figures import draw_fitness_curves, to_svg
 
-    figure = draw_fitness_curves(open_conditions(study, conditions))
+    figure = draw_fitness_curves(open_sample(study, conditions))
     image = b64encode(to_svg(figure)).decode()
     return (
         f'<img alt="{CAPTION}" title="{CAPTION}" style="max-width: 100%" '

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import xarray as xr
-
 from baldwinlab.api.agents import AgentNetwork, make_network, read_genomes, select_condition
+from baldwinlab.core.deferred import xr
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.simulation.reevaluation import restore_genomes

@@ -6,7 +6,6 @@ from io import BytesIO
 from pathlib import Path
 from typing import Annotated, Any, Final, NamedTuple
 
-import xarray as xr
 from cyclopts import Parameter
 
 from baldwinlab.api.agents import select_condition
@@ -25,6 +24,7 @@ from baldwinlab.cli.options import (
     load_parts,
 )
 from baldwinlab.core import console
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import REPLAY_MARK, require_writable

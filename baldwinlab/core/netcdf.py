@@ -5,13 +5,12 @@ from __future__ import annotations
 import hashlib
 import io
 import re
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from typing import Any, Final
 
-import xarray as xr
-from scipy.io import netcdf_file
-
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import BaldwinLabError
+from baldwinlab.core.netcdf_writer import LabeledArray, encode_netcdf
 
 # Number of bytes at the beginning of a file that contain its checksum.
 CHECKSUM_BYTES: Final = 65536
@@ -25,11 +24,24 @@ class DamagedError(BaldwinLabError):
 
 
 def to_bytes(data: xr.Dataset) -> bytes:
-    """Return a dataset as netCDF with a checksum.
+    """Return a dataset as netCDF with a checksum: see `encode_arrays`."""
+    # `Dataset.to_netcdf` imports Dask, which takes a second.
+    stream = io.BytesIO()
+    store = xr.backends.ScipyDataStore(stream, mode="w")
+    data.assign_attrs(checksum=_BLANK_CHECKSUM).dump_to_store(store)
+    store.sync()
+    return _insert_checksum(stream.getvalue())
+
+
+def encode_arrays(variables: Mapping[str, LabeledArray], attributes: Mapping[str, Any]) -> bytes:
+    """Return arrays as netCDF with a checksum.
 
     The checksum is the SHA-256 of the bytes with zeros in place of the checksum.
     """
-    raw = bytes(data.assign_attrs(checksum=_BLANK_CHECKSUM).to_netcdf(engine="scipy"))
+    return _insert_checksum(encode_netcdf(variables, {**attributes, "checksum": _BLANK_CHECKSUM}))
+
+
+def _insert_checksum(raw: bytes) -> bytes:
     return raw.replace(_BLANK_CHECKSUM.encode(), hashlib.sha256(raw).hexdigest().encode(), 1)
 
 
@@ -60,6 +72,9 @@ def decode_variables(raw: bytes) -> tuple[dict[str, Any], dict[Hashable, xr.Vari
     This is much faster than `from_bytes` for a small file. Raises DamagedError as `from_bytes`
     does.
     """
+    # Few commands read files in this way, and the import takes half a second.
+    from scipy.io import netcdf_file
+
     _require_no_rows(raw)
     try:
         file = netcdf_file(io.BytesIO(raw), mmap=False)

@@ -16,16 +16,13 @@ import re
 from collections.abc import Hashable, Mapping
 from typing import Any, Final
 
-import numpy as np
-import numpy.typing as npt
-import xarray as xr
-
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
 
 RUN_DIM: Final = "run"
 KEPT_GENERATIONS: Final = "kept_generations"
 # Variables of a batch that are not in the records of its runs.
-_BATCH_VARIABLES: Final = (GENERATION_COUNT, KEPT_GENERATIONS, STOP_ATTRIBUTE)
+BATCH_VARIABLES: Final = (GENERATION_COUNT, KEPT_GENERATIONS, STOP_ATTRIBUTE)
 # The number of generations in the TOML text of an experiment.
 _GENERATIONS_PATTERN: Final = re.compile(r"(^\[evolution\]$.*?^generations = )(\d+)", re.M | re.S)
 
@@ -92,35 +89,37 @@ def select_record(batch: xr.Dataset, index: int) -> xr.Dataset:
     per_run = {
         name: _select_valid(variable, valid)
         for name, variable in batch.variables.items()
-        if name in batch.data_vars and name not in _BATCH_VARIABLES
+        if name in batch.data_vars and name not in BATCH_VARIABLES
     }
     coordinates: dict[Hashable, Any] = {
         name: _select_valid(batch.variables[name], valid)
         for name in batch.coords
         if name != RUN_DIM
     }
-    # With this order of variables, the file of a history has the bytes of earlier versions.
-    names = list(per_run)
+    labels = insert_kept_generation(coordinates, ("kept_generation", kept_generations))
+    return xr.Dataset(order_record(per_run, labels), attrs=select_attributes(batch, index))
+
+
+def order_record(data: Mapping[Any, Any], labels: Mapping[Any, Any]) -> dict[Any, Any]:
+    """Return the variables of a record and the labels of its dimensions in the order of its file.
+
+    With this order, the file of a history has the bytes of earlier versions.
+    """
+    names = list(data)
     first_genome = names.index("kept_genome")
-    record = xr.Dataset(
-        {name: per_run[name] for name in names[:first_genome]},
-        attrs=select_attributes(batch, index),
-    )
-    record = record.assign_coords(_insert_kept_generation(coordinates, kept_generations))
-    return record.assign({name: per_run[name] for name in names[first_genome:]})
+    before = {name: data[name] for name in names[:first_genome]}
+    return before | dict(labels) | {name: data[name] for name in names[first_genome:]}
 
 
 def _select_valid(variable: xr.Variable, valid: Mapping[str, Any]) -> xr.Variable:
     return variable.isel({dim: valid[str(dim)] for dim in variable.dims if dim in valid})
 
 
-def _insert_kept_generation(
-    coordinates: Mapping[Hashable, Any], kept_generations: npt.NDArray[np.int32]
-) -> dict[Hashable, Any]:
-    """Return the coordinates of a record with the generations of its genomes after the weights."""
-    ordered: dict[Hashable, Any] = {}
+def insert_kept_generation(coordinates: Mapping[Any, Any], kept_generations: Any) -> dict[Any, Any]:
+    """Return the labels of a record with the generations of its genomes after the weights."""
+    ordered: dict[Any, Any] = {}
     for name, values in coordinates.items():
         ordered[name] = values
         if name == "weight":
-            ordered["kept_generation"] = ("kept_generation", kept_generations)
+            ordered["kept_generation"] = kept_generations
     return ordered

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
+
+from baldwinlab.core.deferred import xr
 
 PARENT_NAMES = ("fitter", "other")
 PER_AGENT_DIMS = ("generation", "agent")

@@ -17,13 +17,13 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numba
 import platformdirs
 
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.engine import simd
+from baldwinlab.engine import bitcode, simd
 from baldwinlab.engine.numba_internals.dispatchers import CodeStore
 
 try:
@@ -38,12 +38,8 @@ CODE_SUFFIX: Final = ".compiled"
 @cache
 def sources_hash() -> str:
     """Hash the sources of compiled code, the version of Numba, and the lanes of a SIMD block."""
-    digest = hashlib.sha256(f"numba {numba.__version__}, {simd.WIDTH} lanes".encode())
-    package = Path(__file__).parents[1]
-    for name in ("engine", "evolution", "models", "parts"):
-        for source in sorted((package / name).rglob("*.py")):
-            digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
+    text = f"numba {numba.__version__}, {simd.WIDTH} lanes, {bitcode.hash_files()}"
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 @cache
@@ -106,11 +102,15 @@ def _why_untrusted(directory: Path) -> str | None:
 
 
 class FileCodeStore(CodeStore):
-    """A folder of compiled code for a dispatcher of Numba, with a file for each signature."""
+    """A folder of compiled code of an entry point, with a file for each signature.
 
-    def __init__(self, directory: Path) -> None:
+    The functions are those of the entry point, whose bitcode the package can contain.
+    """
+
+    def __init__(self, directory: Path, functions: bitcode.Functions = ()) -> None:
         self.cache_path = str(directory)
         self._directory = directory
+        self._functions = functions
 
     def read(self, key: str) -> bytes | None:
         """Return the code under a key, or None if it is missing or does not match its checksum."""
@@ -136,6 +136,10 @@ class FileCodeStore(CodeStore):
     def discard(self, key: str) -> None:
         """Remove the code under a key, so that it is compiled again."""
         self._path(key).unlink(missing_ok=True)
+
+    def read_bitcode(self, signature: Any) -> bytes | None:
+        """Return the bitcode that the package contains for a signature; None if there is none."""
+        return bitcode.read_bitcode(self._functions, signature)
 
     def _digest(self, key: str, content: bytes) -> bytes:
         """Return the SHA-256 of code and its path, which detects exchanged files."""

@@ -24,7 +24,7 @@ import numba
 import numpy as np
 from numba.extending import overload
 
-from baldwinlab.engine import cache
+from baldwinlab.engine import bitcode, cache
 from baldwinlab.engine.compile_errors import compile_error
 from baldwinlab.engine.fingerprint import fingerprint, python_of
 from baldwinlab.engine.inlining import Inlined
@@ -39,6 +39,8 @@ OPTIONS: Final[dict[str, Any]] = {"nogil": True, "error_model": "numpy", **dispa
 
 
 _COMPILATION_LOCK: Final = Lock()
+_DISPATCHERS: Final[dict[bitcode.Functions, Any]] = {}
+"""The dispatchers of Numba of the entry points in use."""
 
 SourceSelector = Callable[..., Any]
 GENERIC: Final[dict[Callable[..., Any], SourceSelector]] = {}
@@ -110,7 +112,9 @@ def _cached_jit(
     # With NUMBA_DISABLE_JIT, Numba returns the Python function.
     is_python = not hasattr(dispatcher, "signatures")
     if directory is not None and not is_python:
-        dispatchers.set_code_store(dispatcher, cache.FileCodeStore(directory))
+        store = cache.FileCodeStore(directory, (function, *hooks))
+        dispatchers.set_code_store(dispatcher, store)
+        _DISPATCHERS[function, *hooks] = dispatcher
 
     compiled_functions: dict[tuple[Any, ...], Callable[..., Any]] = {}
 
@@ -168,8 +172,16 @@ def _gc_disabled() -> Iterator[None]:
 
 
 def is_cached(function: Callable[..., Any], hooks: tuple[Callable[..., Any], ...] = ()) -> bool:
-    """Return whether the machine code of `cached_jit` is in the cache."""
-    return cache.is_cached(fingerprint([function, *hooks]))
+    """Return whether the code of `cached_jit` is in the cache, or as bitcode in the package."""
+    functions = (function, *hooks)
+    return cache.is_cached(fingerprint(functions)) or bitcode.is_available(functions)
+
+
+def list_entry_points() -> Iterator[tuple[bitcode.Functions, Any, bytes]]:
+    """Yield the functions of each compiled entry point, a signature, and its bitcode."""
+    for functions, dispatcher in _DISPATCHERS.items():
+        for signature, content in dispatchers.list_bitcode(dispatcher):
+            yield functions, signature, content
 
 
 def jit_entry_point(function: Function) -> Function:

@@ -136,6 +136,11 @@ def put(array: Any, row: int, lane: Lane, value: Value) -> None:
     array[row, lane] = value
 
 
+def fill_lanes(lane: Lane, value: np.float32) -> Value:
+    """Return a value for one lane, or the same value for each lane of a SIMD block."""
+    return value
+
+
 def clamp(value: Value, limit: np.float32) -> Value:
     """Return `value` limited to [-limit, limit].
 
@@ -386,9 +391,10 @@ def _emit_choose(context: Any, builder: Any, signature: Any, arguments: Any) -> 
 
 
 def _emit_any_of(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    bits_type = ir.IntType(WIDTH)
-    bits = builder.bitcast(arguments[0], bits_type)
-    return builder.icmp_unsigned("!=", bits, ir.Constant(bits_type, 0))
+    # Without AVX-512, a mask of this form needs no conversion.
+    words = builder.sext(arguments[0], _INT32_VECTOR)
+    bits_type = ir.IntType(32 * WIDTH)
+    return builder.icmp_unsigned("!=", builder.bitcast(words, bits_type), ir.Constant(bits_type, 0))
 
 
 def _emit_negated(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -432,6 +438,12 @@ def _wide_type(value: Any) -> Any:
     return WIDE if value is WIDE else None
 
 
+_register_instructions(
+    fill_lanes,
+    lambda lane, value: WIDE if lane is BLOCK else None,
+    [(BLOCK, types.float32)],
+    lambda context, builder, signature, arguments: _emit_repeated(builder, arguments[1]),
+)
 _register_instructions(abs, _wide_type, [(WIDE,)], _emit_abs)
 _register_instructions(operator.neg, _wide_type, [(WIDE,)], _emit_minus)
 _register_instructions(clamp, _clamp_type, [(WIDE, types.float32)], _emit_clamp)
@@ -463,7 +475,16 @@ def _overload_for_one_lane(function: Callable[..., Any]) -> None:
     overload(function, strict=False)(select_source)
 
 
-_OVERLOADED_FUNCTIONS: Final = (clamp, choose, any_of, negated, lookup, first_lane, lanes_of)
+_OVERLOADED_FUNCTIONS: Final = (
+    fill_lanes,
+    clamp,
+    choose,
+    any_of,
+    negated,
+    lookup,
+    first_lane,
+    lanes_of,
+)
 for _function in _OVERLOADED_FUNCTIONS:
     _overload_for_one_lane(_function)
 

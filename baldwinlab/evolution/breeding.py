@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import cached_jit
+from baldwinlab.engine.threads import run_in_ranges
 from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.founders import draw_genomes
 from baldwinlab.evolution.genes import inherit_genes, make_gene_table
@@ -17,7 +18,10 @@ from baldwinlab.evolution.selection import select
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import ITSELF, RunArrays, breeding_part
 from baldwinlab.parts.lifetimes import Lifetimes, make_lifetimes
-from baldwinlab.parts.variation import vary_population
+from baldwinlab.parts.variation import vary_children, vary_population
+
+# Minimum number of children that a thread makes. It takes some milliseconds.
+MIN_CHILDREN_PER_THREAD: Final = 1_000
 
 
 def make_generation(
@@ -118,14 +122,45 @@ def make_children(
     _, n_modules, n_weights = genome.shape
     # NaN marks a gene that the variation does not write.
     children = np.full_like(genome, np.nan)
-    draws = poison.empty((n_modules * n_weights, 4))
     variation, code = breeding_part(experiment, "variation", run_arrays)
     # The variation can read the genes of parts, and cannot change them.
     genes = inherit_genes(experiment, key, genome, parents, children)
-    cached_jit(breed_children, code)(variation, key, genome, fitness, parents, draws, children)
+    variation_class = type(variation).part
+    are_independent = (
+        variation_class.vary_population is vary_population.default and not variation_class.arrays
+    )
+
+    def breed_range(first: int, end: int) -> None:
+        draws = poison.empty((n_modules * n_weights, 4))
+        if are_independent:
+            arguments = variation, key, genome, parents, draws, children, first, end
+            cached_jit(breed_independent_children, code)(*arguments)
+        else:
+            all_arguments = variation, key, genome, fitness, parents, draws, children
+            cached_jit(breed_children, code)(*all_arguments)
+
+    minimum_size = MIN_CHILDREN_PER_THREAD if are_independent else len(children)
+    run_in_ranges(breed_range, len(children), minimum_size)
     children[:, 0, make_gene_table(experiment).genes] = genes
     require_finite(experiment, key, children, "evolution.variation")
     return children
+
+
+def breed_independent_children(
+    variation: Any,
+    key: GenerationKey,
+    genome: Genome,
+    parents: Parents,
+    draws: Uniforms,
+    children: Genome,
+    first_child: int,
+    end_child: int,
+) -> None:
+    """Fill `children` of a range. The arguments are those of `breed_children`."""
+    vary_children(variation, key, genome, parents, draws, children, first_child, end_child)
+    for child in range(first_child, end_child):
+        if parents[child, 1] == ITSELF:
+            parents[child, 1] = parents[child, 0]
 
 
 def breed_children(

@@ -16,6 +16,7 @@ import numpy as np
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import jit_entry_point
+from baldwinlab.engine.threads import run_in_ranges
 from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.genes import require_genes_in_range, set_initial_genes
 from baldwinlab.evolution.genome_file import arrange_genomes, read_genomes, require_fit
@@ -32,6 +33,8 @@ PURPOSE_BY_MODULE: Final = {
 
 # Number of random words that one call of the generator returns.
 WORDS_PER_CALL: Final = 4
+# Minimum number of founders that a thread draws. It takes some milliseconds.
+MIN_FOUNDERS_PER_THREAD: Final = 1_000
 
 
 def make_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
@@ -150,7 +153,7 @@ def draw_genomes(experiment: BaseExperiment, key: GenerationKey) -> Genome:
         (experiment.population.size, len(experiment.modules), experiment.genome_length), np.float32
     )
     for module_index, purpose in enumerate(list_module_purposes(experiment)):
-        draw_normal(key, purpose, genome, module_index)
+        draw_module(key, purpose, genome, module_index)
     variation, _ = breeding_part(experiment, "variation")
     type(variation).part.init_founders(variation, genome)
     set_initial_genes(experiment, genome)
@@ -166,13 +169,24 @@ def list_module_purposes(experiment: Experiment) -> list[int]:
     ]
 
 
+def draw_module(key: GenerationKey, purpose: int, genome: Genome, module: int) -> None:
+    """Fill one module of `genome` from N(0, 1)."""
+    run_in_ranges(
+        lambda first, end: draw_normal(key, purpose, genome, module, first, end),
+        len(genome),
+        MIN_FOUNDERS_PER_THREAD,
+    )
+
+
 @jit_entry_point
-def draw_normal(key: GenerationKey, purpose: int, genome: Genome, module: int) -> None:
-    """Fill one module of `genome` from N(0, 1).
+def draw_normal(
+    key: GenerationKey, purpose: int, genome: Genome, module: int, first_agent: int, end_agent: int
+) -> None:
+    """Fill one module of the genomes of a range of agents from N(0, 1).
 
     One call of the random number generator returns the words of `WORDS_PER_CALL` weights.
     """
-    for agent in range(genome.shape[0]):
+    for agent in range(first_agent, end_agent):
         for first_word in range(0, genome.shape[2], WORDS_PER_CALL):
             words = rng.philox(
                 first_word // WORDS_PER_CALL, agent, key.generation, purpose, key.seed, key.run

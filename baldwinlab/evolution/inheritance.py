@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.jit import cached_jit, jit_entry_point
-from baldwinlab.evolution.founders import PURPOSE_BY_MODULE, draw_normal
+from baldwinlab.evolution.founders import PURPOSE_BY_MODULE, draw_module
 from baldwinlab.evolution.rng_key import GenerationKey, Genome, Parents
 from baldwinlab.evolution.sorting import Order, sort_by
 from baldwinlab.evolution.variation import OneGenome
@@ -182,7 +182,7 @@ def _draw_teacher_order(n_children: int, key: GenerationKey) -> Order:
 def draw_teachers(genome: Genome, key: GenerationKey) -> Genome:
     """Return genomes whose reinforcement modules are drawn from N(0, 1)."""
     redrawn = genome.copy()
-    draw_normal(key, PURPOSE_BY_MODULE["reinforcement"], redrawn, REINFORCEMENT_MODULE)
+    draw_module(key, PURPOSE_BY_MODULE["reinforcement"], redrawn, REINFORCEMENT_MODULE)
     return redrawn
 
 

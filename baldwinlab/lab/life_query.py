@@ -6,11 +6,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import Response
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.evolution.species import SpeciesIndices
 from baldwinlab.experiment import BaseExperiment, Experiment

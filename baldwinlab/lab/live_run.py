@@ -14,8 +14,8 @@ from uuid import uuid4
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.evolution import Genome
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.species_measures import list_species_curves

@@ -11,11 +11,11 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from baldwinlab._version import __version__
 from baldwinlab.analysis.traces import has_appearance, read_appearance
 from baldwinlab.api.load import read_experiment
+from baldwinlab.core.deferred import xr
 from baldwinlab.lab import binary_frames, single_page
 from baldwinlab.lab.species import describe_species
 

@@ -10,10 +10,10 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from baldwinlab._version import __version__
 from baldwinlab.api.study import Study
+from baldwinlab.core.deferred import xr
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import single_page
 from baldwinlab.lab.notebook_player import REPLAY_MODULE, STYLES, make_panel

@@ -22,7 +22,7 @@ from baldwinlab.lab.study_access import (
     require_inside,
 )
 from baldwinlab.studies.claims_file import CLAIMS_FILE, read_claims
-from baldwinlab.studies.open import open_conditions
+from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps import design as sweeps
@@ -137,7 +137,7 @@ def load_typical_run(lab: Lab, name: str, condition: str) -> bytes:
         # This import takes time.
         from baldwinlab.analysis.statistics.fitness import typical_run
 
-        run = typical_run(open_conditions(study, [condition]), condition)
+        run = typical_run(open_sample(study, [condition]), condition)
         return json.dumps({"run": run}).encode()
 
     return lab.cache.get(("typical", study.directory, condition, modification_times), make)

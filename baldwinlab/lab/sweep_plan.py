@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 
 import tomlkit
 
+from baldwinlab.engine.threads import available_cores
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment import validate as read_experiment
 from baldwinlab.lab.limits import check_sweep, check_sweep_runs
@@ -19,7 +20,7 @@ from baldwinlab.lab.presets import load_preset
 from baldwinlab.lab.query import read_body_number
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
-from baldwinlab.simulation.compilation import available_cores, compile_experiments
+from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.run import count_agent_steps
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep

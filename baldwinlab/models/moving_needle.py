@@ -22,8 +22,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.parts import LIFE, PER_AGENT_DIMS, Field, LifeResults, Measure, Variable, uniforms
 

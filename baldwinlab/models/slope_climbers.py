@@ -27,12 +27,12 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import power_of_ten
 from baldwinlab.engine.jit import compiled, jit_entry_point
-from baldwinlab.evolution.founders import draw_normal
+from baldwinlab.evolution.founders import draw_module
 from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
 
 # Limit of the logarithm of fitness, which prevents overflow.
@@ -113,7 +113,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         genomes = poison.empty((agents, 1, 1), np.float32)
-        draw_normal(key, FOUNDER, genomes, 0)
+        draw_module(key, FOUNDER, genomes, 0)
         mean = np.float32(self.initial_mean)
         std = np.float32(self.initial_std)
         return mean + std * genomes

@@ -11,8 +11,8 @@ from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.measures import Measure
 from baldwinlab.core.variables import Variable
 from baldwinlab.parts.part import Part

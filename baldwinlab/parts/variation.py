@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from baldwinlab.engine import rng
+from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
 from baldwinlab.parts.breeding import ITSELF, Numbers, copy_genome
 from baldwinlab.parts.part import Part
@@ -64,10 +65,33 @@ def vary_population(
     children : array, float32 [child, module, weight]
         Output: the genomes of all children.
     """
+    vary_children(part, key, genome, parents, draws, children, 0, children.shape[0])
+
+
+@compiled
+def vary_children(
+    part: Any,
+    key: Any,
+    genome: Any,
+    parents: Any,
+    draws: Numbers,
+    children: Any,
+    first_child: int,
+    end_child: int,
+) -> None:
+    """Create the children of a range, as the default of `vary_population`.
+
+    Parameters
+    ----------
+    part, key, genome, parents, draws, children
+        The arguments of `vary_population`.
+    first_child, end_child : int
+        First child of the range, and the child after its last one.
+    """
     seed = key.seed
     run = key.run
     generation = key.generation
-    for child in range(children.shape[0]):
+    for child in range(first_child, end_child):
         first = genome[parents[child, 0]]
         if parents[child, 1] == ITSELF:
             copy_genome(first, children[child])

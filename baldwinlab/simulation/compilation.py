@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from baldwinlab.engine.cache import cache_root
+from baldwinlab.engine.threads import available_cores
 from baldwinlab.evolution import GenerationKey, draw_genomes, fitness, make_generation
 from baldwinlab.experiment import BaseExperiment, Experiment, validate
 from baldwinlab.models.miniworld.backends import cpu
@@ -36,14 +37,6 @@ MAX_COMBINATIONS: Final = 32
 QUIET_COMBINATIONS: Final = 4
 # Seconds between two progress messages.
 MESSAGE_INTERVAL: Final = 20
-
-
-def available_cores() -> int:
-    """Return the number of cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        this_process = 0
-        return len(os.sched_getaffinity(this_process))
-    return os.cpu_count() or 1
 
 
 def compile_experiments(

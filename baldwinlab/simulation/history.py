@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from baldwinlab.core import variables
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.record_batches import select_record
 from baldwinlab.evolution import (
@@ -288,7 +288,7 @@ class History:
 
     def record(self) -> xr.Dataset:
         """Return the run in its stored form, with the variables of `record_variables`."""
-        return select_record(make_batch([self]), 0)
+        return select_record(make_batch([self]).to_dataset(), 0)
 
     @property
     def recorded_names(self) -> list[str]:

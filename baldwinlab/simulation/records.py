@@ -9,11 +9,20 @@ from typing import Any, NamedTuple, Protocol
 import numba
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from baldwinlab._version import __version__
 from baldwinlab.core import variables
-from baldwinlab.core.record_batches import KEPT_GENERATIONS, RUN_DIM, replace_generations
+from baldwinlab.core.deferred import xr
+from baldwinlab.core.netcdf import encode_arrays
+from baldwinlab.core.netcdf_writer import LabeledArray
+from baldwinlab.core.record_batches import (
+    BATCH_VARIABLES,
+    KEPT_GENERATIONS,
+    RUN_DIM,
+    insert_kept_generation,
+    order_record,
+    replace_generations,
+)
 from baldwinlab.core.variables import GENERATION_COUNT, STOP_ATTRIBUTE
 from baldwinlab.evolution import Genome
 from baldwinlab.evolution.species_breeding import SpeciesArrays
@@ -51,8 +60,52 @@ class RecordedRun(Protocol):
     def stored_run_arrays(self) -> SpeciesArrays: ...
 
 
-def make_batch(histories: Sequence[RecordedRun]) -> xr.Dataset:
-    """Return the records of several histories as one dataset: see `core.record_batches`.
+class Batch(NamedTuple):
+    """Records of several histories as one set of arrays: see `core.record_batches`.
+
+    Attributes
+    ----------
+    data : dict
+        The variables of `record_variables` by name, with the additional first dimension `run`.
+    coordinates : dict
+        The labels of each dimension.
+    attributes : dict
+        The shared attributes.
+    """
+
+    data: dict[str, LabeledArray]
+    coordinates: dict[str, LabeledArray]
+    attributes: dict[str, Any]
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the batch as a dataset, which `select_record` reads."""
+        return xr.Dataset(self.data, self.coordinates, self.attributes)
+
+    def encode(self) -> bytes:
+        """Return the file of the batch."""
+        return encode_arrays(self.data | self.coordinates, self.attributes)
+
+
+def encode_history(history: RecordedRun) -> bytes:
+    """Return the file of the record of one history."""
+    batch = make_batch([history])
+    data = {
+        name: LabeledArray(variable.dims[1:], variable.values[0], variable.attributes)
+        for name, variable in batch.data.items()
+        if name not in BATCH_VARIABLES
+    }
+    kept_generations = batch.data[KEPT_GENERATIONS].values[0]
+    coordinates = {name: array for name, array in batch.coordinates.items() if name != RUN_DIM}
+    stored = LabeledArray(("kept_generation",), kept_generations)
+    ordered = order_record(data, insert_kept_generation(coordinates, stored))
+    attributes = provenance_attributes(_shorten(history), history.seed, history.run)
+    if history.is_stopped:
+        attributes[STOP_ATTRIBUTE] = name_stop(history)
+    return encode_arrays(ordered, attributes)
+
+
+def make_batch(histories: Sequence[RecordedRun]) -> Batch:
+    """Return the records of several histories as one set of arrays.
 
     Parameters
     ----------
@@ -61,9 +114,8 @@ def make_batch(histories: Sequence[RecordedRun]) -> xr.Dataset:
 
     Returns
     -------
-    xarray.Dataset
-        The variables of `record_variables` with the additional first dimension `run`. The batch of
-        one history shares its arrays with the history.
+    Batch
+        The batch. That of one history shares its arrays with the history.
     """
     longest = max(histories, key=lambda history: history.n_generations)
     experiment = _shorten(longest)
@@ -73,12 +125,12 @@ def make_batch(histories: Sequence[RecordedRun]) -> xr.Dataset:
     def stack(values: Callable[[RecordedRun], npt.NDArray[Any]], fill: int = 0) -> npt.NDArray[Any]:
         return stack_padded([values(history) for history in histories], fill)
 
-    data: dict[Hashable, Any] = {}
+    data: dict[str, LabeledArray] = {}
 
     def add(name: str, array: npt.NDArray[Any]) -> None:
         dims, dtype, unit, meaning = declared[name]
         meanings = {"units": unit, "long_name": meaning}
-        data[name] = ((RUN_DIM, *dims), np.asarray(array, dtype), meanings)
+        data[name] = LabeledArray((RUN_DIM, *dims), np.asarray(array, dtype), meanings)
 
     for name in longest.recorded_names:
         add(name, stack_padded([history.recorded_values(name) for history in histories], fill=0))
@@ -88,13 +140,14 @@ def make_batch(histories: Sequence[RecordedRun]) -> xr.Dataset:
     add("kept_genome", genomes)
     data |= _stack_run_arrays([history.stored_run_arrays for history in histories])
     counts = np.array([history.n_generations for history in histories], np.int32)
-    data[GENERATION_COUNT] = (RUN_DIM, counts)
+    data[GENERATION_COUNT] = LabeledArray((RUN_DIM,), counts)
     saved = stack(lambda history: np.array(list(history.saved_genomes), np.int32), NO_GENERATION)
-    data[KEPT_GENERATIONS] = ((RUN_DIM, "kept_generation"), saved)
+    data[KEPT_GENERATIONS] = LabeledArray((RUN_DIM, "kept_generation"), saved)
     if any(history.is_stopped for history in histories):
-        data[STOP_ATTRIBUTE] = (RUN_DIM, [name_stop(history) for history in histories])
+        stops = [name_stop(history) for history in histories]
+        data[STOP_ATTRIBUTE] = LabeledArray((RUN_DIM,), stops)
     *_, n_agents, _, n_weights = genomes.shape
-    coordinates: dict[str, Any] = {
+    labels: dict[str, Any] = {
         RUN_DIM: np.array([history.run for history in histories], np.int32),
         "generation": np.arange(longest.n_generations, dtype=np.int32),
         "agent": np.arange(n_agents, dtype=np.int32),
@@ -103,7 +156,8 @@ def make_batch(histories: Sequence[RecordedRun]) -> xr.Dataset:
         "weight": np.arange(n_weights, dtype=np.int32),
         **variables.window_coordinates(experiment),
     }
-    return xr.Dataset(data, coordinates, attributes)
+    coordinates = {name: LabeledArray((name,), values) for name, values in labels.items()}
+    return Batch(data, coordinates, attributes)
 
 
 def stack_padded(arrays: Sequence[npt.NDArray[Any]], fill: int) -> npt.NDArray[Any]:
@@ -123,15 +177,15 @@ def _stack(arrays: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
     return arrays[0][None] if len(arrays) == 1 else np.stack(arrays)
 
 
-def _stack_run_arrays(arrays_of_runs: Sequence[SpeciesArrays]) -> dict[Hashable, Any]:
+def _stack_run_arrays(arrays_of_runs: Sequence[SpeciesArrays]) -> dict[str, LabeledArray]:
     """Return the arrays of the runs as variables of a batch, which `read_run_arrays` reads."""
-    stacked: dict[Hashable, Any] = {}
+    stacked: dict[str, LabeledArray] = {}
     for species, arrays in arrays_of_runs[0].items():
         for key, array in arrays.items():
             name = f"{variables.RUN_ARRAY_PREFIX}{species}.{key}"
             dims = [f"{name}_{axis}" for axis in range(array.ndim)]
             values = _stack([run_arrays[species][key] for run_arrays in arrays_of_runs])
-            stacked[name] = ((RUN_DIM, *dims), values)
+            stacked[name] = LabeledArray((RUN_DIM, *dims), values)
     return stacked
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.resources import Need, require_resources
 from baldwinlab.core.variables import STOP_ATTRIBUTE

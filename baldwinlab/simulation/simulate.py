@@ -6,10 +6,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError
 from baldwinlab.core.resources import require_resources
+from baldwinlab.engine.threads import available_cores, use_threads
 from baldwinlab.evolution.species import count_agents
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.unused_settings import require_effect
@@ -31,6 +32,8 @@ def simulate(
     force: bool = False,
 ) -> xr.Dataset:
     """Simulate one run: a population from its first generation to its last.
+
+    A world of many agents uses all cores.
 
     Parameters
     ----------
@@ -62,7 +65,8 @@ def simulate(
     """
     require_effect([experiment])
     require_resources(experiment.name, estimate_simulation(experiment), force=force)
-    (dataset,) = simulate_batch(experiment, seed, [run], choose_backend(backend))
+    with use_threads(available_cores()):
+        (dataset,) = simulate_batch(experiment, seed, [run], choose_backend(backend))
     return dataset
 
 

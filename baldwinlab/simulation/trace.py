@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from baldwinlab.core import variables
+from baldwinlab.core.deferred import xr
 from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.evolution.species import SpeciesIndices, count_agents

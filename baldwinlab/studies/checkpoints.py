@@ -14,15 +14,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final, NamedTuple, Self
 
-import xarray as xr
-
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.simulation.history import History
+from baldwinlab.simulation.records import encode_history
 from baldwinlab.studies.record_files import assign_runs, condition_folder, list_record_files
 from baldwinlab.studies.records import (
     StudyError,
-    encode_record,
     read_lengths,
     read_record,
     read_record_file,
@@ -100,7 +99,7 @@ class Checkpointer:
             return
         for history in incomplete:
             path = checkpoint_path(self._directory, history.experiment.name, history.run)
-            write_in_study(self._directory, path, encode_record(history.record()))
+            write_in_study(self._directory, path, encode_history(history))
         self._written_at = time.monotonic()
         self.has_saved = True
 

@@ -8,10 +8,9 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
-import xarray as xr
 from scipy.io import netcdf_file
 
+from baldwinlab.core.deferred import pd, xr
 from baldwinlab.core.files import is_local
 from baldwinlab.core.netcdf import CHECKSUM_BYTES, decode_variables, from_bytes, stored_checksum
 from baldwinlab.core.record_batches import select_record

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
-import xarray as xr
 from xarray.core import indexing
 
+from baldwinlab.core.deferred import pd, xr
 from baldwinlab.core.variables import PARENT_NAMES, RUN_VARIABLES
 from baldwinlab.experiment import Experiment
 from baldwinlab.studies.file_content import (
@@ -56,13 +55,31 @@ class StoredCondition(NamedTuple):
         return combined.assign_coords(run=self.runs, generation=generations)
 
 
-def open_condition(study: StudyStore, name: str) -> StoredCondition:
-    """Verify the files of a condition, and return its runs without their values."""
+def open_condition(
+    study: StudyStore,
+    name: str,
+    selected_runs: Sequence[int] | None = None,
+    report_file: Callable[[int], object] = lambda n_files: None,
+) -> StoredCondition:
+    """Verify the files of a condition, and return its runs without their values.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    name : str
+        Name of the condition.
+    selected_runs : sequence of int, optional
+        Runs to return. Default: all stored runs.
+    report_file : callable
+        Called with 1 after each file.
+    """
     layouts: dict[Hashable, Layout] = {}
     contents: list[FileContent] = []
     entries = [entry for entry in assign_runs(study.files(name)) if entry.runs]
     for entry in entries:
         contents.append(open_file(entry.file, study.experiment(name), study.seed, layouts))
+        report_file(1)
     if not contents:
         empty = make_empty_dataset(study.experiments[name])
         size = empty.sizes["generation"]
@@ -80,6 +97,8 @@ def open_condition(study: StudyStore, name: str) -> StoredCondition:
     n_generations = np.concatenate(lengths)
     # Overlapping files are not in the order of their runs.
     order = np.argsort(runs)
+    if selected_runs is not None:
+        order = order[np.isin(runs[order], selected_runs)]
     return StoredCondition(
         runs=runs[order].astype(np.int32),
         n_generations=n_generations[order],
@@ -87,7 +106,7 @@ def open_condition(study: StudyStore, name: str) -> StoredCondition:
         rows=rows[order],
         contents=contents,
         layouts=list(layouts.values()),
-        size=int(n_generations.max()),
+        size=int(n_generations[order].max()),
     )
 
 

@@ -7,8 +7,8 @@ from itertools import groupby
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.netcdf import decode_variables, to_bytes
 from baldwinlab.core.record_batches import (

@@ -5,13 +5,13 @@ The files are verified when the study is opened, and their values are read when 
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import parse_location
 from baldwinlab.core.variables import (
     DIMENSION_MEANINGS,
@@ -20,8 +20,11 @@ from baldwinlab.core.variables import (
 )
 from baldwinlab.experiment.factors import factor_coordinates
 from baldwinlab.experiment.toml import to_toml
-from baldwinlab.studies.lazy_runs import combine_conditions, open_condition
+from baldwinlab.studies.run_samples import sample_runs
 from baldwinlab.studies.store import StudyStore
+
+if TYPE_CHECKING:
+    from baldwinlab.studies.lazy_runs import StoredCondition
 
 
 def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) -> xr.Dataset:
@@ -60,7 +63,41 @@ def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) ->
 
 def open_conditions(study: StudyStore, names: Sequence[str]) -> xr.Dataset:
     """Return the stored runs of an open study as one dataset, as `open_runs` does."""
-    conditions = [open_condition(study, name) for name in names]
+    # A run of a new study needs neither this module nor xarray.
+    from baldwinlab.studies.lazy_runs import open_condition
+
+    return _combine(study, names, [open_condition(study, name) for name in names])
+
+
+def open_sample(
+    study: StudyStore,
+    names: Sequence[str],
+    report_file: Callable[[int], object] = lambda n_files: None,
+) -> xr.Dataset:
+    """Return the runs of `sample_runs` as one dataset, as `open_runs` does.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    names : sequence of str
+        Names of the conditions.
+    report_file : callable
+        Called with 1 after each file of records.
+    """
+    from baldwinlab.studies.lazy_runs import open_condition
+
+    conditions = [
+        open_condition(study, name, sample_runs(study, name), report_file) for name in names
+    ]
+    return _combine(study, names, conditions)
+
+
+def _combine(
+    study: StudyStore, names: Sequence[str], conditions: Sequence[StoredCondition]
+) -> xr.Dataset:
+    from baldwinlab.studies.lazy_runs import combine_conditions
+
     data = combine_conditions(conditions)
     attributes = [condition.attributes for condition in conditions]
     data = _label_conditions(study, names, data, attributes)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from baldwinlab._version import __version__
+from baldwinlab.studies.run_samples import describe_sample
 from baldwinlab.studies.store import StudyStore
 
 
@@ -18,13 +19,14 @@ def provenance(study: StudyStore) -> dict[str, Any]:
     Returns
     -------
     dict
-        Seed, sentence about the changed model, versions, platform, and the agent-steps, seconds
-        and numbers of workers of all sessions.
+        Seed, sentences about the changed model and a sample of the runs, versions, platform, and
+        the agent-steps, seconds and numbers of workers of all sessions.
     """
     sessions = list(study.sessions())
     return {
         "seed": study.seed,
         "changed_model": study.changed_model,
+        "sample": describe_sample(study),
         "versions": {
             "baldwinlab": __version__,
             "Python": platform.python_version(),

@@ -8,8 +8,8 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.record_batches import KEPT_GENERATIONS, RUN_DIM
 from baldwinlab.core.variables import (
     COMMON_RECORD_VARIABLES,
@@ -24,7 +24,7 @@ from baldwinlab.studies.record_files import RecordFile, StudyError
 # Codes of the NumPy types of integers and floating-point numbers.
 NUMERIC_KIND_CODES: Final = ("i", "f")
 
-Variables = Mapping[Hashable, xr.Variable]
+Variables = Mapping[Hashable, "xr.Variable"]
 
 
 class DamagedRecordError(StudyError):

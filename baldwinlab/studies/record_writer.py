@@ -6,11 +6,10 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 
-from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.memory import MAX_BYTES_PER_FILE, MIN_RUNS_PER_BATCH, runs_per_file
-from baldwinlab.simulation.records import BatchKeys, make_batch
+from baldwinlab.simulation.records import BatchKeys, encode_history, make_batch
 from baldwinlab.studies.checkpoints import remove_checkpoint
 from baldwinlab.studies.record_files import (
     assign_runs,
@@ -19,7 +18,7 @@ from baldwinlab.studies.record_files import (
     record_name,
     split_runs,
 )
-from baldwinlab.studies.records import write_in_study, write_record
+from baldwinlab.studies.records import record_path, write_in_study
 
 
 class RecordWriter:
@@ -108,7 +107,8 @@ class RecordWriter:
         """Write a file of one run or of a batch."""
         first_run, last_run = histories[0].run, histories[-1].run
         if first_run == last_run:
-            write_record(self.directory, self._condition, first_run, histories[0].record())
+            path = record_path(self.directory, self._condition, first_run)
+            write_in_study(self.directory, path, encode_history(histories[0]))
             return
         path = self._folder / record_name(first_run, last_run)
-        write_in_study(self.directory, path, to_bytes(make_batch(histories)))
+        write_in_study(self.directory, path, make_batch(histories).encode())

@@ -96,10 +96,13 @@ class RecordedArray(BackendArray):
         for row, condition in enumerate(conditions):
             index = self._runs[condition]
             file_of_run = index.file_of_run[runs]
-            for number in np.unique(file_of_run[file_of_run != NO_INDEX]):
-                selected = np.flatnonzero(file_of_run == number)
-                rows = index.row_of_run[runs[selected]]
-                self._read_file(index.files[number], rows, later_indices, values[row], selected)
+            # A search of the runs of each file would take time for each pair of file and run.
+            order = np.argsort(file_of_run, kind="stable")
+            numbers, starts = np.unique(file_of_run[order], return_index=True)
+            for number, selected in zip(numbers, np.split(order, starts[1:]), strict=True):
+                if number != NO_INDEX:
+                    rows = index.row_of_run[runs[selected]]
+                    self._read_file(index.files[number], rows, later_indices, values[row], selected)
         return values
 
     def _read_file(

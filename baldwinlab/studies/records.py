@@ -14,8 +14,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-import xarray as xr
-
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import FileKind, is_local, read_bytes
 from baldwinlab.core.netcdf import (

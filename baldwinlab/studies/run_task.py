@@ -7,10 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
-import xarray as xr
-
+from baldwinlab.core.deferred import xr
 from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.several_worlds import count_worlds
 from baldwinlab.models.miniworld.backends.choice import Backend
+from baldwinlab.models.miniworld.backends.team import is_large
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.simulate import continue_histories
 from baldwinlab.studies.checkpoints import (
@@ -28,7 +29,7 @@ from baldwinlab.studies.record_writer import RecordWriter
 MIN_STEPS_OF_SEARCH: Final = 200_000_000
 
 # Called after each generation of a run with the dataset of the run.
-Callback = Callable[[xr.Dataset], None]
+Callback = Callable[["xr.Dataset"], None]
 
 
 class RunTask(NamedTuple):
@@ -69,6 +70,9 @@ class RunTask(NamedTuple):
         if isinstance(self.experiment, Experiment):
             # A batch has a world for each repeat of a lifetime.
             batch_size = max(1, batch_size // self.experiment.lifetime.repeats)
+            # All threads of the task simulate one large world.
+            if is_large(self.experiment, count_worlds(self.experiment)):
+                batch_size = 1
         stored = self._find_stored(seed, directory)
         runs = [run for run in self.runs if not self._is_complete(stored.get(run))]
         if n_complete := len(self.runs) - len(runs):

@@ -20,12 +20,11 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import append_line, require_writable_path, write_atomically
 from baldwinlab.core.files import (
@@ -240,14 +239,28 @@ class StudyStore:
         """
         return read_record(self.directory, self.experiment(condition), self.seed, run)
 
-    def records(self, condition: str) -> Iterator[tuple[int, xr.Dataset]]:
-        """Yield the number and the record of each run, and read each file once.
+    def records(
+        self, condition: str, selected_runs: Container[int] | None = None
+    ) -> Iterator[tuple[int, xr.Dataset]]:
+        """Yield the number and the record of each selected run, and read each file once.
 
-        Raises as `record` does.
+        Parameters
+        ----------
+        condition : str
+            Name of the condition.
+        selected_runs : container of int, optional
+            Numbers of runs. Default: all runs.
+
+        Raises
+        ------
+        DamagedRecordError, StudyError
+            As `record`.
         """
+        experiment = self.experiment(condition)
         for file, runs in assign_runs(self.files(condition)):
             for run in runs:
-                yield run, read_record_of_file(file, self.experiment(condition), self.seed, run)
+                if selected_runs is None or run in selected_runs:
+                    yield run, read_record_of_file(file, experiment, self.seed, run)
 
     def attributes(self, condition: str, run: int) -> dict[str, Any]:
         """Read the attributes of a record without its arrays. Raises as `record` does."""

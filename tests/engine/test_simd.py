@@ -13,6 +13,7 @@ from baldwinlab.engine.simd import (
     any_of,
     choose,
     clamp,
+    fill_lanes,
     get,
     lookup,
     negated,
@@ -39,7 +40,7 @@ def _calculate(out: Any, a: Any, b: Any, half: Any, lane: Any) -> None:
     put(out, 7, lane, clamp(x, s))
     put(out, 8, lane, choose(x < y, x, s))
     put(out, 9, lane, choose((x <= y) & negated(x > s), s, y))
-    put(out, 10, lane, choose((x >= y) | (s < x), s, y))
+    put(out, 10, lane, choose((x >= y) | (s < x), fill_lanes(lane, s), y))
     put(out, 11, lane, abs(x))
     put(out, 12, lane, square_root(abs(x)))
     put(out, 13, lane, s)

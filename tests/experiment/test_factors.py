@@ -9,6 +9,7 @@ import pytest
 
 from baldwinlab.api.publish.plan import plan_report
 from baldwinlab.api.publish.study import publish_study
+from baldwinlab.core import console
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.creation import create_study
@@ -112,7 +113,8 @@ def test_the_report_of_an_older_study_has_maps_and_learners(
     assert study.factors["evo+self-taught/A"] == Factors("evo+self-taught", "A")
     # This condition is not a preset of the paper.
     assert study.factors["mine/A"] == Factors("mine/A")
-    publish_study(plan_report(study, tmp_path / "report.html", 1), ignore_message)
+    plan = plan_report(study, tmp_path / "report.html", 1)
+    publish_study(plan, ignore_message, console.progress)
     picture = (tmp_path / "figures/fitness.svg").read_text()
     assert all(f"<!-- Map {name}, best agent -->" in picture for name in "AB")
     assert "<!-- evo+self-taught -->" in picture

@@ -12,12 +12,12 @@ import pytest
 import xarray as xr
 
 import baldwinlab as bl
-from baldwinlab.core.netcdf import from_bytes
+from baldwinlab.core.netcdf import from_bytes, to_bytes
 from baldwinlab.core.record_batches import select_record
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.history import History
-from baldwinlab.simulation.records import make_batch
+from baldwinlab.simulation.records import encode_history, make_batch
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies import record_writer
 from baldwinlab.studies.creation import create_study
@@ -102,6 +102,9 @@ def test_the_records_of_a_batch_equal_the_files_of_single_runs(tmp_path: Path, n
         record = study.record(experiment.name, history.run)
         require_equal(record, expected)
         assert study.attributes(experiment.name, history.run) == record.attrs
+        assert encode_history(history) == encode_record(history.record())
+    batch = make_batch(histories)
+    assert batch.encode() == to_bytes(batch.to_dataset())
     (file,) = study.files(experiment.name)
     lengths = study.lengths(experiment.name, file)
     assert lengths.n_generations.tolist() == [history.n_generations for history in histories]
@@ -183,6 +186,6 @@ def test_the_number_of_runs_in_a_file_follows_from_the_agent_steps(
 def test_a_batch_selects_the_same_record_in_memory() -> None:
     experiment = EXPERIMENTS["small"]
     histories = simulate_histories(experiment, SEED, range(4))
-    batch = make_batch(histories)
+    batch = make_batch(histories).to_dataset()
     for index, history in enumerate(histories):
         assert select_record(batch, index).identical(history.record())

@@ -9,6 +9,8 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,13 +18,15 @@ import xarray as xr
 
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.core.files import parse_location
+from baldwinlab.engine.threads import count_threads
 from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import DamagedRecordError, StudyError
-from baldwinlab.studies.run import find_missing_runs, plan_tasks, run_study
+from baldwinlab.studies.run import RunTask, find_missing_runs, plan_tasks, run_study
 from tests.small_studies import (
     ignore_message,
     ignore_progress,
@@ -42,6 +46,39 @@ def test_a_study_is_identical_for_any_number_of_workers(tmp_path: Path) -> None:
                 single.read(condition, run),
                 simulate(single.experiments[condition], seed=5, run=run),
             )
+
+
+@pytest.mark.parametrize(("tasks", "workers", "threads"), [(1, 4, 4), (2, 5, 2), (3, 2, 1)])
+def test_tasks_use_idle_threads(tasks: int, workers: int, threads: int, tmp_path: Path) -> None:
+    def run(*arguments: Any) -> int:
+        return count_threads(size=10**6, minimum_size=1)
+
+    results = list[int]()
+    study: Any = SimpleNamespace(seed=0, directory=tmp_path)
+    steps = THREADS.run(
+        study,
+        [cast(Any, SimpleNamespace(run=run)) for _ in range(tasks)],
+        workers,
+        CPU,
+        lambda task, result: results.append(result),
+    )
+    assert list(steps) == []
+    assert results == [threads] * tasks
+
+
+@pytest.mark.parametrize(("agents", "batches"), [(2000, [1, 1, 1]), (1999, [3])])
+def test_all_threads_of_a_task_simulate_one_large_world(
+    agents: int, batches: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    simulated = list[int]()
+    monkeypatch.setattr(
+        RunTask, "_simulate_batch", lambda task, *arguments: simulated.append(len(arguments[-1]))
+    )
+    experiment = load("evo/A").replace(
+        population={"size": agents}, lifetime={"steps": 1}, evolution={"generations": 1}
+    )
+    RunTask(experiment, runs=(0, 1, 2)).run(0, tmp_path, CPU, lambda agent_steps: None)
+    assert simulated == batches
 
 
 def test_stored_runs_are_not_repeated_when_a_study_grows(tmp_path: Path) -> None:

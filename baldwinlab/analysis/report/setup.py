@@ -51,6 +51,7 @@ def summarize_setup(
         *describe_conditions(read_factors(data)),
         ("models", "" if models == "miniworld" else models),
         ("runs per condition", format_range(count_runs(data).values())),
+        ("sample", provenance.get("sample", "")),
         (
             "generations per run",
             format_range(experiment.evolution.generations for experiment in experiments),

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import xarray as xr
-
 from baldwinlab._version import __version__
 from baldwinlab.analysis.statistics import fitness
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import require_positive
 
 

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from baldwinlab.api.export.extra import require_extra
 from baldwinlab.api.export.table import Block, Column, Table
+from baldwinlab.core.deferred import pd
 
 if TYPE_CHECKING:
     import polars as pl

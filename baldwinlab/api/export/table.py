@@ -14,9 +14,9 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from baldwinlab._version import __version__
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.variables import DIMENSION_MEANINGS, PER_AGENT_DIMS, without_genomes
 from baldwinlab.experiment.factors import SWEEP, factor_coordinates
 from baldwinlab.studies.store import StudyStore

@@ -9,17 +9,16 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
 from baldwinlab._version import __version__
 from baldwinlab.api.export.extra import require_extra
 from baldwinlab.api.export.table import FILE_MARK
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import atomic_path
 from baldwinlab.core.output_paths import enclosing_study
-from baldwinlab.core.variables import PER_AGENT_DIMS, window_coordinates
+from baldwinlab.core.variables import PER_AGENT_DIMS, window_coordinates, without_genomes
 from baldwinlab.experiment.factors import SWEEP
-from baldwinlab.studies.lazy_runs import make_empty_dataset
 from baldwinlab.studies.open import concat_conditions
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import label_points
@@ -166,6 +165,8 @@ def _read_sample(study: StudyStore, name: str, runs: npt.NDArray[np.int32]) -> x
     """Return the first value of each variable. A condition without runs has an empty dataset."""
     first_entries = {dim: [0] for dim in PER_AGENT_DIMS}
     if not runs.size:
+        from baldwinlab.studies.lazy_runs import make_empty_dataset
+
         return make_empty_dataset(study.experiments[name]).isel(first_entries)
     return study.read(name, int(runs[0]), genomes=False).isel(first_entries).expand_dims(run=[0])
 
@@ -248,5 +249,6 @@ def _read_records(
     names = list(study.experiments)
     for index, condition in np.ndenumerate(conditions):
         name = names[condition]
-        for column in np.flatnonzero(np.isin(runs, layout.runs[name])):
-            yield (*index, int(column)), study.read(name, int(runs[column]), genomes=False)
+        columns = {run: column for column, run in enumerate(runs.tolist())}
+        for run, record in study.records(name, columns.keys()):
+            yield (*index, columns[run]), without_genomes(record)

@@ -19,13 +19,14 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.errors import RefusedError, require_positive
+from baldwinlab.engine.threads import available_cores
 from baldwinlab.evolution import GenerationKey, draw_genomes, mean_fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models import make_simulator
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.models.miniworld.lifetimes import collect_results
-from baldwinlab.simulation.compilation import available_cores, compile_experiments
+from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.reevaluation import make_batch
 from baldwinlab.simulation.simulate import check_seed
 

@@ -17,7 +17,7 @@ from baldwinlab.papers.claims import KINDS
 from baldwinlab.papers.design import CONFIRMATION_FOLDER
 from baldwinlab.studies.assays import storage
 from baldwinlab.studies.claims_file import read_claims
-from baldwinlab.studies.open import open_conditions
+from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.store import StudyStore
 
 
@@ -155,7 +155,7 @@ def _read_entry(study: StudyStore, paper: Paper, last: int) -> Entry:
     systems: list[System] = []
     if assays:
         selected = [name for name in paper.metadata.compared if name in conditions_with_runs]
-        data = open_conditions(study, conditions_with_runs)
+        data = open_sample(study, conditions_with_runs)
         systems = evaluate_systems(data, assays, study.experiments, selected, last)
     reason = ""
     commands: tuple[str, ...] = ()

@@ -6,8 +6,6 @@ from dataclasses import replace
 from math import isnan
 from typing import Any, Final
 
-import xarray as xr
-
 from baldwinlab.analysis.assays.phrases import has_foragers
 from baldwinlab.analysis.assays.reaction import Panel, make_reaction_panels
 from baldwinlab.analysis.statistics import curve_intervals, fitness
@@ -16,11 +14,13 @@ from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.analysis.statistics.species import compute_species_curves
 from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
+from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.factors import MULTIVERSE, SWEEP, Factors
 from baldwinlab.experiment.species_measures import list_species_curves
 from baldwinlab.studies.assays.storage import read_assays
-from baldwinlab.studies.open import open_conditions
+from baldwinlab.studies.open import open_conditions, open_sample
 from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.run_samples import sample_runs
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import settings_by_label
 
@@ -63,7 +63,7 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
     if not names:
         return results
     if data is None or data["condition"].values.tolist() != names:
-        data = open_conditions(study, names)
+        data = open_sample(study, names)
     data = fitness.cache_measures(data)
     # The lab names fitness "food" only in models with food.
     results["food"] = "food_eaten" in data
@@ -77,7 +77,7 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
                 curve_name: _to_list(curve.sel(condition=name))
                 for curve_name, curve in curves.items()
             }
-            values = finals.sel(condition=name, run=study.runs(name))
+            values = finals.sel(condition=name, run=sample_runs(study, name))
             results["final"][name][measure] = _to_list(values)
     results["species"] = _compute_species(study, data)
     results["comparison"] = _comparison_record(study, data)
@@ -137,7 +137,7 @@ def compare_study(study: StudyStore, last: int = 10, baseline: str = "") -> Cont
     study.require_runs()
     require_baseline(study, baseline)
     names = [name for name in study.experiments if study.runs(name)]
-    finals = [final_values(open_conditions(study, [name]), last) for name in names]
+    finals = [final_values(open_sample(study, [name]), last) for name in names]
     return _compare_finals(study, xr.concat(finals, "condition", join="outer"), last, baseline)
 
 

@@ -14,7 +14,7 @@ from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.papers import Paper
 from baldwinlab.studies.multiverse import group_by_variant
-from baldwinlab.studies.open import open_conditions
+from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.run import Progress
 from baldwinlab.studies.store import StudyStore
 
@@ -80,7 +80,7 @@ def _evaluate_variants(
     groups = group_by_variant(study.factors, paper)
     with progress("evaluating the claims", len(groups), "variants") as advance:
         for variant, conditions in groups.items():
-            data = open_conditions(study, list(conditions))
+            data = open_sample(study, list(conditions))
             if data.sizes["run"]:
                 # Claims name the conditions of the paper, without the variant.
                 data = data.assign_coords(condition=list(conditions.values()))

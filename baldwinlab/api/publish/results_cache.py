@@ -10,10 +10,9 @@ import hashlib
 import json
 from typing import Any, Final
 
-import xarray as xr
-
 from baldwinlab._version import __version__
 from baldwinlab.api.publish.lab_results import compute_results
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import RESULTS_FILE, read_text
 from baldwinlab.studies.claims_file import digest_records

@@ -6,7 +6,6 @@ import json
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import xarray as xr
 
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.report.content import count_runs, format_range
@@ -19,6 +18,7 @@ from baldwinlab.analysis.stages.specification_curve import (
 )
 from baldwinlab.analysis.statistics.unseen_maps import get_unseen_maps
 from baldwinlab.core.assay_variables import UNSEEN_MAPS
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.papers import Paper

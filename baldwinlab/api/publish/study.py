@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-import xarray as xr
-
 from baldwinlab.analysis.assays import opponents_section
 from baldwinlab.analysis.assays import section as assays_section
 from baldwinlab.analysis.assays.analysis import Analysis, evaluate_assays
@@ -40,14 +38,16 @@ from baldwinlab.api.publish.multiverse import MULTIVERSE_FILE, MULTIVERSE_FOLDER
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.api.publish.stages import describe_size, read_staged_results
 from baldwinlab.core.assay_variables import OPPONENTS, UNSEEN_MAPS
+from baldwinlab.core.deferred import xr
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.design import read_design
 from baldwinlab.simulation.replay import count_generations, replay
 from baldwinlab.studies.assays import storage
 from baldwinlab.studies.claims_file import write_claims
-from baldwinlab.studies.open import open_conditions
+from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.provenance import provenance
+from baldwinlab.studies.run import Progress
 
 
 class Published(NamedTuple):
@@ -59,7 +59,11 @@ class Published(NamedTuple):
     write: Callable[[], object]
 
 
-def publish_study(plan: ReportPlan, log: Callable[[str], None]) -> Published:
+def publish_study(
+    plan: ReportPlan,
+    log: Callable[[str], None],
+    progress: Callable[[str, int, str], Progress],
+) -> Published:
     """Write the results, figures and report of a study of conditions.
 
     The files are claims.json, statistics.csv, summary.csv, results.json, the figures and the
@@ -71,6 +75,9 @@ def publish_study(plan: ReportPlan, log: Callable[[str], None]) -> Published:
         The plan of the report, from `plan_report`.
     log : callable
         Called with progress messages.
+    progress : callable
+        `progress(description, total, unit)` returns a context manager; its value is called with the
+        number of files that are read.
 
     Returns
     -------
@@ -87,7 +94,10 @@ def publish_study(plan: ReportPlan, log: Callable[[str], None]) -> Published:
     study = plan.study
     study.require_runs()
     unseen_maps = storage.read_assays(study, [UNSEEN_MAPS]).get(UNSEEN_MAPS, {})
-    data = fitness.cache_measures(open_conditions(study, list(study.experiments)))
+    n_files = sum(len(study.files(name)) for name in study.experiments)
+    with progress("reading", n_files, "files") as report_file:
+        data = open_sample(study, list(study.experiments), report_file)
+    data = fitness.cache_measures(data)
     data = add_unseen_maps(data, unseen_maps)
     samples = Samples(data, plan.last, plan.paper) if plan.paper else None
     results = evaluate_samples(samples) if samples else []

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import xarray as xr
-
 from baldwinlab.analysis.statistics.contrasts import (
     COMPARED_MEASURES,
     COMPARISON_COLUMNS,
@@ -17,8 +15,9 @@ from baldwinlab.analysis.sweeps.section import write_sweep_report
 from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.studies.open import open_conditions
+from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.sweeps.design import label_points
 
@@ -47,7 +46,7 @@ def publish_sweep(plan: ReportPlan, log: Callable[[str], None]) -> Contrasts:
     """
     study = plan.study
     study.require_runs()
-    data = open_conditions(study, list(study.experiments))
+    data = open_sample(study, list(study.experiments))
     finals = analysis.compute_finals(label_points(study, data), plan.last)
     analysis.write_responses(finals, study.directory)
     contrasts = _compare_points(plan, finals)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-import xarray as xr
-
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, planned_tests
 from baldwinlab.analysis.statistics.sample_sizes import describe_too_few
 from baldwinlab.api.publish.added_runs import SWEEP_INSTRUCTION
+from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, settings_by_path

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import xarray as xr
 
 from baldwinlab.analysis.assays.controls import evolves_and_learns
 from baldwinlab.analysis.estimands import trait_changes_section
@@ -15,7 +14,8 @@ from baldwinlab.analysis.estimands.trait_changes import (
     measure_changes,
 )
 from baldwinlab.analysis.report import Section
-from baldwinlab.studies.open import open_conditions
+from baldwinlab.core.deferred import xr
+from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.store import StudyStore
 
 NO_PAIRS = "No two successive generations of the stored assay innate have values of the trait."
@@ -52,7 +52,7 @@ def make_section(study: StudyStore, innate: Mapping[str, xr.Dataset]) -> Section
         obstacles[name] = find_obstacle(experiment)
         if obstacles[name]:
             continue
-        runs = open_conditions(study, [name]).sel(condition=name)
+        runs = open_sample(study, [name]).sel(condition=name)
         result = measure_changes(runs, data, experiment, _read_genotypes(study, name, data))
         if result.values.sizes["generation"]:
             changes[name] = result

@@ -5,11 +5,13 @@ from __future__ import annotations
 import hashlib
 import pickle
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, Final
 
+from llvmlite import binding as llvm
 from numba.core.compiler import CompileResult
 from numba.core.errors import NumbaError
+from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
 
 __all__ = [
@@ -22,6 +24,8 @@ __all__ = [
     "compile_to_llvm",
     "find_argument_types",
     "find_compiled_function",
+    "hash_signature",
+    "list_bitcode",
     "set_code_store",
 ]
 
@@ -53,30 +57,68 @@ class CodeStore(ABC):
     def discard(self, key: str) -> None:
         """Remove the code under a key."""
 
+    @abstractmethod
+    def read_bitcode(self, signature: Any) -> bytes | None:
+        """Return the bitcode that the package contains for a signature; None if there is none."""
+
     def load_overload(self, signature: Any, context: Any) -> CompileResult | None:
         """Return the compiled function of a signature; None if it is not stored, or not sound."""
-        context.refresh()
+        # Only a compilation needs the types of all of Numba. Their import takes half a second.
+        rtsys.initialize(context)
         key = _key(signature, context.codegen())
         content = self.read(key)
-        if content is None:
-            return None
-        try:
-            result = CompileResult._rebuild(context, *pickle.loads(content))
-            if tuple(result.signature.args) == tuple(signature):
+        if content is not None:
+            result = _rebuild(context, content, signature)
+            if result is not None:
                 return result
-        except Exception:  # other bytes than a pickle can raise anything
-            pass
-        self.discard(key)
-        return None
+            self.discard(key)
+        bitcode = self.read_bitcode(signature)
+        content = bitcode and _compile_bitcode(bitcode, context.codegen())
+        if not content:
+            return None
+        self.write(key, content)
+        return _rebuild(context, content, signature)
 
     def save_overload(self, signature: Any, compiled: CompileResult) -> None:
         """Store a compiled function."""
         self.write(_key(signature, compiled.codegen), dumps(compiled._reduce()))
 
 
+def _rebuild(context: Any, content: bytes, signature: Any) -> CompileResult | None:
+    """Return the compiled function in a pickle; None if it is not one of this signature."""
+    try:
+        result = CompileResult._rebuild(context, *pickle.loads(content))
+    except Exception:  # other bytes than a pickle can raise anything
+        return None
+    return result if tuple(result.signature.args) == tuple(signature) else None
+
+
 def _key(signature: Any, codegen: Any) -> str:
     """Return a hash of a signature and of the processor."""
     return hashlib.sha256(repr((signature, codegen.magic_tuple())).encode()).hexdigest()[:32]
+
+
+def hash_signature(signature: Any) -> str:
+    """Return a hash of a signature, which is equal on all processors."""
+    return hashlib.sha256(repr(signature).encode()).hexdigest()[:16]
+
+
+def list_bitcode(dispatcher: Any) -> Iterator[tuple[Any, bytes]]:
+    """Yield the signatures that this process has compiled, and their bitcode as pickles."""
+    for signature, result in dispatcher.overloads.items():
+        _, *description = result._reduce()
+        bitcode = result.library.serialize_using_bitcode()
+        yield signature, dumps((bitcode, *description))
+
+
+def _compile_bitcode(content: bytes, codegen: Any) -> bytes | None:
+    """Return a pickle of `list_bitcode` with machine code for this processor; None on an error."""
+    try:
+        (name, _, bitcode), *description = pickle.loads(content)
+        machine_code = codegen._tm.emit_object(llvm.parse_bitcode(bitcode))
+    except Exception:  # damaged bitcode, or that of a later LLVM
+        return None
+    return dumps(((name, "object", (machine_code, bitcode)), *description))
 
 
 def set_code_store(dispatcher: Any, store: CodeStore) -> None:

@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.models.cell_foragers.grid import GRID_SIZE, N_FOOD_ITEMS
 from baldwinlab.models.cell_foragers.lifetimes import (

@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.models.digit_readers.digits import N_DIGITS, N_PIXELS, draw_digit_sets
 from baldwinlab.models.digit_readers.training import (

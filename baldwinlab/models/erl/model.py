@@ -25,8 +25,8 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.models.erl.agents import N_BITS, N_INPUTS, N_OUTPUTS
 from baldwinlab.models.erl.simulation import (

@@ -7,8 +7,8 @@ from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.models.light_switch.lifetimes import N_INPUTS, Arena, Synapses, simulate_lifetimes
 from baldwinlab.parts import (

@@ -86,8 +86,10 @@ def place_item(model: MiniWorldModel, state: State, world: int, region: int, ite
 
 
 @compiled
-def _assign_cells(model: MiniWorldModel, state: State, world: int, region: int) -> None:
-    """Set `item_cell` of the items of a region."""
+def assign_cells(
+    model: MiniWorldModel, state: State, world: int, region: int, items: tuple[int, int]
+) -> None:
+    """Set `item_cell` of items of a region: `items[0]` to `items[1]` - 1."""
     left = model.regions[region, 0]
     upper = model.regions[region, 2]
     first_cell = model.region_cells[region]
@@ -96,7 +98,7 @@ def _assign_cells(model: MiniWorldModel, state: State, world: int, region: int) 
     columns = model.grid[region, 0]
     rows = model.grid[region, 1]
     # The compiler vectorizes loops with `get`, but not with indices.
-    for item in range(model.region_items[region], model.region_items[region + 1]):
+    for item in range(items[0], items[1]):
         column = np.int32((get(state.item_x, world, item) - left) / width)
         row = np.int32((get(state.item_y, world, item) - upper) / height)
         cell = first_cell + min(max(row, 0), rows - 1) * columns + min(max(column, 0), columns - 1)
@@ -112,7 +114,7 @@ def sort_into_cells(model: MiniWorldModel, state: State, world: int, region: int
     end_cell = model.region_cells[region + 1]
     for cell in range(first_cell, end_cell):
         state.cell_next[world, cell] = 0
-    _assign_cells(model, state, world, region)
+    assign_cells(model, state, world, region, (first_item, end_item))
     for item in range(first_item, end_item):
         cell = get(state.item_cell, world, item)
         put(state.cell_next, world, cell, get(state.cell_next, world, cell) + 1)

@@ -83,13 +83,9 @@ class TeacherTable(_LookupTable):
     @staticmethod
     def look_up_outputs(part: Any, model: MiniWorldModel, state: State, lane: int) -> None:
         actions = state.targets.shape[0]
+        column = get(state.code, 0, lane) * actions
         for k in range(actions):
-            put(
-                state.targets,
-                k,
-                lane,
-                get(part.outputs, lane, get(state.code, 0, lane) * actions + k),
-            )
+            put(state.targets, k, lane, get(part.outputs, lane, column + k))
 
 
 class ActionTable(_LookupTable):
@@ -99,13 +95,9 @@ class ActionTable(_LookupTable):
     def look_up_outputs(part: Any, model: MiniWorldModel, state: State, lane: int) -> None:
         actions = state.targets.shape[0]
         first_output = state.activations.shape[0] - actions
+        column = get(state.code, 0, lane) * actions
         for k in range(actions):
-            put(
-                state.activations,
-                first_output + k,
-                lane,
-                get(part.outputs, lane, get(state.code, 0, lane) * actions + k),
-            )
+            put(state.activations, first_output + k, lane, get(part.outputs, lane, column + k))
 
     @staticmethod
     def compute_outputs(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:

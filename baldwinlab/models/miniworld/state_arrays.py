@@ -10,7 +10,10 @@ import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.phases import Array, hook_functions
+from baldwinlab.models.miniworld.learning.control import exchange_changes
 from baldwinlab.models.miniworld.state import ARRAYS, ARRAYS_OF_CALLER, State
+from baldwinlab.parts.learning_rules import observe_others
+from baldwinlab.parts.senses import prepare_senses
 
 
 def iterate_arrays(state: Any) -> Iterator[npt.NDArray[Any]]:
@@ -84,4 +87,15 @@ def list_hooks(state: State) -> tuple[Any, ...]:
     parts += [value for part in parts for value in part if hasattr(type(value), "part")]
     return tuple(
         value for part in parts for value in (type(part), *hook_functions(type(part).part))
+    )
+
+
+def reads_other_agents(state: State) -> bool:
+    """Return whether a sense, the learning rule or its control reads other agents in a step."""
+    rule = type(state.rule).part
+    senses = [type(sense).part for sense in state.senses]
+    return (
+        rule.observe_others is not observe_others.default
+        or type(state.control).part.exchange_changes is not exchange_changes.default
+        or any(sense.prepare_senses is not prepare_senses.default for sense in senses)
     )

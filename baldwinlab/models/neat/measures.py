@@ -11,8 +11,8 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.evolution.neat.genome import (
     ENABLED,
     GENE_SIZE,
@@ -32,7 +32,7 @@ NETWORK_RECORDS: Final[Mapping[str, Variable]] = {
 }
 
 # Function that returns for each agent of the runs whether it solves the task.
-Solves = Callable[[xr.Dataset], xr.DataArray]
+Solves = Callable[["xr.Dataset"], "xr.DataArray"]
 
 
 def record_networks(graphs: npt.NDArray[np.float32]) -> Mapping[str, npt.NDArray[np.int32]]:

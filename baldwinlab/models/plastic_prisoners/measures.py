@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.models.plastic_prisoners.strategies import OUTSTANDING, STRATEGIES
 

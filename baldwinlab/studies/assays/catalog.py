@@ -25,6 +25,7 @@ from baldwinlab.studies.assays import (
 )
 from baldwinlab.studies.assays.sample import Conditions, Sample
 from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.run_samples import sample_runs
 from baldwinlab.studies.store import StudyStore
 
 Arrays = Mapping[str, npt.NDArray[Any]]
@@ -117,7 +118,7 @@ def why_not_in_study(name: str, study: StudyStore, condition: str) -> str:
     control = find_control(condition, study.experiments)
     if not control:
         return ""
-    missing = set(study.runs(condition)).difference(study.runs(control))
+    missing = set(sample_runs(study, condition)).difference(study.runs(control))
     if not missing:
         return ""
     return (

@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
 from baldwinlab._version import __version__
 from baldwinlab.core.assay_variables import FORKS
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import parse_location
 from baldwinlab.studies.assays.catalog import require_assay_names, why_not_in_study
 from baldwinlab.studies.assays.storage import assay_path, read_assay
 from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.run_samples import sample_runs
 from baldwinlab.studies.store import StudyStore
 
 
@@ -163,7 +164,7 @@ def find_missing_assays(
 
 
 def _is_done(study: StudyStore, name: str, condition: str, generations: int | None) -> bool:
-    """Return whether this version has stored the assay of the same runs and experiment."""
+    """Return whether this version has stored the assay of the sampled runs and the experiment."""
     try:
         data = read_assay(study, name, condition)
     except (OSError, ValueError):
@@ -171,4 +172,4 @@ def _is_done(study: StudyStore, name: str, condition: str, generations: int | No
     if name in FORKS and generations not in (None, data.attrs["generations"]):
         return False
     actual = (data.attrs.get("condition"), data.attrs.get("baldwinlab"), data.run.values.tolist())
-    return actual == (condition, __version__, study.runs(condition))
+    return actual == (condition, __version__, sample_runs(study, condition))

@@ -30,6 +30,7 @@ from baldwinlab.studies.assays.storage import ASSAY_FORMAT, assay_path
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.records import read_record, write_in_study
 from baldwinlab.studies.run import Progress
+from baldwinlab.studies.run_samples import sample_runs
 from baldwinlab.studies.store import StudyStore
 
 
@@ -88,7 +89,8 @@ def count_assay_steps(
 ) -> int:
     """Return the number of agent-steps of these assays; `generations` is the length of a fork."""
     return sum(
-        _agent_steps_of_run(study, condition, names, generations) * len(study.runs(condition))
+        _agent_steps_of_run(study, condition, names, generations)
+        * len(sample_runs(study, condition))
         for condition, names in missing.items()
     )
 
@@ -187,7 +189,7 @@ def _plan_tasks(
     study: StudyStore, missing: Mapping[str, Sequence[str]], workers: int, generations: int
 ) -> list[AssayTask]:
     """Divide the runs into tasks, with the slow tasks (agents that learn) first."""
-    total_runs = sum(len(study.runs(condition)) for condition in missing)
+    total_runs = sum(len(sample_runs(study, condition)) for condition in missing)
     runs_per_task = max(1, min(CPU.worlds, total_runs // workers))
     learners_first = sorted(missing, key=lambda name: not study.experiments[name].learns)
     tasks: list[AssayTask] = []
@@ -202,7 +204,7 @@ def _make_tasks(
     study: StudyStore, condition: str, names: tuple[str, ...], runs_per_task: int, generations: int
 ) -> Iterator[AssayTask]:
     """Yield the tasks of a condition with at most `runs_per_task` runs each."""
-    runs = study.runs(condition)
+    runs = sample_runs(study, condition)
     steps_per_run = _agent_steps_of_run(study, condition, names, generations)
     maps = reaction.other_maps(study, condition) if "reaction" in names else ()
     control = None

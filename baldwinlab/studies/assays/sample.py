@@ -9,8 +9,8 @@ from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.variables import STOP_ATTRIBUTE
 from baldwinlab.evolution import GenerationKey, Genome, draw_genomes
 from baldwinlab.experiment import Experiment

@@ -6,14 +6,13 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, Protocol
 
-import xarray as xr
-
 from baldwinlab.core.assay_variables import (
     ASSAY_VARIABLES,
     FORKS,
     NEUTRAL_NEWBORNS,
     RANDOM_NEWBORNS,
 )
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import ASSAY_FILE, read_bytes
 from baldwinlab.core.netcdf import DamagedError, from_bytes, verify_checksum
 from baldwinlab.experiment import BaseExperiment, ExperimentError

@@ -7,7 +7,7 @@ import shutil
 
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.files import require_cluster_extra
-from baldwinlab.simulation.compilation import available_cores
+from baldwinlab.engine.threads import available_cores
 from baldwinlab.studies.executors.tasks import Executor, ExecutorError, Task
 from baldwinlab.studies.executors.threads import THREADS
 

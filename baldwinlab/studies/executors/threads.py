@@ -8,8 +8,8 @@ from collections.abc import Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, Final
 
+from baldwinlab.engine.threads import available_cores, use_threads
 from baldwinlab.models.miniworld.backends.choice import Backend
-from baldwinlab.simulation.compilation import available_cores
 from baldwinlab.studies.executors.tasks import Done, Executor, StoppedError, Task
 from baldwinlab.studies.store import StudyStore
 
@@ -17,7 +17,11 @@ from baldwinlab.studies.store import StudyStore
 def run_on_threads(
     study: StudyStore, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
 ) -> Generator[int, None, None]:
-    """Execute the tasks on threads of this process. See `Executor.run`."""
+    """Execute the tasks on threads of this process. See `Executor.run`.
+
+    If there are fewer tasks than workers, each task uses several threads.
+    """
+    threads_per_task = max(1, workers // max(1, len(tasks)))
     stop = threading.Event()
     events: queue.SimpleQueue[int | Future[Any]] = queue.SimpleQueue()
 
@@ -26,11 +30,12 @@ def run_on_threads(
             raise StoppedError
         events.put(agent_steps)
 
+    def run_task(task: Task) -> Any:
+        with use_threads(threads_per_task):
+            return task.run(study.seed, study.directory, backend, report_progress)
+
     with ThreadPoolExecutor(workers) as pool:
-        unfinished = {
-            pool.submit(task.run, study.seed, study.directory, backend, report_progress): task
-            for task in tasks
-        }
+        unfinished = {pool.submit(run_task, task): task for task in tasks}
         for future in list(unfinished):
             future.add_done_callback(events.put)
         try:

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import tomlkit
-import xarray as xr
 
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
 from baldwinlab.experiment.factors import SWEEP

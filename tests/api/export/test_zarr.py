@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
+from typing import Any
 from weakref import ref
 
 import numpy as np
@@ -18,6 +19,7 @@ from baldwinlab.analysis.statistics import fitness
 from baldwinlab.api.export import files
 from baldwinlab.api.export import zarr as zarr_export
 from baldwinlab.core.errors import ArgumentError, RefusedError
+from baldwinlab.studies import records
 from baldwinlab.studies import store as stored
 from tests.api.export.validators import validate
 from tests.commands import Command
@@ -70,20 +72,19 @@ def test_a_store_with_many_chunks_has_the_data_of_the_sweep(
 def test_an_export_has_a_few_runs_in_memory_at_a_time(
     tmp_path: Path, method: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read = stored.StudyStore.read
+    read = records.read_record_of_file
     references: list[ref[np.ndarray]] = []
     peak_count = 0
 
-    def read_and_count(
-        self: stored.StudyStore, condition: str, run: int, *, genomes: bool = True
-    ) -> xr.Dataset:
+    def read_and_count(*arguments: Any) -> xr.Dataset:
         nonlocal peak_count
-        record = read(self, condition, run, genomes=genomes)
+        record = read(*arguments)
         references.append(ref(record["energy"].values))
         peak_count = max(peak_count, sum(reference() is not None for reference in references))
         return record
 
-    monkeypatch.setattr(stored.StudyStore, "read", read_and_count)
+    monkeypatch.setattr(records, "read_record_of_file", read_and_count)
+    monkeypatch.setattr(stored, "read_record_of_file", read_and_count)
     monkeypatch.setattr(zarr_export, "MAX_CHUNK_ROWS", 1)
     monkeypatch.setattr(files, "MIN_ROW_GROUP_ROWS", 1)
     study = bl.open_study(

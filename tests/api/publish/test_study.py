@@ -8,6 +8,7 @@ import pytest
 
 from baldwinlab.api.publish.plan import plan_report
 from baldwinlab.api.publish.study import publish_study
+from baldwinlab.core import console
 from tests.analysis.assays.artificial_assays import (
     AGENTS,
     GENERATIONS,
@@ -27,14 +28,14 @@ def test_stored_assays_add_a_section_and_nothing_stored_adds_none(tmp_path: Path
         population={"size": AGENTS}, evolution={"generations": GENERATIONS}
     )
     study, page = make_small_study(tmp_path / "study", [experiment], 2), tmp_path / "page.html"
-    publish_study(plan_report(study, page), ignore_message)
+    publish_study(plan_report(study, page), ignore_message, console.progress)
     assert "Baldwin effect?" not in page.read_text("utf-8")
     path = study.directory / "assays" / "innate" / f"{A}.nc"
     path.parent.mkdir(parents=True)
     assign_to_study(innate(A, off=constant(1), on=rising(1, 9)), study, A).to_netcdf(
         path, engine="scipy"
     )
-    publish_study(plan_report(study, page), ignore_message)
+    publish_study(plan_report(study, page), ignore_message, console.progress)
     assert '<h2 id="baldwin">Is there a Baldwin effect?</h2>' in page.read_text("utf-8")
     assert '<h2 id="trait-changes">' in page.read_text("utf-8")
     assert (study.directory / "trait-changes.csv").exists()
@@ -43,4 +44,4 @@ def test_stored_assays_add_a_section_and_nothing_stored_adds_none(tmp_path: Path
     ).exists()
     path.write_bytes(path.read_bytes()[:99])
     with pytest.raises(ValueError, match=r"A\.nc is damaged"):
-        publish_study(plan_report(study, page), ignore_message)
+        publish_study(plan_report(study, page), ignore_message, console.progress)

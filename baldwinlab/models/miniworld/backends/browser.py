@@ -173,8 +173,9 @@ def init_founders(population: BrowserPopulation) -> None:
 def _draw_founders(population: BrowserPopulation, generation: int) -> None:
     """Draw `population.genome` with the random numbers of a generation."""
     key = GenerationKey(population.seed, population.run, generation)
+    genome = population.genome
     for module in range(population.purposes.size):
-        draw_normal(key, population.purposes[module], population.genome, module)
+        draw_normal(key, population.purposes[module], genome, module, 0, genome.shape[0])
     init_founder_genomes(population.variation, population.genome)
 
 
@@ -337,7 +338,9 @@ def _apply_teacher_control(population: BrowserPopulation, key: GenerationKey) ->
     if population.teacher == INHERITED_TEACHERS or not _has_teachers(population):
         return
     if population.teacher == FRESH_TEACHERS:
-        draw_normal(key, population.purposes[1], population.genome, 1)
+        draw_normal(
+            key, population.purposes[1], population.genome, 1, 0, population.genome.shape[0]
+        )
         return
     for child in range(population.genome.shape[0]):
         draw_uniforms(key.seed, key.run, key.generation, TEACHER, child, population.uniforms[child])

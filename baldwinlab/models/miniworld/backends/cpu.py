@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from baldwinlab.engine.jit import cached_jit, is_cached, resolve_call
 from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.several_worlds import count_worlds
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.allocation import (
     choose_population,
@@ -18,8 +19,10 @@ from baldwinlab.models.miniworld.allocation import (
     make_model,
     make_state,
 )
+from baldwinlab.models.miniworld.backends.team import TeamSimulation, is_large, team_hooks
 from baldwinlab.models.miniworld.learning.control import choose_control
 from baldwinlab.models.miniworld.lookup import choose_lookup
+from baldwinlab.models.miniworld.parallel_step import simulate_in_team
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.models.miniworld.state_arrays import list_hooks, poison_state
 from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simultaneous
@@ -37,12 +40,16 @@ def code_key(experiment: Experiment) -> tuple[Any, ...]:
         choose_control(experiment),
         choose_population(experiment),
         experiment.lifetime.update,
+        is_large(experiment, count_worlds(experiment)),
     )
 
 
 def is_compiled(experiment: Experiment) -> bool:
     """Return whether the code of an experiment is in the cache."""
-    return is_cached(_entry_point(experiment), list_hooks(make_state(experiment, 1)))
+    state = make_state(experiment, 1)
+    if is_large(experiment, count_worlds(experiment)):
+        return is_cached(simulate_in_team, team_hooks(state))
+    return is_cached(_entry_point(experiment), list_hooks(state))
 
 
 def _entry_point(experiment: Experiment) -> Any:
@@ -96,10 +103,14 @@ class CpuBatch(PopulationView):
         model = make_model(experiment, n_worlds)
         super().__init__(model, make_state(experiment, n_worlds), self._layout.shape)
         self.state.keys[:] = self._layout.keys
-        self._dispatcher = cached_jit(
-            _entry_point(experiment), list_hooks(self.state), short_loops=True
-        )
-        self._function = self._dispatcher
+        self._dispatcher: Any = None
+        if is_large(experiment, n_worlds):
+            self._function: Any = TeamSimulation(self.model, self.state)
+        else:
+            self._dispatcher = cached_jit(
+                _entry_point(experiment), list_hooks(self.state), short_loops=True
+            )
+            self._function = self._dispatcher
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
         """Initialize a generation.

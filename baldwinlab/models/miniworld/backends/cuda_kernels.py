@@ -29,11 +29,12 @@ from baldwinlab.models.miniworld.items import (
     resort_stale_cells,
     sort_into_cells,
 )
-from baldwinlab.models.miniworld.learning.control import exchange_changes, init_control
+from baldwinlab.models.miniworld.learning.control import init_control
 from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import place_newborn
 from baldwinlab.models.miniworld.population import agent_number, eats_region
 from baldwinlab.models.miniworld.state import ARRAYS, MiniWorldModel, State
+from baldwinlab.models.miniworld.state_arrays import reads_other_agents
 from baldwinlab.models.miniworld.step import (
     end_step_of_features,
     lane_of,
@@ -45,7 +46,6 @@ from baldwinlab.models.miniworld.step import (
     wait_for_agents,
 )
 from baldwinlab.parts.learning_rules import init_agent, load_genes, observe_others
-from baldwinlab.parts.senses import prepare_senses
 from baldwinlab.parts.world_features import end_step
 
 
@@ -370,14 +370,9 @@ def _step_function(sequential: bool, needs_barriers: bool) -> str:
 
 def _needs_barriers(state: State) -> bool:
     """Return whether any part reads other agents in a step, for example in a per-world hook."""
-    rule = type(state.rule).part
-    senses = [type(sense).part for sense in state.senses]
     features = [type(feature).part for feature in (*state.features, *state.recorders)]
-    return (
-        rule.observe_others is not observe_others.default
-        or type(state.control).part.exchange_changes is not exchange_changes.default
-        or any(sense.prepare_senses is not prepare_senses.default for sense in senses)
-        or any(feature.end_step is not end_step.default for feature in features)
+    return reads_other_agents(state) or any(
+        feature.end_step is not end_step.default for feature in features
     )
 
 

@@ -22,6 +22,8 @@ from baldwinlab.engine.simd import (
     Mask,
     Value,
     any_of,
+    choose,
+    fill_lanes,
     get,
     lanes_in_block,
     negated,
@@ -43,6 +45,7 @@ from baldwinlab.parts.world_features import blocks_sight
 ZERO = np.float32(0)
 HALF = np.float32(0.5)
 ONE = np.float32(1)
+INFINITY = np.float32(math.inf)
 TAN_15 = np.float32(math.tan(math.radians(15)))
 # Bits of a scan: an item is in the sector, or near enough to be touched after the next move.
 LEFT_BIT = 1
@@ -50,9 +53,11 @@ FRONT_BIT = 2
 RIGHT_BIT = 4
 ALERT_BIT = 8
 
-# Masks of the items in the left, front and right sector, and of the items near enough to be touched
-# after the next move.
-Hits = tuple[Mask, Mask, Mask, Mask]
+# Four values of the sensed items, for each lane of a SIMD block:
+# the smallest v of an item in a side sector, or 0; the smallest |v| - u tan 15 of a visible item,
+# or a positive number; the largest v of an item in a side sector, or 0; the smallest squared
+# distance of an item. Masks would be converted in every round of a loop without AVX-512.
+Hits = tuple[Value, Value, Value, Value]
 
 
 @compiled
@@ -116,6 +121,16 @@ def is_within_sight(
 
 
 @compiled
+def rotate_to_heading(
+    model: MiniWorldModel, dx: Value, dy: Value, heading: int
+) -> tuple[Value, Value]:
+    """Return u and v: the coordinates of (dx, dy) along and across a heading."""
+    u = dx * model.cosine[heading] + dy * model.sine[heading]
+    v = dy * model.cosine[heading] - dx * model.sine[heading]
+    return u, v
+
+
+@compiled
 def test_sectors(
     model: MiniWorldModel,
     state: State,
@@ -126,8 +141,7 @@ def test_sectors(
     heading: int,
 ) -> tuple[Mask, Mask, Mask]:
     """Return whether an item (dx, dy) away from (x, y) is in the left, front and right sector."""
-    u = dx * model.cosine[heading] + dy * model.sine[heading]
-    v = dy * model.cosine[heading] - dx * model.sine[heading]
+    u, v = rotate_to_heading(model, dx, dy, heading)
     sector_edge = u * TAN_15
     across = abs(v)
     visible = is_within_sight(model, state, x, y, dx, dy)
@@ -147,20 +161,31 @@ def pack_sectors(left: Mask, front: Mask, right: Mask) -> int:
 
 
 @compiled
-def _merge_hits(first: Hits, second: Hits) -> Hits:
-    """Return the union of the hits of two SIMD blocks."""
-    left = first[0] | second[0]
-    front = first[1] | second[1]
-    right = first[2] | second[2]
-    near = first[3] | second[3]
-    return left, front, right, near
+def _smaller(first: Value, second: Value) -> Value:
+    """Return the smaller of two values."""
+    return choose(first < second, first, second)
 
 
 @compiled
-def _pack_hits(hits: Hits) -> int:
+def _no_hits() -> Hits:
+    """Return the hits of no item."""
+    block = simd_block(0)
+    return (
+        fill_lanes(block, ZERO),
+        fill_lanes(block, ONE),
+        fill_lanes(block, ZERO),
+        fill_lanes(block, INFINITY),
+    )
+
+
+@compiled
+def _pack_hits(model: MiniWorldModel, hits: Hits) -> int:
     """Return the sectors with items, and whether an item is near, as bits."""
-    left, front, right, near = hits
-    return pack_sectors(left, front, right) | ALERT_BIT * int(any_of(near))
+    leftmost, front, rightmost, nearest = hits
+    is_front = front < ZERO if model.open_boundaries else front <= ZERO
+    is_near = nearest <= model.alert_radius * model.alert_radius
+    sectors = pack_sectors(leftmost < ZERO, is_front, rightmost > ZERO)
+    return sectors | ALERT_BIT * int(any_of(is_near))
 
 
 @compiled
@@ -172,13 +197,26 @@ def _test_items(
     x: np.float32,
     y: np.float32,
     heading: int,
+    hits: Hits,
 ) -> Hits:
-    """Return whether the items in `slot` are in a sector, or near enough to be touched."""
+    """Return the hits of earlier items and of the items in `slot`."""
+    leftmost, front, rightmost, nearest = hits
     dx = get(state.slot_x, world, slot) - x
     dy = get(state.slot_y, world, slot) - y
-    near = dx * dx + dy * dy <= model.alert_radius * model.alert_radius
-    left, front, right = test_sectors(model, state, x, y, dx, dy, heading)
-    return left, front, right, near
+    squared_distance = dx * dx + dy * dy
+    u, v = rotate_to_heading(model, dx, dy, heading)
+    # An item out of sight counts as an item behind the agent.
+    u = choose(is_within_sight(model, state, x, y, dx, dy), u, -ONE)
+    across = abs(v)
+    # The signs of differences are exact.
+    excess = across - u * TAN_15
+    side_v = choose(_smaller(excess, u - across) > ZERO, v, ZERO)
+    return (
+        _smaller(side_v, leftmost),
+        _smaller(excess, front),
+        choose(side_v > rightmost, side_v, rightmost),
+        _smaller(squared_distance, nearest),
+    )
 
 
 @compiled
@@ -190,16 +228,16 @@ def _test_slots(
     x: np.float32,
     y: np.float32,
     heading: int,
+    hits: Hits,
 ) -> Hits:
-    """Test the items of a range of slots, at least one SIMD block.
+    """Return the hits, and those of the items of a range of slots.
 
     The last SIMD block can contain items after the range. They are items of the same region, or
     `NOWHERE`, so the test of their positions is correct.
     """
     first_slot, end_slot = slots
-    hits = _test_items(model, state, world, simd_block(first_slot), x, y, heading)
-    for first in range(first_slot + lanes_in_block(), end_slot, lanes_in_block()):
-        hits = _merge_hits(hits, _test_items(model, state, world, simd_block(first), x, y, heading))
+    for first in range(first_slot, end_slot, lanes_in_block()):
+        hits = _test_items(model, state, world, simd_block(first), x, y, heading, hits)
     return hits
 
 
@@ -223,12 +261,11 @@ def _scan_cells(
     has_no_cells = columns[0] == columns[1] or first_row == end_row
     if has_no_cells:
         return 0
-    slots = find_slots_in_row(model, state, world, region, first_row, columns)
-    hits = _test_slots(model, state, world, slots, x, y, heading)
-    for row in range(first_row + 1, end_row):
+    hits = _no_hits()
+    for row in range(first_row, end_row):
         slots = find_slots_in_row(model, state, world, region, row, columns)
-        hits = _merge_hits(hits, _test_slots(model, state, world, slots, x, y, heading))
-    return _pack_hits(hits)
+        hits = _test_slots(model, state, world, slots, x, y, heading, hits)
+    return _pack_hits(model, hits)
 
 
 @compiled
@@ -242,9 +279,9 @@ def _scan_region(model: MiniWorldModel, state: State, world: int, region: int, l
         x = get(state.image_x, region, lane)
         y = get(state.image_y, region, lane)
         if has_single_cell(model, region):
-            return _pack_hits(
-                _test_slots(model, state, world, find_slots(model, region), x, y, heading)
-            )
+            slots = find_slots(model, region)
+            hits = _test_slots(model, state, world, slots, x, y, heading, _no_hits())
+            return _pack_hits(model, hits)
         return _scan_cells(model, state, world, region, x, y, heading)
     bits = 0
     for number in range(model.images[region]):

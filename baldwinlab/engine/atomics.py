@@ -1,0 +1,139 @@
+"""Atomic operations and barriers for threads that share arrays.
+
+In plain Python, the operations are not atomic, so a single thread must call them.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from llvmlite import ir
+from numba import types
+from numba.extending import lower_builtin, type_callable
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.numba_internals.lowering import cgutils, item_address, none_value
+
+# Rounds of a barrier before the thread sleeps. They take about 0.1 ms, more than the usual wait.
+ROUNDS_BEFORE_SLEEP: Final = 100_000
+_INT64_BYTES: Final = 8
+# Functions of the system's library, with the duration in milliseconds and in microseconds.
+_SLEEP: Final = ("Sleep", 1) if sys.platform == "win32" else ("usleep", 50)
+
+
+class Team(NamedTuple):
+    """A thread, and its team of threads that simulate the same world.
+
+    Attributes
+    ----------
+    thread : int
+        Number of the thread, from 0.
+    threads : int
+        Number of threads.
+    arrivals : array, int64 [1]
+        Number of arrivals of all threads at barriers. The team shares the array.
+    """
+
+    thread: int
+    threads: int
+    arrivals: npt.NDArray[np.int64]
+
+
+def atomic_add(array: Any, index: int, value: int) -> int:
+    """Add `value` to `array[index]`, an int64, and return the previous value."""
+    previous = int(array[index])
+    array[index] += value
+    return previous
+
+
+def atomic_max(array: Any, index: int, value: int) -> int:
+    """Set `array[index]`, an int64, to at least `value`, and return the previous value."""
+    previous = int(array[index])
+    array[index] = max(previous, value)
+    return previous
+
+
+def atomic_load(array: Any, index: int) -> int:
+    """Return `array[index]`, an int64."""
+    return int(array[index])
+
+
+def sleep_briefly() -> None:
+    """Let other threads use the core. Without it, waiting threads would delay the working ones."""
+
+
+@compiled
+def wait_for_team(team: Team) -> None:
+    """Wait until all threads of a team have called this function equally often.
+
+    Each barrier has as many arrivals as the team has threads, so their total shows which barriers
+    are complete.
+    """
+    if team.threads > 1:
+        arrivals = atomic_add(team.arrivals, 0, 1) + 1
+        expected = (arrivals + team.threads - 1) // team.threads * team.threads
+        rounds = 0
+        while atomic_load(team.arrivals, 0) < expected:
+            rounds += 1
+            if rounds > ROUNDS_BEFORE_SLEEP:
+                sleep_briefly()
+
+
+@compiled
+def share_of_thread(team: Team, first: int, end: int) -> tuple[int, int]:
+    """Return the part of the range `first` to `end` - 1 of a thread, as its first number and end.
+
+    The parts of all threads are disjoint, and cover the range.
+    """
+    count = end - first
+    return (
+        first + count * team.thread // team.threads,
+        first + count * (team.thread + 1) // team.threads,
+    )
+
+
+def _emit_atomic(operation: str) -> Callable[..., Any]:
+    """Return a function that emits an atomic operation on an item of an array."""
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array_type, index_type, value_type = signature.args
+        array, index, value = arguments
+        address = item_address(context, builder, array_type, array, [(index_type, index)])
+        number = context.cast(builder, value, value_type, types.int64)
+        return builder.atomic_rmw(operation, address, number, "seq_cst")
+
+    return emit
+
+
+def _emit_load(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    array_type, index_type = signature.args
+    array, index = arguments
+    address = item_address(context, builder, array_type, array, [(index_type, index)])
+    return builder.load_atomic(address, "seq_cst", _INT64_BYTES)
+
+
+def _emit_sleep(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    symbol, duration = _SLEEP
+    int32 = ir.IntType(32)
+    function_type = ir.FunctionType(int32, [int32])
+    function = cgutils.get_or_insert_function(builder.module, function_type, symbol)
+    builder.call(function, [ir.Constant(int32, duration)])
+    return none_value(context)
+
+
+def _atomic_type(array: Any) -> Any:
+    """Return the type of an atomic operation, or None for an array that is not int64."""
+    return types.int64 if array.dtype == types.int64 else None
+
+
+for _function, _operation in ((atomic_add, "add"), (atomic_max, "max")):
+    type_callable(_function)(lambda context: lambda array, index, value: _atomic_type(array))
+    lower_builtin(_function, types.Array, types.Integer, types.Integer)(_emit_atomic(_operation))
+type_callable(atomic_load)(lambda context: lambda array, index: _atomic_type(array))
+lower_builtin(atomic_load, types.Array, types.Integer)(_emit_load)
+type_callable(sleep_briefly)(lambda context: lambda: types.void)
+lower_builtin(sleep_briefly)(_emit_sleep)

@@ -1,0 +1,137 @@
+"""Test that bitcode of the package replaces a compilation, and is never stale or damaged."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import baldwinlab
+from baldwinlab.engine import bitcode
+
+SETUP = """
+import sys
+from pathlib import Path
+from baldwinlab.engine import bitcode, jit, rng
+bitcode.FOLDER = Path(sys.argv[1])
+print(rng.words(1, 2, 3, 4, (1, 5)).ravel().tolist())
+"""
+WRITE = f"{SETUP}bitcode.write_bitcode(jit.list_entry_points())\n"
+# The types of all of Numba are imported only by a compilation.
+READ = f"{SETUP}print('compiled' if 'numba.np.arraymath' in sys.modules else 'loaded')\n"
+
+
+def run_python(code: str, *arguments: str, **environment: str) -> list[str]:
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        env=os.environ | environment,
+        cwd=Path(baldwinlab.__file__).parents[1],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout.splitlines()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the bitcode of a function; `words.txt` contains its results."""
+    folder = tmp_path_factory.mktemp("bitcode")
+    cache = str(tmp_path_factory.mktemp("cache"))
+    (words,) = run_python(WRITE, str(folder), BALDWINLAB_CACHE=cache)
+    (folder / "words.txt").write_text(words)
+    return folder
+
+
+def read_words(folder: Path, cache: Path, **environment: str) -> str:
+    """Return whether another process loads or compiles the function, whose results are equal."""
+    words, origin = run_python(READ, str(folder), BALDWINLAB_CACHE=str(cache), **environment)
+    assert words == (folder / "words.txt").read_text()
+    return origin
+
+
+def copy_folder(folder: Path, target: Path) -> Path:
+    target.mkdir()
+    for path in folder.iterdir():
+        (target / path.name).write_bytes(path.read_bytes())
+    return target
+
+
+def test_bitcode_replaces_a_compilation_with_equal_results(folder: Path, tmp_path: Path) -> None:
+    assert read_words(folder, tmp_path / "cache") == "loaded"
+    assert len(list((tmp_path / "cache").rglob("*.compiled"))) == 1
+
+
+@pytest.mark.skipif(not bitcode.list_requirements()["target"].startswith("x86_64"), reason="x86")
+def test_bitcode_runs_on_a_processor_without_wide_vectors(folder: Path, tmp_path: Path) -> None:
+    processor = {"NUMBA_CPU_NAME": "x86-64", "NUMBA_CPU_FEATURES": ""}
+    assert read_words(folder, tmp_path / "cache", **processor) == "loaded"
+
+
+@pytest.mark.parametrize("name", ["sources", "numba", "target", "lanes"])
+def test_bitcode_with_other_requirements_is_not_used(
+    name: str, folder: Path, tmp_path: Path
+) -> None:
+    changed_folder = copy_folder(folder, tmp_path / "bitcode")
+    path = changed_folder / bitcode.REQUIREMENTS
+    requirements = json.loads(path.read_text())
+    path.write_text(json.dumps(requirements | {name: "other"}))
+    assert read_words(changed_folder, tmp_path / "cache") == "compiled"
+
+
+@pytest.mark.parametrize("damage", ["cut short", "emptied", "another content", "missing"])
+def test_damaged_bitcode_is_not_used(damage: str, folder: Path, tmp_path: Path) -> None:
+    changed_folder = copy_folder(folder, tmp_path / "bitcode")
+    (path,) = changed_folder.glob(f"*{bitcode.SUFFIX}")
+    content = path.read_bytes()
+    if damage == "missing":
+        path.unlink()
+    else:
+        damaged = {"cut short": content[:-50], "emptied": b"", "another content": b"text"}
+        path.write_bytes(damaged[damage])
+    assert read_words(changed_folder, tmp_path / "cache") == "compiled"
+
+
+def test_the_packaged_bitcode_is_current() -> None:
+    requirements = json.loads((bitcode.FOLDER / bitcode.REQUIREMENTS).read_text())
+    assert requirements["sources"] == bitcode.hash_files(), (
+        "run `make bitcode`: a source file of compiled code has changed"
+    )
+
+
+def test_the_packaged_bitcode_is_small() -> None:
+    assert sum(path.stat().st_size for path in bitcode.FOLDER.iterdir()) < 600_000
+
+
+SIMULATE = """
+import hashlib, sys
+import baldwinlab as bl
+from baldwinlab.engine import bitcode
+if sys.argv[2] == "compiled":
+    bitcode.FOLDER = bitcode.FOLDER / "none"
+settings = {"evolution": {"generations": 3}, "lifetime": {"steps": 500}}
+run = bl.simulate(bl.load(sys.argv[1]).replace(**settings), seed=4)
+arrays = [run[name].values.tobytes() for name in ("energy", "parents", "kept_genome")]
+print(*(hashlib.sha256(array).hexdigest() for array in arrays))
+print("compiled" if "numba.np.arraymath" in sys.modules else "loaded")
+"""
+
+
+@pytest.mark.skipif(not bitcode.is_usable(), reason="the packaged bitcode is for other code")
+@pytest.mark.parametrize(
+    "preset", ["evo+self-taught/A", pytest.param("evo/B", marks=pytest.mark.nightly)]
+)
+def test_a_first_run_of_the_paper_compiles_nothing(preset: str, tmp_path: Path) -> None:
+    hashes, origin = run_python(SIMULATE, preset, "loaded", BALDWINLAB_CACHE=str(tmp_path))
+    assert origin == "loaded"
+    if preset != "evo/B":
+        return
+    compiled_hashes, origin = run_python(
+        SIMULATE, preset, "compiled", BALDWINLAB_CACHE=str(tmp_path / "other")
+    )
+    assert origin == "compiled"
+    assert hashes == compiled_hashes
