@@ -17,7 +17,7 @@ BYTECODE := $(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib
 APT := command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] && apt-get update -qq
 INSTALL := DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 
-.PHONY: help reproduce test docs dist nightly faults lint format lock prose docstrings oldest newest bench cuda slurm \
+.PHONY: help reproduce test docs dist nightly faults lint format lock prose docstrings oldest newest bench bench-scale cuda slurm \
   browser firefox wasm bitcode clean
 
 help:
@@ -31,6 +31,7 @@ help:
 	@echo "make docstrings  check the docstrings of public functions and classes"
 	@echo "make format      format the code"
 	@echo "make bench       compare the speed with alternatives, and write docs/development/benchmarks.md"
+	@echo "make bench-scale  measure the cost of many runs, agents and workers, and compare it with an earlier commit"
 	@echo "make cuda        install the requirements of the GPU backend"
 	@echo "make wasm        compile the engine for browsers again, after a change of compiled code"
 	@echo "make slurm       as root: set up Slurm with one node, and run a study on it"
@@ -153,6 +154,10 @@ bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.compare
 	$(BIN)/python -m benchmarks.scaling
 	$(BIN)/python -m benchmarks.publish
+
+# The cost of many runs, agents and workers, compared with an earlier commit.
+bench-scale: $(VENV)/.bench
+	$(BIN)/python -m benchmarks.scale
 
 # 0.5 GB. Kernels can be compiled without a GPU.
 cuda: $(VENV)/.cuda

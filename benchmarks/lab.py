@@ -134,7 +134,7 @@ def frames_a_second(page: Page, address: str, seconds: float) -> FrameRates:
     duration = (counted["times"][-1] - counted["times"][0]) / 1000
     pictures = counted["pictures"]
     # A recording is drawn in each frame.
-    is_recording = pictures[-1] is None
+    is_recording = pictures[-1] is None and not page.locator(".streaming").count()
     changes = [is_recording or before != picture for before, picture in pairwise(pictures)]
     return FrameRates(
         median=1000 / float(np.median(intervals)),

@@ -1,7 +1,6 @@
 """Compile the entry points whose bitcode the package contains: about a minute.
 
 Run the script after every change of a source file of compiled code: a test fails until then.
-Unchanged code gives files with equal bytes.
 """
 
 import os

@@ -16,7 +16,12 @@ from numba import types
 from numba.extending import lower_builtin, type_callable
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.numba_internals.lowering import cgutils, item_address, none_value
+from baldwinlab.engine.numba_internals.lowering import (
+    call_function,
+    cast_to_index,
+    item_address,
+    none_value,
+)
 
 # Rounds of a barrier before the thread sleeps. They take about 0.1 ms, more than the usual wait.
 ROUNDS_BEFORE_SLEEP: Final = 100_000
@@ -103,7 +108,7 @@ def _emit_atomic(operation: str) -> Callable[..., Any]:
         array_type, index_type, value_type = signature.args
         array, index, value = arguments
         address = item_address(context, builder, array_type, array, [(index_type, index)])
-        number = context.cast(builder, value, value_type, types.int64)
+        number = cast_to_index(context, builder, value, value_type)
         return builder.atomic_rmw(operation, address, number, "seq_cst")
 
     return emit
@@ -120,8 +125,7 @@ def _emit_sleep(context: Any, builder: Any, signature: Any, arguments: Any) -> A
     symbol, duration = _SLEEP
     int32 = ir.IntType(32)
     function_type = ir.FunctionType(int32, [int32])
-    function = cgutils.get_or_insert_function(builder.module, function_type, symbol)
-    builder.call(function, [ir.Constant(int32, duration)])
+    call_function(builder, symbol, function_type, [ir.Constant(int32, duration)])
     return none_value(context)
 
 

@@ -8,7 +8,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import lower_builtin, type_callable
 
-from baldwinlab.engine.numba_internals.lowering import cgutils, item_address, none_value
+from baldwinlab.engine.numba_internals.lowering import call_function, item_address, none_value
 
 
 def prefetch(array: Any, row: int, column: int) -> None:
@@ -24,12 +24,12 @@ def _emit_prefetch(context: Any, builder: Any, signature: Any, arguments: Any) -
     indices = [(row_type, row), (column_type, column)]
     address = item_address(context, builder, array_type, array, indices)
     byte_pointer, int32 = ir.IntType(8).as_pointer(), ir.IntType(32)
-    function_type = ir.FunctionType(ir.VoidType(), [byte_pointer, int32, int32, int32])
-    function = cgutils.get_or_insert_function(builder.module, function_type, "llvm.prefetch.p0")
     # The line is read, should be in all levels of the cache, and contains data.
     is_write, locality, is_data = (ir.Constant(int32, number) for number in (0, 3, 1))
     address = builder.bitcast(address, byte_pointer)
-    builder.call(function, [address, is_write, locality, is_data])
+    arguments = [address, is_write, locality, is_data]
+    function_type = ir.FunctionType(ir.VoidType(), [byte_pointer, int32, int32, int32])
+    call_function(builder, "llvm.prefetch.p0", function_type, arguments)
     return none_value(context)
 
 

@@ -24,7 +24,9 @@ VARIABLES = {
         np.random.default_rng(1).random((2, 3, 5)),
         {"units": "items", "long_name": "energy of an agent"},
     ),
-    "genome": LabeledArray(("generation", "agent"), np.float32([[0.1] * 5, [np.nan] * 5, [3] * 5])),
+    "genome": LabeledArray(
+        ("generation", "agent"), np.array([[0.1] * 5, [np.nan] * 5, [3] * 5], np.float32)
+    ),
     "parents": LabeledArray(("generation", "agent"), np.arange(15, dtype=np.int32).reshape(3, 5)),
     "counts": LabeledArray(("agent",), np.arange(5), {"units": "meals"}),
     "is_alive": LabeledArray(("agent",), np.array([True, False, True, True, False])),

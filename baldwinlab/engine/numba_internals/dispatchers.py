@@ -118,7 +118,8 @@ def _compile_bitcode(content: bytes, codegen: Any) -> bytes | None:
         machine_code = codegen._tm.emit_object(llvm.parse_bitcode(bitcode))
     except Exception:  # damaged bitcode, or that of a later LLVM
         return None
-    return dumps(((name, "object", (machine_code, bitcode)), *description))
+    code = (name, "object", (machine_code, bitcode))
+    return dumps((code, *description))  # type: ignore[no-any-return]
 
 
 def set_code_store(dispatcher: Any, store: CodeStore) -> None:

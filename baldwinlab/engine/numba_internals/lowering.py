@@ -22,6 +22,7 @@ __all__ = [
     "BaseNamedTuple",
     "BaseTuple",
     "array_data",
+    "call_function",
     "call_intrinsic",
     "cast_to_index",
     "cgutils",
@@ -125,7 +126,11 @@ def make_tuple(context: Any, builder: Any, kind: Any, values: list[Any]) -> Any:
 
 def call_intrinsic(builder: Any, name: str, kind: Any, arguments: Any) -> Any:
     """Call an intrinsic of LLVM that maps a value to one of the same type."""
-    function_type = ir.FunctionType(kind, [kind])
+    return call_function(builder, name, ir.FunctionType(kind, [kind]), arguments)
+
+
+def call_function(builder: Any, name: str, function_type: Any, arguments: Any) -> Any:
+    """Call an intrinsic of LLVM, or a function of the libraries of the process, by its name."""
     function = cgutils.get_or_insert_function(builder.module, function_type, name)
     return builder.call(function, arguments)
 

@@ -6,8 +6,8 @@ import { readFrames } from "./frame.js";
 const FRAME_RATE = 20;
 // Seconds of playback that are loaded in advance.
 const LOOKAHEAD = 0.4;
-// Frames per request.
-const FRAMES_PER_REQUEST = 16;
+// Frames that are requested in advance. A frame that the page waits for is requested alone.
+const FRAMES_PER_REQUEST = 8;
 // Weight of the newest measurement in the rate of simulation.
 const RATE_WEIGHT = 0.3;
 // Playback is slower than the simulation by this factor, so that frames arrive in time.
@@ -103,7 +103,8 @@ export class FrameStream {
       const isFarAhead = first - step > Math.max(interval, playbackRate * LOOKAHEAD);
       if (first >= this.steps || isFarAhead) return;
     }
-    this.load({ first, interval, count: FRAMES_PER_REQUEST, ...window });
+    const count = isCurrent ? FRAMES_PER_REQUEST : 1;
+    this.load({ first, interval, count, ...window });
   }
 
   async load(query) {

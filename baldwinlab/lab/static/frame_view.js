@@ -8,7 +8,7 @@ import { DensityLegend } from "./density_legend.js";
 // CSS pixels of the map per agent, and per item. With less, squares are drawn.
 const PIXELS_PER_SHAPE = 100;
 // Drawing more shapes would take longer than a frame.
-const MAX_SHAPES = 5000;
+const MAX_SHAPES = 2000;
 // Milliseconds without a frame, after which the page shows the progress of the simulation.
 const WAITING_TIME = 400;
 
@@ -45,8 +45,7 @@ export class FrameView {
     const { frame, isLoaded } = stream.findFrame(time, computeWindow(view), pace);
     const { x, y, zoom } = view.camera;
     const isDark = matchMedia("(prefers-color-scheme: dark)").matches;
-    const size = [view.canvas.width, view.canvas.height];
-    const values = [frame, selectedAgent, x, y, zoom, isDark, ...size];
+    const values = [frame, selectedAgent, x, y, zoom, isDark, view.resizes];
     if (values.some((value, number) => value !== this.drawn[number])) {
       this.drawn = values;
       this.legend.show(stream.header, frame);

@@ -29,11 +29,14 @@ export class WorldView {
     this.count = 0;
     // The index of each drawn agent in its world, or null if all agents are drawn.
     this.ids = null;
+    // Counts the calls of `resize`, which clears the canvas.
+    this.resizes = 0;
     this.resize();
   }
 
   /** Adapt to the size of the canvas on the page. */
   resize() {
+    this.resizes += 1;
     this.pixelRatio = Math.min(globalThis.devicePixelRatio || 1, 2);
     this.width = this.canvas.clientWidth || this.canvas.width;
     this.height = this.canvas.clientHeight || this.canvas.height;

@@ -1,0 +1,198 @@
+"""Cost of a study against its size: `python -m benchmarks.scale [--out DIR] [--limit N]`.
+
+The command runs the same studies with this version and with an earlier commit, in turns: many tiny
+runs, many agents in a world, and several workers. The cost includes the storage, but not the
+compilation. It then measures large worlds of constant density (`benchmarks.scaling`) and Dask
+workers (`benchmarks.cluster`). It writes scale.json, scale.md, scale.png and scale.svg.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from matplotlib import pyplot as plt
+
+from benchmarks import cluster, scaling
+from benchmarks.compare import OUTPUT_FOLDER
+from benchmarks.machine import ROOT, provenance
+from benchmarks.tables import save, table
+
+EARLIER_COMMIT = "999bf75"
+N_ROUNDS = 3
+# Agent-steps of a study with many agents.
+N_AGENT_STEPS = 4_000_000
+# The earlier version stores one file per run, which takes too long for more runs.
+MAX_EARLIER_RUNS = 10_000
+NOT_MEASURED = "not measured"
+
+
+@dataclass(frozen=True)
+class Case:
+    """A study to measure, as the arguments of `baldwinlab run`."""
+
+    quantity: str
+    size: int
+    steps: int
+    agents: int = 20
+    runs: int = 1
+    generations: int = 2
+    workers: int = 1
+
+    @property
+    def arguments(self) -> list[str]:
+        settings = (
+            f"evolution.generations={self.generations}",
+            f"lifetime.steps={self.steps}",
+            f"population.size={self.agents}",
+        )
+        flags = [word for setting in settings for word in ("--set", setting)]
+        numbers = ["--runs", str(self.runs), "--workers", str(self.workers)]
+        return ["run", "evo/A", *flags, *numbers, "--force"]
+
+    @property
+    def agent_steps(self) -> int:
+        return self.runs * self.generations * self.steps * self.agents
+
+
+def list_cases(limit: int) -> list[Case]:
+    """Return the cases with at most `limit` runs and agents."""
+    cases = [
+        Case("runs", n_runs, steps=20, agents=4, runs=n_runs)
+        for n_runs in (100, 10_000, 100_000)
+        if n_runs <= limit
+    ]
+    cases += [
+        Case("agents", n_agents, steps=max(1, N_AGENT_STEPS // (2 * n_agents)), agents=n_agents)
+        for n_agents in (20, 1_000, 10_000, 100_000, 1_000_000)
+        if n_agents <= limit
+    ]
+    return cases + [
+        Case("threads", n_workers, steps=5000, runs=32, workers=n_workers) for n_workers in (1, 2)
+    ]
+
+
+@contextmanager
+def earlier_version() -> Iterator[Path]:
+    """Check the earlier commit out into a temporary folder, which is removed at the end."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name) / "earlier"
+        git = ["git", "-C", str(ROOT), "worktree"]
+        subprocess.run([*git, "add", "--quiet", "--detach", folder, EARLIER_COMMIT], check=True)
+        try:
+            yield folder
+        finally:
+            subprocess.run([*git, "remove", "--force", folder], check=True)
+
+
+def measure(case: Case, folder: Path) -> float | None:
+    """Return nanoseconds per agent-step of the version in `folder`, None if it refuses the case."""
+    with tempfile.TemporaryDirectory() as name:
+        study = Path(name) / "study"
+        # Python imports the package of the current folder.
+        finished = subprocess.run(
+            [sys.executable, "-m", "baldwinlab", *case.arguments, "--out", str(study)],
+            cwd=folder,
+            env=os.environ | {"BALDWINLAB_CACHE": str(folder / "build" / "scale-cache")},
+            capture_output=True,
+            check=False,
+        )
+        if finished.returncode:
+            return None
+        sessions = (study / "sessions.jsonl").read_text("utf-8").splitlines()
+        # The time of compilation is separate.
+        seconds: float = json.loads(sessions[-1])["seconds"]
+    return seconds * 1e9 / case.agent_steps
+
+
+def measure_cases(cases: list[Case]) -> list[dict[str, Any]]:
+    """Return the costs of each case in both versions, measured in turns."""
+    rows = []
+    with earlier_version() as earlier:
+        for case in cases:
+            is_slow = case.quantity == "runs" and case.size > MAX_EARLIER_RUNS
+            versions = {"now": ROOT} | ({} if is_slow else {"earlier": earlier})
+            costs: dict[str, list[float]] = {"now": [], "earlier": []}
+            for _ in range(N_ROUNDS):
+                for version, folder in versions.items():
+                    cost = measure(case, folder)
+                    costs[version] += [] if cost is None else [cost]
+            print(case.quantity, case.size, costs, flush=True)
+            rows.append({"quantity": case.quantity, "size": case.size, **costs})
+    return rows
+
+
+def format_rows(rows: list[dict[str, Any]]) -> str:
+    """Return a table: nanoseconds per agent-step, and the speed relative to the earlier commit."""
+    cells = []
+    for row in rows:
+        now, earlier = ([*map(float, row[version])] for version in ("now", "earlier"))
+        ratio = f"{median(earlier) / median(now):.2f}" if now and earlier else NOT_MEASURED
+        medians = [f"{median(costs):.4g}" if costs else NOT_MEASURED for costs in (now, earlier)]
+        cells.append([row["quantity"], f"{row['size']:,}", *medians, ratio])
+    header = ["varied", "size", "ns per agent-step", f"at {EARLIER_COMMIT}", "speed ratio"]
+    return table(header, cells) + "\n"
+
+
+def format_worlds(worlds: list[dict[str, float]]) -> str:
+    """Return a table of the medians of the rounds of each world and number of threads."""
+    names = list(worlds[0])
+    groups: dict[tuple[float, float], list[dict[str, float]]] = {}
+    for world in worlds:
+        groups.setdefault((world["agents"], world["threads"]), []).append(world)
+    cells = [
+        [f"{median(world[name] for world in group):,.4g}" for name in names]
+        for group in groups.values()
+    ]
+    return table(names, cells) + "\n"
+
+
+def draw(rows: list[dict[str, Any]], out: Path) -> None:
+    quantities = list(dict.fromkeys(row["quantity"] for row in rows))
+    figure, axes = plt.subplots(1, len(quantities), figsize=(11, 3), layout="constrained")
+    for axis, quantity in zip(axes, quantities, strict=True):
+        for version, color in (("now", "#0072B2"), ("earlier", "#999999")):
+            points = [
+                (row["size"], median(row[version]))
+                for row in rows
+                if row["quantity"] == quantity and row[version]
+            ]
+            if points:
+                axis.plot(*zip(*points, strict=True), "o-", color=color, label=version)
+        axis.set(xlabel=quantity, ylabel="ns per agent-step", xscale="log", yscale="log")
+        axis.spines[["top", "right"]].set_visible(False)
+    axes[0].legend(frameon=False)
+    save(figure, out / "scale")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--out", type=Path, default=OUTPUT_FOLDER)
+    parser.add_argument("--limit", type=int, default=1_000_000, help="most runs and agents")
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    rows = measure_cases(list_cases(given.limit))
+    sizes = [size for size in scaling.WORLD_SIZES if size <= given.limit]
+    worlds = scaling.measure_large_worlds(sizes)
+    executors = cluster.measure_workers()
+    tables = format_rows(rows), format_worlds(worlds), cluster.worker_table(executors)
+    text = "\n".join(tables) + "\n"
+    results = {"machine": provenance(), "rows": rows, "worlds": worlds, "workers": executors}
+    (given.out / "scale.json").write_text(json.dumps(results, indent=1) + "\n", "utf-8")
+    (given.out / "scale.md").write_text(text, "utf-8")
+    draw(rows, given.out)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
