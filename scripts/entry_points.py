@@ -16,7 +16,7 @@ from baldwinlab.simulation.compilation import compile_experiments
 
 def list_experiments() -> list[BaseExperiment]:
     """Return the experiments whose code the package contains."""
-    return presets.paper()
+    return list(presets.paper())
 
 
 def compile_entry_points() -> None:

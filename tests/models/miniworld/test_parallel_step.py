@@ -27,7 +27,7 @@ REGIONS = [
     {"x": [100, 220], "y": [50, 90], "count": 20},
 ]
 SCRATCH = ("near_agents", "cell_next")
-ONE_RULE = {"learning": {"rule": "self-taught"}, "motor": {"noise": 0.1}}
+ONE_RULE: dict[str, Any] = {"learning": {"rule": "self-taught"}, "motor": {"noise": 0.1}}
 WALL = (40, 44, 20, 150)
 
 
@@ -106,7 +106,7 @@ def test_extreme_worlds_have_equal_bits(experiment: Experiment, simulate: Any) -
         assert_equal_bits(simulate(experiment, threads), expected)
 
 
-BIRTHS = {
+BIRTHS: dict[str, Any] = {
     "features": ["births-and-deaths", "walls"],
     "births_and_deaths": {"max_age": 30, "initial_energy": 2.0},
     "walls": {"boxes": [WALL]},
