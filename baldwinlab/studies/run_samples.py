@@ -55,7 +55,7 @@ def count_sampled_runs(study: StudyStore) -> int:
 
 
 def describe_sample(study: StudyStore) -> str:
-    """Return a sentence about the sample of a study, "" if all runs are used."""
+    """Return the sample of a study as a phrase, "" if all runs are used."""
     n_stored = max((len(study.runs(condition)) for condition in study.experiments), default=0)
     limit = count_sampled_runs(study)
     if n_stored <= limit:
@@ -64,3 +64,9 @@ def describe_sample(study: StudyStore) -> str:
         f"a random sample of {limit:,} of the {n_stored:,} stored runs of a condition, drawn with "
         "the seed of the study"
     )
+
+
+def state_sample(study: StudyStore) -> str:
+    """Return a sentence for a command that evaluates a sample of a study, else ""."""
+    sample = describe_sample(study)
+    return f"The statistics use {sample}." if sample else ""

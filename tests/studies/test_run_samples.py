@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from baldwinlab.api.claims import evaluate_claims
 from baldwinlab.api.study import Study
 from baldwinlab.experiment import Experiment
 from baldwinlab.studies import run_samples
@@ -118,3 +119,18 @@ def test_the_report_states_the_size_of_the_sample(
     page = Study(study).report(out=tmp_path / "page.html")
     assert sentence in page.read_text(encoding="utf-8")
     assert "reading" in capsys.readouterr().out
+
+
+def test_the_command_claims_states_the_size_of_the_sample(
+    study: StudyStore, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "claims.toml"
+    comparison = f'{{ a = "{NAMES[0]}", b = "{NAMES[1]}", measure = "mean", rule = "greater" }}'
+    file.write_text(
+        '[[claims]]\nid = "C1"\ntitle = "More"\nclaim = "More."\n'
+        f"comparisons = [{comparison}]\n",
+        "utf-8",
+    )
+    evaluate_claims(study, file)
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "The statistics use a random sample of 12 of the 60 stored runs" in printed

@@ -12,10 +12,12 @@ from baldwinlab.analysis.multiverse.section import compose_lead, make_section
 from baldwinlab.analysis.report import write_page
 from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.plan import ReportPlan
+from baldwinlab.core import console
 from baldwinlab.papers import Paper
 from baldwinlab.studies.multiverse import group_by_variant
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.run import Progress
+from baldwinlab.studies.run_samples import state_sample
 from baldwinlab.studies.store import StudyStore
 
 MULTIVERSE_FILE: Final = "multiverse.json"
@@ -77,6 +79,7 @@ def _evaluate_variants(
     study: StudyStore, paper: Paper, last: int, progress: Callable[[str, int, str], Progress]
 ) -> list[VariantResult]:
     results = []
+    console.info_if_any(state_sample(study))
     groups = group_by_variant(study.factors, paper)
     with progress("evaluating the claims", len(groups), "variants") as advance:
         for variant, conditions in groups.items():

@@ -15,10 +15,12 @@ from baldwinlab.analysis.sweeps.section import write_sweep_report
 from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
+from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.provenance import provenance
+from baldwinlab.studies.run_samples import state_sample
 from baldwinlab.studies.sweeps.design import label_points
 
 
@@ -47,6 +49,7 @@ def publish_sweep(plan: ReportPlan, log: Callable[[str], None]) -> Contrasts:
     study = plan.study
     study.require_runs()
     data = open_sample(study, list(study.experiments))
+    console.info_if_any(state_sample(study))
     finals = analysis.compute_finals(label_points(study, data), plan.last)
     analysis.write_responses(finals, study.directory)
     contrasts = _compare_points(plan, finals)
