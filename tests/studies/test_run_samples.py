@@ -127,8 +127,7 @@ def test_the_command_claims_states_the_size_of_the_sample(
     file = tmp_path / "claims.toml"
     comparison = f'{{ a = "{NAMES[0]}", b = "{NAMES[1]}", measure = "mean", rule = "greater" }}'
     file.write_text(
-        '[[claims]]\nid = "C1"\ntitle = "More"\nclaim = "More."\n'
-        f"comparisons = [{comparison}]\n",
+        f'[[claims]]\nid = "C1"\ntitle = "More"\nclaim = "More."\ncomparisons = [{comparison}]\n',
         "utf-8",
     )
     evaluate_claims(study, file)
