@@ -60,7 +60,7 @@ class RecordedRun(Protocol):
     def stored_run_arrays(self) -> SpeciesArrays: ...
 
 
-class Batch(NamedTuple):
+class RecordBatch(NamedTuple):
     """Records of several histories as one set of arrays: see `core.record_batches`.
 
     Attributes
@@ -104,7 +104,7 @@ def encode_history(history: RecordedRun) -> bytes:
     return encode_arrays(ordered, attributes)
 
 
-def make_batch(histories: Sequence[RecordedRun]) -> Batch:
+def make_batch(histories: Sequence[RecordedRun]) -> RecordBatch:
     """Return the records of several histories as one set of arrays.
 
     Parameters
@@ -114,7 +114,7 @@ def make_batch(histories: Sequence[RecordedRun]) -> Batch:
 
     Returns
     -------
-    Batch
+    RecordBatch
         The batch. That of one history shares its arrays with the history.
     """
     longest = max(histories, key=lambda history: history.n_generations)
@@ -157,7 +157,7 @@ def make_batch(histories: Sequence[RecordedRun]) -> Batch:
         **variables.window_coordinates(experiment),
     }
     coordinates = {name: LabeledArray((name,), values) for name, values in labels.items()}
-    return Batch(data, coordinates, attributes)
+    return RecordBatch(data, coordinates, attributes)
 
 
 def stack_padded(arrays: Sequence[npt.NDArray[Any]], fill: int) -> npt.NDArray[Any]:

@@ -145,14 +145,15 @@ def test_calls_of_the_random_numbers_of_numba_are_recognized_by_name() -> None:
 
 
 PYTHON_NAMES = {"__init__", "copy", "encode", "get", "hexdigest", "join", "loads", "reset", "set"}
-PYTHON_NAMES |= {"sha256", "values"}
+PYTHON_NAMES |= {"items", "sha256", "values"}
 ENGINE_NAMES = {"_pass_builder", "discard", "finish_lowering", "library_class", "read", "write"}
+ENGINE_NAMES |= {"read_bitcode"}
 UNAMBIGUOUS = {"calltypes", "fndesc", "overloads", "targetctx", "typemap"}
 AMBIGUOUS = {
     # Other packages have these names too.
-    *("_replace", "return_type", "data_layout"),
+    *("_name", "_replace", "return_type", "data_layout"),
     # llvmlite documents these names.
-    *("as_pointer", "create_pass_builder"),
+    *("as_pointer", "create_pass_builder", "emit_object", "parse_bitcode"),
     # Functions of `lowering.cgutils`.
     *("alloca_once", "gep_inbounds"),
     # A subclass defines these names.
