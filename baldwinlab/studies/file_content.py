@@ -29,7 +29,7 @@ _LABELED_DIMS: Final = ("agent", "parent", "window")
 Version = tuple[int, int]
 
 
-class Layout(NamedTuple):
+class FileLayout(NamedTuple):
     """Properties of a record without genomes that many files share.
 
     Attributes
@@ -55,7 +55,7 @@ class FileContent(NamedTuple):
         The experiment of the condition.
     lengths : RunLengths
         Lengths of its runs.
-    layout : Layout
+    layout : FileLayout
         Variables and labels of its records.
     checksum : str
         The checksum of the file.
@@ -66,7 +66,7 @@ class FileContent(NamedTuple):
     file: RecordFile
     experiment: BaseExperiment
     lengths: RunLengths
-    layout: Layout
+    layout: FileLayout
     checksum: str
     version: Version | None
 
@@ -129,7 +129,7 @@ def _read_part(path: Path, name: Hashable) -> npt.NDArray[Any]:
 
 
 def open_file(
-    file: RecordFile, experiment: BaseExperiment, seed: int, layouts: dict[Hashable, Layout]
+    file: RecordFile, experiment: BaseExperiment, seed: int, layouts: dict[Hashable, FileLayout]
 ) -> FileContent:
     """Verify a file of records, and return its content.
 
@@ -170,14 +170,14 @@ def _layout_key(variables: Variables) -> Hashable:
     return types, labels
 
 
-def _decode_layout(raw: bytes, file: RecordFile) -> Layout:
+def _decode_layout(raw: bytes, file: RecordFile) -> FileLayout:
     data = from_bytes(raw)
     return make_layout(without_genomes(select_record(data, 0) if file.is_batch else data))
 
 
-def make_layout(record: xr.Dataset) -> Layout:
+def make_layout(record: xr.Dataset) -> FileLayout:
     """Return the layout of a record without genomes."""
     labels = {name: record.variables[name] for name in record.coords if name != GENERATION}
     without_values = record.isel({GENERATION: slice(0)})
     variables = {name: without_values.variables[name].copy() for name in record.data_vars}
-    return Layout(variables, labels)
+    return FileLayout(variables, labels)

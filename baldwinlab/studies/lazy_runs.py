@@ -16,7 +16,7 @@ from baldwinlab.studies.file_content import (
     GENERATION,
     NO_INDEX,
     FileContent,
-    Layout,
+    FileLayout,
     make_layout,
     open_file,
 )
@@ -37,7 +37,7 @@ class StoredCondition(NamedTuple):
     files: npt.NDArray[np.intp]
     rows: npt.NDArray[np.intp]
     contents: list[FileContent]
-    layouts: list[Layout]
+    layouts: list[FileLayout]
     # Number of generations of the dataset.
     size: int
 
@@ -74,7 +74,7 @@ def open_condition(
     report_file : callable
         Called with 1 after each file.
     """
-    layouts: dict[Hashable, Layout] = {}
+    layouts: dict[Hashable, FileLayout] = {}
     contents: list[FileContent] = []
     entries = [entry for entry in assign_runs(study.files(name)) if entry.runs]
     for entry in entries:
