@@ -54,7 +54,8 @@ for line in sys.stdin:
     experiment = load(task["condition"]).replace(evolution={"generations": task["generations"]})
     wait()
     runs = simulate_batch(experiment, 0, task["runs"], after_generation=finish_generation)
-    print(hashlib.sha256(b"".join(run["energy"].values.tobytes() for run in runs)).hexdigest())
+    energies = b"".join(run["energy"].values.tobytes() for run in runs)
+    print(hashlib.sha256(energies).hexdigest(), flush=True)
 """
 
 
