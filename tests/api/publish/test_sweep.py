@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.api.publish.lab_results import compute_results
 from baldwinlab.api.publish.results_cache import load_cached_results
+from baldwinlab.studies import lazy_runs
+from baldwinlab.studies.file_content import FileContent
+from baldwinlab.studies.record_files import RecordFile
 from baldwinlab.studies.store import StudyStore
 
 PLAN = {
@@ -22,19 +24,19 @@ PLAN = {
 }
 
 
-def test_a_report_reads_each_run_once_and_stores_the_results_of_all_runs(
+def test_a_report_verifies_each_file_once_and_stores_the_results_of_all_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sweep = bl.sweep(PLAN, out=tmp_path / "food", workers=1)
-    reads = Counter[tuple[str, int]]()
-    read = StudyStore.read
+    verified = Counter[str]()
+    open_file = lazy_runs.open_file
 
-    def count_read(store: StudyStore, condition: str, run: int, **options: Any) -> xr.Dataset:
-        reads[condition, run] += 1
-        return read(store, condition, run, **options)
+    def count_file(file: RecordFile, *arguments: Any) -> FileContent:
+        verified[file.path.parent.name] += 1
+        return open_file(file, *arguments)
 
-    monkeypatch.setattr(StudyStore, "read", count_read)
+    monkeypatch.setattr(lazy_runs, "open_file", count_file)
     sweep.report()
-    assert reads == {("point-0000", 0): 1, ("point-0001", 0): 1}
+    assert verified == {"point-0000": 1, "point-0001": 1}
     store = StudyStore(sweep.directory)
     assert load_cached_results(store) == compute_results(store)
