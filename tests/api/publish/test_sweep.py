@@ -11,8 +11,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.api.publish.lab_results import compute_results
 from baldwinlab.api.publish.results_cache import load_cached_results
-from baldwinlab.studies import lazy_runs
-from baldwinlab.studies.file_content import FileContent
+from baldwinlab.studies.file_content import FileContent, open_file
 from baldwinlab.studies.record_files import RecordFile
 from baldwinlab.studies.store import StudyStore
 
@@ -29,13 +28,12 @@ def test_a_report_verifies_each_file_once_and_stores_the_results_of_all_runs(
 ) -> None:
     sweep = bl.sweep(PLAN, out=tmp_path / "food", workers=1)
     verified = Counter[str]()
-    open_file = lazy_runs.open_file
 
     def count_file(file: RecordFile, *arguments: Any) -> FileContent:
         verified[file.path.parent.name] += 1
         return open_file(file, *arguments)
 
-    monkeypatch.setattr(lazy_runs, "open_file", count_file)
+    monkeypatch.setattr("baldwinlab.studies.lazy_runs.open_file", count_file)
     sweep.report()
     assert verified == {"point-0000": 1, "point-0001": 1}
     store = StudyStore(sweep.directory)
