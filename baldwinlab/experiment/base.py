@@ -84,9 +84,12 @@ class BaseExperiment(Fields):
         # is computed once. Pydantic leaves out names with an underscore.
         values = vars(self)
         if "_hash" not in values:
-            values["_hash"] = hash(
-                (type(self), *(values[name] for name in type(self).model_fields))
-            )
+            fields = tuple(values[name] for name in type(self).model_fields)
+            try:
+                values["_hash"] = hash((type(self), *fields))
+            except TypeError:
+                # The table of a part that is not loaded contains dictionaries.
+                values["_hash"] = hash((type(self), self.name))
         return int(values["_hash"])
 
     def __copy__(self) -> Self:

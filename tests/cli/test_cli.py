@@ -389,7 +389,7 @@ def test_ctrl_c_reports_the_stored_runs_and_the_same_command_resumes(tmp_path: P
         "--out",
         "study",
     ]
-    arguments += ["--set", "evolution.generations=4", "--set", "lifetime.steps=2000"]
+    arguments += ["--set", "evolution.generations=4", "--set", "lifetime.steps=20000"]
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     process = subprocess.Popen(
         arguments,
