@@ -2,8 +2,8 @@
 
 The command runs the same studies with this version and with an earlier commit, in turns: many tiny
 runs, many agents in a world, and several workers. The cost includes the storage, but not the
-compilation. It then measures large worlds of constant density (`benchmarks.scaling`) and Dask
-workers (`benchmarks.cluster`). It writes scale.json, scale.md, scale.png and scale.svg.
+compilation and the start. It then measures large worlds of constant density (`benchmarks.scaling`)
+and Dask workers (`benchmarks.cluster`). It writes scale.json, scale.md, scale.png and scale.svg.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -31,7 +32,7 @@ from benchmarks.tables import save, table
 EARLIER_COMMIT = "999bf75"
 N_ROUNDS = 3
 # Agent-steps of a study with many agents.
-N_AGENT_STEPS = 4_000_000
+N_AGENT_STEPS = 40_000_000
 # The earlier version stores one file per run, which takes too long for more runs.
 MAX_EARLIER_RUNS = 10_000
 NOT_MEASURED = "not measured"
@@ -65,6 +66,9 @@ class Case:
         return self.runs * self.generations * self.steps * self.agents
 
 
+SMALLEST_STUDY = Case("start", 1, steps=1, agents=4)
+
+
 def list_cases(limit: int) -> list[Case]:
     """Return the cases with at most `limit` runs and agents."""
     cases = [
@@ -78,7 +82,7 @@ def list_cases(limit: int) -> list[Case]:
         if n_agents <= limit
     ]
     return cases + [
-        Case("threads", n_workers, steps=5000, runs=32, workers=n_workers) for n_workers in (1, 2)
+        Case("threads", n_workers, steps=5000, runs=320, workers=n_workers) for n_workers in (1, 2)
     ]
 
 
@@ -96,23 +100,28 @@ def earlier_version() -> Iterator[Path]:
 
 
 def measure(case: Case, folder: Path) -> float | None:
-    """Return nanoseconds per agent-step of the version in `folder`, None if it refuses the case."""
+    """Return nanoseconds per agent-step of the version in `folder`, None if it refuses the case.
+
+    The time of the smallest study is subtracted: that of imports and of loading the engine.
+    """
+    start, total = _run(SMALLEST_STUDY, folder), _run(case, folder)
+    if start is None or total is None:
+        return None
+    return (total - start) * 1e9 / case.agent_steps
+
+
+def _run(case: Case, folder: Path) -> float | None:
     with tempfile.TemporaryDirectory() as name:
-        study = Path(name) / "study"
+        start = time.perf_counter()
         # Python imports the package of the current folder.
         finished = subprocess.run(
-            [sys.executable, "-m", "baldwinlab", *case.arguments, "--out", str(study)],
+            [sys.executable, "-m", "baldwinlab", *case.arguments, "--out", f"{name}/study"],
             cwd=folder,
             env=os.environ | {"BALDWINLAB_CACHE": str(folder / "build" / "scale-cache")},
             capture_output=True,
             check=False,
         )
-        if finished.returncode:
-            return None
-        sessions = (study / "sessions.jsonl").read_text("utf-8").splitlines()
-        # The time of compilation is separate.
-        seconds: float = json.loads(sessions[-1])["seconds"]
-    return seconds * 1e9 / case.agent_steps
+        return None if finished.returncode else time.perf_counter() - start
 
 
 def measure_cases(cases: list[Case]) -> list[dict[str, Any]]:
@@ -123,6 +132,9 @@ def measure_cases(cases: list[Case]) -> list[dict[str, Any]]:
             is_slow = case.quantity == "runs" and case.size > MAX_EARLIER_RUNS
             versions = {"now": ROOT} | ({} if is_slow else {"earlier": earlier})
             costs: dict[str, list[float]] = {"now": [], "earlier": []}
+            for folder in versions.values():
+                # The first run compiles.
+                _run(case, folder)
             for _ in range(N_ROUNDS):
                 for version, folder in versions.items():
                     cost = measure(case, folder)
