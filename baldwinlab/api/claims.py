@@ -18,7 +18,7 @@ from baldwinlab.papers import PaperError, load, load_stored_paper
 from baldwinlab.papers.checks import require_existing_names
 from baldwinlab.papers.claims import Claim, read_claims
 from baldwinlab.studies.open import open_sample
-from baldwinlab.studies.run_samples import state_sample
+from baldwinlab.studies.run_samples import format_sample_sentence
 from baldwinlab.studies.store import StudyStore
 
 
@@ -87,7 +87,7 @@ def evaluate_claims(
     # Claims of another paper may name no condition of the study.
     conditions = sorted(claim_conditions & set(study.experiments)) or list(study.experiments)
     samples = Samples(open_sample(study, conditions), last, source)
-    console.info_if_any(state_sample(study))
+    console.info_if_any(format_sample_sentence(study))
     results = evaluate_samples(samples)
     console.console.print(make_claims_table(results, title, study.changed_model))
     console.info_if_any(describe_claims_too_few(results, instruction_of(study)))

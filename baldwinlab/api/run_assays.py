@@ -17,7 +17,7 @@ from baldwinlab.studies.assays.memory import estimate_assays
 from baldwinlab.studies.assays.results import find_missing_assays
 from baldwinlab.studies.assays.run import count_assay_steps, run_assays
 from baldwinlab.studies.assays.storage import assay_path
-from baldwinlab.studies.run_samples import sample_runs, state_sample
+from baldwinlab.studies.run_samples import format_sample_sentence, sample_runs
 from baldwinlab.studies.store import StudyStore
 
 
@@ -70,7 +70,7 @@ def run_missing_assays(
     branch_length = generations or fork.BRANCH_GENERATIONS
     agent_steps = count_assay_steps(study, missing, branch_length)
     console.info(f"{study.directory}: {n_assays} assays to do ({agent_steps:,} agent-steps)")
-    console.info_if_any(state_sample(study))
+    console.info_if_any(format_sample_sentence(study))
 
     def describe_stored_assays() -> str:
         """Return the number of stored assays as text."""

@@ -66,7 +66,7 @@ def describe_sample(study: StudyStore) -> str:
     )
 
 
-def state_sample(study: StudyStore) -> str:
+def format_sample_sentence(study: StudyStore) -> str:
     """Return a sentence for a command that evaluates a sample of a study, else ""."""
     sample = describe_sample(study)
     return f"The statistics use {sample}." if sample else ""

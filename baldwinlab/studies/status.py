@@ -96,7 +96,7 @@ def read_status(study: StudyStore) -> StudyStatus:
     ]
     if error := last_session.get("error"):
         failures.append(f"the last session ended with an error: {error}")
-    n_runs = _count_runs_of_condition(study, [*processes, *running], last_session)
+    n_runs = _count_runs_of_condition(study, processes, last_session)
     done = {}
     for condition in study.experiments:
         done[condition], damaged = _count_complete_runs(study, condition)

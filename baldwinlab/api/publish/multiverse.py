@@ -17,7 +17,7 @@ from baldwinlab.papers import Paper
 from baldwinlab.studies.multiverse import group_by_variant
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.run import Progress
-from baldwinlab.studies.run_samples import state_sample
+from baldwinlab.studies.run_samples import format_sample_sentence
 from baldwinlab.studies.store import StudyStore
 
 MULTIVERSE_FILE: Final = "multiverse.json"
@@ -79,7 +79,7 @@ def _evaluate_variants(
     study: StudyStore, paper: Paper, last: int, progress: Callable[[str, int, str], Progress]
 ) -> list[VariantResult]:
     results = []
-    console.info_if_any(state_sample(study))
+    console.info_if_any(format_sample_sentence(study))
     groups = group_by_variant(study.factors, paper)
     with progress("evaluating the claims", len(groups), "variants") as advance:
         for variant, conditions in groups.items():

@@ -20,7 +20,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.provenance import provenance
-from baldwinlab.studies.run_samples import state_sample
+from baldwinlab.studies.run_samples import format_sample_sentence
 from baldwinlab.studies.sweeps.design import label_points
 
 
@@ -49,7 +49,7 @@ def publish_sweep(plan: ReportPlan, log: Callable[[str], None]) -> Contrasts:
     study = plan.study
     study.require_runs()
     data = open_sample(study, list(study.experiments))
-    console.info_if_any(state_sample(study))
+    console.info_if_any(format_sample_sentence(study))
     finals = analysis.compute_finals(label_points(study, data), plan.last)
     analysis.write_responses(finals, study.directory)
     contrasts = _compare_points(plan, finals)
