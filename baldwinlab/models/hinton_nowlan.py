@@ -8,6 +8,8 @@ The agent stops at the first trial in which all loci are correct. Its fitness is
 n is the number of remaining trials of N. Without such a trial, it is 1. In a genome, the number 0.5
 represents ?.
 
+The field `cost_of_trials` multiplies the cost of each used trial, which is 19 / N in the paper.
+
 References
 ----------
 G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Complex Systems 1 (1987).
@@ -93,6 +95,12 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         ),
     )
     counts_success: bool = Field(True, description="Whether the successful trial counts as used.")
+    cost_of_trials: float = Field(
+        1.0,
+        ge=0,
+        le=1000,
+        description="Factor of the fitness that each used trial costs. 1: the paper; 0: no cost.",
+    )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 1000},
@@ -175,7 +183,8 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         succeeded = can_succeed & (first_success <= self.trials)
         # If the successful trial does not count as used, one more trial remains.
         n_uncounted = 0 if self.counts_success else 1
-        n_remaining = np.clip(self.trials - first_success + n_uncounted, 0, None)
+        cost_in_trials = self.cost_of_trials * (first_success - n_uncounted)
+        n_remaining = np.clip(self.trials - cost_in_trials, 0, None)
         fitness = np.where(succeeded, 1 + MAX_GAIN * n_remaining / self.trials, 1.0)
         # Without guesses, a single trial shows whether the string is correct.
         n_used_by_failures = self.trials if self.guessing else 1
@@ -220,9 +229,9 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         for trial in range(1, self.trials + 1):
             failure_probability *= 1 - 1 / 2**n_unset
             if can_succeed and failure_probability <= luck:
-                n_uncounted = 0 if self.counts_success else 1
-                n_remaining = self.trials - trial + n_uncounted
-                return 1 + MAX_GAIN * n_remaining / self.trials
+                n_counted = trial if self.counts_success else trial - 1
+                n_remaining = self.trials - self.cost_of_trials * n_counted
+                return max(1.0, 1 + MAX_GAIN * n_remaining / self.trials)
         return 1.0
 
 

@@ -44,7 +44,15 @@ def simulate_strings(genomes: npt.NDArray[np.float32], **fields: Any) -> Any:
 
 
 @pytest.mark.parametrize(
-    "fields", [{}, {"guessing": False}, {"counts_success": False}, {"trials": 3}]
+    "fields",
+    [
+        {},
+        {"guessing": False},
+        {"counts_success": False},
+        {"trials": 3},
+        {"cost_of_trials": 0.3},
+        {"cost_of_trials": 200, "counts_success": False},
+    ],
 )
 def test_fitness_agrees_with_the_plain_oracle(fields: dict[str, Any]) -> None:
     genomes = np.random.default_rng(1).choice(
@@ -58,6 +66,26 @@ def test_fitness_agrees_with_the_plain_oracle(fields: dict[str, Any]) -> None:
         for genome, chance in zip(genomes[0], luck, strict=True)
     ]
     assert len(set(energy.tolist())) > (2 if fields.get("guessing", True) else 1)
+
+
+def test_without_a_cost_of_trials_each_success_has_the_maximum_fitness() -> None:
+    results = simulate_strings(make_strings(6, 200), cost_of_trials=0)
+    assert len(np.unique(results.records["used"])) > 50
+    assert (results.energy == 20).all()
+
+
+def test_the_default_cost_of_trials_is_that_of_the_paper_in_every_bit() -> None:
+    results = simulate_strings(make_strings(8, 2000), cost_of_trials=1)
+    used = results.records["used"]
+    assert (results.energy == 1 + 19 * (TRIALS - used) / TRIALS).all()
+    assert (results.energy == simulate_strings(make_strings(8, 2000)).energy).all()
+
+
+def test_a_high_cost_of_trials_leaves_only_early_successes_above_a_fitness_of_1() -> None:
+    results = simulate_strings(make_strings(8, 2000), cost_of_trials=10)
+    is_early = results.records["used"] < TRIALS / 10
+    assert is_early.any() and not is_early.all()
+    assert ((results.energy > 1) == is_early).all()
 
 
 @pytest.mark.parametrize("unset", range(0, 21, 2))

@@ -1,0 +1,213 @@
+"""Laws of strings that guess a needle: fitness, take-off and the residual share of ?.
+
+References
+----------
+.. [1] G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Complex Systems 1 (1987):
+   the strings and their fitness.
+.. [2] S. Wright, "The distribution of gene frequencies in populations", PNAS 23 (1937): the
+   stationary distribution of an allele share in a finite population.
+"""
+
+from __future__ import annotations
+
+from math import comb, inf
+from typing import Final
+
+import numpy as np
+from scipy.optimize import brentq
+
+# Maximum gain in fitness above the baseline of 1.
+MAX_GAIN: Final = 19.0
+# Grid of the integrals of `mean_share`: number of points, and - log of the densities at its ends.
+GRID_POINTS: Final = 100_001
+LOG_PRECISION: Final = 40.0
+
+
+def expected_fitness(n_unset: float, trials: int = 1000, cost_of_trials: float = 1.0) -> float:
+    """Return the mean fitness of a string without a wrong allele.
+
+    A trial succeeds with the probability p = 2^-q, so the first success is trial t with the
+    probability p (1 - p)^(t - 1). Its fitness is 1 + 19 max(0, 1 - kappa t / T).
+
+    Parameters
+    ----------
+    n_unset : float
+        Number q of ?. A mean number of several strings need not be an integer.
+    trials : int
+        Number T of trials in a lifetime.
+    cost_of_trials : float
+        Factor kappa of the cost of each used trial.
+
+    Returns
+    -------
+    float
+        Mean fitness, from 1 to 20.
+
+    Raises
+    ------
+    ValueError
+        If `n_unset` is below 0.
+    """
+    if n_unset < 0:
+        raise ValueError(f"n_unset = {n_unset} must be at least 0")
+    success_probability = 0.5**n_unset
+    trial = np.arange(1, trials + 1)
+    first_success = success_probability * (1 - success_probability) ** (trial - 1)
+    gains = MAX_GAIN * np.clip(1 - cost_of_trials * trial / trials, 0, None)
+    return float(1 + first_success @ gains)
+
+
+def selection_against_unset(
+    n_unset: float, trials: int = 1000, cost_of_trials: float = 1.0
+) -> float:
+    """Return the relative gain in fitness if one ? of a string becomes correct.
+
+    It is s(q) = (w(q - 1) - w(q)) / w(q), with w = `expected_fitness`. If the mean
+    number q is below 1, some strings have one ? and others have none, so the gain is s(1).
+
+    Parameters
+    ----------
+    n_unset, trials, cost_of_trials
+        Arguments of `expected_fitness`.
+
+    Returns
+    -------
+    float
+        Selection coefficient s.
+    """
+    n_unset = max(n_unset, 1)
+    fitness = expected_fitness(n_unset, trials, cost_of_trials)
+    return (expected_fitness(n_unset - 1, trials, cost_of_trials) - fitness) / fitness
+
+
+def balance_of_unset(
+    loci: int = 20,
+    trials: int = 1000,
+    cost_of_trials: float = 1.0,
+    mutation_rate: float = 0.01,
+    period: float = inf,
+    redrawn_loci: int = 2,
+    population: int | None = None,
+) -> float:
+    """Return the share of ? at which mutation, change and selection balance.
+
+    The balance is (n - q) mu / 3 + (k / 2) (1 - q / n) / tau = q s(q) + 2 q mu / 3. Mutation
+    creates each of the alleles 0, 1 and ? with equal probability. A change makes half of the
+    redrawn loci wrong if they are set, and strings that have ? there replace the others. The law
+    has no fitted parameter. It applies to populations that have found the needle.
+
+    Parameters
+    ----------
+    loci : int
+        Number n of loci.
+    trials, cost_of_trials
+        Arguments of `expected_fitness`.
+    mutation_rate : float
+        Probability mu of a mutation per locus and birth.
+    period : float
+        Number tau of generations between changes. Infinite if the needle never moves.
+    redrawn_loci : int
+        Number k of loci that are drawn at a change.
+    population : int, optional
+        Number of agents, which adds genetic drift. Each locus then has Wright's stationary
+        distribution, with selection s x (1 - x) instead of s x. Otherwise the population is
+        infinite.
+
+    Returns
+    -------
+    float
+        Share q / n of ?, in [0, 1]. The lowest, if several shares balance.
+
+    Raises
+    ------
+    ValueError
+        If `population` is given and `mutation_rate` is 0: drift then fixes one allele.
+    """
+    if population is not None and mutation_rate == 0:
+        raise ValueError("mutation_rate = 0 must be above 0 in a finite population")
+    gain_rate = mutation_rate / 3 + redrawn_loci / (2 * loci * period)
+    loss_rate = 2 * mutation_rate / 3
+    if gain_rate == 0:
+        return 0.0
+
+    def surplus(share: float) -> float:
+        selection = selection_against_unset(share * loci, trials, cost_of_trials)
+        if population is None:
+            return (1 - share) * gain_rate - share * (selection + loss_rate)
+        return mean_share(gain_rate, loss_rate, selection, population) - share
+
+    # The surplus is positive at 0. Its first root is that of populations that have the needle.
+    shares = np.linspace(0, 1, loci + 1)
+    end = next(share for share in shares if surplus(share) <= 0)
+    return float(brentq(surplus, 0, end))
+
+
+def mean_share(gain_rate: float, loss_rate: float, selection: float, population: int) -> float:
+    """Return the mean share of an allele in Wright's stationary distribution.
+
+    The density of the share x is proportional to
+    exp(-2 N s x) x^(2 N v - 1) (1 - x)^(2 N u - 1), for haploid agents.
+
+    Parameters
+    ----------
+    gain_rate : float
+        Probability v with which the other alleles become this one, per birth. Above 0.
+    loss_rate : float
+        Probability u of the reverse. Above 0.
+    selection : float
+        Selection coefficient s against the allele.
+    population : int
+        Number N of agents.
+
+    Returns
+    -------
+    float
+        Mean share.
+    """
+    exponents = 2 * population * np.array([gain_rate, loss_rate])
+    # A grid of logit(x), whose tails decrease with these exponents.
+    limit = LOG_PRECISION / min(1, *exponents)
+    logit = np.linspace(-limit, limit, GRID_POINTS)
+    log_share, log_rest = -np.logaddexp(0, -logit), -np.logaddexp(0, logit)
+    share = np.exp(log_share)
+    # The derivative of x is x (1 - x), which cancels the exponents -1.
+    log_density = exponents @ [log_share, log_rest] - 2 * population * selection * share
+    density = np.exp(log_density - log_density.max())
+    return float(density @ share / density.sum())
+
+
+def expected_extra_children(
+    population: int = 1000,
+    loci: int = 20,
+    trials: int = 1000,
+    cost_of_trials: float = 1.0,
+    unset_share: float = 0.5,
+) -> float:
+    """Return the expected number of children that learning adds among the founders.
+
+    Only founders without a wrong allele gain. Their number with q ? is binomial, and each has
+    w(q) - 1 more children than the others have, whose fitness is 1. The needle is found within G
+    generations only if G times this number is about 1 or more.
+
+    Parameters
+    ----------
+    population, loci : int
+        Number of founders and of loci.
+    trials, cost_of_trials
+        Arguments of `expected_fitness`.
+    unset_share : float
+        Share of ? among the alleles of the founders. The others are 0 and 1 in equal shares.
+
+    Returns
+    -------
+    float
+        Expected number of extra children per generation of founders.
+    """
+    one_share = (1 - unset_share) / 2
+    return population * sum(
+        comb(loci, q)
+        * unset_share**q
+        * one_share ** (loci - q)
+        * (expected_fitness(q, trials, cost_of_trials) - 1)
+        for q in range(loci + 1)
+    )

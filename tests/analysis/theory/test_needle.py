@@ -1,0 +1,163 @@
+"""Test the laws of the needle against limits, plain recursions and earlier measurements."""
+
+from __future__ import annotations
+
+from math import inf
+
+import numpy as np
+import pytest
+from scipy.special import hyp1f1
+from scipy.stats import binom
+
+from baldwinlab.analysis.theory.needle import (
+    balance_of_unset,
+    expected_extra_children,
+    expected_fitness,
+    mean_share,
+    selection_against_unset,
+)
+
+
+def play(n_unset: int, trials: int, cost: float, generator: np.random.Generator) -> float:
+    """Return the fitness of one lifetime, guess by guess."""
+    for trial in range(1, trials + 1):
+        if generator.integers(0, 2, n_unset).all():
+            return max(1.0, 20 - cost * 19 * trial / trials)
+    return 1.0
+
+
+@pytest.mark.parametrize(("n_unset", "cost"), [(0, 1.0), (2, 0.0), (3, 1.0), (4, 3.0)])
+def test_expected_fitness_is_the_mean_of_lifetimes_of_single_guesses(
+    n_unset: int, cost: float
+) -> None:
+    generator = np.random.default_rng(1)
+    values = np.array([play(n_unset, 12, cost, generator) for _ in range(6000)])
+    error = values.std() / np.sqrt(values.size)
+    assert abs(values.mean() - expected_fitness(n_unset, 12, cost)) <= 4 * error + 1e-12
+
+
+def test_expected_fitness_has_the_closed_form_of_a_geometric_series() -> None:
+    for n_unset in range(1, 21):
+        chance = 0.5**n_unset
+        mean_share_used = (1 - (1 - chance) ** 1000) / (chance * 1000)
+        assert expected_fitness(n_unset) == pytest.approx(1 + 19 * (1 - mean_share_used))
+
+
+def test_selection_against_the_last_unset_alleles_doubles_with_each() -> None:
+    coefficients = [selection_against_unset(q) for q in (1, 2, 3, 4)]
+    assert coefficients == pytest.approx([0.00095 * 2**k for k in range(4)], rel=0.03)
+
+
+def test_free_trials_leave_no_selection_against_few_unset_alleles() -> None:
+    assert selection_against_unset(2, cost_of_trials=0) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("settings", "expected"),
+    [
+        ({"redrawn_loci": 2}, [0.330, 0.257, 0.213, 0.194]),
+        ({"redrawn_loci": 1}, [0.297, 0.234, 0.205, 0.194]),
+        ({"redrawn_loci": 5}, [0.375, 0.297, 0.234, 0.194]),
+        ({"trials": 100}, [0.208, 0.149, 0.118, 0.106]),
+        ({"mutation_rate": 0.001}, [0.330, 0.249, 0.177, 0.107]),
+        ({"cost_of_trials": 0}, [0.412, 0.383, 0.360, 0.332]),
+        ({"cost_of_trials": 0.1}, [0.405, 0.361, 0.304, 0.274]),
+        ({"cost_of_trials": 10}, [0.208, 0.149, 0.118, 0.106]),
+    ],
+)
+def test_the_balance_has_the_values_of_the_first_trials(
+    settings: dict[str, float], expected: list[float]
+) -> None:
+    shares = [balance_of_unset(period=tau, **settings) for tau in (2, 10, 50, inf)]  # type: ignore[arg-type]
+    assert shares == pytest.approx(expected, abs=6e-4)
+
+
+def test_the_balance_approaches_that_of_a_fixed_needle_as_changes_become_rare() -> None:
+    never = balance_of_unset()
+    assert balance_of_unset(period=1e9) == pytest.approx(never, abs=1e-6)
+    shares = [balance_of_unset(period=tau) for tau in (1, 3, 10, 30, 100)]
+    assert (np.diff([*shares, never]) < 0).all()
+
+
+def test_without_mutation_and_change_no_unset_allele_remains() -> None:
+    assert balance_of_unset(mutation_rate=0) == 0
+    assert balance_of_unset(mutation_rate=1e-9) < 1e-4
+
+
+def test_the_balance_is_the_fixed_point_of_a_plain_iteration() -> None:
+    unset = 10.0
+    for _ in range(1000):
+        fitness, better = expected_fitness(unset), expected_fitness(unset - 1)
+        gain = (20 - unset) * 0.01 / 3 + (1 - unset / 20) / 10
+        unset += gain - unset * (better / fitness - 1) - 2 * unset * 0.01 / 3
+    assert unset / 20 == pytest.approx(balance_of_unset(period=10), abs=1e-9)
+
+
+@pytest.mark.parametrize("population", [30, 300, 3000])
+@pytest.mark.parametrize("selection", [0.0, 1e-3, 0.01])
+@pytest.mark.parametrize("rates", [(1e-3, 2e-3), (0.02, 0.005)])
+def test_the_mean_share_is_a_ratio_of_functions_of_kummer(
+    population: int, selection: float, rates: tuple[float, float]
+) -> None:
+    a = 2 * population * rates[0]
+    b = a + 2 * population * rates[1]
+    z = 2 * population * selection
+    # M(a, b, -z) = exp(-z) M(b - a, b, z), without terms of opposite signs.
+    expected = a / b * hyp1f1(b - a, b + 1, z) / hyp1f1(b - a, b, z)
+    assert mean_share(*rates, selection, population) == pytest.approx(expected, rel=1e-8)
+
+
+def test_the_mean_share_agrees_with_an_exact_matrix_of_wright_and_fisher() -> None:
+    """The diffusion is the limit of the matrix, so the rates are small."""
+    agents, gain, loss, selection = 200, 2e-3, 3e-3, 0.005
+    share = np.arange(agents + 1) / agents
+    survivors = share * (1 - selection) / (1 - share * selection)
+    chance = survivors * (1 - loss) + (1 - survivors) * gain
+    matrix = binom.pmf(np.arange(agents + 1)[None], agents, chance[:, None])
+    stationary = np.linalg.matrix_power(matrix, 2**20)[0]
+    mean = mean_share(gain, loss, selection, agents)
+    assert stationary @ share == pytest.approx(mean, abs=0.003)
+
+
+def test_drift_hides_the_last_unset_alleles_from_selection() -> None:
+    shares = [
+        balance_of_unset(mutation_rate=1e-5, population=population)
+        for population in (100, 1000, 10_000, 100_000)
+    ]
+    assert (np.diff(shares) < 0).all()
+    assert shares[0] > 3 * shares[-1]
+
+
+def test_the_balance_of_a_large_population_has_selection_x_of_1_minus_x() -> None:
+    share = balance_of_unset(population=10**5, period=2)
+    selection = selection_against_unset(20 * share)
+    loss = share * (0.02 / 3 + selection * (1 - share))
+    assert (1 - share) * (0.01 / 3 + 1 / 40) == pytest.approx(loss, rel=1e-3)
+    assert balance_of_unset(period=2) < share < 0.36
+
+
+def test_extra_children_have_the_values_of_the_first_trials_and_fall_with_the_cost() -> None:
+    children = [expected_extra_children(cost_of_trials=kappa) for kappa in (0, 0.1, 1, 10, 100)]
+    assert children[:3] == pytest.approx([10.6, 10.1, 6.0], abs=0.05)
+    assert (np.diff(children) < 0).all()
+
+
+def test_extra_children_are_the_mean_surplus_of_random_founders() -> None:
+    generator = np.random.default_rng(4)
+    founders = generator.choice([0, 1, 2], p=[0.2, 0.2, 0.6], size=(200_000, 6))
+    has_no_zero = (founders != 0).all(axis=1)
+    n_unset = (founders == 2).sum(axis=1)
+    fitness_by_q = np.array([expected_fitness(q, 20) for q in range(7)])
+    surplus = np.where(has_no_zero, fitness_by_q[n_unset] - 1, 0)
+    expected = expected_extra_children(1, 6, 20, unset_share=0.6)
+    assert abs(surplus.mean() - expected) < 4 * surplus.std() / np.sqrt(surplus.size)
+
+
+def test_a_negative_number_of_unset_alleles_is_refused() -> None:
+    with pytest.raises(ValueError, match="n_unset = -1 must be at least 0"):
+        expected_fitness(-1)
+
+
+def test_a_finite_population_without_mutation_is_refused() -> None:
+    with pytest.raises(ValueError, match="mutation_rate = 0 must be above 0"):
+        balance_of_unset(mutation_rate=0, population=100)
