@@ -56,6 +56,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "erl-populations": f"{_MODELS}.erl.model:ErlPopulations",
         "hinton-nowlan": f"{_MODELS}.hinton_nowlan:HintonNowlan",
         "moving-needle": f"{_MODELS}.moving_needle:MovingNeedle",
+        "moving-optimum": f"{_MODELS}.moving_optimum:MovingOptimum",
         "neat-poles": f"{_MODELS}.neat.double_pole:NeatPoles",
         "neat-poles-without-velocities": (
             f"{_MODELS}.neat.double_pole_no_velocities:UnseenVelocities"
@@ -133,6 +134,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "four-bit-weights": f"{_MODELS}.digit_readers.variation:FourBitWeights",
         "gaussian": f"{_EVOLUTION}.variation_operators:Gaussian",
         "gene-pool": f"{_EVOLUTION}.variation_operators:GenePool",
+        "infinitesimal": f"{_EVOLUTION}.infinitesimal:Infinitesimal",
         "neat": f"{_EVOLUTION}.neat.operators:Neat",
         "one-point-alleles": f"{_MODELS}.hinton_nowlan:OnePointOfAlleles",
         "one-point-bits": f"{_MODELS}.light_switch.variation:OnePointOfBits",

@@ -1,0 +1,60 @@
+"""The variation operator `infinitesimal`: a child is the mean of its parents, plus normal noise.
+
+The operator is the infinitesimal model of quantitative genetics. A trait has many loci with small
+effects, so the children of two parents are normal around the mean of the parents, with a variance
+that selection does not change.
+
+References
+----------
+R. A. Fisher, "The correlation between relatives on the supposition of Mendelian inheritance",
+Transactions of the Royal Society of Edinburgh 52 (1918).
+M. G. Bulmer, "The effect of selection on genetic variability", The American Naturalist 105 (1971).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from statistics import NormalDist
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.engine.arithmetic import normal_quantile
+from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.parts import Variation
+
+
+class Infinitesimal(Variation, name="infinitesimal"):
+    """Mean of both parents for each weight, plus N(0, `mutation_size`) for each weight.
+
+    References
+    ----------
+    Fisher 1918; Bulmer 1971.
+    """
+
+    settings: ClassVar[tuple[str, ...]] = ("mutation_size",)
+    derived: ClassVar[Mapping[str, Any]] = {
+        "size": lambda part, experiment: float(experiment.evolution.mutation_size)
+    }
+
+    @staticmethod
+    def vary(
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
+        for module in range(child.shape[0]):
+            for weight in range(child.shape[1]):
+                draw = draws[module * child.shape[1] + weight, 2]
+                mean = np.float32(0.5) * (fitter[module, weight] + second[module, weight])
+                child[module, weight] = mean + np.float32(normal_quantile(draw) * part.size)
+
+    @staticmethod
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
+        remaining_draws = iter(draws)
+        return [
+            [
+                (first_weight + second_weight) / 2
+                + part.size * NormalDist().inv_cdf(next(remaining_draws)[2])
+                for first_weight, second_weight in zip(first_module, second_module, strict=True)
+            ]
+            for first_module, second_module in zip(fitter, second, strict=True)
+        ]

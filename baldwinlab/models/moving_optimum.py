@@ -1,0 +1,177 @@
+"""The model of numbers that follow a moving optimum, with learning as a share of the distance.
+
+A genome is one number x. The optimum starts at `jump` and moves by `speed` in each generation. An
+agent that learns removes the share a of its distance d to the optimum. Its fitness is
+exp(-((1 - a)^2 + c a^2) d^2 / (2 width^2)), so learning the distance a d costs as much as a
+remaining distance of sqrt(c) a d.
+
+The variation determines how much genetic variance remains. With `infinitesimal`, the variance
+is fixed. With `gaussian`, it is a balance of mutation and selection: a mutation in each birth
+(rate 1), or a rare large one.
+
+References
+----------
+M. Lynch and R. Lande, "Evolution and extinction in response to environmental change", in: Biotic
+interactions and global change (1993).
+R. Lande, "Adaptation to an extraordinary environment by evolution of phenotypic plasticity and
+genetic assimilation", Journal of Evolutionary Biology 22 (2009).
+R. W. Anderson, "Learning and evolution: a quantitative genetics approach", Journal of Theoretical
+Biology 175 (1995).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.core.deferred import xr
+from baldwinlab.engine import poison
+from baldwinlab.evolution.founders import draw_module
+from baldwinlab.models.slope_climbers import MAX_LOG_FITNESS, exponentiate
+from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+
+
+def _mean_of_second_half(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Return a function of runs: the mean of a record over the second half of the generations."""
+    return lambda runs: (
+        runs[record]
+        .astype(np.float64)
+        .isel(generation=slice(runs.sizes["generation"] // 2, None))
+        .mean(("generation", "agent"))
+    )
+
+
+def _variance_of_second_half(runs: xr.Dataset) -> xr.DataArray:
+    """Return the variance of innate x between agents, as a mean over the second half."""
+    second_half = slice(runs.sizes["generation"] // 2, None)
+    innate = runs["innate_x"].astype(np.float64).isel(generation=second_half)
+    return innate.var("agent").mean("generation")
+
+
+def _half_time(runs: xr.Dataset) -> xr.DataArray:
+    """Return the first generation with at most half of the initial mean mismatch, or NaN."""
+    mismatch = runs["mismatch_at_birth"].astype(np.float64).mean("agent")
+    has_halved = mismatch <= mismatch.isel(generation=0) / 2
+    return has_halved.argmax("generation").where(has_halved.any("generation"))
+
+
+class MovingOptimum(Model, name="moving-optimum"):
+    """Numbers that follow a moving optimum and learn a share of the distance to it."""
+
+    speed: float = Field(
+        0.02, ge=0, le=10, description="Distance that the optimum moves in each generation."
+    )
+    jump: float = Field(
+        0.0,
+        ge=0,
+        le=1000,
+        description="Distance of the optimum from the mean of the founders in generation 0.",
+    )
+    width: float = Field(
+        2.0, ge=0.01, le=1000, description="Width of the peak of fitness, in units of x."
+    )
+    learning: bool = Field(True, description="Whether agents learn.")
+    learned_share: float = Field(
+        0.5, ge=0, le=1, description="Share of the distance to the optimum that learning removes."
+    )
+    cost: float = Field(
+        0.0,
+        ge=0,
+        le=1000,
+        description="Cost of the squared learned distance, relative to that of a remaining one.",
+    )
+    initial_std: float = Field(
+        0.4, ge=0, le=10, description="Standard deviation of x among the founders."
+    )
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 1000},
+        "evolution": {
+            "generations": 401,
+            "variation": "gaussian",
+            "mutation_rate": 1.0,
+            "mutation_size": 0.1,
+        },
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "innate_x": Variable(PER_AGENT_DIMS, np.float32, "x", "x at birth"),
+        "mismatch_at_birth": Variable(
+            PER_AGENT_DIMS, np.float32, "x", "optimum minus x at birth; above 0: behind the optimum"
+        ),
+        "mismatch_at_death": Variable(
+            PER_AGENT_DIMS, np.float32, "x", "optimum minus x at death, after learning"
+        ),
+        "learned_distance": Variable(
+            PER_AGENT_DIMS, np.float32, "x", "distance between x at birth and at death"
+        ),
+    }
+    innate_trait: ClassVar[str] = "innate_x"
+    learned_distance: ClassVar[str] = "learned_distance"
+    learning_amount: ClassVar[str] = "learned_share"
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "mismatch": Measure(
+            "optimum minus x at death, in the second half of the run",
+            _mean_of_second_half("mismatch_at_death"),
+        ),
+        "mismatch-at-birth": Measure(
+            "optimum minus x at birth, in the second half of the run",
+            _mean_of_second_half("mismatch_at_birth"),
+        ),
+        "variance": Measure(
+            "variance of x at birth, in the second half of the run", _variance_of_second_half
+        ),
+        "half-time": Measure(
+            "first generation with half of the initial mismatch at birth", _half_time
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.learning and self.learned_share > 0
+
+    def without_learning(self) -> MovingOptimum:
+        return self.model_copy(update={"learning": False})
+
+    def n_weights(self) -> int:
+        return 1
+
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        genomes = poison.empty((agents, 1, 1), np.float32)
+        draw_module(key, FOUNDER, genomes, 0)
+        return np.float32(self.initial_std) * genomes
+
+    def optimum(self, generation: int) -> float:
+        """Return the optimum of a generation; the mean of the founders is 0."""
+        return self.jump + self.speed * generation
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        innate_x = genomes[:, :, 0, 0]
+        share = self.learned_share if self.learning else 0.0
+        mismatch = self.optimum(generation) - innate_x.astype(np.float64)
+        learned = share * mismatch
+        remaining = mismatch - learned
+        energy = self.fitness(remaining * remaining)
+        fitness = self.fitness(remaining * remaining + self.cost * learned * learned)
+        records = {
+            "innate_x": innate_x.copy(),
+            "mismatch_at_birth": mismatch.astype(np.float32),
+            "mismatch_at_death": remaining.astype(np.float32),
+            "learned_distance": abs(learned).astype(np.float32),
+        }
+        learned_x = (innate_x + learned).astype(np.float32)
+        return LifeResults(
+            energy=energy, cost=energy - fitness, learned=learned_x[:, :, None], records=records
+        )
+
+    def fitness(self, squares: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Return the fitness at squared distances, for an array of any shape."""
+        log_fitness = -squares / (2 * self.width * self.width)
+        values: npt.NDArray[np.float64] = np.maximum(log_fitness, -MAX_LOG_FITNESS)
+        # The function changes `values` in place.
+        exponentiate(values.reshape(-1))
+        return values

@@ -1,0 +1,65 @@
+"""Test the infinitesimal model against its oracle and the variance of quantitative genetics."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import kstest
+
+import baldwinlab as bl
+from baldwinlab.api.checks import check_part
+from baldwinlab.evolution import GenerationKey, breed
+from baldwinlab.evolution.infinitesimal import Infinitesimal
+
+
+def breed_generations(std: float, size: float, generations: int) -> Any:
+    """Return the genomes of 20,000 agents without selection, by generation."""
+    experiment = bl.load("moving-optimum").replace(
+        population={"size": 20_000},
+        evolution={
+            "variation": "infinitesimal",
+            "selection": "neutral",
+            "mutation_size": size,
+        },
+    )
+    genomes = np.random.default_rng(1).normal(0, std, (20_000, 1, 1)).astype(np.float32)
+    result = [genomes]
+    for generation in range(1, generations + 1):
+        genomes, _ = breed(experiment, genomes, np.ones(20_000), GenerationKey(0, 0, generation))
+        result.append(genomes)
+    return result
+
+
+def test_a_child_is_the_mean_of_its_parents_plus_the_quantile_of_its_draw() -> None:
+    generator = np.random.default_rng(2)
+    fitter, second = generator.normal(0, 1, (2, 3, 4)).astype(np.float32)
+    draws = generator.random((12, 4))
+    part = SimpleNamespace(size=0.7)
+    child = np.empty((3, 4), np.float32)
+    Infinitesimal.vary(part, fitter, second, draws, 0.5, child)
+    expected = Infinitesimal.oracle(part, fitter.tolist(), second.tolist(), draws.tolist(), 0.5)
+    assert child == pytest.approx(np.array(expected), abs=1e-6)
+    draws[:, 2] = 0.5
+    Infinitesimal.vary(part, fitter, second, draws, 0.5, child)
+    assert (child == (fitter + second) / 2).all()
+
+
+def test_the_variance_approaches_twice_that_of_segregation() -> None:
+    """Each generation halves the variance of the parents and adds that of segregation."""
+    variance = 4.0
+    for genomes in breed_generations(2.0, 0.5, 6):
+        assert genomes.var() == pytest.approx(variance, rel=4 * np.sqrt(2 / 20_000) * 2)
+        variance = variance / 2 + 0.25
+
+
+def test_the_children_of_equal_parents_are_normal() -> None:
+    children = breed_generations(0.0, 0.5, 1)[-1]
+    assert kstest(children.ravel() / 0.5, "norm").pvalue > 0.001
+
+
+@pytest.mark.nightly
+def test_the_part_passes_all_checks() -> None:
+    assert [finding for finding in check_part(Infinitesimal) if finding.holds is False] == []

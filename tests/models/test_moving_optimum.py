@@ -1,0 +1,195 @@
+"""Test numbers that follow a moving optimum, against plain Python and the laws of a normal trait."""
+
+from __future__ import annotations
+
+from math import exp
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import baldwinlab as bl
+from baldwinlab.analysis.theory.moving_optimum import (
+    half_time,
+    selection_variance,
+    steady_mismatch,
+    variance_of_mutations,
+    variance_of_segregation,
+)
+from baldwinlab.api.checks import check_part
+from baldwinlab.evolution import GenerationKey, breed, draw_genomes
+from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.models.moving_optimum import MovingOptimum
+from baldwinlab.simulation.simulate import simulate_histories
+
+REGIMES: dict[str, list[str]] = {
+    "fixed": ["evolution.variation=infinitesimal", "evolution.mutation_size=0.3"],
+    "each birth": ["evolution.mutation_size=0.1"],
+}
+
+
+def make_experiment(*changes: str, regime: str = "each birth") -> Any:
+    return assign(bl.load("moving-optimum"), [*REGIMES[regime], *changes])
+
+
+def measure(experiment: Any, seed: int, n_runs: int = 1) -> dict[str, float]:
+    """Return the measures of an experiment, as means over runs."""
+    runs = xr.concat(
+        [
+            xr.Dataset(
+                {
+                    name: (("generation", "agent"), history.recorded_values(name))
+                    for name in MovingOptimum.records
+                }
+            )
+            for history in simulate_histories(experiment, seed, range(n_runs))
+        ],
+        "run",
+    )
+    return {
+        name: float(measure.of(runs).mean().item())
+        for name, measure in MovingOptimum.measures.items()
+    }
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_a_lifetime_agrees_with_plain_python(share: float) -> None:
+    model = MovingOptimum(speed=0.5, jump=2, width=1.5, learned_share=share, cost=0.4)
+    genomes = np.random.default_rng(1).normal(8, 3, (2, 50, 1, 1)).astype(np.float32)
+    results = model.simulate(0, [3, 4], 10, genomes)
+    assert results.learned is not None
+    for run in range(2):
+        for agent in range(50):
+            x = float(genomes[run, agent, 0, 0])
+            distance = 2 + 0.5 * 10 - x
+            remaining = distance - share * distance
+            cost = 0.4 * (share * distance) ** 2
+            fitness = exp(-(remaining**2 + cost) / (2 * 1.5**2))
+            energy = results.energy[run, agent]
+            assert energy == pytest.approx(exp(-(remaining**2) / (2 * 1.5**2)), rel=1e-12)
+            assert energy - results.cost[run, agent] == pytest.approx(fitness, abs=1e-15)
+            values = {name: record[run, agent] for name, record in results.records.items()}
+            assert values["innate_x"] == x
+            assert values["mismatch_at_birth"] == np.float32(distance)
+            assert values["mismatch_at_death"] == pytest.approx(remaining, abs=1e-6)
+            assert values["learned_distance"] == pytest.approx(share * abs(distance), abs=1e-6)
+            assert results.learned[run, agent, 0] == pytest.approx(x + share * distance, abs=1e-5)
+
+
+def test_without_a_cost_of_learning_the_cost_is_exactly_0() -> None:
+    genomes = np.random.default_rng(1).normal(0, 9, (1, 500, 1, 1)).astype(np.float32)
+    assert (MovingOptimum(jump=3).simulate(0, [0], 7, genomes).cost == 0).all()
+
+
+def test_without_learning_an_agent_has_its_x_at_death() -> None:
+    model = MovingOptimum(cost=1.0, learned_share=0.7)
+    genomes = np.random.default_rng(1).normal(0, 1, (1, 50, 1, 1)).astype(np.float32)
+    results, share_of_0 = (
+        control.simulate(0, [0], 5, genomes)
+        for control in (model.without_learning(), MovingOptimum(learned_share=0))
+    )
+    assert (results.energy == share_of_0.energy).all() and (results.cost == 0).all()
+    assert (results.records["learned_distance"] == 0).all()
+    assert model.learns
+    assert not model.without_learning().learns and not MovingOptimum(learned_share=0).learns
+
+
+def test_founders_are_normal_around_0() -> None:
+    experiment = make_experiment("population.size=20000", "moving_optimum.initial_std=0.4")
+    founders = draw_genomes(experiment, GenerationKey(1, 0, 0))
+    assert abs(founders.mean()) < 4 * 0.4 / np.sqrt(founders.size)
+    assert founders.std() == pytest.approx(0.4, rel=4 / np.sqrt(2 * founders.size))
+
+
+@pytest.mark.parametrize("regime", REGIMES)
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_the_change_of_a_normal_population_matches_theory(regime: str, share: float) -> None:
+    agents, std = 40_000, 0.8
+    experiment = make_experiment(
+        f"population.size={agents}",
+        "moving_optimum.jump=1",
+        "moving_optimum.cost=0.3",
+        f"moving_optimum.learned_share={share}",
+        f"moving_optimum.initial_std={std}",
+        regime=regime,
+    )
+    model = experiment.model_part
+    genomes = draw_genomes(experiment, GenerationKey(1, 0, 0))
+    results = model.simulate(1, [0], 0, genomes[None])
+    fitness = (results.energy - results.cost)[0]
+    children, _ = breed(experiment, genomes, fitness, GenerationKey(1, 0, 1))
+    width_squared = selection_variance(model.width, share, model.cost)
+    # The share of the distance of 1 that selection removes.
+    mean = std**2 / (std**2 + width_squared)
+    selected = std**2 * width_squared / (std**2 + width_squared)
+    variance = selected / 2 + 0.3**2 if regime == "fixed" else selected + 0.1**2
+    error = np.sqrt(2 * variance / agents)
+    assert abs(children.mean(dtype=np.float64) - mean) < 4 * error
+    assert abs(children.var(dtype=np.float64) - variance) < 4 * np.sqrt(4 * variance**2 / agents)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_with_a_fixed_variance_the_mismatch_matches_theory(share: float) -> None:
+    """The run begins in the steady state, which it approaches only slowly with learning."""
+    variance = variance_of_segregation(0.3**2, selection_variance(2.0, share))
+    mismatch = steady_mismatch(0.02, share, 2.0, variance)
+    changes = [
+        f"moving_optimum.learned_share={share}",
+        f"moving_optimum.jump={mismatch / (1 - share)}",
+        "evolution.generations=201",
+        "population.size=2000",
+    ]
+    measured = measure(make_experiment(*changes, regime="fixed"), seed=1, n_runs=2)
+    assert measured["variance"] == pytest.approx(variance, rel=0.03)
+    assert measured["mismatch"] == pytest.approx(mismatch, rel=0.1)
+    assert measured["mismatch-at-birth"] == pytest.approx(measured["mismatch"] / (1 - share))
+
+
+def test_with_mutation_in_each_birth_learning_hardly_changes_the_mismatch() -> None:
+    """The variance of a finite population is below that of theory, by up to a tenth here."""
+    mismatches = []
+    for share in (0.0, 0.5):
+        variance = variance_of_mutations(0.1**2, selection_variance(2.0, share))
+        expected = steady_mismatch(0.02, share, 2.0, variance)
+        changes = [
+            f"moving_optimum.learned_share={share}",
+            f"moving_optimum.jump={expected / (1 - share)}",
+            "evolution.generations=301",
+            "population.size=2000",
+        ]
+        mismatches.append(measure(make_experiment(*changes), seed=1, n_runs=2)["mismatch"])
+        assert mismatches[-1] == pytest.approx(expected, rel=0.15)
+    assert mismatches[1] == pytest.approx(mismatches[0], rel=0.15)
+
+
+def test_the_half_time_after_a_jump_matches_theory() -> None:
+    variance = variance_of_segregation(0.3**2, selection_variance(2.0, 0.5))
+    changes = [
+        "moving_optimum.speed=0",
+        "moving_optimum.jump=3",
+        f"moving_optimum.initial_std={np.sqrt(variance)}",
+        "evolution.generations=101",
+        "population.size=4000",
+    ]
+    measured = measure(make_experiment(*changes, regime="fixed"), seed=1, n_runs=2)
+    expected = half_time(variance, selection_variance(2.0, 0.5))
+    assert measured["half-time"] == pytest.approx(np.ceil(expected), abs=4)
+
+
+def test_a_run_that_never_halves_its_distance_has_no_half_time() -> None:
+    experiment = make_experiment("evolution.generations=3", "moving_optimum.jump=50")
+    assert np.isnan(measure(experiment, seed=1)["half-time"])
+
+
+def test_a_share_above_1_is_refused() -> None:
+    with pytest.raises(
+        ExperimentError,
+        match=r"^moving_optimum\.learned_share = 1\.5: input should be less than or equal to 1",
+    ):
+        make_experiment("moving_optimum.learned_share=1.5")
+
+
+@pytest.mark.nightly
+def test_the_part_passes_all_checks() -> None:
+    assert [finding for finding in check_part(MovingOptimum) if finding.holds is False] == []
