@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -11,6 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from baldwinlab.analysis.stages.tuning import choose_values, measure_medians
+from baldwinlab.api.remaining_time import RemainingTime
 from baldwinlab.api.report import report
 from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunOptions
@@ -178,7 +178,7 @@ def run_stages(reproduction: StagedReproduction, options: RunOptions) -> StudySt
     specifications = reproduction.specifications_request()
     for request in (*tuning, confirmation, specifications):
         require_request(request, options)
-    clock = _Clock(
+    clock = RemainingTime(
         [
             *(_count_missing_steps(request, is_assayed=False) for request in tuning),
             _count_missing_steps(confirmation, is_assayed=True),
@@ -258,23 +258,3 @@ def _count_missing_steps(request: StudyRequest, is_assayed: bool) -> int:
             n_assayed = 0 if path.exists() and not n_missing else request.runs
             steps += n_assayed * experiment.agent_steps * N_LIVES
     return steps
-
-
-class _Clock:
-    """Estimate of the time left for all studies, from the speed of the studies that are done."""
-
-    def __init__(self, steps: Sequence[int]) -> None:
-        self._steps = steps
-        self._n_begun = 0
-        self._start = time.monotonic()
-
-    def announce(self, title: str) -> None:
-        """Print the title of the next study, and the time left for it and all later studies."""
-        done = sum(self._steps[: self._n_begun])
-        left = sum(self._steps[self._n_begun :])
-        self._n_begun += 1
-        seconds = time.monotonic() - self._start
-        note = f"{left:,} agent-steps left in all stages"
-        if done and left:
-            note += f", about {max(1, round(seconds * left / done / 60))} min"
-        console.info(f"{title}: study {self._n_begun} of {len(self._steps)}; {note}")

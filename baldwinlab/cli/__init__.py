@@ -39,6 +39,7 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
         "claims": Command("cli.claims", "claims", "DIRECTORY"),
         "status": Command("cli.status", "status", "DIRECTORY"),
         "gallery": Command("cli.gallery", "gallery", "[FOLDER]"),
+        "article": Command("cli.article", "article", "atlas"),
     },
     "Look": {
         "lab": Command("cli.lab", "lab", "[DIRECTORY]"),

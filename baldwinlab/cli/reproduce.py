@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 from cyclopts import Parameter
 
+from baldwinlab.api.atlas import AtlasRequest, publish_atlas, run_atlas
 from baldwinlab.api.gallery import ALL_PAPERS, reproduce_all
 from baldwinlab.api.reproduce import Reproduction, format_length_assignments, run_reproduction
 from baldwinlab.api.run_options import RunOptions
@@ -29,12 +30,15 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.papers import DEFAULT_PAPER, load
 from baldwinlab.papers.paper import STANDARD_VARIANT
 
+ATLAS: Final = "atlas"
+
 
 def reproduce(
     paper: Annotated[
         str,
         Parameter(
-            help="A paper, see `baldwinlab list papers`; the folder of a custom paper; or all."
+            help="A paper, see `baldwinlab list papers`; the folder of a custom paper; all; "
+            "or atlas."
         ),
     ] = DEFAULT_PAPER,
     /,
@@ -78,7 +82,8 @@ def reproduce(
 ) -> None:
     """Reproduce a paper: its conditions, statistics, assays, figures and report.
 
-    With `all`, every paper is reproduced, and gallery.html compares them. With --set, --generations
+    With `all`, every paper is reproduced, and gallery.html compares them. With `atlas`, the maps of
+    the atlas are simulated: when does learning become innate? With --set, --generations
     or --steps the model differs from the paper, and all results mark this. Stored runs are not
     repeated: the same command resumes an interrupted study.
 
@@ -102,6 +107,13 @@ def reproduce(
             executor=executor,
             force=force,
         )
+        return
+    if paper == ATLAS:
+        _require_plain_atlas(assignments, variant, generations, steps)
+        folder = out or Path("results") / (f"{ATLAS}-quick" if quick else ATLAS)
+        request = AtlasRequest(Path(folder), seed, runs, quick)
+        run_atlas(request, options)
+        publish_atlas(request)
         return
     paper_data = load(paper)
     length_assignments = format_length_assignments(paper_data, generations, steps)
@@ -131,4 +143,22 @@ def _require_one_paper(assignments: list[str] | None, variant: str) -> None:
         raise RefusedError(
             f"--variant {variant} applies to one paper only; {ALL_PAPERS} uses the standard "
             "variant of each paper"
+        )
+
+
+def _require_plain_atlas(
+    assignments: list[str] | None, variant: str, generations: int | None, steps: int | None
+) -> None:
+    """Raise RefusedError for options that change a model: the maps define the models."""
+    given = {
+        "--set": assignments,
+        "--variant": variant != STANDARD_VARIANT,
+        "--generations": generations,
+        "--steps": steps,
+    }
+    options = [option for option, value in given.items() if value]
+    if options:
+        raise RefusedError(
+            f"{', '.join(options)} applies to a paper; {ATLAS} has its own settings. Allowed are "
+            "--runs, --seed, --out, --quick, --workers and --executor"
         )

@@ -46,13 +46,19 @@ def count_lives(study: Conditions, condition: str) -> int:
 
 
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
-    """Measure `energy` and `distance`.
+    """Measure `energy` and `distance` in the assayed generations."""
+    return measure_generations(sample, assayed_generations(sample.experiment))
+
+
+def measure_generations(
+    sample: Sample, generations: Sequence[int]
+) -> Mapping[str, npt.NDArray[Any]]:
+    """Measure `energy` and `distance` in the given generations.
 
     `energy` has the dimensions [run, generation, life, agent], and `distance` [run, generation,
     layer, agent]. The energy is NaN for lifetimes that are not simulated.
     """
     experiment = sample.experiment
-    generations = assayed_generations(experiment)
     n_runs = len(sample.runs)
     n_agents = experiment.population.size
     n_layers = len(layer_names(experiment))

@@ -1,0 +1,149 @@
+"""Figures of the atlas: a heat map per pair of axes, and residual learning against the laws."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from typing import Final, NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from baldwinlab.analysis.atlas.laws import Law
+from baldwinlab.analysis.figures.style import (
+    BLACK,
+    DARK_GRAY,
+    FIGURE_WIDTH,
+    GRAY,
+    MARKERS,
+    styled,
+)
+from baldwinlab.analysis.palette import SERIES_COLORS
+
+# Range of the color of A. Values below 0 have the color of 0: the distance has grown.
+SHARE_RANGE: Final = (0.0, 1.0)
+COLORMAP: Final = "cividis"
+# Share of the range above which text is black.
+LIGHT_SHARE: Final = 0.55
+PANEL_WIDTH: Final = 3.4
+PANEL_HEIGHT: Final = 2.7
+MAX_LABEL: Final = 44
+
+
+class LawPoints(NamedTuple):
+    """Measured and predicted residual learning in the cells of a map."""
+
+    title: str
+    predicted: Sequence[float]
+    measured: Sequence[float]
+    low: Sequence[float]
+    high: Sequence[float]
+
+
+@styled
+def draw_maps(outcomes: xr.Dataset, axes_labels: Mapping[str, str], law: Law | None) -> Figure:
+    """Draw the assimilation A for each pair of axes of a map.
+
+    Parameters
+    ----------
+    outcomes : xr.Dataset
+        Outcomes of the map (swept fields, run).
+    axes_labels : mapping
+        Label of each field.
+    law : Law or None
+        Law whose prediction is drawn as contours.
+
+    Returns
+    -------
+    Figure
+        One panel per pair, averaged over the runs and the other axes.
+    """
+    share = outcomes["assimilation"].mean("run")
+    prediction = law.predict(outcomes) if law else None
+    pairs = list(combinations(axes_labels, 2))
+    figure = Figure((max(FIGURE_WIDTH / 2, PANEL_WIDTH * len(pairs)), PANEL_HEIGHT))
+    panels = figure.subplots(1, len(pairs), squeeze=False)[0]
+    for axes, (row, column) in zip(panels, pairs, strict=True):
+        other_axes = [dim for dim in share.dims if dim not in (row, column)]
+        _draw_cells(axes, share.mean(other_axes).transpose(row, column))
+        if prediction is not None and {row, column} & set(prediction.dims):
+            averaged = prediction.mean([dim for dim in other_axes if dim in prediction.dims])
+            _draw_contours(
+                axes, averaged.broadcast_like(share.mean(other_axes)).transpose(row, column)
+            )
+        axes.set(xlabel=_shorten(axes_labels[column]), ylabel=_shorten(axes_labels[row]))
+    image = panels[0].images[0]
+    figure.colorbar(image, ax=list(panels), label="assimilation A", shrink=0.9)
+    return figure
+
+
+def _shorten(label: str) -> str:
+    return label if len(label) <= MAX_LABEL else f"{label[: MAX_LABEL - 1]}…"
+
+
+def _draw_cells(axes: Axes, share: xr.DataArray) -> None:
+    """Draw the values as colored cells with numbers."""
+    low, high = SHARE_RANGE
+    axes.imshow(share.values, cmap=COLORMAP, vmin=low, vmax=high, aspect="auto", origin="lower")
+    axes.grid(visible=False)
+    for axis, dim in ((axes.yaxis, share.dims[0]), (axes.xaxis, share.dims[1])):
+        labels = [
+            f"{value:g}" if isinstance(value, int | float) else str(value)
+            for value in share[dim].values.tolist()
+        ]
+        axis.set_ticks(range(len(labels)), labels)
+    for (row, column), value in np.ndenumerate(share.values):
+        text = f"{value:.2f}" if np.isfinite(value) else "–"
+        is_light = value > low + LIGHT_SHARE * (high - low)
+        axes.text(column, row, text, ha="center", va="center", color=BLACK if is_light else "white")
+
+
+def _draw_contours(axes: Axes, prediction: xr.DataArray) -> None:
+    """Draw contours of the law, if it varies and the grid is large enough."""
+    values = prediction.values
+    if min(values.shape) < 2 or not np.isfinite(values).all() or np.ptp(values) == 0:
+        return
+    lines = axes.contour(values, levels=4, colors="white", linewidths=1.2)
+    axes.clabel(lines, fontsize=8, fmt="%.2g")
+
+
+@styled
+def draw_laws(points: Sequence[LawPoints]) -> Figure:
+    """Draw measured residual learning against the unfitted law, for all maps.
+
+    Parameters
+    ----------
+    points : sequence of LawPoints
+        One entry per map with a law.
+
+    Returns
+    -------
+    Figure
+        A square panel, with the line of equality.
+    """
+    figure = Figure((FIGURE_WIDTH, 4.6))
+    axes = figure.subplots()
+    top = max((max(group.predicted) for group in points), default=1.0)
+    top = max([top, *(max(group.measured) for group in points)])
+    axes.plot([0, top], [0, top], color=GRAY, lw=1, label="law = measurement")
+    for index, group in enumerate(points):
+        measured = np.array(group.measured)
+        errors = np.abs(np.array([group.low, group.high]) - measured)
+        axes.errorbar(
+            group.predicted,
+            measured,
+            yerr=np.nan_to_num(errors),
+            fmt=MARKERS[index % len(MARKERS)],
+            color=SERIES_COLORS[index % len(SERIES_COLORS)],
+            ms=4,
+            lw=0.8,
+            label=group.title,
+        )
+    axes.set(
+        xlabel="residual learning predicted by the law, nothing fitted",
+        ylabel="residual learning measured (mean, 95 %)",
+    )
+    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), labelcolor=DARK_GRAY)
+    return figure

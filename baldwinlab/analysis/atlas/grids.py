@@ -1,0 +1,134 @@
+"""Grids of the cells of a map for the page: colored cells with links to their curves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
+
+from baldwinlab.analysis.atlas.cell_curves import draw_panels
+from baldwinlab.analysis.atlas.figures import COLORMAP, LIGHT_SHARE, SHARE_RANGE
+from baldwinlab.analysis.atlas.laws import Law
+from baldwinlab.analysis.atlas.outcomes import OUTCOMES
+from baldwinlab.analysis.atlas.statistics import estimate_mean
+from baldwinlab.analysis.atlas.tables import list_cells
+
+UNDEFINED_COLOR: Final = "#dddddd"
+UNDEFINED_TEXT: Final = "–"
+LETTERS: Final = {
+    "assimilation": "A",
+    "innate_response": "I",
+    "selection_ratio": "P",
+    "t90": "t90",
+    "fork_history": "history",
+    "fork_regime": "regime",
+}
+
+
+def describe_cells(
+    name: str, outcomes: xr.Dataset, values: Sequence[xr.Dataset], law: Law | None
+) -> list[dict[str, Any]]:
+    """Return the template values of each cell, in the order of the points.
+
+    Parameters
+    ----------
+    name : str
+        Name of the map.
+    outcomes : xr.Dataset
+        Outcomes of the map (swept fields, run).
+    values : sequence of xr.Dataset
+        Variables of `reduce_cell` of each cell.
+    law : Law or None
+        Law of the map.
+    """
+    measured = law.measured(outcomes).mean("run") if law else None
+    predicted = (
+        law.predict(outcomes).broadcast_like(measured) if law and measured is not None else None
+    )
+    described = []
+    for number, (cell, curves) in enumerate(zip(list_cells(outcomes), values, strict=True)):
+        selected = outcomes.sel(cell)
+        share = float(selected["assimilation"].mean("run"))
+        described.append(
+            {
+                "id": f"{name}-{number:04d}",
+                "caption": ", ".join(f"{field} = {value}" for field, value in cell.items()),
+                "settings": cell,
+                "share": _format(share),
+                "color": _choose_color(share),
+                "text_color": "black" if _is_light(share) else "white",
+                "residual": _format(float(measured.sel(cell))) if measured is not None else "",
+                "law": _format(float(predicted.sel(cell))) if predicted is not None else "",
+                "outcomes": {
+                    LETTERS[outcome]: str(estimate_mean(selected[outcome])) for outcome in OUTCOMES
+                },
+                "panels": draw_panels(curves),
+            }
+        )
+    return described
+
+
+def _format(value: float) -> str:
+    return f"{value:.2f}" if np.isfinite(value) else UNDEFINED_TEXT
+
+
+def _choose_color(share: float) -> str:
+    if not np.isfinite(share):
+        return UNDEFINED_COLOR
+    low, high = SHARE_RANGE
+    return to_hex(colormaps[COLORMAP](np.clip((share - low) / (high - low), 0, 1)))
+
+
+def _is_light(share: float) -> bool:
+    low, high = SHARE_RANGE
+    return not np.isfinite(share) or share > low + LIGHT_SHARE * (high - low)
+
+
+def arrange_grids(
+    outcomes: xr.Dataset, labels: Mapping[str, str], cells: Sequence[Mapping[str, Any]]
+) -> Iterator[dict[str, Any]]:
+    """Yield a grid of the first two axes for each combination of the other axes.
+
+    Parameters
+    ----------
+    outcomes : xr.Dataset
+        Outcomes of the map.
+    labels : mapping
+        Label of each swept field.
+    cells : sequence of mapping
+        Values of `describe_cells`.
+    """
+    rows, columns, *other_axes = outcomes.attrs["fields"]
+    by_settings = {tuple(cell["settings"].items()): cell for cell in cells}
+    for fixed in product(*(outcomes[field].values.tolist() for field in other_axes)):
+        other_settings = dict(zip(other_axes, fixed, strict=True))
+        yield {
+            "caption": ", ".join(f"{labels[f]}: {value}" for f, value in other_settings.items()),
+            "columns": [_format_label(value) for value in outcomes[columns].values.tolist()],
+            "rows": [
+                {
+                    "value": _format_label(row),
+                    "cells": [
+                        by_settings[
+                            tuple(
+                                {
+                                    f: {rows: row, columns: column, **other_settings}[f]
+                                    for f in outcomes.attrs["fields"]
+                                }.items()
+                            )
+                        ]
+                        for column in outcomes[columns].values.tolist()
+                    ],
+                }
+                for row in outcomes[rows].values.tolist()
+            ],
+        }
+
+
+def _format_label(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, int | float) else str(value)

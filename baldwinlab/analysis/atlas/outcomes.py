@@ -1,0 +1,173 @@
+"""Outcomes of a cell of the atlas: the same quantities for every model, one value per run.
+
+| variable | dimensions | meaning |
+|---|---|---|
+| distance | run, generation | mean distance that learning covers |
+| innate_trait, control_innate_trait | run, generation | mean innate trait by learning |
+| selection_on, selection_off | run, generation | selection differentials of the innate trait |
+| fitness, control_fitness | run, generation | mean fitness of the agents |
+| founder_mean, founder_square | run | mean innate trait of founders, and mean of its square |
+| branch_innate_fitness | run, history, regime | mean innate fitness at the end of the fork |
+| measure: NAME | run | a measure of the model |
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.analysis.assays.fork import compute_effects, name_quantity
+from baldwinlab.analysis.estimands.assimilation import measure_assimilation
+from baldwinlab.analysis.estimands.selection_differentials import (
+    compute_differentials,
+    relative_difference,
+)
+from baldwinlab.analysis.estimands.traits import (
+    INNATE_FITNESS,
+    read_record,
+    select_innate_trait,
+    select_learned_distance,
+)
+from baldwinlab.experiment import BaseExperiment
+
+MEASURE_PREFIX: Final = "measure: "
+# Generations in the first and in the last window, of the measured generations.
+N_WINDOW: Final = 3
+# Share of the final assimilation that ends the time t90.
+PLATEAU_SHARE: Final = 0.9
+
+OUTCOMES: Final = {
+    "assimilation": "A: share of the learned distance that has become innate",
+    "innate_response": "I: innate trait minus that of the control, in SD of the founders",
+    "selection_ratio": "P: selection on the innate trait with learning, divided by that without",
+    "t90": "generations until 90 % of the final assimilation",
+    "fork_history": "fork: effect of the history of learning on innate fitness",
+    "fork_regime": "fork: effect of learning now on innate fitness",
+}
+"""Meaning of each outcome."""
+
+
+class CellData(NamedTuple):
+    """The simulated data of a cell.
+
+    Attributes
+    ----------
+    experiment : BaseExperiment
+        The experiment with learning.
+    learners, controls : xr.Dataset
+        All generations with and without learning (run, generation, agent).
+    innate : xr.Dataset
+        The assay `innate` in the measured generations.
+    fork : xr.Dataset
+        The assay `fork`.
+    """
+
+    experiment: BaseExperiment
+    learners: xr.Dataset
+    controls: xr.Dataset
+    innate: xr.Dataset
+    fork: xr.Dataset
+
+
+def reduce_cell(cell: CellData) -> xr.Dataset:
+    """Return the variables of the table above.
+
+    Parameters
+    ----------
+    cell : CellData
+        The data of a cell.
+
+    Returns
+    -------
+    xr.Dataset
+        Means over agents, float64.
+    """
+    generations = cell.innate["generation"]
+    learners, controls = (
+        data.sel(generation=generations) for data in (cell.learners, cell.controls)
+    )
+    trait = select_innate_trait(cell.learners, cell.innate, cell.experiment)
+    control_trait = controls["energy"]
+    model = cell.experiment.loaded_model
+    if model is not None and trait.name != INNATE_FITNESS:
+        control_trait = read_record(controls, model, model.innate_trait).values
+    founders = trait.values.isel(generation=0)
+    differentials = compute_differentials(cell.innate, trait.values, cell.experiment)
+    values = {
+        "innate_trait": trait.values.mean("agent"),
+        "control_innate_trait": control_trait.mean("agent"),
+        "selection_on": differentials["on"],
+        "selection_off": differentials["off"],
+        "fitness": learners["energy"].mean("agent"),
+        "control_fitness": controls["energy"].mean("agent"),
+        "founder_mean": founders.mean("agent"),
+        "founder_square": (founders**2).mean("agent"),
+        "branch_innate_fitness": cell.fork["innate_fitness"].isel(generation=0).mean("agent"),
+    }
+    distance = select_learned_distance(cell.learners, cell.innate, cell.experiment)
+    if distance is not None and not (model and model.assimilation_obstacle):
+        values["distance"] = distance.values
+    for name, measure in (cell.experiment.measures or {}).items():
+        values[MEASURE_PREFIX + name] = measure.of(cell.learners)
+    return xr.Dataset(
+        {name: value.astype(np.float64).reset_coords(drop=True) for name, value in values.items()}
+    )
+
+
+def compute_outcomes(cell: xr.Dataset) -> xr.Dataset:
+    """Return the outcomes of each run of a cell.
+
+    Parameters
+    ----------
+    cell : xr.Dataset
+        Variables of `reduce_cell`, with all runs of the cell.
+
+    Returns
+    -------
+    xr.Dataset
+        The variables of `OUTCOMES` (run). NaN where an outcome is not defined.
+    """
+    undefined = cell["founder_mean"] * np.nan
+    last = {"generation": slice(-N_WINDOW, None)}
+    # Founders of a clonal run do not vary, so their variance includes that between runs.
+    variance = cell["founder_square"].mean("run") - cell["founder_mean"].mean("run") ** 2
+    sd = variance.clip(min=0) ** 0.5
+    difference = (cell["innate_trait"] - cell["control_innate_trait"]).isel(last).mean("generation")
+    differentials = xr.Dataset({"on": cell["selection_on"], "off": cell["selection_off"]})
+    has_distance = "distance" in cell
+    effects = compute_effects(_as_fork(cell))
+    return xr.Dataset(
+        {
+            "assimilation": _assimilation(cell) if has_distance else undefined,
+            "innate_response": difference / sd.where(sd > 0),
+            "selection_ratio": relative_difference(differentials) + 1,
+            "t90": _time_to_plateau(cell["distance"]) if has_distance else undefined,
+            "fork_history": effects[name_quantity("history", "innate_fitness")],
+            "fork_regime": effects[name_quantity("regime", "innate_fitness")],
+        }
+    )
+
+
+def _as_fork(cell: xr.Dataset) -> xr.Dataset:
+    """Return the branches as an assay of one agent, the mean of all agents."""
+    innate_fitness = cell["branch_innate_fitness"].expand_dims("agent")
+    return xr.Dataset({"innate_fitness": innate_fitness, "fitness": innate_fitness})
+
+
+def _assimilation(cell: xr.Dataset) -> xr.DataArray:
+    interval = int(cell["generation"][1] - cell["generation"][0])
+    return measure_assimilation(cell["distance"], N_WINDOW * interval)
+
+
+def _time_to_plateau(distance: xr.DataArray) -> xr.DataArray:
+    """Return the first measured generation with 90 % of the final assimilation (run).
+
+    NaN in a run whose distance has not fallen.
+    """
+    first = distance.isel(generation=0)
+    fall = first - distance.isel(generation=slice(-N_WINDOW, None)).mean("generation")
+    has_fallen = (first - distance >= PLATEAU_SHARE * fall) & (fall > 0)
+    generation = distance["generation"].isel(generation=has_fallen.argmax("generation"))
+    return generation.where(fall > 0).reset_coords(drop=True)

@@ -1,0 +1,82 @@
+"""Tables of the atlas: one row per cell and outcome."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+
+from baldwinlab.analysis.atlas.laws import Law
+from baldwinlab.analysis.atlas.outcomes import OUTCOMES
+from baldwinlab.analysis.atlas.statistics import estimate_mean
+from baldwinlab.analysis.statistics.csv import finite_or_none
+
+RESIDUAL: Final = "residual"
+COLUMNS: Final = ("map", "cell", "settings", "outcome", "mean", "low", "high", "runs", "law")
+
+
+def list_cells(outcomes: xr.Dataset) -> Iterator[dict[str, Any]]:
+    """Yield the values of the swept fields of each cell, in the order of the points.
+
+    Parameters
+    ----------
+    outcomes : xr.Dataset
+        Outcomes of a map (swept fields, run). Its attribute `fields` lists the fields.
+    """
+    fields = outcomes.attrs["fields"]
+    for values in product(*(outcomes[field].values.tolist() for field in fields)):
+        yield dict(zip(fields, values, strict=True))
+
+
+def tabulate(name: str, outcomes: xr.Dataset, law: Law | None) -> list[dict[str, Any]]:
+    """Return a row per cell and outcome, with the mean over runs and its 95 % interval.
+
+    Parameters
+    ----------
+    name : str
+        Name of the map.
+    outcomes : xr.Dataset
+        Outcomes of the map (swept fields, run).
+    law : Law or None
+        Law of the map. The outcome "residual" is the predicted quantity.
+
+    Returns
+    -------
+    list of dict
+        Rows with `COLUMNS`.
+    """
+    values = {outcome: outcomes[outcome] for outcome in OUTCOMES}
+    prediction = None
+    if law is not None:
+        values[RESIDUAL] = law.measured(outcomes)
+        prediction = law.predict(outcomes).broadcast_like(values[RESIDUAL].isel(run=0, drop=True))
+    rows = []
+    for number, cell in enumerate(list_cells(outcomes)):
+        settings = ", ".join(f"{field} = {value}" for field, value in cell.items())
+        for outcome, array in values.items():
+            interval = estimate_mean(array.sel(cell))
+            rows.append(
+                {
+                    "map": name,
+                    "cell": f"point-{number:04d}",
+                    "settings": settings,
+                    "outcome": outcome,
+                    "mean": finite_or_none(interval.mean),
+                    "low": finite_or_none(interval.low),
+                    "high": finite_or_none(interval.high),
+                    "runs": interval.runs,
+                    "law": finite_or_none(float(prediction.sel(cell)))
+                    if prediction is not None and outcome == RESIDUAL
+                    else None,
+                }
+            )
+    return rows
+
+
+def summarize_curve(values: xr.DataArray) -> list[float]:
+    """Return the mean over runs of a curve (run, generation)."""
+    means: list[float] = np.asarray(values.mean("run"), np.float64).tolist()
+    return means

@@ -1,0 +1,265 @@
+"""Write the results of the atlas: page, figures, tables and netCDF files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from baldwinlab.analysis.atlas.cell_curves import HEIGHT, WIDTH
+from baldwinlab.analysis.atlas.claims import ClaimResult, evaluate_claims
+from baldwinlab.analysis.atlas.figures import LawPoints, draw_laws, draw_maps
+from baldwinlab.analysis.atlas.grids import arrange_grids, describe_cells
+from baldwinlab.analysis.atlas.laws import LAWS, Law
+from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX, compute_outcomes
+from baldwinlab.analysis.atlas.tables import COLUMNS, RESIDUAL, tabulate
+from baldwinlab.analysis.report import Section, render, write_page
+from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
+from baldwinlab.analysis.statistics.csv import to_csv
+from baldwinlab.analysis.statistics.rules import VERDICTS
+from baldwinlab.api.atlas.run import AtlasRequest, PlannedMap, plan_maps, read_map, stack_cells
+from baldwinlab.core import console
+from baldwinlab.core.deferred import xr
+from baldwinlab.core.file_writing import write_atomically, write_json
+from baldwinlab.core.netcdf import to_bytes
+from baldwinlab.papers.atlas_design import CLAIMS_FILE, AtlasDesign, read_atlas
+from baldwinlab.papers.design import FROZEN_FILE
+
+PAGE_FILE: Final = "atlas.html"
+TABLE_FILE: Final = "atlas.csv"
+CLAIM_RESULTS_FILE: Final = "claims.json"
+
+
+@dataclass(frozen=True)
+class MapResults:
+    """The stored cells of a map, and their outcomes in the confirmatory runs."""
+
+    planned: PlannedMap
+    cells: Mapping[str, xr.Dataset]
+    outcomes: xr.Dataset
+
+    @property
+    def name(self) -> str:
+        """Name of the map."""
+        return self.planned.atlas_map.name
+
+    @property
+    def title(self) -> str:
+        """Title of the map."""
+        return self.planned.atlas_map.title
+
+    @property
+    def law(self) -> Law | None:
+        """Law of the map, None if it has none."""
+        return LAWS.get(self.planned.atlas_map.law)
+
+    @cached_property
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the rows of the table of all outcomes."""
+        return tabulate(self.name, self.outcomes, self.law)
+
+
+@dataclass(frozen=True)
+class AtlasResults:
+    """Everything that the page and the article state."""
+
+    design: AtlasDesign
+    maps: Sequence[MapResults]
+    claims: Sequence[ClaimResult]
+    digests: Mapping[str, str]
+    exploration_runs: int
+    seed: int
+
+
+def read_results(request: AtlasRequest) -> AtlasResults:
+    """Return the results of a finished atlas.
+
+    Parameters
+    ----------
+    request : AtlasRequest
+        Directory, seed and size of the atlas.
+    """
+    design = read_atlas()
+    size = request.choose_size(design)
+    maps = [
+        _read_map(planned, request.seed, size.exploration_runs)
+        for planned in plan_maps(request, design)
+    ]
+    results = evaluate_claims(design.claims, {result.name: result.outcomes for result in maps})
+    digests = json.loads((request.directory / FROZEN_FILE).read_text("utf-8"))
+    return AtlasResults(design, maps, results, digests, size.exploration_runs, request.seed)
+
+
+def _read_map(planned: PlannedMap, seed: int, exploration_runs: int) -> MapResults:
+    cells = {
+        name: cell.isel(run=slice(exploration_runs, None))
+        for name, cell in read_map(planned, seed).items()
+    }
+    outcomes = {
+        name: xr.merge([compute_outcomes(cell), _select_measures(cell)])
+        for name, cell in cells.items()
+    }
+    return MapResults(planned, cells, stack_cells(planned, outcomes))
+
+
+def _select_measures(cell: xr.Dataset) -> xr.Dataset:
+    return cell[[name for name in cell.data_vars if str(name).startswith(MEASURE_PREFIX)]]
+
+
+def publish_atlas(request: AtlasRequest) -> AtlasResults:
+    """Write the page, the figures, the tables and the netCDF files of a finished atlas.
+
+    Parameters
+    ----------
+    request : AtlasRequest
+        Directory, seed and size of the atlas.
+
+    Returns
+    -------
+    AtlasResults
+        The results.
+
+    Raises
+    ------
+    OSError
+        A file cannot be written.
+    """
+    folder = request.directory
+    results = read_results(request)
+    rows = [row for result in results.maps for row in result.rows]
+    write_atomically(folder / TABLE_FILE, to_csv(COLUMNS, rows))
+    for result in results.maps:
+        write_atomically(folder / f"{result.name}.nc", to_bytes(_encode_labels(result.outcomes)))
+    write_json(folder / CLAIM_RESULTS_FILE, [_claim_record(result) for result in results.claims])
+    figures = folder / "figures"
+    console.info("drawing the figures")
+    sections = [
+        Section("laws", "Residual learning and the laws", _render_laws(results, figures)),
+        Section("claims", "Claims", _render_claims(results)),
+        *(
+            Section(result.name, result.title, _render_map(result, results, figures))
+            for result in results.maps
+        ),
+    ]
+    lead = " ".join(describe_claims(results.claims))
+    write_page(results.design.title, lead, sections, folder / PAGE_FILE, figures)
+    console.info(f"{folder / PAGE_FILE}", has_address=True)
+    return results
+
+
+def _encode_labels(outcomes: xr.Dataset) -> xr.Dataset:
+    """Return outcomes whose attributes netCDF can hold."""
+    attributes = {name: str(value) for name, value in outcomes.attrs.items()}
+    return outcomes.assign_attrs(attributes)
+
+
+def _claim_record(result: ClaimResult) -> dict[str, Any]:
+    claim, evaluation = result
+    return {
+        "id": claim.id,
+        "claim": claim.claim,
+        "rule": claim.complete_rule,
+        **evaluation._asdict(),
+    }
+
+
+def describe_claims(claims: Sequence[ClaimResult]) -> list[str]:
+    """Return sentences with the claims of each verdict.
+
+    Parameters
+    ----------
+    claims : sequence of ClaimResult
+        The evaluated claims.
+    """
+    sentences = []
+    for verdict in VERDICTS:
+        names = [claim.id for claim, evaluation in claims if evaluation.verdict == verdict]
+        if names:
+            sentences.append(f"{verdict.capitalize()}: {', '.join(names)}.")
+    return sentences
+
+
+def _render_laws(results: AtlasResults, figures: Path) -> str:
+    points = [collect_points(result) for result in results.maps if result.law]
+    figure = ReportFigure(
+        "laws",
+        "Residual learning against the laws",
+        "One point per cell: the quantity that the law of the map predicts, mean over runs with "
+        "95 % interval (Student's t). Nothing is fitted. The quantity of each map is in its "
+        "section.",
+        "Measured residual learning against the prediction, one point per cell.",
+        draw_laws([group for group in points if group.predicted]),
+        [row for result in results.maps for row in result.rows if row["outcome"] == RESIDUAL],
+    )
+    style = render("atlas/style.html")
+    return style + render("atlas/laws.html", figure=save_and_inline(figure, figures))
+
+
+def collect_points(result: MapResults) -> LawPoints:
+    """Return the measured and the predicted residual learning of the cells of a map.
+
+    Parameters
+    ----------
+    result : MapResults
+        The map, which has a law.
+    """
+    rows = [
+        row
+        for row in result.rows
+        if row["outcome"] == RESIDUAL and None not in (row["mean"], row["law"])
+    ]
+    columns = {
+        name: [np.nan if row[name] is None else row[name] for row in rows]
+        for name in ("law", "mean", "low", "high")
+    }
+    return LawPoints(result.title, columns["law"], columns["mean"], columns["low"], columns["high"])
+
+
+def _render_claims(results: AtlasResults) -> str:
+    return render(
+        "atlas/claims.html",
+        results=results.claims,
+        claims_file=CLAIMS_FILE,
+        digest=results.digests[CLAIMS_FILE],
+    )
+
+
+def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str:
+    atlas_map = result.planned.atlas_map
+    figure = ReportFigure(
+        result.name,
+        result.title,
+        "Share A of the learned distance that has become innate, mean over runs and the other "
+        "axes. 1: nothing remains to be learned; 0: no change or growth."
+        + (" White lines: the law." if result.law else ""),
+        f"Assimilation in the cells of the map {result.title}.",
+        draw_maps(result.outcomes, atlas_map.axes, result.law),
+        result.rows,
+    )
+    cells = describe_cells(result.name, result.outcomes, list(result.cells.values()), result.law)
+    for cell, experiment in zip(cells, result.planned.cells, strict=True):
+        file = f"{result.name}/runs/{experiment.name}/experiment.toml"
+        cell["command"] = (
+            f"baldwinlab run {file} --seed {results.seed} --runs {len(result.planned.runs)}"
+        )
+    first = next(iter(result.cells.values()))
+    return render(
+        "atlas/map.html",
+        title=result.title,
+        description=atlas_map.description,
+        figure=save_and_inline(figure, figures),
+        law=result.law.quantity if result.law else "",
+        labels=list(atlas_map.axes.values()),
+        grids=list(arrange_grids(result.outcomes, atlas_map.axes, cells)),
+        cells=cells,
+        width=WIDTH,
+        height=HEIGHT,
+        generations=[int(first["generation"][0]), int(first["generation"][-1])],
+        runs=first.sizes["run"],
+        first_run=int(first["run"][0]),
+    )

@@ -1,0 +1,340 @@
+"""Run the atlas: the missing cells of all maps, in one folder.
+
+DIR/MAP/            a study of the map, which is a sweep
+DIR/MAP/cells/*.nc  values of each cell
+DIR/frozen.json     SHA-256 of the files of the atlas at the first start
+DIR/request.json    seed, number of runs and form of the atlas
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import tomlkit
+
+from baldwinlab._version import __version__
+from baldwinlab.api.atlas.cells import CellTask
+from baldwinlab.api.interruptions import report_progress_on_error
+from baldwinlab.api.remaining_time import RemainingTime
+from baldwinlab.api.run_options import RunOptions
+from baldwinlab.core import console
+from baldwinlab.core.deferred import xr
+from baldwinlab.core.errors import ArgumentError, RefusedError, require_positive
+from baldwinlab.core.file_writing import write_atomically, write_json
+from baldwinlab.core.files import ASSAY_FILE, RESULTS_FILE, read_bytes
+from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
+from baldwinlab.experiment import Experiment
+from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.experiment.toml import to_toml
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.papers.atlas_design import (
+    AtlasDesign,
+    AtlasMap,
+    Size,
+    digest_atlas,
+    read_atlas,
+)
+from baldwinlab.papers.design import FROZEN_FILE
+from baldwinlab.simulation.compilation import compile_experiments
+from baldwinlab.simulation.simulate import check_seed
+from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.records import write_in_study
+from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep, label_points
+from baldwinlab.studies.sweeps.file import Sweep, read_sweep
+
+CELL_FOLDER: Final = "cells"
+REQUEST_FILE: Final = "request.json"
+
+
+@dataclass(frozen=True)
+class AtlasRequest:
+    """An atlas to run.
+
+    Attributes
+    ----------
+    directory
+        Folder of the studies.
+    seed
+        Seed of all runs.
+    runs
+        Number of runs of each cell; None for the number in the design.
+    is_quick
+        Whether to run the short form.
+    """
+
+    directory: Path
+    seed: int = 0
+    runs: int | None = None
+    is_quick: bool = False
+
+    def choose_size(self, design: AtlasDesign) -> Size:
+        """Return the numbers of runs of a cell.
+
+        Parameters
+        ----------
+        design
+            The design of the atlas.
+
+        Raises
+        ------
+        ArgumentError
+            `runs` leaves no confirmatory run.
+        """
+        size = design.quick if self.is_quick else design.full
+        if self.runs is None:
+            return size
+        require_positive("runs", self.runs)
+        if self.runs <= size.exploration_runs:
+            allowed = f"must be more than the {size.exploration_runs} exploratory runs"
+            raise ArgumentError("runs", self.runs, allowed)
+        return size.model_copy(update={"runs": self.runs})
+
+
+@dataclass(frozen=True)
+class PlannedMap:
+    """A map of the atlas, with the experiments of its cells."""
+
+    atlas_map: AtlasMap
+    sweep: Sweep
+    cells: Sequence[Experiment]
+    directory: Path
+    runs: tuple[int, ...]
+
+    def path(self, cell: str) -> Path:
+        """Return the file of the values of a cell.
+
+        Parameters
+        ----------
+        cell
+            Name of the cell.
+        """
+        return self.directory / CELL_FOLDER / f"{cell}.nc"
+
+    def find_missing(self, seed: int) -> list[CellTask]:
+        """Return the tasks of the cells whose values are not stored.
+
+        Parameters
+        ----------
+        seed
+            Seed of the atlas.
+        """
+        return [
+            CellTask(cell, self.runs) for cell in self.cells if self.read_cell(cell, seed) is None
+        ]
+
+    def read_cell(self, cell: Experiment, seed: int) -> xr.Dataset | None:
+        """Return the values of a cell, None if they are missing, damaged or of other settings.
+
+        Parameters
+        ----------
+        cell
+            Experiment of the cell.
+        seed
+            Seed of the atlas.
+        """
+        path = self.path(cell.name)
+        try:
+            raw = read_bytes(path, ASSAY_FILE)
+            verify_checksum(raw)
+            data = from_bytes(raw)
+        except FileNotFoundError:
+            return None
+        except (DamagedError, ValueError, OSError) as error:
+            console.warn(f"{path} cannot be read: {error}; the cell is simulated again")
+            return None
+        identity = _identify(cell, seed)
+        is_same = all(data.attrs.get(name) == value for name, value in identity.items())
+        return data if is_same and tuple(data["run"].values.tolist()) == self.runs else None
+
+
+def _identify(cell: Experiment, seed: int) -> dict[str, str]:
+    """Return the attributes that identify the values of a cell."""
+    return {"experiment": to_toml(cell), "seed": str(seed)}
+
+
+def open_atlas(directory: Path) -> AtlasRequest:
+    """Return the request of a stored atlas.
+
+    Parameters
+    ----------
+    directory
+        Folder of the atlas.
+
+    Raises
+    ------
+    RefusedError
+        The folder holds no atlas.
+    """
+    path = directory / REQUEST_FILE
+    try:
+        stored = json.loads(read_bytes(path, RESULTS_FILE))
+        return AtlasRequest(directory, stored["seed"], stored["runs"], stored["is_quick"])
+    except FileNotFoundError:
+        raise RefusedError(
+            f"{directory} holds no atlas: it has no {REQUEST_FILE}. "
+            "`baldwinlab reproduce atlas` makes one"
+        ) from None
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise RefusedError(f"{path} cannot be read: {error}") from None
+
+
+def run_atlas(request: AtlasRequest, options: RunOptions) -> list[PlannedMap]:
+    """Run the missing cells of all maps. A repeated call continues.
+
+    Parameters
+    ----------
+    request
+        Directory, seed and size.
+    options
+        Workers, executor and force.
+
+    Returns
+    -------
+    list of PlannedMap
+        The maps, whose cells are all stored.
+
+    Raises
+    ------
+    ArgumentError
+        A number is out of range.
+    StudyError
+        A directory holds another study.
+    InterruptedStudyError
+        A worker or a disk failed. The stored cells remain.
+    """
+    check_seed(request.seed)
+    options.make_executor()
+    design = read_atlas()
+    maps = list(plan_maps(request, design))
+    studies = [_open_map(planned, request.seed) for planned in maps]
+    _freeze_design(request.directory, design)
+    write_json(request.directory / REQUEST_FILE, _describe_request(request))
+    missing = [planned.find_missing(request.seed) for planned in maps]
+    clock = RemainingTime([sum(task.agent_steps for task in tasks) for tasks in missing])
+    for planned, study, tasks in zip(maps, studies, missing, strict=True):
+        clock.announce(planned.atlas_map.title)
+        if tasks:
+            _run_cells(planned, study, tasks, options)
+    return maps
+
+
+def plan_maps(request: AtlasRequest, design: AtlasDesign) -> Iterator[PlannedMap]:
+    """Yield the maps with their cells.
+
+    Parameters
+    ----------
+    request
+        Directory, seed and size.
+    design
+        The design of the atlas.
+    """
+    size = request.choose_size(design)
+    for atlas_map in design.maps:
+        sweep = read_sweep(atlas_map.sweep_file)
+        if request.is_quick:
+            quick = {field: list(values) for field, values in atlas_map.quick.items()}
+            sweep = sweep.model_copy(update={"fields": {**sweep.fields, **quick}})
+        yield PlannedMap(
+            atlas_map,
+            sweep,
+            expand_sweep(sweep, atlas_map.sweep_file),
+            request.directory / atlas_map.name,
+            tuple(range(size.runs)),
+        )
+
+
+def _open_map(planned: PlannedMap, seed: int) -> StudyStore:
+    """Return the study of a map. Create it if it does not exist."""
+    study = create_study(planned.directory, planned.cells, seed, SWEEP)
+    sweep = planned.sweep.model_copy(update={"runs": len(planned.runs), "seed": seed})
+    tables = sweep.model_dump(by_alias=True, exclude_defaults=True)
+    write_atomically(planned.directory / SWEEP_FILE_NAME, tomlkit.dumps(tables).encode())
+    return study
+
+
+def _describe_request(request: AtlasRequest) -> dict[str, Any]:
+    return {"seed": request.seed, "runs": request.runs, "is_quick": request.is_quick}
+
+
+def _freeze_design(directory: Path, design: AtlasDesign) -> None:
+    """Store the SHA-256 of the files of the atlas, unless an earlier start has stored them."""
+    path = directory / FROZEN_FILE
+    if not path.exists():
+        write_atomically(path, json.dumps(digest_atlas(design), indent=2).encode())
+
+
+def _run_cells(
+    planned: PlannedMap, study: StudyStore, tasks: Sequence[CellTask], options: RunOptions
+) -> None:
+    executor = options.make_executor()
+    compile_experiments(
+        (experiment for task in tasks for experiment in task.experiments), log=console.info
+    )
+    n_missing = len(tasks)
+
+    def store(task: CellTask, values: xr.Dataset) -> None:
+        nonlocal n_missing
+        identity = _identify(task.experiment, study.seed)
+        labeled = values.assign_attrs(identity, baldwinlab=__version__)
+        path = planned.path(task.experiment.name)
+        write_in_study(study.directory, path, to_bytes(labeled))
+        n_missing -= 1
+
+    def describe_stored() -> str:
+        n_cells = len(planned.cells)
+        return f"{n_cells - n_missing} of {n_cells} cells are stored in {planned.directory}"
+
+    with (
+        report_progress_on_error(planned.directory, describe_stored),
+        console.progress("simulating", sum(task.agent_steps for task in tasks)) as show_progress,
+        closing(executor.run(study, tasks, executor.workers, CPU, store)) as increments,
+    ):
+        for agent_steps in increments:
+            show_progress(agent_steps)
+
+
+def read_map(planned: PlannedMap, seed: int) -> Mapping[str, xr.Dataset]:
+    """Return the values of all cells of a map, by name.
+
+    Parameters
+    ----------
+    planned
+        The map.
+    seed
+        Seed of the atlas.
+
+    Raises
+    ------
+    RefusedError
+        A cell is not stored.
+    """
+    cells = {}
+    for cell in planned.cells:
+        data = planned.read_cell(cell, seed)
+        if data is None:
+            raise RefusedError(
+                f"{planned.path(cell.name)} is missing; `baldwinlab reproduce atlas` simulates it"
+            )
+        cells[cell.name] = data
+    return cells
+
+
+def stack_cells(planned: PlannedMap, cells: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Return datasets of cells as one dataset, with a dimension per swept field.
+
+    Parameters
+    ----------
+    planned
+        The map.
+    cells
+        A dataset per cell, in the order of the map.
+    """
+    stacked = xr.concat(list(cells.values()), "condition", combine_attrs="drop")
+    stacked = stacked.assign_coords(condition=list(cells))
+    return label_points(StudyStore(planned.directory), stacked)

@@ -1,0 +1,40 @@
+"""Estimate of the time left for a sequence of studies."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+from baldwinlab.core import console
+
+
+class RemainingTime:
+    """Estimate of the time left for all studies, from the speed of the studies that are done.
+
+    Parameters
+    ----------
+    steps
+        Number of missing agent-steps of each study.
+    """
+
+    def __init__(self, steps: Sequence[int]) -> None:
+        self._steps = steps
+        self._n_begun = 0
+        self._start = time.monotonic()
+
+    def announce(self, title: str) -> None:
+        """Print the title of the next study, and the time left for it and all later studies.
+
+        Parameters
+        ----------
+        title
+            Title of the study.
+        """
+        done = sum(self._steps[: self._n_begun])
+        left = sum(self._steps[self._n_begun :])
+        self._n_begun += 1
+        seconds = time.monotonic() - self._start
+        note = f"{left:,} agent-steps left in all stages"
+        if done and left:
+            note += f", about {max(1, round(seconds * left / done / 60))} min"
+        console.info(f"{title}: study {self._n_begun} of {len(self._steps)}; {note}")

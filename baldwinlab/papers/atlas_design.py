@@ -1,0 +1,91 @@
+"""Design of the atlas: its maps, their laws and its claims, read from the folder `papers/atlas`.
+
+atlas.toml    title, numbers of runs, and the maps
+NAME.toml     file of the sweep of the map NAME: see docs/reference/sweeps.md
+claims.toml   the claims, which are stated before the confirmatory runs
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from pydantic import Field
+
+from baldwinlab.papers.loading import DeclaredTable, read_tables, validate_tables
+
+FOLDER: Final = Path(__file__).with_name("atlas")
+DESIGN_FILE: Final = "atlas.toml"
+CLAIMS_FILE: Final = "claims.toml"
+
+
+class Size(DeclaredTable):
+    """Numbers of runs of a cell.
+
+    Runs 0 to `exploration_runs` - 1 explore; the others confirm.
+    """
+
+    runs: int = Field(ge=2)
+    exploration_runs: int = Field(ge=1)
+
+
+class AtlasMap(DeclaredTable):
+    """A map: a model on a grid of settings."""
+
+    name: str = Field(pattern=r"^[a-z-]+$")
+    title: str
+    # The model, in one sentence.
+    description: str
+    # Label of each swept field.
+    axes: Mapping[str, str]
+    # Law of `analysis.atlas.laws` that is drawn with the values, "" if there is none.
+    law: str = ""
+    # Values of the swept fields in the quick form. Other fields keep their values.
+    quick: Mapping[str, tuple[Any, ...]] = Field(default_factory=dict)
+
+    @property
+    def sweep_file(self) -> Path:
+        """Return the file of the sweep."""
+        return FOLDER / f"{self.name}.toml"
+
+
+class AtlasClaim(DeclaredTable):
+    """A claim, with the rule by which it fails."""
+
+    id: str = Field(pattern=r"^X\d+$")
+    claim: str
+    rule: str
+    # Numbers of the rule, which names them in braces.
+    bounds: Mapping[str, float] = Field(default_factory=dict)
+
+    @property
+    def complete_rule(self) -> str:
+        """Return the rule with its numbers."""
+        numbers = {name: f"{number:g}" for name, number in self.bounds.items()}
+        return self.rule.format_map(numbers)
+
+
+class AtlasDesign(DeclaredTable):
+    """The fields of `atlas.toml` and `claims.toml`."""
+
+    title: str
+    full: Size
+    quick: Size
+    maps: tuple[AtlasMap, ...] = Field(min_length=1)
+    claims: tuple[AtlasClaim, ...] = Field(min_length=1)
+
+
+def read_atlas() -> AtlasDesign:
+    """Return the design of the atlas. Raises PaperError."""
+    path = FOLDER / DESIGN_FILE
+    return validate_tables(
+        AtlasDesign, {**read_tables(path), **read_tables(FOLDER / CLAIMS_FILE)}, path
+    )
+
+
+def digest_atlas(design: AtlasDesign) -> dict[str, str]:
+    """Return the SHA-256 of each file of the atlas, by the name of the file."""
+    names = [DESIGN_FILE, CLAIMS_FILE, *(atlas_map.sweep_file.name for atlas_map in design.maps)]
+    return {name: hashlib.sha256((FOLDER / name).read_bytes()).hexdigest() for name in names}
