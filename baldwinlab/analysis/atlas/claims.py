@@ -38,6 +38,7 @@ CORRELATION: Final = "nk_climbers.correlation"
 SELECTION: Final = "evolution.selection"
 TOURNAMENT: Final = "larger-tournament"
 ROULETTE: Final = "roulette"
+RANK: Final = "rank"
 SHARE: Final = "moving_optimum.learned_share"
 SPEED: Final = "moving_optimum.speed"
 COSTS: Final = {
@@ -184,18 +185,22 @@ def _evaluate_cost_of_bits(maps: Maps, bounds: Bounds) -> Decision:
 
 def _evaluate_gain(maps: Maps, bounds: Bounds) -> Decision:
     """Evaluate X4: the sign of the innate response on smooth slopes."""
-    slope = maps["slope"]
+    slope = maps["slope"].sel({SELECTION: ROULETTE})
     response = slope["innate_response"].mean("run")
     # log g(x) is a constant plus step * curvature * x.
     change = (slope[STEP] * slope[CURVATURE]).broadcast_like(response)
     is_tested = (change != 0) & response.notnull()
     agrees = (np.sign(response) == np.sign(change)).where(is_tested)
     share = float(agrees.mean())
+    ranked = maps["slope"]["innate_response"].sel({SELECTION: RANK})
+    cells = ranked.stack(cell=[CURVATURE, STEP]).transpose("cell", "run")
+    n_equivalent = sum(is_equivalent(values, bounds["response"]) for values in cells)
     numbers = (
-        f"The signs agree in {int(agrees.sum())} of {int(is_tested.sum())} cells with a changing "
-        "gain."
+        f"Roulette: the signs agree in {int(agrees.sum())} of {int(is_tested.sum())} cells with a "
+        f"changing gain. Ranks: the response is equivalent to 0 in {n_equivalent} of {len(cells)} "
+        "cells."
     )
-    return _decide(share >= bounds["cells"]), numbers
+    return _decide(share >= bounds["cells"] and n_equivalent == len(cells)), numbers
 
 
 def _evaluate_mismatch(maps: Maps, bounds: Bounds) -> Decision:

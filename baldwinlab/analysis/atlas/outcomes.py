@@ -35,6 +35,8 @@ from baldwinlab.experiment import BaseExperiment
 MEASURE_PREFIX: Final = "measure: "
 # Generations in the first and in the last window, of the measured generations.
 N_WINDOW: Final = 3
+# Sum of selection differentials below which the selection without learning is rounding, in SD.
+MIN_SELECTION: Final = 1e-6
 # Share of the final assimilation that ends the time t90.
 PLATEAU_SHARE: Final = 0.9
 
@@ -135,19 +137,25 @@ def compute_outcomes(cell: xr.Dataset) -> xr.Dataset:
     variance = cell["founder_square"].mean("run") - cell["founder_mean"].mean("run") ** 2
     sd = variance.clip(min=0) ** 0.5
     difference = (cell["innate_trait"] - cell["control_innate_trait"]).isel(last).mean("generation")
-    differentials = xr.Dataset({"on": cell["selection_on"], "off": cell["selection_off"]})
     has_distance = "distance" in cell
     effects = compute_effects(_as_fork(cell))
     return xr.Dataset(
         {
             "assimilation": _assimilation(cell) if has_distance else undefined,
             "innate_response": difference / sd.where(sd > 0),
-            "selection_ratio": relative_difference(differentials) + 1,
+            "selection_ratio": _selection_ratio(cell),
             "t90": _time_to_plateau(cell["distance"]) if has_distance else undefined,
             "fork_history": effects[name_quantity("history", "innate_fitness")],
             "fork_regime": effects[name_quantity("regime", "innate_fitness")],
         }
     )
+
+
+def _selection_ratio(cell: xr.Dataset) -> xr.DataArray:
+    """Return the sum of S_on over the generations, divided by that of S_off (run)."""
+    differentials = xr.Dataset({"on": cell["selection_on"], "off": cell["selection_off"]})
+    is_selected = differentials["off"].sum("generation") > MIN_SELECTION
+    return (relative_difference(differentials) + 1).where(is_selected)
 
 
 def _as_fork(cell: xr.Dataset) -> xr.Dataset:
