@@ -67,6 +67,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "slope-climbers": f"{_MODELS}.slope_climbers:SlopeClimbers",
         "plastic-prisoners": f"{_MODELS}.plastic_prisoners.model:PlasticPrisoners",
         "t-mazes": f"{_MODELS}.t_mazes.model:TMazes",
+        "two-state-forager": f"{_MODELS}.two_state_forager:TwoStateForager",
     },
     "sense": {
         "compass": f"{_MINIWORLD}.senses.binary:Compass",

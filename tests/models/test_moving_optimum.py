@@ -1,4 +1,4 @@
-"""Test numbers that follow a moving optimum, against plain Python and the laws of a normal trait."""
+"""Test numbers that follow a moving optimum, with plain Python and the laws of a normal trait."""
 
 from __future__ import annotations
 

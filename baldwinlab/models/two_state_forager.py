@@ -1,0 +1,176 @@
+"""The model of foragers with two resources, one of which is better: innate preference or learning.
+
+The better resource is the state. It persists from step to step with the probability w, and from
+the first step of a parent's life to that of its child with the probability b. A genome has two
+alleles. The second is the innate preference, with which each agent begins. The first is 1 in
+agents that learn: after the first step, they take the resource that was better in the last step
+(win-stay, lose-shift). Other agents keep their innate preference.
+
+The payoff of an agent is the share of steps in which it takes the better resource. Learning has a
+cost. Fitness is 1 + payoff - cost.
+
+By default, each agent has its own states. The preference is then relative to the first state of
+the parent's life: 1 is the same resource, which makes an innate tracker. With `shared`, all agents
+of a generation have the same states, and a preference is one of the two resources.
+
+References
+----------
+D. W. Stephens, "Change, regularity, and value in the evolution of animal learning", Behavioral
+Ecology 2 (1991).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.core.deferred import xr
+from baldwinlab.parts import (
+    FOUNDER,
+    LIFE,
+    PER_AGENT_DIMS,
+    Field,
+    LifeResults,
+    Measure,
+    Model,
+    Variable,
+    uniforms,
+)
+
+# Generation number of the random numbers for the first states. No lifetime uses this number.
+STATE_GENERATION: Final = 2**32 - 1
+
+States = npt.NDArray[np.int64]
+
+
+def _match_of_second_half(runs: xr.Dataset) -> xr.DataArray:
+    """Return the share of agents with a correct preference over the second half of the run."""
+    second_half = slice(runs.sizes["generation"] // 2, None)
+    return runs["innate_match"].isel(generation=second_half).mean(("generation", "agent"))
+
+
+class TwoStateForager(Model, name="two-state-forager"):
+    """Foragers that prefer one of two resources from birth, or learn which is better."""
+
+    between_persistence: float = Field(
+        0.9,
+        ge=0,
+        le=1,
+        description="Probability that a life begins in the first state of the parent's life.",
+    )
+    within_persistence: float = Field(
+        0.95, ge=0, le=1, description="Probability that a step has the state of the step before."
+    )
+    life_steps: int = Field(10, ge=1, le=10_000, description="Number of steps in a lifetime.")
+    learning: bool = Field(
+        True, description="Whether agents with the learning allele learn. Otherwise no agent does."
+    )
+    cost: float = Field(0.1, ge=0, le=1, description="Cost of learning in a lifetime, in fitness.")
+    shared: bool = Field(
+        False, description="Whether all agents of a generation have the same states."
+    )
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 1000},
+        "evolution": {"generations": 301, "variation": "bit-flips", "mutation_rate": 0.001},
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "learns": Variable(PER_AGENT_DIMS, np.int32, "1", "1 if the agent can learn, else 0"),
+        "innate_match": Variable(
+            PER_AGENT_DIMS, np.int32, "1", "1 if the innate preference is correct at birth, else 0"
+        ),
+        "innate_error": Variable(
+            PER_AGENT_DIMS, np.float32, "1", "share of steps with a wrong innate preference"
+        ),
+    }
+    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
+    innate_trait: ClassVar[str] = "innate_match"
+    learned_distance: ClassVar[str] = "innate_error"
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "learners": Measure(
+            "share of agents that can learn in the last generation",
+            lambda runs: runs["learns"].isel(generation=-1).mean("agent"),
+        ),
+        "innate-match": Measure(
+            "share of agents with a correct innate preference in the second half of the run",
+            _match_of_second_half,
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.learning
+
+    @property
+    def steps(self) -> int:
+        return self.life_steps
+
+    @property
+    def assimilation_obstacle(self) -> str:
+        if self.between_persistence == 0.5:
+            return "The first state of a life does not depend on that of the parent's life."
+        return ""
+
+    def without_learning(self) -> TwoStateForager:
+        return self.model_copy(update={"learning": False})
+
+    def n_weights(self) -> int:
+        return 2
+
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        draws = key.uniforms(FOUNDER, (agents, 2))[:, :, 0]
+        return (draws < 0.5)[:, None].astype(np.float32)
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        can_learn = (genomes[:, :, 0, 0] > 0.5) & self.learning
+        preference = (genomes[:, :, 0, 1] > 0.5).astype(np.int64)
+        n_agents = genomes.shape[1]
+        # [run, agent, step]; a single agent if the states are shared.
+        states = np.stack([self.states(seed, run, generation, n_agents) for run in runs])
+        innate_matches = states == preference[:, :, None]
+        # A learner is correct after the first step if the state has not changed.
+        matches = innate_matches.copy()
+        persists = np.broadcast_to(states[:, :, 1:] == states[:, :, :-1], matches[:, :, 1:].shape)
+        matches[can_learn, 1:] = persists[can_learn]
+        records = {
+            "learns": can_learn.astype(np.int32),
+            "innate_match": innate_matches[:, :, 0].astype(np.int32),
+            "innate_error": 1 - innate_matches.mean(axis=-1, dtype=np.float32),
+        }
+        # A learner takes the last state in the next step.
+        learned_preference = np.where(can_learn, states[:, :, -1], preference)
+        learned = genomes[:, :, 0].copy()
+        learned[:, :, 1] = learned_preference
+        return LifeResults(
+            energy=1 + matches.mean(axis=-1),
+            cost=self.cost * can_learn,
+            learned=learned,
+            records=records,
+        )
+
+    def states(self, seed: int, run: int, generation: int, n_agents: int) -> States:
+        """Return the states of a generation [agent, step], 0 or 1, of one agent if shared.
+
+        If they are not shared, 1 is the first state of the parent's life.
+        """
+        shape = (1 if self.shared else n_agents, self.life_steps)
+        # The first of four numbers per step.
+        draws = uniforms(seed, run, generation, LIFE, shape)[:, :, 0]
+        changes = draws >= self.within_persistence
+        if self.shared:
+            changes[:, 0] = self.first_state(seed, run, generation) == 0
+        else:
+            changes[:, 0] = draws[:, 0] >= self.between_persistence
+        states: States = (1 + changes.cumsum(axis=1)) % 2
+        return states
+
+    def first_state(self, seed: int, run: int, generation: int) -> int:
+        """Return the shared first state of a generation; it is 1 in generation 0."""
+        draws = uniforms(seed, run, STATE_GENERATION, LIFE, (1, generation + 1))[0, 1:, 0]
+        n_changes = int((draws >= self.between_persistence).sum())
+        return (1 + n_changes) % 2
