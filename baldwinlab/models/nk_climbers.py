@@ -11,6 +11,10 @@ Learned bits are not inherited. Each bit that differs between birth and death ca
 run has a different landscape. The landscapes are the same in all conditions. All founders are the
 same random string.
 
+The genome determines the share `correlation` of the bits with which learning begins. At the other
+loci, learning begins with a random bit, which is the same in all lives of a run, and learned
+improvements have no counterpart in the genome. Without learning, all bits are those of the genome.
+
 The landscape follows Kauffman 1993, learning and its costs follow Mayley. His constants are not
 known, so the constants here are our choice.
 
@@ -49,10 +53,11 @@ from baldwinlab.parts import (
     uniforms,
 )
 
-# Generation numbers of the random numbers for the landscape and for the founders. No lifetime uses
-# these numbers.
+# Generation numbers of the random numbers for the landscape, for the founders and for the start of
+# learning. No lifetime uses these numbers.
 LANDSCAPE_GENERATION: Final = 2**32 - 1
 FOUNDER_GENERATION: Final = LANDSCAPE_GENERATION - 1
+START_GENERATION: Final = LANDSCAPE_GENERATION - 2
 # Maximum length of a string. All strings are evaluated to scale the landscape, so the number of
 # strings must be small.
 MAX_BITS: Final = 16
@@ -116,7 +121,7 @@ def _view_climb(
     """Return the fitness of an agent after each trial, with the mean and maximum of all agents."""
     fitness_of_string = landscape(key.seed, key.run, model.bits, model.k)
     bit_draws = key.uniforms(LIFE, (len(genomes), model.trials))[:, :, 0]
-    strings = model.numbers(genomes)
+    strings = model.start_learning(key.seed, key.run, model.numbers(genomes))
     fitness_by_trial = [fitness_of_string[strings]]
     for trial in range(model.trials):
         climb(fitness_of_string, model.bits, bit_draws[:, trial : trial + 1], strings)
@@ -153,6 +158,15 @@ class NKClimbers(Model, name="nk-climbers"):
         ge=0,
         le=1,
         description="Cost per bit that differs between birth and death, in fitness.",
+    )
+    correlation: float = Field(
+        1.0,
+        ge=0,
+        le=1,
+        description=(
+            "Share of the bits at the start of learning that the genome determines, rounded to "
+            "whole bits. The others are random."
+        ),
     )
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
@@ -235,13 +249,33 @@ class NKClimbers(Model, name="nk-climbers"):
         )
         return strings
 
+    def start_learning(
+        self, seed: int, run: int, strings: npt.NDArray[np.int64]
+    ) -> npt.NDArray[np.int64]:
+        """Return the strings with which agents begin to learn, for strings of genomes."""
+        n_random = round((1 - self.correlation) * self.bits)
+        if n_random == 0 or self.trials == 0:
+            return strings.copy()
+        # Column 0 orders the loci, column 1 has the random bits.
+        draws = uniforms(seed, run, START_GENERATION, LIFE, (1, self.bits))[0]
+        random_loci = np.argsort(draws[:, 0])[:n_random]
+        mask = int((1 << random_loci).sum())
+        random_string = int((1 << np.flatnonzero(draws[:, 1] < 0.5)).sum())
+        return (strings & ~mask) | (random_string & mask)
+
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         # Bit i of the number of a string is bit i of the string.
         bit_masks = 1 << np.arange(self.bits)
         newborn_strings = self.numbers(genomes)
-        strings = newborn_strings.copy()
+        start_strings = np.stack(
+            [
+                self.start_learning(seed, run, strings)
+                for run, strings in zip(runs, newborn_strings, strict=True)
+            ]
+        )
+        strings = start_strings.copy()
         innate_fitness = poison.empty(newborn_strings.shape)
         learned_fitness = poison.empty(newborn_strings.shape)
         draws_shape = (newborn_strings.shape[1], self.trials)
@@ -252,7 +286,7 @@ class NKClimbers(Model, name="nk-climbers"):
             innate_fitness[row] = fitness_of_string[newborn_strings[row]]
             climb(fitness_of_string, self.bits, bit_draws, strings[row])
             learned_fitness[row] = fitness_of_string[strings[row]]
-        differs = ((newborn_strings ^ strings)[..., None] & bit_masks) > 0
+        differs = ((start_strings ^ strings)[..., None] & bit_masks) > 0
         n_changed = differs.sum(axis=-1)
         bits_at_death = ((strings[..., None] & bit_masks) > 0).astype(np.float32)
         records = {

@@ -108,6 +108,77 @@ def test_a_lifetime_agrees_with_plain_python() -> None:
     assert (results.energy > results.records["innate"]).any()
 
 
+def start_bits(correlation: float) -> npt.NDArray[np.int64]:
+    """Return the bits at the start of learning [agent, bit], for 200 random genomes."""
+    model = NKClimbers(correlation=correlation)
+    genomes = np.random.default_rng(4).integers(0, 2, (200, 1, 16)).astype(np.float32)
+    strings = model.start_learning(7, 0, model.numbers(genomes))
+    return (strings[:, None] >> np.arange(16)) & 1
+
+
+@pytest.mark.parametrize(("correlation", "n_random"), [(0.0, 16), (0.25, 12), (0.9, 2), (1.0, 0)])
+def test_learning_begins_with_bits_of_the_genome_at_the_share_of_the_correlation(
+    correlation: float, n_random: int
+) -> None:
+    from_genome = start_bits(1.0)
+    bits = start_bits(correlation)
+    differs = (bits != from_genome).any(axis=0)
+    assert differs.sum() == n_random
+    assert (bits[:, differs] == bits[0, differs]).all()
+
+
+def test_random_loci_are_added_as_the_correlation_falls() -> None:
+    from_genome = start_bits(1.0)
+    few, many = ((start_bits(rho) != from_genome).any(axis=0) for rho in (0.75, 0.25))
+    assert (many[few]).all() and many.sum() > few.sum()
+
+
+def test_the_correlation_is_the_squared_correlation_of_distances() -> None:
+    """Distances between genomes and between the starts of learning, over all pairs of agents."""
+    genome, start = (
+        (bits[:, None] != bits[None]).sum(axis=-1)[np.triu_indices(200, 1)]
+        for bits in (start_bits(1.0), start_bits(0.5))
+    )
+    assert np.corrcoef(genome, start)[0, 1] ** 2 == pytest.approx(0.5, abs=0.05)
+
+
+def test_with_random_bits_a_lifetime_agrees_with_plain_python() -> None:
+    model = NKClimbers(bits=8, k=3, trials=6, cost_per_bit=0.02, correlation=0.5)
+    genomes = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
+    results = model.simulate(7, [0], 3, genomes)
+    starts = model.start_learning(7, 0, model.numbers(genomes[0]))
+    assert results.learned is not None
+    for agent in range(40):
+        start = [(int(starts[agent]) >> bit) & 1 for bit in range(8)]
+        height, final_bits = simulate_in_python(model, start, agent)
+        changed = sum(before != after for before, after in zip(start, final_bits, strict=True))
+        assert results.energy[0, agent] == height
+        assert results.learned[0, agent].tolist() == final_bits
+        assert results.records["changed"][0, agent] == changed
+    innate = landscape(7, 0, 8, 3)[model.numbers(genomes[0])]
+    assert (results.records["innate"][0] == innate.astype(np.float32)).all()
+
+
+def test_without_correlation_learned_fitness_does_not_depend_on_the_genome() -> None:
+    model = NKClimbers(bits=8, k=3, trials=6, correlation=0.0)
+    genomes = np.random.default_rng(2).integers(0, 2, (2, 1, 40, 1, 8)).astype(np.float32)
+    energies = [model.simulate(7, [0], 3, population).energy for population in genomes]
+    assert (energies[0] == energies[1]).all()
+
+
+def test_the_default_correlation_and_agents_without_learning_use_the_genome() -> None:
+    genomes = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)
+    fields: dict[str, Any] = {"bits": 8, "k": 3, "trials": 6}
+    default, full = (
+        model.simulate(7, [0], 3, genomes)
+        for model in (NKClimbers(**fields), NKClimbers(**fields, correlation=1.0))
+    )
+    assert (default.energy == full.energy).all()
+    control = NKClimbers(**fields, correlation=0.0).without_learning()
+    results = control.simulate(7, [0], 3, genomes)
+    assert (results.energy.astype(np.float32) == results.records["innate"]).all()
+
+
 def test_the_view_of_a_climb_has_each_trial_from_birth_to_death() -> None:
     model = NKClimbers(bits=8, k=3, trials=6)
     newborns = np.random.default_rng(2).integers(0, 2, (1, 40, 1, 8)).astype(np.float32)

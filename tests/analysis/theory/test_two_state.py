@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def enumerate_payoffs(between: float, within: float, steps: int) -> tuple[float,
     payoffs = np.zeros(2)
     for states in product([0, 1], repeat=steps):
         probability = between if states[0] == 1 else 1 - between
-        for previous, state in zip(states, states[1:], strict=False):
+        for previous, state in pairwise(states):
             probability *= within if state == previous else 1 - within
         last_seen = [1, *states[:-1]]
         learner = np.mean([seen == state for seen, state in zip(last_seen, states, strict=True)])

@@ -1,0 +1,77 @@
+"""Test the law of the gain function against plain weighted means and numerical slopes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from baldwinlab.analysis.theory.gain import (
+    log_gain_slope_of_share,
+    log_gain_slope_of_step,
+    predict_effect,
+    selection_gain,
+)
+
+
+def test_the_gain_is_the_difference_of_the_means_of_parents() -> None:
+    generator = np.random.default_rng(1)
+    for _ in range(500):
+        trait = generator.normal(0, 2, 12)
+        innate, learned = generator.uniform(0.1, 5, (2, 12))
+        difference = (trait * learned).sum() / learned.sum() - (trait * innate).sum() / innate.sum()
+        assert selection_gain(trait, innate, learned) == pytest.approx(difference, abs=1e-12)
+
+
+def test_the_gain_has_the_sign_of_a_monotone_slope() -> None:
+    generator = np.random.default_rng(2)
+    for sign in (-1, 1):
+        for _ in range(300):
+            trait = np.sort(generator.normal(0, 1, 9))
+            log_gain = sign * np.sort(generator.normal(0, 1, 9))
+            innate = generator.uniform(0.1, 5, 9)
+            moved = selection_gain(trait, innate, innate * np.exp(log_gain))
+            assert np.sign(moved) == predict_effect(np.diff(log_gain) / np.diff(trait)) == sign
+
+
+def test_a_constant_gain_has_no_effect() -> None:
+    trait, innate = np.random.default_rng(3).uniform(0.1, 2, (2, 30))
+    assert selection_gain(trait, innate, 7 * innate) == pytest.approx(0, abs=1e-15)
+    assert predict_effect(np.zeros(30)) == 0
+
+
+def test_the_law_makes_no_statement_if_the_slopes_differ_in_sign() -> None:
+    assert np.isnan(predict_effect(np.array([0.5, -0.1, 0.0])))
+    assert predict_effect(np.array([0.5, 0.0])) == 1
+
+
+def test_slopes_are_derivatives_of_the_log_gain() -> None:
+    x, peak, width, share, step, curvature = 0.3, 2.0, 1.4, 0.6, 0.25, -0.7
+
+    def log_gain_of_step(x: float) -> float:
+        return curvature * ((x + step) ** 2 - x**2) / 2
+
+    def log_gain_of_share(x: float) -> float:
+        learned_x = x + share * (peak - x)
+        return float((peak - x) ** 2 - (peak - learned_x) ** 2) / (2 * width**2)
+
+    for log_gain, slope in (
+        (log_gain_of_step, log_gain_slope_of_step(step, curvature)),
+        (log_gain_of_share, log_gain_slope_of_share(peak - x, share, width)),
+    ):
+        numerical = (log_gain(x + 1e-5) - log_gain(x - 1e-5)) / 2e-5
+        assert slope == pytest.approx(numerical, rel=1e-6)
+
+
+def test_learning_a_share_slows_evolution_below_a_peak_and_no_share_has_no_effect() -> None:
+    distances = np.linspace(0.1, 5, 20)
+    assert predict_effect(np.asarray(log_gain_slope_of_share(distances, 0.5, 1.0))) == -1
+    assert predict_effect(np.asarray(log_gain_slope_of_share(distances, 0.0, 1.0))) == 0
+
+
+def test_learning_a_share_moves_a_normal_trait_as_the_larger_width_of_selection() -> None:
+    """The response of a normal trait is v / (v + V_L) of its distance."""
+    trait = np.linspace(-8, 8, 4001)
+    agents = np.exp(-(trait**2) / 2)
+    fitness = [np.exp(-((share * (1 - trait)) ** 2) / 8) for share in (1.0, 0.5)]
+    moved = selection_gain(trait, agents * fitness[0], agents * fitness[1])
+    assert moved == pytest.approx(1 / (1 + 16) - 1 / (1 + 4), abs=1e-9)
