@@ -19,8 +19,8 @@ def enumerate_payoffs(between: float, within: float, steps: int) -> tuple[float,
         probability = between if states[0] == 1 else 1 - between
         for previous, state in pairwise(states):
             probability *= within if state == previous else 1 - within
-        last_seen = [1, *states[:-1]]
-        learner = np.mean([seen == state for seen, state in zip(last_seen, states, strict=True)])
+        choices = [1, *states[:-1]]
+        learner = np.mean([choice == state for choice, state in zip(choices, states, strict=True)])
         payoffs += probability * np.array([np.mean(states), learner])
     return float(payoffs[0]), float(payoffs[1])
 
