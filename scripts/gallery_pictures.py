@@ -81,6 +81,7 @@ DRAW_PICTURE: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = 
     "keesing-stork-1991": _make_draw_measures("keesing-stork-1991"),
     "todd-miller-1991": _make_draw_measures("todd-miller-1991"),
     "ackley-littman-1991": _draw_survival,
+    "whitley-1994": _draw_shares,
     "nolfi-parisi-1993": _draw_curves,
     "nolfi-elman-parisi-1994": _draw_curves,
     "mayley-1996": _draw_shares,

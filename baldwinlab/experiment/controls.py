@@ -25,11 +25,18 @@ def _make_control_test(experiment: BaseExperiment) -> Callable[[Any], bool]:
     if isinstance(experiment, Experiment):
         return partial(_is_without_rule, experiment)
     try:
-        control = experiment.without_learning().to_dict()
+        control = _shared_settings(experiment.without_learning())
     # The model is not loaded.
     except ExperimentError:
         return partial(_is_without_learning, experiment)
-    return lambda candidate: bool(candidate.to_dict() == control | {"name": candidate.name})
+    return lambda candidate: _shared_settings(candidate) == control
+
+
+def _shared_settings(experiment: BaseExperiment) -> dict[str, Any]:
+    """Return the settings of an experiment without learning that a learner shares."""
+    tree = experiment.to_dict()
+    # Without learning, the share of the learned change that is inherited has no effect.
+    return tree | {"name": "", "evolution": tree["evolution"] | {"lamarckian_share": 0.0}}
 
 
 def _is_without_rule(experiment: Experiment, candidate: Experiment) -> bool:

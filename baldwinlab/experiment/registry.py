@@ -54,6 +54,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "cue-learners": f"{_MODELS}.cue_learners.model:CueLearners",
         "digit-readers": f"{_MODELS}.digit_readers.model:DigitReaders",
         "erl-populations": f"{_MODELS}.erl.model:ErlPopulations",
+        "function-climbers": f"{_MODELS}.function_climbers:FunctionClimbers",
         "hinton-nowlan": f"{_MODELS}.hinton_nowlan:HintonNowlan",
         "moving-needle": f"{_MODELS}.moving_needle:MovingNeedle",
         "moving-optimum": f"{_MODELS}.moving_optimum:MovingOptimum",

@@ -36,3 +36,12 @@ def test_the_control_of_a_model_is_the_experiment_without_learning() -> None:
     assert find_control(climbing.name, experiments) == still.name
     # An experiment without learning that has no copy has no control.
     assert find_control(still.name, by_name(still, climbing)) == ""
+
+
+def test_the_control_of_a_lamarckian_learner_may_inherit_any_share_of_the_learned_change() -> None:
+    lamarckian = load("lamarckian/deceptive")
+    control = load("genetic-search/deceptive")
+    assert lamarckian.evolution.lamarckian_share != control.evolution.lamarckian_share
+    assert find_control(lamarckian.name, by_name(lamarckian, control)) == control.name
+    other = control.replace(evolution={"elite": 1})
+    assert find_control(lamarckian.name, by_name(lamarckian, other)) == ""

@@ -1,0 +1,249 @@
+"""Model of bit strings that encode the variables of a function, and climb it during life.
+
+    baldwinlab reproduce whitley-1994
+
+A string consists of one block of bits per variable. The fitness of a string is the mean of the
+values of its blocks, which a table gives. The table is scaled: the best block has 1.
+
+In each learning step, all strings that differ in one bit are evaluated. The best of them replaces
+the string if it is better: this is steepest ascent. The fitness is that of the string at death.
+`evolution.lamarckian_share` decides what is inherited: 0 for the string at birth (Baldwinian
+search), 1 for the string at death (Lamarckian search).
+
+References
+----------
+D. Whitley, V. S. Gordon and K. Mathias, "Lamarckian evolution, the Baldwin effect and function
+optimization", PPSN III, LNCS 866 (1994).
+D. Whitley, "Fundamental principles of deception in genetic search", FOGA 1 (1991): the deceptive
+function.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from math import pi
+from typing import Any, ClassVar, Final, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.core.deferred import xr
+from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+
+# Value of each block of four bits: "0000", "0001" and so on to "1111".
+DECEPTIVE_VALUES: Final = (28, 26, 24, 18, 22, 16, 14, 0, 20, 12, 10, 2, 8, 4, 6, 30)
+DECEPTIVE_BITS: Final = 4
+# Bits of a variable of the other functions.
+NUMBER_BITS: Final = 10
+# Terms of the series of the sine. The error is below 1e-15 for angles from -pi to pi.
+N_SINE_TERMS: Final = 14
+# Generation of the measures of early search.
+EARLY_GENERATION: Final = 20
+
+
+class Blocks(NamedTuple):
+    """Values of all blocks of bits, and the best change of one bit.
+
+    Attributes
+    ----------
+    values : array of shape (blocks,)
+        Value of each block, as a binary number, from 0 to 1.
+    neighbors : array of shape (blocks,)
+        The best block that differs in one bit, or the block itself if none is better.
+    gains : array of shape (blocks,)
+        Value of the neighbor minus that of the block. 0 for a local optimum.
+    """
+
+    values: npt.NDArray[np.float64]
+    neighbors: npt.NDArray[np.int64]
+    gains: npt.NDArray[np.float64]
+
+
+def sine(angle: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Compute the sine by its Taylor series. Sines of libraries differ between machines."""
+    reduced = angle - 2 * pi * np.rint(angle / (2 * pi))
+    term = reduced
+    total = reduced
+    for index in range(1, N_SINE_TERMS):
+        term = -term * reduced * reduced / (2 * index * (2 * index + 1))
+        total = total + term
+    return total
+
+
+def rastrigin(number: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+    """Compute the term of Rastrigin's function for numbers 0 to 1023: x = -5.12 to 5.11."""
+    x = (number - 512) / 100
+    return 10 + x * x - 10 * sine(2 * pi * x + pi / 2)
+
+
+def schwefel(number: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+    """Compute the term of Schwefel's function for numbers 0 to 1023: x = -512 to 511."""
+    x = number - 512.0
+    return -x * sine(np.sqrt(np.abs(x)))
+
+
+def decode_gray(codes: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return the numbers of Gray codes. Codes of consecutive numbers differ in one bit."""
+    numbers = codes.copy()
+    for shift in range(1, NUMBER_BITS):
+        numbers ^= codes >> shift
+    return numbers
+
+
+@lru_cache(maxsize=8)
+def make_blocks(function: str, encoding: str) -> Blocks:
+    """Return the values of all blocks of a function, and their best neighbors."""
+    if function == "deceptive":
+        values = np.array(DECEPTIVE_VALUES) / max(DECEPTIVE_VALUES)
+    else:
+        codes = np.arange(2**NUMBER_BITS)
+        numbers = decode_gray(codes) if encoding == "gray" else codes
+        # The functions are minimized.
+        terms = {"rastrigin": rastrigin, "schwefel": schwefel}[function](numbers)
+        values = (terms.max() - terms) / (terms.max() - terms.min())
+    blocks = np.arange(values.size)
+    # [block, bit]: each bit is flipped, from the first bit of the string to the last.
+    bit_masks = 1 << np.arange(values.size.bit_length() - 1)[::-1]
+    flipped = blocks[:, None] ^ bit_masks
+    best = flipped[blocks, values[flipped].argmax(axis=1)]
+    neighbors = np.where(values[best] > values, best, blocks)
+    return Blocks(values, neighbors, values[neighbors] - values)
+
+
+def _early_values(runs: xr.Dataset, record: str) -> xr.DataArray:
+    """Return the values of a record in the early generation, or in the last of shorter runs."""
+    return runs[record].isel(generation=min(EARLY_GENERATION, runs.sizes["generation"] - 1))
+
+
+class FunctionClimbers(Model, name="function-climbers"):
+    """Bit strings that encode the variables of a function, and climb it during life."""
+
+    function: Literal["deceptive", "rastrigin", "schwefel"] = Field(
+        "deceptive",
+        description=(
+            "Function of the blocks. deceptive: 4 bits per block; rastrigin, schwefel: 10 bits."
+        ),
+    )
+    variables: int = Field(1, ge=1, le=100, description="Number of variables, one block each.")
+    encoding: Literal["gray", "binary"] = Field(
+        "gray", description="Encoding of numbers by blocks of 10 bits."
+    )
+    learning_steps: int = Field(
+        1,
+        ge=0,
+        le=1000,
+        description=(
+            "Largest number of steps of steepest ascent, each with one flipped bit. 0: no learning."
+        ),
+    )
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 1000},
+        "evolution": {"generations": 201, "variation": "one-point-bits", "mutation_rate": 0.0},
+        "record": {"genome_every": 20},
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "innate": Variable(
+            PER_AGENT_DIMS, np.float32, "1", "fitness of the string at birth, 0 to 1"
+        ),
+        "learned": Variable(
+            PER_AGENT_DIMS, np.float32, "1", "fitness of the string at death, 0 to 1"
+        ),
+        "optimum": Variable(
+            PER_AGENT_DIMS, np.int32, "1", "1 if the string at birth is the global optimum, else 0"
+        ),
+        "changed": Variable(
+            PER_AGENT_DIMS, np.int32, "bits", "number of bits that differ between birth and death"
+        ),
+        "evaluations": Variable(
+            PER_AGENT_DIMS, np.int32, "evaluations", "number of evaluated strings in the lifetime"
+        ),
+    }
+    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
+    clock: ClassVar[str] = "evaluations"
+    learned_distance: ClassVar[str] = "changed"
+    learning_amount: ClassVar[str] = "learning_steps"
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "optimum": Measure(
+            "share of agents born as the global optimum, last generation",
+            lambda runs: runs["optimum"].isel(generation=-1).mean("agent"),
+        ),
+        "optimum-early": Measure(
+            f"share of agents born as the global optimum, generation {EARLY_GENERATION}",
+            lambda runs: _early_values(runs, "optimum").mean("agent"),
+        ),
+        "best-early": Measure(
+            f"best fitness in generation {EARLY_GENERATION}",
+            lambda runs: _early_values(runs, "learned").max("agent"),
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.learning_steps > 0
+
+    @property
+    def steps(self) -> int:
+        return max(1, self.learning_steps)
+
+    @property
+    def bits(self) -> int:
+        """Number of bits of a block."""
+        return DECEPTIVE_BITS if self.function == "deceptive" else NUMBER_BITS
+
+    def check(self, experiment: Any) -> None:
+        share = experiment.evolution.lamarckian_share
+        if share not in (0, 1):
+            raise ValueError(
+                f"evolution.lamarckian_share = {share:g} must be 0 or 1 with the model "
+                "'function-climbers': a string is inherited completely, because its genes are bits"
+            )
+
+    def without_learning(self) -> FunctionClimbers:
+        return self.model_copy(update={"learning_steps": 0})
+
+    def n_weights(self) -> int:
+        return self.variables * self.bits
+
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, :, 0]
+        founders: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)[:, None]
+        return founders
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        values, neighbors, gains = make_blocks(self.function, self.encoding)
+        bit_masks = 1 << np.arange(self.bits)[::-1]
+        shape = (*genomes.shape[:2], self.variables, self.bits)
+        # [run, agent, variable]: the blocks at birth as binary numbers.
+        newborn = (genomes[:, :, 0].reshape(shape) > 0.5) @ bit_masks
+        blocks = newborn.copy()
+        is_climbing = np.ones((*newborn.shape[:2], 1), np.bool_)
+        n_evaluations = np.ones(newborn.shape[:2], np.int32)
+        for _ in range(self.learning_steps):
+            # A string at a local optimum evaluates its neighbors once, and stops.
+            n_evaluations += self.n_weights() * is_climbing[:, :, 0]
+            # Of several equally good changes, the string takes that of the first variable.
+            variable = gains[blocks].argmax(axis=-1)[:, :, None]
+            block = np.take_along_axis(blocks, variable, axis=-1)
+            np.put_along_axis(blocks, variable, neighbors[block], axis=-1)
+            is_climbing &= gains[block] > 0
+        bits_at_death = (blocks[..., None] & bit_masks) > 0
+        changed = ((newborn ^ blocks)[..., None] & bit_masks) > 0
+        innate = values[newborn].mean(axis=-1)
+        learned = values[blocks].mean(axis=-1)
+        records = {
+            "innate": innate.astype(np.float32),
+            "learned": learned.astype(np.float32),
+            "optimum": (values[newborn] == 1).all(axis=-1).astype(np.int32),
+            "changed": changed.sum(axis=(-2, -1)).astype(np.int32),
+            "evaluations": n_evaluations,
+        }
+        return LifeResults(
+            energy=learned,
+            cost=np.zeros_like(learned),
+            learned=bits_at_death.reshape(*shape[:2], -1).astype(np.float32),
+            records=records,
+        )
