@@ -76,14 +76,34 @@ def _draw_fixation_probabilities(dataset: xr.Dataset, experiments: Sequence[Any]
     return figure
 
 
+def _draw_searches(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
+    """Draw the share of the global optimum, or the best fitness, of each search and function."""
+    figure = Figure(figsize=(8, 2.8), layout="constrained")
+    panels = {
+        "deceptive": ("born as the global optimum", lambda runs: runs["optimum"].mean("agent")),
+        "rastrigin": ("best fitness", lambda runs: runs["learned"].max("agent")),
+        "schwefel": ("best fitness", lambda runs: runs["learned"].max("agent")),
+    }
+    all_axes = figure.subplots(1, len(panels))
+    for axes, (function, (label, measure)) in zip(all_axes, panels.items(), strict=True):
+        for search in ("genetic-search", "baldwinian", "lamarckian"):
+            values = measure(dataset.sel(condition=f"{search}/{function}"))
+            middle, low, high = (values.quantile(q, "run").values for q in (0.5, 0, 1))
+            axes.plot(middle, label=search)
+            axes.fill_between(range(middle.size), low, high, alpha=0.2)
+        axes.set(title=function, xlabel="generation", ylabel=label)
+    all_axes[0].legend()
+    return figure
+
+
 DRAW_PICTURE: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "hinton-nowlan-1987": _draw_shares,
     "keesing-stork-1991": _make_draw_measures("keesing-stork-1991"),
     "todd-miller-1991": _make_draw_measures("todd-miller-1991"),
     "ackley-littman-1991": _draw_survival,
-    "whitley-1994": _draw_shares,
     "nolfi-parisi-1993": _draw_curves,
     "nolfi-elman-parisi-1994": _draw_curves,
+    "whitley-1994": _draw_searches,
     "mayley-1996": _draw_shares,
     "floreano-urzelai-2000": _draw_shares,
     "stanley-miikkulainen-2002": _draw_curves,

@@ -140,7 +140,7 @@ class FunctionClimbers(Model, name="function-climbers"):
 
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 1000},
-        "evolution": {"generations": 201, "variation": "one-point-bits", "mutation_rate": 0.0},
+        "evolution": {"generations": 101, "variation": "one-point-bits", "mutation_rate": 0.0},
         "record": {"genome_every": 20},
     }
     records: ClassVar[Mapping[str, Variable]] = {

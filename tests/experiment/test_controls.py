@@ -43,5 +43,5 @@ def test_the_control_of_a_lamarckian_learner_may_inherit_any_share_of_the_learne
     control = load("genetic-search/deceptive")
     assert lamarckian.evolution.lamarckian_share != control.evolution.lamarckian_share
     assert find_control(lamarckian.name, by_name(lamarckian, control)) == control.name
-    other = control.replace(evolution={"elite": 1})
-    assert find_control(lamarckian.name, by_name(lamarckian, other)) == ""
+    with_elite = control.replace(evolution={"elite": 1})
+    assert find_control(lamarckian.name, by_name(lamarckian, with_elite)) == ""

@@ -23,6 +23,7 @@ VERDICTS = {
     },
     "nolfi-parisi-1993": {"T1": "holds", "T2": "holds", "T3": "holds", "T4": "undecided"},
     "nolfi-elman-parisi-1994": {"P1": "holds", "P2": "holds", "P3": "undecided", "P4": "undecided"},
+    "whitley-1994": {"W4": "does not hold"} | {f"W{number}": "holds" for number in (1, 2, 3, 5, 6)},
     "mayley-1996": {f"M{number}": "holds" for number in (1, 2, 3, 4)},
     "floreano-urzelai-2000": {"F4": "holds"}
     | {f"F{number}": "does not hold" for number in (1, 2, 3)},
