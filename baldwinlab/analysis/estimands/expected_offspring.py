@@ -22,6 +22,7 @@ import numpy.typing as npt
 import xarray as xr
 from scipy import stats
 
+from baldwinlab.analysis.theory.adaptive_walk import compute_fixation_probabilities
 from baldwinlab.experiment import BaseExperiment
 
 Floats = npt.NDArray[np.float64]
@@ -109,7 +110,20 @@ PROPORTIONAL_SCHEMES: Final[Mapping[str, Callable[[Floats], Floats]]] = {
     "outcrossing": _outcrossing_shares,
 }
 """Schemes with a probability proportional to fitness."""
-SCHEMES: Final = (*RANK_SCHEMES, *PROPORTIONAL_SCHEMES)
+
+
+def _fixation_offspring(fitness: Floats, members: int) -> Floats:
+    """Return the offspring of populations (even agents) and of their mutants (odd agents)."""
+    resident, mutant = fitness[..., ::2], fitness[..., 1::2]
+    probability = compute_fixation_probabilities(mutant, resident, members)
+    offspring = np.stack([2 - 2 * probability, 2 * probability], axis=-1).reshape(fitness.shape)
+    is_known = np.isfinite(fitness).all(axis=-1, keepdims=True)
+    return np.where(is_known, offspring, np.nan)
+
+
+FIXATION: Final = "fixation"
+"""Scheme in which a mutant replaces a population with its probability of fixation."""
+SCHEMES: Final = (*RANK_SCHEMES, *PROPORTIONAL_SCHEMES, FIXATION)
 
 
 def expect_offspring(fitness: xr.DataArray, experiment: BaseExperiment) -> xr.DataArray:
@@ -136,6 +150,9 @@ def expect_offspring(fitness: xr.DataArray, experiment: BaseExperiment) -> xr.Da
     n_agents = fitness.sizes["agent"]
     elite = experiment.evolution.elite
     selection = experiment.evolution.selection
+    if selection == FIXATION:
+        members = experiment.part("evolution.selection").members
+        return _apply_to_agents(fitness, lambda values: _fixation_offspring(values, members))
     if selection in RANK_SCHEMES:
         scheme = experiment.part("evolution.selection")
         by_rank = RANK_SCHEMES[selection](scheme, n_agents, elite)

@@ -1,0 +1,113 @@
+"""Selection by fixation of one mutant, and mutation to a neighboring position.
+
+References
+----------
+P. A. P. Moran, "Random processes in genetics", Mathematical Proceedings of the Cambridge
+Philosophical Society 54 (1958).
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baldwinlab.engine.jit import compiled
+from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.parts import Field, Selection, Variation
+from baldwinlab.parts.breeding import ITSELF
+
+
+@compiled
+def fixation_probability(mutant: float, resident: float, size: int) -> float:
+    """Return the probability that a mutant replaces a population of `size` members.
+
+    The process is that of Moran. With x = resident / mutant, the probability is
+    1 / (1 + x + x^2 + ... + x^(size - 1)).
+    """
+    if mutant == 0.0:
+        return 0.0
+    ratio = resident / mutant
+    total = 1.0
+    for _ in range(size - 1):
+        total = 1.0 + ratio * total
+    return 1.0 / total
+
+
+class Fixation(Selection, name="fixation"):
+    """A mutant replaces a population with its probability of fixation.
+
+    The agents 2 i and 2 i + 1 are a population and its mutant. Agent 2 i of the next generation is
+    a copy of the winner, and agent 2 i + 1 is a new mutant of it.
+
+    References
+    ----------
+    Moran 1958.
+    """
+
+    members: int = Field(10, ge=1, le=1000, description="Number of members of a population.")
+
+    minimum_fitness: ClassVar[float] = 0.0
+    has_groups: ClassVar[bool] = True
+
+    def check(self, experiment: Any) -> None:
+        if experiment.population.size % 2:
+            raise ValueError(
+                f"population.size = {experiment.population.size} must be even with "
+                "evolution.selection = 'fixation': two agents are a population and its mutant"
+            )
+
+    @staticmethod
+    def select(
+        part: Any, fitness: Any, uniforms: Any, shares: Any, order: Any, parents: Any
+    ) -> None:
+        for resident in range(0, parents.shape[0], 2):
+            mutant = resident + 1
+            probability = fixation_probability(fitness[mutant], fitness[resident], part.members)
+            winner = mutant if uniforms[resident, 0, 0] < probability else resident
+            parents[resident, 0] = winner
+            parents[resident, 1] = ITSELF
+            parents[mutant, 0] = winner
+            parents[mutant, 1] = winner
+
+    @staticmethod
+    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
+        parents = []
+        for resident in range(0, len(fitness), 2):
+            powers = [
+                (fitness[resident] / fitness[resident + 1]) ** power if fitness[resident + 1] else 1
+                for power in range(part.members)
+            ]
+            probability = 1 / sum(powers) if fitness[resident + 1] else 0
+            winner = resident + int(uniforms[resident][0][0] < probability)
+            parents += [[winner, ITSELF], [winner, winner]]
+        return parents
+
+
+class LatticeSteps(Variation, name="lattice-steps"):
+    """Copy of the first parent; each gene is one more or one less, with equal probability.
+
+    References
+    ----------
+    Borenstein, Meilijson and Ruppin 2006.
+    """
+
+    settings: ClassVar[tuple[str, ...]] = ()
+
+    @staticmethod
+    def vary(
+        part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome
+    ) -> None:
+        for module in range(child.shape[0]):
+            for gene in range(child.shape[1]):
+                draw = draws[module * child.shape[1] + gene, 0]
+                step = np.float32(1) if draw < 0.5 else np.float32(-1)
+                child[module, gene] = fitter[module, gene] + step
+
+    @staticmethod
+    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
+        remaining_draws = iter(draws)
+        return [
+            [gene + (1 if next(remaining_draws)[0] < 0.5 else -1) for gene in module]
+            for module in fitter
+        ]

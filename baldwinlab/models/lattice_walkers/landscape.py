@@ -1,0 +1,71 @@
+"""Landscapes of fitness on a line of positions, without and with plasticity."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.parts import LIFE, uniforms
+
+# Generation number of the random numbers for the landscape. No lifetime uses it.
+LANDSCAPE_GENERATION: Final = 2**32 - 1
+Fitness = npt.NDArray[np.float64]
+
+
+@lru_cache(maxsize=64)
+def make_landscape(seed: int, run: int, length: int, slope: float, roughness: float) -> Fitness:
+    """Return the fitness of all positions of a run, without plasticity.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the study.
+    run : int
+        Number of the run.
+    length : int
+        Number of positions.
+    slope : float
+        Mean relative increase of fitness per position.
+    roughness : float
+        Largest deviation from the mean increase.
+
+    Returns
+    -------
+    array of shape (length,)
+        Fitness. The first position has 1. The array is read-only.
+    """
+    draws = uniforms(seed, run, LANDSCAPE_GENERATION, LIFE, (length, 1))[:, 0, 0]
+    factors = 1 + slope + roughness * (2 * draws - 1)
+    factors[0] = 1.0
+    fitness: Fitness = np.cumprod(factors)
+    # The array is cached.
+    fitness.flags.writeable = False
+    return fitness
+
+
+def climb(fitness: Fitness, steps: int) -> npt.NDArray[np.int64]:
+    """Return the position that each position reaches in `steps` steps to the fitter neighbor."""
+    padded = np.concatenate(([0.0], fitness, [0.0]))
+    positions = np.arange(fitness.size)
+    is_right_fitter = padded[2:] >= padded[:-2]
+    neighbors = np.where(is_right_fitter, positions + 1, positions - 1)
+    is_peak = padded[neighbors + 1] <= fitness
+    next_positions = np.where(is_peak, positions, neighbors)
+    learned = positions
+    for _ in range(steps):
+        learned = next_positions[learned]
+    return learned
+
+
+def average_neighborhood(fitness: Fitness, steps: int) -> Fitness:
+    """Return the mean fitness of all positions up to `steps` away, for each position.
+
+    The first and the last position stand for the positions beyond them.
+    """
+    offsets = np.arange(-steps, steps + 1)
+    neighborhoods = np.arange(fitness.size)[:, None] + offsets
+    mean: Fitness = fitness[np.clip(neighborhoods, 0, fitness.size - 1)].mean(axis=1)
+    return mean

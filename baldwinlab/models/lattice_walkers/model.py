@@ -1,0 +1,176 @@
+"""Model of populations that walk on a line of positions with peaks and valleys of fitness.
+
+    baldwinlab reproduce borenstein-2006
+
+A population is a point on the positions 0 to `length` - 1: all its members have the same genotype.
+In each generation, one mutant appears at a neighboring position. It replaces the population with
+the probability of fixation, or disappears (selection `fixation`). Two agents represent a walk: the
+population (even number) and its mutant (odd number). The walks of a run are independent.
+
+Each position multiplies the fitness of the position before it by 1 + slope + roughness (2 u - 1),
+with a uniform random number u. Each run has a different landscape, which is the same in all
+conditions. A mutant outside the positions has the fitness 0. All walks start at position 0, and the
+goal is the position of the highest fitness.
+
+A plastic genotype has the fitness of other positions. With `climbing`, an agent moves to the fitter
+neighbor, up to `learning_steps` times. With `random`, it has the mean fitness of all positions up
+to `learning_steps` away.
+
+References
+----------
+E. Borenstein, I. Meilijson and E. Ruppin, "The effect of phenotypic plasticity on evolution in
+multipeaked fitness landscapes", Journal of Evolutionary Biology 19 (2006).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.core.deferred import xr
+from baldwinlab.models.lattice_walkers.landscape import (
+    Fitness,
+    average_neighborhood,
+    climb,
+    make_landscape,
+)
+from baldwinlab.parts import PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+
+
+def _restricted_time(runs: xr.Dataset) -> xr.DataArray:
+    """Return the mean generation of the first visit to the peak, or the number of generations."""
+    # The agents with even numbers are populations, and the others are mutants.
+    at_peak = runs["at_peak"].isel(agent=slice(None, None, 2)) > 0
+    n_generations = runs.sizes["generation"]
+    first = at_peak.argmax("generation").where(at_peak.any("generation"), n_generations)
+    return first.mean("agent")
+
+
+class LatticeWalkers(Model, name="lattice-walkers"):
+    """Populations that walk on a line of positions with peaks and valleys of fitness."""
+
+    length: int = Field(13, ge=2, le=1000, description="Number of positions.")
+    slope: float = Field(
+        0.15, ge=0, le=1, description="Mean relative increase of fitness per position."
+    )
+    roughness: float = Field(
+        0.0,
+        ge=0,
+        le=1,
+        description="Largest deviation from the mean increase. 0: one peak, at the last position.",
+    )
+    plasticity: Literal["none", "climbing", "random"] = Field(
+        "none",
+        description=(
+            "Fitness of a genotype. none: that of its position; climbing: that of the position "
+            "that it climbs to; random: the mean of the neighborhood."
+        ),
+    )
+    learning_steps: int = Field(
+        1,
+        ge=1,
+        le=1000,
+        description="Number of steps of climbing, or radius of the neighborhood, in positions.",
+    )
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 100},
+        "evolution": {
+            "generations": 801,
+            "selection": "fixation",
+            "variation": "lattice-steps",
+        },
+        "record": {"genome_every": 100},
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "position": Variable(PER_AGENT_DIMS, np.int32, "positions", "position at birth"),
+        "innate": Variable(PER_AGENT_DIMS, np.float32, "fitness", "fitness without plasticity"),
+        "at_peak": Variable(
+            PER_AGENT_DIMS, np.int32, "1", "1 if the position at birth has the highest fitness"
+        ),
+        "climbed": Variable(
+            PER_AGENT_DIMS, np.int32, "positions", "distance between birth and death"
+        ),
+    }
+    learned_distance: ClassVar[str] = "climbed"
+    learning_amount: ClassVar[str] = "learning_steps"
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "time": Measure(
+            "generations until a population reaches the highest peak, at most those of the run",
+            _restricted_time,
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.plasticity != "none"
+
+    @property
+    def assimilation_obstacle(self) -> str:
+        if self.plasticity == "random":
+            return "Random plasticity reaches the same distances from every position."
+        return ""
+
+    def check(self, experiment: Any) -> None:
+        if self.slope - self.roughness <= -1:
+            raise ValueError(
+                f"lattice_walkers.roughness = {self.roughness:g} must be less than "
+                f"1 + lattice_walkers.slope = {1 + self.slope:g}, so that fitness is positive"
+            )
+
+    def without_learning(self) -> LatticeWalkers:
+        return self.model_copy(update={"plasticity": "none"})
+
+    def n_weights(self) -> int:
+        return 1
+
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        return np.zeros((agents, 1, 1), np.float32)
+
+    def landscape(self, seed: int, run: int) -> Fitness:
+        """Return the fitness of all positions of a run, without plasticity."""
+        return make_landscape(seed, run, self.length, self.slope, self.roughness)
+
+    def plastic_fitness(self, landscape: Fitness) -> Fitness:
+        """Return the fitness of all positions of a landscape, with plasticity."""
+        if self.plasticity == "random":
+            return average_neighborhood(landscape, self.learning_steps)
+        return landscape[self.learned_positions(landscape)]
+
+    def learned_positions(self, landscape: Fitness) -> npt.NDArray[np.int64]:
+        """Return the positions at death of agents that are born at each position."""
+        return climb(landscape, self.learning_steps if self.plasticity == "climbing" else 0)
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        results = [
+            self._simulate_run(self.landscape(seed, run), genomes[row, :, 0, 0].astype(np.int64))
+            for row, run in enumerate(runs)
+        ]
+        energy, learned, *records = (np.stack(values) for values in zip(*results, strict=True))
+        return LifeResults(
+            energy=energy,
+            cost=np.zeros_like(energy),
+            learned=learned[:, :, None].astype(np.float32),
+            records={
+                name: values.astype(variable.dtype)
+                for (name, variable), values in zip(self.records.items(), records, strict=True)
+            },
+        )
+
+    def _simulate_run(
+        self, landscape: Fitness, position: npt.NDArray[np.int64]
+    ) -> tuple[npt.NDArray[Any], ...]:
+        """Return fitness, position at death, and the records, each [agent]."""
+        is_alive = (position >= 0) & (position < self.length)
+        # A mutant outside the positions has a fitness of 0, and learns nothing.
+        inside = np.where(is_alive, position, 0)
+        fitness = np.where(is_alive, self.plastic_fitness(landscape)[inside], 0.0)
+        learned = np.where(is_alive, self.learned_positions(landscape)[inside], position)
+        innate = np.where(is_alive, landscape[inside], 0.0)
+        at_peak = position == landscape.argmax()
+        return fitness, learned, position, innate, at_peak, np.abs(learned - position)
