@@ -92,7 +92,8 @@ def _draw_searches(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
             axes.plot(middle, label=search)
             axes.fill_between(range(middle.size), low, high, alpha=0.2)
         axes.set(title=function, xlabel="generation", ylabel=label)
-    all_axes[0].legend()
+    lines = all_axes[0].get_legend_handles_labels()
+    figure.legend(*lines, loc="outside upper center", ncols=3)
     return figure
 
 

@@ -63,7 +63,7 @@ def climb(fitness: Fitness, steps: int) -> npt.NDArray[np.int64]:
 def average_neighborhood(fitness: Fitness, steps: int) -> Fitness:
     """Return the mean fitness of all positions up to `steps` away, for each position.
 
-    The first and the last position stand for the positions beyond them.
+    Positions beyond the first and the last have the fitness of the first and the last.
     """
     offsets = np.arange(-steps, steps + 1)
     neighborhoods = np.arange(fitness.size)[:, None] + offsets
