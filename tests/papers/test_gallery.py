@@ -32,6 +32,7 @@ VERDICTS = {
     },
     "suzuki-arita-2004": {"S3": "does not hold"}
     | {f"S{number}": "holds" for number in (1, 2, 4, 5)},
+    "borenstein-2006": {f"B{number}": "holds" for number in (1, 2, 3, 4)},
     "paenke-2007": {f"G{number}": "holds" for number in (1, 2, 3, 4)},
     "soltoggio-2008": {"S1": "holds", "S2": "holds", "S3": "holds", "S4": "does not hold"},
     "le-2018": {f"L{number}": "holds" for number in (1, 2, 3)},

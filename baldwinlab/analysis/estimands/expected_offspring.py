@@ -114,16 +114,20 @@ PROPORTIONAL_SCHEMES: Final[Mapping[str, Callable[[Floats], Floats]]] = {
 
 def _fixation_offspring(fitness: Floats, members: int) -> Floats:
     """Return the offspring of populations (even agents) and of their mutants (odd agents)."""
-    resident, mutant = fitness[..., ::2], fitness[..., 1::2]
+    mutant = fitness[..., 1::2]
+    resident = fitness[..., ::2][..., : mutant.shape[-1]]
     probability = compute_fixation_probabilities(mutant, resident, members)
-    offspring = np.stack([2 - 2 * probability, 2 * probability], axis=-1).reshape(fitness.shape)
+    # An agent without a mutant survives.
+    offspring = np.ones(fitness.shape)
+    offspring[..., 1::2] = 2 * probability
+    offspring[..., ::2][..., : mutant.shape[-1]] = 2 - 2 * probability
     is_known = np.isfinite(fitness).all(axis=-1, keepdims=True)
     return np.where(is_known, offspring, np.nan)
 
 
-FIXATION: Final = "fixation"
+MUTANT_FIXATION: Final = "mutant-fixation"
 """Scheme in which a mutant replaces a population with its probability of fixation."""
-SCHEMES: Final = (*RANK_SCHEMES, *PROPORTIONAL_SCHEMES, FIXATION)
+SCHEMES: Final = (*RANK_SCHEMES, *PROPORTIONAL_SCHEMES, MUTANT_FIXATION)
 
 
 def expect_offspring(fitness: xr.DataArray, experiment: BaseExperiment) -> xr.DataArray:
@@ -150,7 +154,7 @@ def expect_offspring(fitness: xr.DataArray, experiment: BaseExperiment) -> xr.Da
     n_agents = fitness.sizes["agent"]
     elite = experiment.evolution.elite
     selection = experiment.evolution.selection
-    if selection == FIXATION:
+    if selection == MUTANT_FIXATION:
         members = experiment.part("evolution.selection").members
         return _apply_to_agents(fitness, lambda values: _fixation_offspring(values, members))
     if selection in RANK_SCHEMES:

@@ -34,11 +34,12 @@ def fixation_probability(mutant: float, resident: float, size: int) -> float:
     return 1.0 / total
 
 
-class Fixation(Selection, name="fixation"):
+class MutantFixation(Selection, name="mutant-fixation"):
     """A mutant replaces a population with its probability of fixation.
 
     The agents 2 i and 2 i + 1 are a population and its mutant. Agent 2 i of the next generation is
-    a copy of the winner, and agent 2 i + 1 is a new mutant of it.
+    a copy of the winner, and agent 2 i + 1 is a new mutant of it. An agent without a mutant
+    survives.
 
     References
     ----------
@@ -50,18 +51,13 @@ class Fixation(Selection, name="fixation"):
     minimum_fitness: ClassVar[float] = 0.0
     has_groups: ClassVar[bool] = True
 
-    def check(self, experiment: Any) -> None:
-        if experiment.population.size % 2:
-            raise ValueError(
-                f"population.size = {experiment.population.size} must be even with "
-                "evolution.selection = 'fixation': two agents are a population and its mutant"
-            )
-
     @staticmethod
     def select(
         part: Any, fitness: Any, uniforms: Any, shares: Any, order: Any, parents: Any
     ) -> None:
-        for resident in range(0, parents.shape[0], 2):
+        n_pairs = parents.shape[0] // 2
+        for pair in range(n_pairs):
+            resident = 2 * pair
             mutant = resident + 1
             probability = fixation_probability(fitness[mutant], fitness[resident], part.members)
             winner = mutant if uniforms[resident, 0, 0] < probability else resident
@@ -69,11 +65,14 @@ class Fixation(Selection, name="fixation"):
             parents[resident, 1] = ITSELF
             parents[mutant, 0] = winner
             parents[mutant, 1] = winner
+        for single in range(2 * n_pairs, parents.shape[0]):
+            parents[single, 0] = single
+            parents[single, 1] = ITSELF
 
     @staticmethod
     def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
         parents = []
-        for resident in range(0, len(fitness), 2):
+        for resident in range(0, len(fitness) - 1, 2):
             powers = [
                 (fitness[resident] / fitness[resident + 1]) ** power if fitness[resident + 1] else 1
                 for power in range(part.members)
@@ -81,7 +80,7 @@ class Fixation(Selection, name="fixation"):
             probability = 1 / sum(powers) if fitness[resident + 1] else 0
             winner = resident + int(uniforms[resident][0][0] < probability)
             parents += [[winner, ITSELF], [winner, winner]]
-        return parents
+        return [*parents, [len(fitness) - 1, ITSELF]] if len(fitness) % 2 else parents
 
 
 class LatticeSteps(Variation, name="lattice-steps"):

@@ -4,8 +4,8 @@
 
 A population is a point on the positions 0 to `length` - 1: all its members have the same genotype.
 In each generation, one mutant appears at a neighboring position. It replaces the population with
-the probability of fixation, or disappears (selection `fixation`). Two agents represent a walk: the
-population (even number) and its mutant (odd number). The walks of a run are independent.
+the probability of fixation, or disappears (selection `mutant-fixation`). Two agents represent a
+walk: the population (even number) and its mutant (odd number). The walks of a run are independent.
 
 Each position multiplies the fitness of the position before it by 1 + slope + roughness (2 u - 1),
 with a uniform random number u. Each run has a different landscape, which is the same in all
@@ -80,7 +80,7 @@ class LatticeWalkers(Model, name="lattice-walkers"):
         "population": {"size": 100},
         "evolution": {
             "generations": 801,
-            "selection": "fixation",
+            "selection": "mutant-fixation",
             "variation": "lattice-steps",
         },
         "record": {"genome_every": 100},

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from baldwinlab.analysis.estimands.expected_offspring import FIXATION, SCHEMES, expect_offspring
+from baldwinlab.analysis.estimands.expected_offspring import (
+    MUTANT_FIXATION,
+    SCHEMES,
+    expect_offspring,
+)
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import ITSELF
 
@@ -42,7 +46,12 @@ def count_by_drawing(experiment: BaseExperiment, fitness: np.ndarray) -> np.ndar
 # A scheme that breeds pairs of agents separately refuses an elite.
 @pytest.mark.parametrize(
     ("scheme", "elite"),
-    [(scheme, elite) for scheme in SCHEMES for elite in (0, 3) if scheme != FIXATION or elite == 0],
+    [
+        (scheme, elite)
+        for scheme in SCHEMES
+        for elite in (0, 3)
+        if scheme != MUTANT_FIXATION or elite == 0
+    ],
 )
 def test_expected_offspring_are_those_of_many_draws(scheme: str, elite: int) -> None:
     experiment = make_experiment(selection=scheme, elite=elite)

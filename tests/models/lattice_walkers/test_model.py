@@ -58,7 +58,7 @@ def test_the_mean_time_of_simulated_walks_is_the_expected_time(name: str) -> Non
         [
             "population.size=400",
             "evolution.generations=600",
-            "evolution.fixation.members=5",
+            "evolution.mutant_fixation.members=5",
             "lattice_walkers.length=5",
         ],
     )
