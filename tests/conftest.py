@@ -1,4 +1,4 @@
-"""Fixtures for all tests: a browser, the command line, plain Python and a missing extra."""
+"""Fixtures for all tests: a browser, the command line, plain Python, and simple figures."""
 
 from __future__ import annotations
 
@@ -30,7 +30,10 @@ def pytest_xdist_auto_num_workers() -> int:
     return (os.cpu_count() or 1) + 1
 
 
-SLOW_FILES = ("test_docs.py", "test_check.py", "test_cuda.py", "test_cli.py", "test_page_live.py")
+SLOW_FILES = (
+    *("test_docs.py", "test_stages.py", "test_cli.py", "test_page_live.py", "test_executors.py"),
+    *("test_cuda.py", "test_checks.py", "test_report.py", "test_gallery.py", "test_figures.py"),
+)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -98,6 +101,26 @@ def in_plain_python(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
     disable_compilation(monkeypatch)
     with np.errstate(all="ignore"):
+        yield
+
+
+@pytest.fixture
+def placeholder_figures() -> Iterator[None]:
+    """Save small files instead of figures."""
+    # Few tests need Matplotlib.
+    from tests.placeholder_figures import save_placeholders
+
+    with save_placeholders():
+        yield
+
+
+@pytest.fixture(scope="module")
+def placeholder_figures_of_module() -> Iterator[None]:
+    """Save small files instead of figures in all tests and fixtures of a module."""
+    # Few tests need Matplotlib.
+    from tests.placeholder_figures import save_placeholders
+
+    with save_placeholders():
         yield
 
 

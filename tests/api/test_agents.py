@@ -57,18 +57,19 @@ def test_one_agent_and_several_are_taken_out_by_number(study: bl.Study) -> None:
     assert study.genomes(0, 3, best.item(), condition="evo/A").agent == best
 
 
+NEAT = (
+    "network.kind=neat",
+    "network.hidden=[40]",
+    "evolution.variation=neat",
+    "evolution.selection=species",
+)
 KINDS: Sequence[tuple[str, ...]] = (
     (),
     ("network.hidden=[4,4]", "network.biases=true"),
     ("network.hidden=[]",),
     ("network.kind=simple-recurrent", "network.hidden=[4]"),
     ("network.kind=continuous-time", "network.hidden=[4]", "network.biases=true"),
-    (
-        "network.kind=neat",
-        "network.hidden=[40]",
-        "evolution.variation=neat",
-        "evolution.selection=species",
-    ),
+    NEAT,
     ('senses.kinds=["smell", "compass"]',),
     ("learning.rule=hebb", "learning.rate=0", "learning.steps=0"),
 )
@@ -81,7 +82,13 @@ def experiment_with(changes: Sequence[str]) -> Experiment:
 
 
 @pytest.mark.parametrize(
-    "changes", KINDS, ids=lambda changes: changes[0] if changes else "feed-forward"
+    "changes",
+    [
+        # NEAT takes ten seconds.
+        pytest.param(changes, marks=[pytest.mark.nightly] * (changes is NEAT))
+        for changes in KINDS
+    ],
+    ids=lambda changes: changes[0] if changes else "feed-forward",
 )
 def test_a_network_gives_the_outputs_of_a_life_without_learning(
     in_plain_python: None, tmp_path: Path, changes: tuple[str, ...]

@@ -21,6 +21,9 @@ from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 from tests.small_studies import read_records
 
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
+
 PAPER = """
 name = "staged"
 title = "Staged"
@@ -110,7 +113,7 @@ def write_staged_paper(folder: Path, design: str = DESIGN) -> Path:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with the paper and its results."""
     folder = tmp_path_factory.mktemp("staged")
-    bl.reproduce(write_staged_paper(folder / "paper"), out=folder / "results", workers=2)
+    bl.reproduce(write_staged_paper(folder / "paper"), out=folder / "results", workers=1)
     return folder
 
 

@@ -13,7 +13,7 @@ from tests.faults.amount import amount
 COMBINATIONS_PER_TEST: Final = 10
 
 
-@pytest.mark.parametrize("seed", range(amount(500, 20) // COMBINATIONS_PER_TEST))
+@pytest.mark.parametrize("seed", range(amount(500, 10) // COMBINATIONS_PER_TEST))
 def test_random_combinations_are_refused_or_reproducible(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

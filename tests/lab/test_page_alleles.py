@@ -17,8 +17,8 @@ from baldwinlab.experiment import assign
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import WINDOWS, LabServer
-from tests.lab.test_page_layout import LOW, MEASURE, check_controls, open_window
+from tests.lab.client import WINDOWS, LabServer, every_window
+from tests.lab.test_page_layout import MEASURE, check_controls, open_window
 
 RUN = "study=strings&condition=guessing&run=1"
 
@@ -77,6 +77,7 @@ def test_bars_and_table_are_those_of_the_genomes_of_the_selected_generation(
     check_alleles(page, strings_server, 0, run=0)
 
 
+@pytest.mark.nightly
 def test_generations_play_and_stop_at_the_last_one(
     alleles_page: Page, strings_server: LabServer
 ) -> None:
@@ -137,6 +138,7 @@ def test_a_part_of_a_bar_has_the_name_of_its_allele_and_a_locus_has_a_tooltip(
     )
 
 
+@pytest.mark.nightly
 def test_the_guide_describes_the_bars(alleles_page: Page) -> None:
     alleles_page.get_by_test_id("about").click()
     guide = alleles_page.get_by_test_id("guide")
@@ -166,6 +168,7 @@ def test_a_point_in_the_results_opens_the_alleles_of_its_run(
     check_alleles(page, strings_server, 4)
 
 
+@pytest.mark.nightly
 def test_a_live_run_shows_the_alleles_of_the_newest_or_the_selected_generation(
     page: Page, strings_server: LabServer
 ) -> None:
@@ -249,7 +252,7 @@ def test_the_bars_disappear_if_the_record_is_damaged(
     record.write_bytes(content)
 
 
-@pytest.mark.parametrize(("width", "height", "dots"), [WINDOWS["desktop"], WINDOWS["phone"], *LOW])
+@every_window
 def test_bars_are_large_enough_and_every_control_is_reachable(
     browser: Browser, strings_server: LabServer, width: int, height: int, dots: int
 ) -> None:

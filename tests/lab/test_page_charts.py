@@ -19,7 +19,7 @@ from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.studies.store import StudyStore
 from tests.analysis.assays.artificial_assays import assign_to_study, reaction
 from tests.axe import find_violations
-from tests.lab.client import SMALL, WINDOWS, LabServer, get_json
+from tests.lab.client import SMALL, LabServer, every_window, get_json
 from tests.lab.conftest import run_server
 from tests.lab.test_page_live import QUICK, expect_state, start_live_run
 from tests.lab.test_page_results import open_results, read_query
@@ -188,6 +188,7 @@ def test_without_reaction_norms_the_page_shows_the_command(page: Page) -> None:
     )
 
 
+@pytest.mark.nightly
 def test_the_curves_of_a_live_run_are_downloaded(page: Page) -> None:
     start_live_run(page, QUICK, pace=0)
     expect_state(page, "Done")
@@ -225,7 +226,7 @@ def test_ticks_are_between_the_limits_at_integer_generations(page: Page) -> None
     assert ticks == [[0, 10, 20, 30], [-0.5, 0, 0.5, 1], [0, 1, 2], [0, 0.1, 0.2, 0.3]]
 
 
-@pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
+@every_window
 def test_charts_are_not_wider_than_the_window_and_controls_are_reachable(
     browser: Browser,
     lab_server: LabServer,

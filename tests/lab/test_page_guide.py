@@ -57,6 +57,7 @@ def test_the_guides_of_other_tabs_describe_the_curves(first_visit: Page, tab: st
     expect(page.get_by_test_id("guide")).to_be_visible()
 
 
+@pytest.mark.nightly
 def test_without_local_storage_the_guide_is_open_at_every_visit(
     first_visit: Page,
 ) -> None:

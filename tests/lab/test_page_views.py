@@ -9,7 +9,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.studies.store import StudyStore
 from tests.axe import find_violations
-from tests.lab.client import WINDOWS, LabServer, get_arrays
+from tests.lab.client import LabServer, every_window, get_arrays
 from tests.lab.test_page_layout import MEASURE, check_controls, open_window
 
 CELLS = "study=views&condition=cells&run=1&generation=2"
@@ -162,7 +162,7 @@ def test_an_unknown_view_shows_a_message_and_another_view(
     expect(page.get_by_test_id("grid-description")).to_contain_text("environment 1 of 6")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.nightly)])
 def test_the_views_have_no_barriers(browser: Browser, views_server: LabServer, scheme: str) -> None:
     with views_server.context(
         browser, color_scheme="dark" if scheme == "dark" else "light"
@@ -175,7 +175,7 @@ def test_the_views_have_no_barriers(browser: Browser, views_server: LabServer, s
             assert find_violations(page) == []
 
 
-@pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
+@every_window
 def test_views_fit_in_every_window(
     browser: Browser, views_server: LabServer, width: int, height: int, dots: int
 ) -> None:

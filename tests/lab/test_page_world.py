@@ -166,6 +166,7 @@ def test_the_shown_action_is_that_of_the_replay_and_noise_is_marked(page: Page) 
         page.goto("about:blank")
 
 
+@pytest.mark.nightly
 def test_real_valued_inputs_are_shown_as_numbers_and_highlighted(
     page: Page,
 ) -> None:
@@ -297,6 +298,7 @@ def test_a_damaged_record_shows_a_message_and_no_lifetime(browser: Browser, tmp_
         expect(page.locator("[data-ready]")).to_have_count(1)
 
 
+@pytest.mark.nightly
 def test_memory_does_not_grow_in_a_long_session(page: Page) -> None:
     open_world(page, f"{SELF_TAUGHT}&step=0&agent=3")
     devtools = page.context.new_cdp_session(page)

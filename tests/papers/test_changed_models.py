@@ -12,6 +12,9 @@ from baldwinlab.api.publish.gallery_entries import find_studies
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
+
 PAPER = """
 name = "needle"
 title = "On needles"

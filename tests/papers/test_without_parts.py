@@ -11,6 +11,9 @@ import baldwinlab as bl
 from baldwinlab.experiment import registry
 from tests.commands import Command
 
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
+
 EXAMPLE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
 MEASURE = """
     measures = {

@@ -64,7 +64,11 @@ def folder() -> Iterator[Path]:
     ("words", "file"),
     [
         (RUN_ONE_MORE, "study/runs/evo/A/0001.nc"),
-        (("assay", "study", "--assays", "innate"), "study/assays/innate/evo/A.nc"),
+        pytest.param(
+            ("assay", "study", "--assays", "innate"),
+            "study/assays/innate/evo/A.nc",
+            marks=pytest.mark.nightly,
+        ),
         (("report", "study"), "study/claims.json"),
     ],
     ids=["run", "assay", "report"],

@@ -98,6 +98,7 @@ def test_a_dead_agent_neither_moves_eats_nor_learns() -> None:
     assert (at_end.state.positions[0, dead] < 0).all()
 
 
+@pytest.mark.nightly
 def test_a_dead_agent_is_not_sensed() -> None:
     experiment = make_experiment("evo", senses={"kinds": ["neighbours"], "visual_radius": 40})
     start = {"x": 60, "y": 50, "radius": 0}

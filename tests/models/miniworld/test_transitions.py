@@ -244,8 +244,10 @@ def test_every_step_under_a_variant_agrees_with_the_paper(condition: str, varian
 @pytest.mark.parametrize("update", ["simultaneous", "sequential"])
 @pytest.mark.parametrize(
     "region",
-    [{"x": [0, 400], "y": [0, 400]}, {"x": [150, 400], "y": [0, 300]}],
-    ids=["map", "region"],
+    [
+        pytest.param({"x": [0, 400], "y": [0, 400]}, id="map", marks=pytest.mark.nightly),
+        pytest.param({"x": [150, 400], "y": [0, 300]}, id="region"),
+    ],
 )
 def test_every_step_with_many_items_in_cells_agrees_with_the_paper(
     region: dict[str, Any], update: str
