@@ -57,22 +57,22 @@ def test_one_agent_and_several_are_taken_out_by_number(study: bl.Study) -> None:
     assert study.genomes(0, 3, best.item(), condition="evo/A").agent == best
 
 
-NEAT = (
-    "network.kind=neat",
-    "network.hidden=[40]",
-    "evolution.variation=neat",
-    "evolution.selection=species",
-)
 KINDS: Sequence[tuple[str, ...]] = (
     (),
-    ("network.hidden=[4,4]", "network.biases=true"),
     ("network.hidden=[]",),
     ("network.kind=simple-recurrent", "network.hidden=[4]"),
-    ("network.kind=continuous-time", "network.hidden=[4]", "network.biases=true"),
-    NEAT,
     ('senses.kinds=["smell", "compass"]',),
+    ("network.hidden=[4,4]", "network.biases=true"),
+    ("network.kind=continuous-time", "network.hidden=[4]", "network.biases=true"),
+    (
+        "network.kind=neat",
+        "network.hidden=[40]",
+        "evolution.variation=neat",
+        "evolution.selection=species",
+    ),
     ("learning.rule=hebb", "learning.rate=0", "learning.steps=0"),
 )
+DAILY_KINDS = KINDS[:4]
 
 
 def experiment_with(changes: Sequence[str]) -> Experiment:
@@ -84,8 +84,8 @@ def experiment_with(changes: Sequence[str]) -> Experiment:
 @pytest.mark.parametrize(
     "changes",
     [
-        # NEAT takes ten seconds.
-        pytest.param(changes, marks=[pytest.mark.nightly] * (changes is NEAT))
+        # Plain Python takes two to ten seconds.
+        pytest.param(changes, marks=[pytest.mark.nightly] * (changes not in DAILY_KINDS))
         for changes in KINDS
     ],
     ids=lambda changes: changes[0] if changes else "feed-forward",

@@ -55,6 +55,7 @@ def test_a_crowd_has_the_density_of_the_paper() -> None:
         )
 
 
+@pytest.mark.nightly
 def test_the_parts_of_a_file_are_a_case_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(benchmark, "cases", lambda backend: [])
     (record,) = benchmark.measure_cases(True, "cpu", [EXAMPLES / "bit_strings.py"])

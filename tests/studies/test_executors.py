@@ -376,6 +376,7 @@ def test_without_its_extra_a_url_is_refused_and_the_error_names_the_extra(
         parse_location(url)
 
 
+@pytest.mark.nightly
 def test_the_same_command_runs_on_a_cluster(
     tmp_path: Path,
     cluster: Any,

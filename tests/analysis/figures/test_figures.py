@@ -108,6 +108,7 @@ ODD = {
     "a condition without a run": study({"evo/A": [1, 2], FORAGERS: [math.nan, math.nan]}),
     "custom conditions": study({"mine": [1, 2], "yours": [3, 4], "on/a/map": [1, 3]}),
 }
+DAILY_ODD = ("a missing run", "a condition without a run", "custom conditions")
 
 
 @cache
@@ -131,7 +132,10 @@ def test_no_text_is_too_small_to_read_in_print(name: str) -> None:
     assert figure.get_size_inches()[0] <= 7.2
 
 
-@pytest.mark.parametrize("name", ODD)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.nightly] * (name not in DAILY_ODD)) for name in ODD],
+)
 def test_odd_studies_are_drawn_without_a_warning(name: str) -> None:
     odd = ODD[name]
     condition = str(odd["condition"].values[0])
@@ -233,6 +237,7 @@ def test_many_conditions_have_vertical_p_values_and_labels_below_the_last_map() 
     assert not any(label.get_text() for label in upper.get_xticklabels())
 
 
+@pytest.mark.nightly
 def test_fifty_conditions_have_a_legend_and_labels_that_do_not_overlap() -> None:
     names = [f"evo+rule-with-a-long-name-{number}+yoked" for number in range(50)]
     dataset = study({name: [20, 30] for name in names})

@@ -97,6 +97,7 @@ def test_random_numbers_and_a_read_without_effect_do_not_fail(write_part: Write)
     assert failures(write_part(RULE.format(more="", value=value))) == []
 
 
+@pytest.mark.nightly
 def test_a_variation_that_writes_only_the_first_module_fails_with_its_name(
     write_part: Write,
 ) -> None:

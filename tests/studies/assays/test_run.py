@@ -138,6 +138,7 @@ def test_an_error_does_not_change_stored_assays(
     assert stored(study) == before
 
 
+@pytest.mark.nightly
 def test_assays_do_not_depend_on_the_number_of_stored_genomes(
     study: StudyStore, tmp_path: Path
 ) -> None:
