@@ -87,6 +87,7 @@ DRAW_PICTURE: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = 
     "floreano-urzelai-2000": _draw_shares,
     "stanley-miikkulainen-2002": _draw_curves,
     "suzuki-arita-2004": _draw_shares,
+    "mery-kawecki-2004": _make_draw_measures("mery-kawecki-2004"),
     "paenke-2007": _make_draw_measures("paenke-2007"),
     "soltoggio-2008": _draw_curves,
     "le-2018": _draw_shares,

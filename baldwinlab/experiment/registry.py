@@ -53,6 +53,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "cell-foragers": f"{_MODELS}.cell_foragers.model:CellForagers",
         "cue-learners": f"{_MODELS}.cue_learners.model:CueLearners",
         "digit-readers": f"{_MODELS}.digit_readers.model:DigitReaders",
+        "egg-layers": f"{_MODELS}.egg_layers:EggLayers",
         "erl-populations": f"{_MODELS}.erl.model:ErlPopulations",
         "hinton-nowlan": f"{_MODELS}.hinton_nowlan:HintonNowlan",
         "moving-needle": f"{_MODELS}.moving_needle:MovingNeedle",

@@ -35,6 +35,7 @@ VERDICTS = {
     "suzuki-arita-2004": {"S3": "does not hold"}
     | {f"S{number}": "holds" for number in (1, 2, 4, 5)},
     "paenke-2007": {f"G{number}": "holds" for number in (1, 2, 3, 4)},
+    "mery-kawecki-2004": {f"K{number}": "holds" for number in range(1, 6)},
     "soltoggio-2008": {"S1": "holds", "S2": "holds", "S3": "holds", "S4": "does not hold"},
     "le-2018": {f"L{number}": "holds" for number in (1, 2, 3)},
     "invasion": {f"I{number}": "holds" for number in range(1, 8)},
