@@ -69,7 +69,7 @@ def test_learning_without_visits_to_the_right_medium_always_slows(wrong: int, si
 
 @pytest.mark.parametrize("mean", [-2.0, 0.0, 2.0])
 def test_the_recursion_agrees_with_a_large_sample(mean: float) -> None:
-    """300,000 animals, each a mean of two parents drawn in proportion to fitness, plus noise."""
+    """60,000 animals, each a mean of two parents drawn in proportion to fitness, plus noise."""
     std = 0.4
 
     def learn(x: Numbers) -> Numbers:
@@ -77,13 +77,13 @@ def test_the_recursion_agrees_with_a_large_sample(mean: float) -> None:
 
     predicted = predict_preferences(mean, std, 0.25, 6, learn)
     random = np.random.default_rng(4)
-    size = 300_000
+    size = 60_000
     x = random.normal(mean, std, size)
     for generation in range(6):
         assert abs(x.mean() - predicted.mean[generation]) < 6 * std * np.sqrt(generation + 1) / (
             np.sqrt(size)
         )
-        assert x.std() == pytest.approx(predicted.std[generation], rel=0.007)
+        assert x.std() == pytest.approx(predicted.std[generation], rel=0.015)
         fitness = choice_share(x + learn(x))
         pairs = random.choice(x, (2, size), p=fitness / fitness.sum())
         x = pairs.mean(axis=0) + random.normal(0, 0.25, size)
