@@ -147,12 +147,13 @@ def predict_preferences(
     step = GRID_STEP * min(initial_std, segregation_std)
     # Each generation moves the mean by less than the variance of the preference.
     reach = round((CUT * widest_std + generations * 2 * widest_std**2) / step)
-    preference = initial_mean + step * np.arange(-reach, reach + 1)
-    density = _normal_density(preference - initial_mean, initial_std)
+    offsets: Numbers = step * np.arange(-reach, reach + 1, dtype=np.float64)
+    preference = initial_mean + offsets
+    density = _normal_density(offsets, initial_std)
     fitness = choice_share(preference + learn(preference))
     # The mean of two values on the grid is on a grid of half the distance.
-    half_steps = np.arange(-2 * reach, 2 * reach + 1)
-    segregation = _normal_density(half_steps * step / 2, segregation_std)
+    half_steps: Numbers = step / 2 * np.arange(-2 * reach, 2 * reach + 1, dtype=np.float64)
+    segregation = _normal_density(half_steps, segregation_std)
     means, stds = [], []
     for _ in range(generations):
         density /= density.sum()
