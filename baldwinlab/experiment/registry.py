@@ -66,6 +66,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "neat-xor": f"{_MODELS}.neat.xor:NeatXor",
         "nk-climbers": f"{_MODELS}.nk_climbers:NKClimbers",
         "slope-climbers": f"{_MODELS}.slope_climbers:SlopeClimbers",
+        "plastic-elements": f"{_MODELS}.plastic_elements:PlasticElements",
         "plastic-prisoners": f"{_MODELS}.plastic_prisoners.model:PlasticPrisoners",
         "t-mazes": f"{_MODELS}.t_mazes.model:TMazes",
         "two-state-forager": f"{_MODELS}.two_state_forager:TwoStateForager",
