@@ -61,6 +61,7 @@ SLOW_PAGES = {
     "docs/reference/networks.md",
     "docs/reference/sweeps.md",
     "docs/reference/worlds.md",
+    "docs/tutorials/first-study.md",
     "docs/tutorials/learning-rule.md",
     "docs/tutorials/paper.md",
 }

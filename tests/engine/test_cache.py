@@ -110,7 +110,14 @@ def test_a_folder_that_other_users_can_change_is_reported_and_not_used(
 
 
 @pytest.mark.parametrize(
-    "damage", ["cut short", "emptied", "a bit flipped", "another file's", "a pickle that runs"]
+    "damage",
+    [
+        *("a bit flipped", "a pickle that runs"),
+        *(
+            pytest.param(damage, marks=pytest.mark.nightly)
+            for damage in ("cut short", "emptied", "another file's")
+        ),
+    ],
 )
 def test_damaged_code_is_compiled_again(damage: str, folder: Path) -> None:
     (file,) = stored_files(folder)
@@ -205,6 +212,7 @@ def test_a_process_waits_for_code_that_another_process_compiles(folder: Path) ->
     assert file.stat().st_ino == inode
 
 
+@pytest.mark.nightly
 def test_code_for_each_block_size_has_its_own_folder(tmp_path: Path) -> None:
     for lanes in ("4", "16"):
         assert draw(BALDWINLAB_CACHE=str(tmp_path), BALDWINLAB_LANES=lanes).stdout == EXPECTED

@@ -93,6 +93,7 @@ def test_generations_play_and_stop_at_the_last_one(
     check_alleles(page, strings_server, 4)
 
 
+@pytest.mark.nightly
 def test_the_address_reopens_the_shown_generation(
     alleles_page: Page, strings_server: LabServer
 ) -> None:
@@ -105,6 +106,7 @@ def test_the_address_reopens_the_shown_generation(
     check_alleles(page, strings_server, 3)
 
 
+@pytest.mark.nightly
 def test_controls_of_a_world_are_hidden(alleles_page: Page) -> None:
     for control in (
         "play",
@@ -121,6 +123,7 @@ def test_controls_of_a_world_are_hidden(alleles_page: Page) -> None:
         expect(alleles_page.get_by_test_id(control)).to_have_count(0)
 
 
+@pytest.mark.nightly
 def test_a_part_of_a_bar_has_the_name_of_its_allele_and_a_locus_has_a_tooltip(
     alleles_page: Page, strings_server: LabServer
 ) -> None:
@@ -233,6 +236,7 @@ def test_an_unknown_generation_shows_a_message_and_another_generation(
     expect(page.get_by_test_id("alleles-heading")).to_have_text("Alleles by locus, generation 4")
 
 
+@pytest.mark.nightly
 def test_the_bars_disappear_if_the_record_is_damaged(
     browser: Browser, strings_server: LabServer
 ) -> None:

@@ -88,6 +88,7 @@ def test_downloaded_box_plots_have_a_row_and_a_point_per_run(
     assert texts_of(svg)[0] == "Average agent at the end of each run, fitness (energy)"
 
 
+@pytest.mark.nightly
 def test_the_keyboard_opens_the_run_of_a_line(page: Page, lab_server: LabServer) -> None:
     open_results(page)
     page.get_by_test_id("each-run").check()
@@ -164,6 +165,7 @@ def reaction_assay(lab_server: LabServer) -> Iterator[None]:
     shutil.rmtree(folder)
 
 
+@pytest.mark.nightly
 def test_reaction_norms_are_drawn_for_the_selected_field(page: Page, reaction_assay: None) -> None:
     open_results(page)
     section = page.get_by_test_id("reaction")
@@ -181,6 +183,7 @@ def test_reaction_norms_are_drawn_for_the_selected_field(page: Page, reaction_as
     assert find_violations(page) == []
 
 
+@pytest.mark.nightly
 def test_without_reaction_norms_the_page_shows_the_command(page: Page) -> None:
     open_results(page)
     expect(page.get_by_test_id("reaction")).to_contain_text(

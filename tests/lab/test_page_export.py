@@ -192,6 +192,7 @@ def test_a_browser_without_simd_shows_a_message(offline_page: Page, exported_fil
     )
 
 
+@pytest.mark.nightly
 def test_simultaneous_runs_end_and_the_world_of_every_run_plays(
     page: Page,
 ) -> None:
@@ -223,6 +224,7 @@ def test_the_guide_is_open_at_the_first_visit_and_on_request(page: Page) -> None
     expect(page.get_by_test_id("about")).to_have_attribute("aria-expanded", "true")
 
 
+@pytest.mark.nightly
 def test_each_run_is_a_line_that_opens_its_world(page: Page) -> None:
     start_run(page, runs=3)
     expect(page.get_by_test_id("live-state")).to_have_text("Done")

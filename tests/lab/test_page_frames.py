@@ -129,6 +129,7 @@ def test_a_density_fits_in_each_window(browser: Browser, crowd_server: LabServer
             check_page_layout(page, 1)
 
 
+@pytest.mark.nightly
 def test_a_density_has_no_barriers(browser: Browser, crowd_server: LabServer) -> None:
     with open_window(browser, *WINDOWS["phone"], lab=crowd_server) as page:
         open_crowd(page, 20)

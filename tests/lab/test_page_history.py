@@ -27,6 +27,7 @@ def generation_text(server: LabServer, generation: int) -> re.Pattern[str]:
     return re.compile(rf"^generation {generation}, food eaten: {numbers}$")
 
 
+@pytest.mark.nightly
 def test_the_curve_describes_generations_and_selects_them_by_click_and_drag(
     page: Page, lab_server: LabServer
 ) -> None:

@@ -106,6 +106,7 @@ def test_maps_are_large_enough_with_two_worlds_an_agent_and_its_ancestors(
         expect(page.get_by_test_id("fit")).to_be_in_viewport()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("n_worlds", [1, 2])
 def test_the_maps_of_a_shared_page_are_large_enough(
     browser: Browser, lab_server: LabServer, tmp_path: Path, n_worlds: int

@@ -270,6 +270,7 @@ def shown_generation(page: Page) -> int:
     return int(re.sub(r"\D", "", page.get_by_test_id("live-caption").text_content() or "") or -1)
 
 
+@pytest.mark.nightly
 def test_the_world_is_that_of_the_newest_generation_until_the_user_pauses_it(
     page: Page,
 ) -> None:

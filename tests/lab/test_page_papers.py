@@ -49,6 +49,7 @@ def papers_page(page: Page, papers_server: LabServer) -> Page:
     return page
 
 
+@pytest.mark.nightly
 def test_the_logo_opens_the_papers(page: Page, papers_server: LabServer) -> None:
     page.goto(f"{papers_server.entry}#/results?study=needle")
     page.get_by_test_id("curves").locator("canvas").wait_for()
@@ -120,6 +121,7 @@ def test_the_tab_has_no_barriers(browser: Browser, papers_server: LabServer, sch
         assert find_violations(page) == []
 
 
+@pytest.mark.nightly
 def test_a_link_of_another_scheme_is_not_shown(papers_page: Page) -> None:
     """Check that the link of a third-party paper cannot run a script."""
     links = [

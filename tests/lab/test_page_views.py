@@ -59,6 +59,7 @@ def test_keys_and_the_slider_change_the_step_of_a_lifetime(
     expect(play).to_have_attribute("aria-label", "Play")
 
 
+@pytest.mark.nightly
 def test_the_step_stays_when_the_generation_or_the_agent_changes(
     cells_page: Page, views_server: LabServer
 ) -> None:
@@ -86,6 +87,7 @@ def test_the_step_stays_when_the_generation_or_the_agent_changes(
     expect(heading).to_have_text("Life, agent 7, generation 1")
 
 
+@pytest.mark.nightly
 def test_generations_play_in_order(cells_page: Page) -> None:
     cells_page.keyboard.press("g")
     for generation in range(4):
@@ -114,6 +116,7 @@ def test_a_user_selects_alleles_or_a_view_of_a_model(cells_page: Page) -> None:
     expect(cells_page.get_by_test_id("view-a")).to_be_hidden()
 
 
+@pytest.mark.nightly
 def test_a_path_without_steps_is_shown_as_text(cells_page: Page) -> None:
     cells_page.get_by_test_id("condition-a").select_option("climbers")
     cells_page.get_by_test_id("view-a").select_option("climb")

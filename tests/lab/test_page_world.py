@@ -98,6 +98,7 @@ def test_keys_change_the_step_the_speed_and_the_generation(page: Page) -> None:
     expect(find(page, "play")).to_have_attribute("data-playing", "true")
 
 
+@pytest.mark.nightly
 def test_a_lifetime_at_maximum_speed_stops_at_its_last_step(page: Page) -> None:
     open_world(page)
     find(page, "speed").select_option("1000")
@@ -188,6 +189,7 @@ def test_real_valued_inputs_are_shown_as_numbers_and_highlighted(
     expect(find(page, "responses")).to_be_hidden()
 
 
+@pytest.mark.nightly
 def test_a_comparison_starts_with_the_same_run_and_generation(page: Page) -> None:
     open_world(page)
     find(page, "compare").click()
@@ -225,6 +227,7 @@ def test_the_address_reopens_the_shown_state(page: Page) -> None:
     assert find(page, "world-a").screenshot() == picture
 
 
+@pytest.mark.nightly
 def test_back_returns_to_the_generation_before(page: Page) -> None:
     open_world(page)
     page.get_by_role("button", name="Previous generation").click()
@@ -233,6 +236,7 @@ def test_back_returns_to_the_generation_before(page: Page) -> None:
     expect(find(page, "generation-a")).to_have_value("2")
 
 
+@pytest.mark.nightly
 def test_a_delayed_update_of_the_address_does_not_return_from_another_tab(
     page: Page,
 ) -> None:

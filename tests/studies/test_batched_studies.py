@@ -189,7 +189,9 @@ def test_an_extended_study_has_the_records_of_a_long_one(
     require_records(study, make_oracle(generations=5))
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(
+    "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(2, 6))]
+)
 def test_an_interrupted_task_stores_its_finished_runs(
     tmp_path: Path, oracle: Records, seed: int
 ) -> None:

@@ -91,6 +91,7 @@ def test_a_read_only_study_is_refused_before_the_simulation(
     assert ".partial" not in result.stderr
 
 
+@pytest.mark.nightly
 def test_stored_runs_of_a_read_only_study_are_read(folder: Path) -> None:
     result = subprocess.run(
         [sys.executable, "-c", AS_USER, *RUN_ONE_MORE[:-4], "--runs", "1", "--out", "study"],

@@ -234,7 +234,13 @@ def start_in_food(condition: str, variant: str) -> Experiment:
 
 
 @pytest.mark.parametrize("variant", papers.load().names("variants"))
-@pytest.mark.parametrize("condition", papers.load().names("conditions"))
+@pytest.mark.parametrize(
+    "condition",
+    [
+        pytest.param(name, marks=[pytest.mark.nightly] * (name != "evo+self-taught"))
+        for name in papers.load().names("conditions")
+    ],
+)
 def test_every_step_under_a_variant_agrees_with_the_paper(condition: str, variant: str) -> None:
     counts = compare_lifetime(start_in_food(condition, variant), seed=7, generation=1)
     assert counts["eaten"] > 5

@@ -155,7 +155,7 @@ def test_assays_do_not_depend_on_the_number_of_stored_genomes(
     [
         {"population": {"size": 1}, "lifetime": {"steps": 1}},
         {"world": {"food": []}, "evolution": {"generations": 1}},
-        {"network": {"hidden": [], "biases": True}},
+        pytest.param({"network": {"hidden": [], "biases": True}}, marks=pytest.mark.nightly),
         {
             "learning": {
                 "cost_per_step": 0.01,
@@ -165,7 +165,7 @@ def test_assays_do_not_depend_on_the_number_of_stored_genomes(
             }
         },
         {"evolution": {"lamarckian_share": 1.0}, "record": {"genome_every": 2}},
-        {"learning": {"rule": "drift"}},
+        pytest.param({"learning": {"rule": "drift"}}, marks=pytest.mark.nightly),
     ],
 )
 def test_extreme_settings_can_be_assayed(tmp_path: Path, changes: dict[str, object]) -> None:
