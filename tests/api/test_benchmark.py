@@ -32,6 +32,7 @@ def test_there_is_a_case_for_the_study_for_every_condition_and_for_large_worlds(
     assert "world-10000" not in benchmark.cases("cuda")
 
 
+@pytest.mark.nightly
 def test_every_learning_rule_is_a_case_with_all_rules(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -125,6 +125,7 @@ def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(
     assert "changed model" not in command("gallery", "all").out
 
 
+@pytest.mark.nightly
 def test_settings_and_shorter_runs_in_python_are_changes_of_the_model(
     paper: str, tmp_path: Path
 ) -> None:

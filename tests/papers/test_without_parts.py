@@ -130,6 +130,7 @@ def test_a_claim_about_a_measure_of_a_model_that_is_not_loaded_is_not_evaluated(
     assert "needs a model that is not" in command("claims", str(results / "strings")).out
 
 
+@pytest.mark.nightly
 def test_with_the_part_all_claims_are_evaluated(
     results: Path, part: Path, tmp_path: Path, command: Command
 ) -> None:

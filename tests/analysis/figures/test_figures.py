@@ -108,6 +108,7 @@ ODD = {
     "a condition without a run": study({"evo/A": [1, 2], FORAGERS: [math.nan, math.nan]}),
     "custom conditions": study({"mine": [1, 2], "yours": [3, 4], "on/a/map": [1, 3]}),
 }
+DAILY_FIGURES = ("final-fitness", "emergence", "overview", "networks", "maps")
 DAILY_ODD = ("a missing run", "a condition without a run", "custom conditions")
 
 
@@ -118,7 +119,13 @@ def render(name: str) -> tuple[Figure, bytes]:
     return figure, figures.to_svg(figure)
 
 
-@pytest.mark.parametrize("name", DRAW)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.nightly] * (name not in DAILY_FIGURES))
+        for name in DRAW
+    ],
+)
 def test_a_figure_is_reproducible_with_any_settings_of_the_process(name: str) -> None:
     with mpl.rc_context({"font.size": 30, "svg.hashsalt": None, "lines.linewidth": 9}):
         assert figures.to_svg(DRAW[name]()) == render(name)[1]

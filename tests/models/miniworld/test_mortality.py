@@ -69,6 +69,7 @@ def simulate_batch(experiment: Experiment, steps: int) -> CpuBatch:
     return batch
 
 
+@pytest.mark.nightly
 def test_without_deaths_the_code_for_deaths_has_the_same_results() -> None:
     experiment = make_small_experiment("evo+self-taught", learning={"cost_per_step": 0.01})
     selective = experiment.replace(eats={"items": ["food"]})
