@@ -25,6 +25,7 @@ from baldwinlab.analysis.claim_samples import Samples
 from baldwinlab.analysis.report import content
 from baldwinlab.analysis.statistics.proportions import estimate_probability
 from baldwinlab.experiment.species_measures import SPECIES_MEASURES
+from baldwinlab.models.plastic_elements import find_innate_times
 from baldwinlab.papers.paper import CARD_FILE
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
@@ -97,6 +98,28 @@ def _draw_searches(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
     return figure
 
 
+def _draw_innate_times(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
+    """Draw the generation in which each element becomes innate, by its predicted selection."""
+    figure = Figure(figsize=(7.2, 4.2), layout="constrained")
+    panels = figure.subplots(2, 3, sharey=True)
+    for axes, experiment in zip(panels.flat, experiments, strict=True):
+        model = experiment.model_part
+        runs = dataset.sel(condition=experiment.name)
+        last = runs.sizes["generation"] - 1
+        # An element that does not become innate is drawn at the last generation.
+        times = np.minimum(find_innate_times(runs, model.n_elements), last)
+        median = np.median(times, axis=0)
+        low, high = np.quantile(times, [0.25, 0.75], axis=0)
+        selection = model.predicted_selection()
+        axes.errorbar(selection, median, (median - low, high - median), fmt="o", capsize=2)
+        axes.set_title(experiment.name, loc="left")
+        axes.set_xlim(0, None)
+        axes.margins(x=0.1)
+    figure.supxlabel("predicted selection on the innate allele", fontsize="medium")
+    figure.supylabel("generation in which the element is innate", fontsize="medium")
+    return figure
+
+
 DRAW_PICTURE: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "hinton-nowlan-1987": _draw_shares,
     "keesing-stork-1991": _make_draw_measures("keesing-stork-1991"),
@@ -110,9 +133,11 @@ DRAW_PICTURE: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = 
     "stanley-miikkulainen-2002": _draw_curves,
     "suzuki-arita-2004": _draw_shares,
     "borenstein-2006": _make_draw_measures("borenstein-2006"),
+    "mery-kawecki-2004": _make_draw_measures("mery-kawecki-2004"),
     "paenke-2007": _make_draw_measures("paenke-2007"),
     "soltoggio-2008": _draw_curves,
     "le-2018": _draw_shares,
+    "morgan-2020": _draw_innate_times,
     "invasion": _draw_fixation_probabilities,
     "predators-and-prey": _make_draw_measures("predators-and-prey"),
 }
@@ -122,6 +147,7 @@ CARD_PANELS: Final = {
     "nolfi-parisi-1993": 1,
     "nolfi-elman-parisi-1994": 1,
     "predators-and-prey": 1,
+    "morgan-2020": 2,
 }
 # A picture in docs/, and the left, upper, right and lower edge of the card in the picture.
 CARD_CROPS: Final = {
@@ -154,8 +180,8 @@ def _draw_card(figure: Figure, panel: int) -> bytes:
     for axes in [*figure.axes]:
         if axes is not card_axes:
             axes.remove()
-    for legend in [*figure.legends]:
-        legend.remove()
+    for artist in [*figure.legends, *figure.texts]:
+        artist.remove()
     card_axes.set(title="", xlabel="", ylabel="")
     card_axes.set_title("", loc="left")
     card_axes.tick_params(labelbottom=False, labelleft=False)

@@ -156,7 +156,7 @@ def _model(name: str) -> str:
         for field, value in fields.items()
     ]
     text += f"\nDefaults of shared settings: {', '.join(defaults)}.\n" if defaults else ""
-    measures = {name: measure.meaning for name, measure in model.measures.items()}
+    measures = {name: measure.meaning for name, measure in model().all_measures().items()}
     shares = {name: share.meaning for name, share in model.shares.items()}
     views = {name: view.description for name, view in model.views.items()}
     lists = {

@@ -1,8 +1,9 @@
-"""Fixtures for all tests: a browser, the command line, plain Python and a missing extra."""
+"""Fixtures for all tests: a browser, the command line, plain Python, and simple figures."""
 
 from __future__ import annotations
 
 import builtins
+import gc
 import os
 import shutil
 import sys
@@ -30,12 +31,21 @@ def pytest_xdist_auto_num_workers() -> int:
     return (os.cpu_count() or 1) + 1
 
 
-SLOW_FILES = ("test_docs.py", "test_check.py", "test_cuda.py", "test_cli.py", "test_page_live.py")
+SLOW_FILES = (
+    *("test_docs.py", "test_stages.py", "test_cli.py", "test_page_live.py", "test_executors.py"),
+    *("test_cuda.py", "test_checks.py", "test_report.py", "test_gallery.py", "test_figures.py"),
+)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Run slow files first, so that all workers end at about the same time."""
     items.sort(key=lambda item: item.path.name not in SLOW_FILES)
+
+
+def pytest_collection_finish() -> None:
+    """Collect garbage rarely, and never in imported modules. It took a twentieth of the time."""
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 20)
 
 
 # `make browser` uses the same names.
@@ -98,6 +108,26 @@ def in_plain_python(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
     disable_compilation(monkeypatch)
     with np.errstate(all="ignore"):
+        yield
+
+
+@pytest.fixture
+def placeholder_figures() -> Iterator[None]:
+    """Save small files instead of figures."""
+    # Few tests need Matplotlib.
+    from tests.placeholder_figures import save_placeholders
+
+    with save_placeholders():
+        yield
+
+
+@pytest.fixture(scope="module")
+def placeholder_figures_of_module() -> Iterator[None]:
+    """Save small files instead of figures in all tests and fixtures of a module."""
+    # Few tests need Matplotlib.
+    from tests.placeholder_figures import save_placeholders
+
+    with save_placeholders():
         yield
 
 

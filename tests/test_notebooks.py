@@ -14,7 +14,6 @@ from scripts.notebooks import NOTEBOOKS, executed, page, paths
 from tests.lab.conftest import open_offline_page
 
 # Half a minute each.
-SLOW_NOTEBOOKS = ("baldwin-effect", "own-learning-rule", "reading-a-study")
 TABLE = "differ from their defaults"
 PLAYER = "<iframe sandbox"
 CURVES = "data:image/svg+xml"
@@ -64,15 +63,9 @@ def test_links_of_a_notebook_lead_to_files(path: Path) -> None:
         assert (path.parent / target).exists(), target
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
-        pytest.param(
-            path, id=path.stem, marks=[pytest.mark.nightly] * (path.stem in SLOW_NOTEBOOKS)
-        )
-        for path in paths()
-    ],
-)
+# Each notebook takes ten seconds or more.
+@pytest.mark.nightly
+@pytest.mark.parametrize("path", paths(), ids=lambda path: path.stem)
 def test_a_notebook_runs_without_a_warning_and_shows_what_its_text_mentions(
     path: Path, tmp_path: Path, browser: Browser, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -29,7 +29,7 @@ def archives(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("kind", ["*.whl", "*.tar.gz"])
+@pytest.mark.parametrize("kind", ["*.whl", pytest.param("*.tar.gz", marks=pytest.mark.nightly)])
 def test_an_archive_runs_from_an_empty_folder(archives: Path, tmp_path: Path, kind: str) -> None:
     (archive,) = archives.glob(kind)
     pip = [sys.executable, "-m", "pip", "install"]

@@ -192,7 +192,7 @@ class BaseExperiment(Fields):
         if self.model == "miniworld":
             return species_measures
         model = self.loaded_model
-        return None if model is None else {**model.measures, **species_measures}
+        return None if model is None else {**model.all_measures(), **species_measures}
 
     @property
     def learns(self) -> bool:

@@ -122,7 +122,8 @@ class TwoStateForager(Model, name="two-state-forager"):
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         draws = key.uniforms(FOUNDER, (agents, 2))[:, :, 0]
-        return (draws < 0.5)[:, None].astype(np.float32)
+        is_1: npt.NDArray[np.bool_] = draws < 0.5
+        return is_1[:, None].astype(np.float32)
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -148,7 +149,7 @@ class TwoStateForager(Model, name="two-state-forager"):
         learned[:, :, 1] = learned_preference
         return LifeResults(
             energy=1 + matches.mean(axis=-1),
-            cost=self.cost * can_learn,
+            cost=np.where(can_learn, self.cost, 0.0),
             learned=learned,
             records=records,
         )

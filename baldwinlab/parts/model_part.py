@@ -154,6 +154,10 @@ class Model(Part):
         }
         return recorded_shares | dict(self.shares)
 
+    def all_measures(self) -> dict[str, Measure]:
+        """Return `measures`, and measures that depend on the settings of the model."""
+        return dict(self.measures)
+
     def without_learning(self) -> Self:
         """Return the same model without learning.
 

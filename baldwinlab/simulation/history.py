@@ -129,8 +129,10 @@ class History:
 
         The values of a time series are [..., window].
         """
-        shape = (self.experiment.evolution.generations, values.shape[1])
-        return self._records.setdefault(name, np.zeros(shape, values.dtype))
+        if name not in self._records:
+            shape = (self.experiment.evolution.generations, values.shape[1])
+            self._records[name] = np.zeros(shape, values.dtype)
+        return self._records[name]
 
     def add(self, generation: int, results: LifeResults, run_index: int) -> None:
         """Record a generation and make the next one.

@@ -45,6 +45,7 @@ def test_an_mp4_can_be_read_back(tmp_path: Path) -> None:
     assert sum(1 for _ in frames) == 300
 
 
+@pytest.mark.nightly
 def test_an_incomplete_mp4_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def cut_short(path: str, *size: object, **options: object) -> Generator[None, object, None]:
         Path(path).write_bytes(b"ftyp, mdat and no index")

@@ -59,9 +59,10 @@ def test_one_agent_and_several_are_taken_out_by_number(study: bl.Study) -> None:
 
 KINDS: Sequence[tuple[str, ...]] = (
     (),
-    ("network.hidden=[4,4]", "network.biases=true"),
     ("network.hidden=[]",),
     ("network.kind=simple-recurrent", "network.hidden=[4]"),
+    ('senses.kinds=["smell", "compass"]',),
+    ("network.hidden=[4,4]", "network.biases=true"),
     ("network.kind=continuous-time", "network.hidden=[4]", "network.biases=true"),
     (
         "network.kind=neat",
@@ -69,9 +70,9 @@ KINDS: Sequence[tuple[str, ...]] = (
         "evolution.variation=neat",
         "evolution.selection=species",
     ),
-    ('senses.kinds=["smell", "compass"]',),
     ("learning.rule=hebb", "learning.rate=0", "learning.steps=0"),
 )
+DAILY_KINDS = KINDS[:4]
 
 
 def experiment_with(changes: Sequence[str]) -> Experiment:
@@ -81,7 +82,13 @@ def experiment_with(changes: Sequence[str]) -> Experiment:
 
 
 @pytest.mark.parametrize(
-    "changes", KINDS, ids=lambda changes: changes[0] if changes else "feed-forward"
+    "changes",
+    [
+        # Plain Python takes two to ten seconds.
+        pytest.param(changes, marks=[pytest.mark.nightly] * (changes not in DAILY_KINDS))
+        for changes in KINDS
+    ],
+    ids=lambda changes: changes[0] if changes else "feed-forward",
 )
 def test_a_network_gives_the_outputs_of_a_life_without_learning(
     in_plain_python: None, tmp_path: Path, changes: tuple[str, ...]

@@ -32,6 +32,7 @@ def test_there_is_a_case_for_the_study_for_every_condition_and_for_large_worlds(
     assert "world-10000" not in benchmark.cases("cuda")
 
 
+@pytest.mark.nightly
 def test_every_learning_rule_is_a_case_with_all_rules(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -55,6 +56,7 @@ def test_a_crowd_has_the_density_of_the_paper() -> None:
         )
 
 
+@pytest.mark.nightly
 def test_the_parts_of_a_file_are_a_case_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(benchmark, "cases", lambda backend: [])
     (record,) = benchmark.measure_cases(True, "cpu", [EXAMPLES / "bit_strings.py"])

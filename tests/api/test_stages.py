@@ -21,6 +21,9 @@ from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 from tests.small_studies import read_records
 
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
+
 PAPER = """
 name = "staged"
 title = "Staged"
@@ -110,10 +113,29 @@ def write_staged_paper(folder: Path, design: str = DESIGN) -> Path:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with the paper and its results."""
     folder = tmp_path_factory.mktemp("staged")
-    bl.reproduce(write_staged_paper(folder / "paper"), out=folder / "results", workers=2)
+    bl.reproduce(write_staged_paper(folder / "paper"), out=folder / "results", workers=1)
     return folder
 
 
+def test_the_quick_form_has_all_stages(tmp_path: Path) -> None:
+    results = tmp_path / "results"
+    paper = write_staged_paper(tmp_path / "paper")
+    bl.reproduce(paper, out=results, quick=True, workers=1)
+    confirmation = StudyStore(results / "confirmation")
+    for name in ("hebb/near", "random/near"):
+        means = {
+            rate: float(StudyStore(results / f"tuning/rate-{rate}").read(name, 0).energy.mean())
+            for rate in (0.01, 0.3)
+        }
+        best = max(means, key=lambda rate: (means[rate], -rate))
+        assert confirmation.experiments[name].learning.rate == best
+        assert confirmation.runs(name) == [2]
+    record = json.loads((results / "confirmation/learners.json").read_text())
+    assert record["specification_curve"]["specifications"] == 4
+
+
+# The complete paper takes a minute.
+@pytest.mark.nightly
 def test_the_confirmation_has_other_runs_than_the_tuning(folder: Path) -> None:
     results = folder / "results"
     for value in ("noise-0.2", "noise-0.6", "rate-0.01", "rate-0.3"):
@@ -126,6 +148,7 @@ def test_the_confirmation_has_other_runs_than_the_tuning(folder: Path) -> None:
     assert confirmation.first_run == 2 and confirmation.paper == "staged"
 
 
+@pytest.mark.nightly
 def test_the_confirmation_has_the_values_with_the_largest_medians(folder: Path) -> None:
     """The oracle takes the medians from the records of the tuning."""
     confirmation = StudyStore(folder / "results/confirmation")
@@ -143,6 +166,7 @@ def test_the_confirmation_has_the_values_with_the_largest_medians(folder: Path) 
     assert "hebb+yoked/far" not in confirmation.experiments
 
 
+@pytest.mark.nightly
 def test_the_report_prints_the_digest_of_the_claims(folder: Path) -> None:
     confirmation = folder / "results/confirmation"
     digest = hashlib.sha256(CLAIMS.encode()).hexdigest()
@@ -156,6 +180,7 @@ def test_the_report_prints_the_digest_of_the_claims(folder: Path) -> None:
     assert "hebb+yoked" not in page.split('<h2 id="setup"')[0].split("<tbody>")[1]
 
 
+@pytest.mark.nightly
 def test_the_record_has_each_condition_with_its_controls(folder: Path) -> None:
     record = json.loads((folder / "results/confirmation/learners.json").read_text())
     rows = {(row["learner"], row["map"]): row for row in record["learners"]}

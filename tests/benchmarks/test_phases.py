@@ -9,7 +9,13 @@ from baldwinlab.papers.presets import load
 from benchmarks import phases
 
 
-@pytest.mark.parametrize("phase", phases.PHASES, ids=lambda phase: str(phase.name))
+@pytest.mark.parametrize(
+    "phase",
+    [
+        pytest.param(phase, id=phase.name, marks=[pytest.mark.nightly] * (phase.name != "eat"))
+        for phase in phases.PHASES
+    ],
+)
 def test_a_phase_can_be_measured(phase: phases.Phase, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(phases, "ROUNDS", 1)
     monkeypatch.setattr(phases, "REPETITIONS", 1)

@@ -16,6 +16,7 @@ def test_the_interval_is_that_of_student() -> None:
     assert versions.describe_ratios([0.8, 0.9, 1.0]) == expected
 
 
+@pytest.mark.nightly
 def test_two_processes_of_a_version_have_the_same_results(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -10,6 +10,9 @@ from baldwinlab.core.assay_variables import FORKS
 from tests.commands import Command
 from tests.small_studies import make_small_study, shorten_preset
 
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
+
 
 @pytest.fixture
 def study(tmp_path: Path) -> Path:

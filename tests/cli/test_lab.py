@@ -172,7 +172,11 @@ def attach_client(server: LabServer, client_kind: str) -> ExitStack:
 )
 @pytest.mark.parametrize(
     "client_kind",
-    ["a page that watches and does not read", "half a request", "a life that takes long"],
+    [
+        "a life that takes long",
+        pytest.param("a page that watches and does not read", marks=pytest.mark.nightly),
+        pytest.param("half a request", marks=pytest.mark.nightly),
+    ],
 )
 @pytest.mark.parametrize(
     "seconds", [30, pytest.param(3, marks=pytest.mark.nightly, id="3, on an idle machine")]

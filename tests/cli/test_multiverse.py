@@ -19,6 +19,9 @@ from tests.commands import Command
 from tests.papers.test_papers import write_paper
 from tests.small_studies import make_small_study, read_records, shorten_paper
 
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
+
 VARIANTS = [Variant(()), Variant(("contact-5",)), Variant(("rank",))]
 MULTIVERSE_COMMAND = ("multiverse", "--runs", "2", "--out", "paper/multiverse")
 

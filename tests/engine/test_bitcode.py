@@ -24,6 +24,8 @@ WRITE = f"{SETUP}bitcode.write_bitcode(jit.list_entry_points())\n"
 # The types of all of Numba are imported only by a compilation.
 READ = f"{SETUP}print('compiled' if 'numba.np.arraymath' in sys.modules else 'loaded')\n"
 
+nightly = pytest.mark.nightly
+
 
 def run_python(code: str, *arguments: str, **environment: str) -> list[str]:
     done = subprocess.run(
@@ -72,7 +74,10 @@ def test_bitcode_runs_on_a_processor_without_wide_vectors(folder: Path, tmp_path
     assert read_words(folder, tmp_path / "cache", **processor) == "loaded"
 
 
-@pytest.mark.parametrize("name", ["sources", "numba", "target", "lanes"])
+@pytest.mark.parametrize(
+    "name",
+    ["sources", "numba", *(pytest.param(name, marks=nightly) for name in ("target", "lanes"))],
+)
 def test_bitcode_with_other_requirements_is_not_used(
     name: str, folder: Path, tmp_path: Path
 ) -> None:
@@ -83,7 +88,13 @@ def test_bitcode_with_other_requirements_is_not_used(
     assert read_words(changed_folder, tmp_path / "cache") == "compiled"
 
 
-@pytest.mark.parametrize("damage", ["cut short", "emptied", "another content", "missing"])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        *("cut short", "missing"),
+        *(pytest.param(damage, marks=nightly) for damage in ("emptied", "another content")),
+    ],
+)
 def test_damaged_bitcode_is_not_used(damage: str, folder: Path, tmp_path: Path) -> None:
     changed_folder = copy_folder(folder, tmp_path / "bitcode")
     (path,) = changed_folder.glob(f"*{bitcode.SUFFIX}")

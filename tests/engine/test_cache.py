@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -40,6 +41,20 @@ def stored_files(folder: Path) -> list[Path]:
     return sorted(folder.rglob(f"*{cache.CODE_SUFFIX}"))
 
 
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a cache folder with the code of `DRAW`, which tests copy."""
+    folder = tmp_path_factory.mktemp("cache") / "compiled"
+    assert draw(BALDWINLAB_CACHE=str(folder)).stdout == EXPECTED
+    return folder
+
+
+@pytest.fixture
+def folder(compiled: Path, tmp_path: Path) -> Path:
+    """Return a copy of the cache folder."""
+    return shutil.copytree(compiled, tmp_path / "shared" / "cache")
+
+
 def test_the_cache_folder_is_private(tmp_path: Path) -> None:
     assert draw(BALDWINLAB_CACHE=str(tmp_path / "mine")).stdout == EXPECTED
     assert stored_files(tmp_path / "mine")
@@ -73,12 +88,8 @@ def test_an_unusable_given_folder_is_reported_and_not_replaced(
 
 @pytest.mark.parametrize("permission", ["write", "own", "replace"])
 def test_a_folder_that_other_users_can_change_is_reported_and_not_used(
-    permission: str, tmp_path: Path
+    permission: str, folder: Path
 ) -> None:
-    shared = tmp_path / "shared"
-    folder = shared / "cache"
-    folder.mkdir(parents=True)
-    assert draw(BALDWINLAB_CACHE=str(folder)).stdout == EXPECTED
     before = [file.stat() for file in stored_files(folder)]
     if permission == "write":
         folder.chmod(0o777)
@@ -87,7 +98,7 @@ def test_a_folder_that_other_users_can_change_is_reported_and_not_used(
             pytest.skip("only root can give a folder away")
         os.chown(folder, 12345, -1)
     else:
-        shared.chmod(0o777)
+        folder.parent.chmod(0o777)
     done = draw(BALDWINLAB_CACHE=str(folder))
     assert done.stdout == EXPECTED
     assert "compiled code is not cached" in done.stderr
@@ -99,11 +110,17 @@ def test_a_folder_that_other_users_can_change_is_reported_and_not_used(
 
 
 @pytest.mark.parametrize(
-    "damage", ["cut short", "emptied", "a bit flipped", "another file's", "a pickle that runs"]
+    "damage",
+    [
+        *("a bit flipped", "a pickle that runs"),
+        *(
+            pytest.param(damage, marks=pytest.mark.nightly)
+            for damage in ("cut short", "emptied", "another file's")
+        ),
+    ],
 )
-def test_damaged_code_is_compiled_again(damage: str, tmp_path: Path) -> None:
-    assert draw(BALDWINLAB_CACHE=str(tmp_path)).stdout == EXPECTED
-    (file,) = stored_files(tmp_path)
+def test_damaged_code_is_compiled_again(damage: str, folder: Path) -> None:
+    (file,) = stored_files(folder)
     content = file.read_bytes()
     middle = len(content) // 2
     file.write_bytes(
@@ -117,19 +134,18 @@ def test_damaged_code_is_compiled_again(damage: str, tmp_path: Path) -> None:
             "a pickle that runs": content[: cache.DIGEST_BYTES] + b"cbuiltins\nexit\n(tR.",
         }[damage]
     )
-    done = draw(BALDWINLAB_CACHE=str(tmp_path))
+    done = draw(BALDWINLAB_CACHE=str(folder))
     assert (done.stdout, done.stderr, done.returncode) == (EXPECTED, "", 0)
     assert len(file.read_bytes()) == pytest.approx(len(content), rel=0.01)
 
 
-def test_garbage_with_a_matching_digest_is_compiled_again(tmp_path: Path) -> None:
-    draw(BALDWINLAB_CACHE=str(tmp_path))
-    (file,) = stored_files(tmp_path)
+def test_garbage_with_a_matching_digest_is_compiled_again(folder: Path) -> None:
+    (file,) = stored_files(folder)
     content = file.read_bytes()
     for garbage in (b"nothing of the kind", pickle.dumps([1, 2])):
         cache.FileCodeStore(file.parent).write(file.stem, garbage)
         assert file.read_bytes() != content
-        done = draw(BALDWINLAB_CACHE=str(tmp_path))
+        done = draw(BALDWINLAB_CACHE=str(folder))
         assert (done.stdout, done.stderr, done.returncode) == (EXPECTED, "", 0)
         assert len(file.read_bytes()) == pytest.approx(len(content), rel=0.01)
 
@@ -149,11 +165,10 @@ def test_exchanged_files_of_compiled_code_are_compiled_again(tmp_path: Path) -> 
     assert sizes == pytest.approx([len(first), len(second)], rel=0.01)
 
 
-def test_valid_code_is_loaded(tmp_path: Path) -> None:
-    draw(BALDWINLAB_CACHE=str(tmp_path))
-    (file,) = stored_files(tmp_path)
+def test_valid_code_is_loaded(folder: Path) -> None:
+    (file,) = stored_files(folder)
     inode = file.stat().st_ino
-    assert draw(BALDWINLAB_CACHE=str(tmp_path)).stdout == EXPECTED
+    assert draw(BALDWINLAB_CACHE=str(folder)).stdout == EXPECTED
     assert file.stat().st_ino == inode
 
 
@@ -177,10 +192,9 @@ def test_a_computation_continues_when_the_disk_is_full(
     assert len(warnings) == 1
 
 
-def test_a_process_waits_for_code_that_another_process_compiles(tmp_path: Path) -> None:
-    environment = {"BALDWINLAB_CACHE": str(tmp_path)}
-    draw(**environment)
-    (file,) = stored_files(tmp_path)
+def test_a_process_waits_for_code_that_another_process_compiles(folder: Path) -> None:
+    environment = {"BALDWINLAB_CACHE": str(folder)}
+    (file,) = stored_files(folder)
     content = file.read_bytes()
     file.unlink()
     with cache.lock_directory(file.parent):
@@ -198,6 +212,7 @@ def test_a_process_waits_for_code_that_another_process_compiles(tmp_path: Path) 
     assert file.stat().st_ino == inode
 
 
+@pytest.mark.nightly
 def test_code_for_each_block_size_has_its_own_folder(tmp_path: Path) -> None:
     for lanes in ("4", "16"):
         assert draw(BALDWINLAB_CACHE=str(tmp_path), BALDWINLAB_LANES=lanes).stdout == EXPECTED

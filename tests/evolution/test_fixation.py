@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 from scipy import stats
 
 import baldwinlab as bl
@@ -65,6 +66,7 @@ def test_the_fixation_probability_of_neutral_agents_is_their_share() -> None:
     require_fixation_probability(simulate_shares("neutral", 60), N_INVADERS / N_AGENTS)
 
 
+@pytest.mark.nightly
 def test_selection_does_not_change_the_fixation_probability_of_identical_species() -> None:
     require_fixation_probability(simulate_shares("roulette", 60), N_INVADERS / N_AGENTS)
 

@@ -407,6 +407,7 @@ def test_parents_equal_the_oracle_for_any_fitness_and_number_of_agents(name: str
         assert np.sort(parents, axis=1).tolist() == np.sort(expected, axis=1).tolist()
 
 
+@pytest.mark.nightly
 def test_the_parts_pass_the_quick_checks() -> None:
     parts = [registry.find_class(kind, name) for kind, names in NAMES.items() for name in names]
     findings = bl.check_part(parts, requirements=["fields", "limits", "arithmetic", "oracle"])

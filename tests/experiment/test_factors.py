@@ -105,6 +105,7 @@ def test_the_factor_variant_is_read_under_its_old_name_reading(tmp_path: Path) -
     assert StudyStore(tmp_path).factors == factors
 
 
+@pytest.mark.nightly
 def test_the_report_of_an_older_study_has_maps_and_learners(
     tmp_path: Path,
 ) -> None:

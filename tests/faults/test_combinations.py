@@ -10,10 +10,10 @@ from tests.combinations.draw import draw_random
 from tests.combinations.run import check_row, disable_all_compilation
 from tests.faults.amount import amount
 
-COMBINATIONS_PER_TEST: Final = 10
+COMBINATIONS_PER_TEST: Final = 5
 
 
-@pytest.mark.parametrize("seed", range(amount(500, 20) // COMBINATIONS_PER_TEST))
+@pytest.mark.parametrize("seed", range(amount(500, 5) // COMBINATIONS_PER_TEST))
 def test_random_combinations_are_refused_or_reproducible(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import httpx
 import numpy.typing as npt
+import pytest
 from playwright.sync_api import Browser, BrowserContext
 from websockets.sync.client import ClientConnection, connect
 
@@ -24,6 +25,15 @@ WINDOWS = {
     "desktop at 200 %": (640, 400, 2),
     "smallest phone": (320, 568, 2),
 }
+# `make test` checks the layout in the two smallest windows, and `make nightly` in all.
+DAILY_WINDOWS = ("desktop at 200 %", "smallest phone")
+every_window = pytest.mark.parametrize(
+    ("width", "height", "dots"),
+    [
+        pytest.param(*size, id=name, marks=[pytest.mark.nightly] * (name not in DAILY_WINDOWS))
+        for name, size in WINDOWS.items()
+    ],
+)
 SMALL = {"study": "small", "condition": "evo+self-taught/A", "run": 1, "generation": 2}
 
 

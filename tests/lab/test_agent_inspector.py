@@ -143,6 +143,7 @@ def test_an_agent_without_inheritance_has_no_parents_and_no_children() -> None:
     assert header["children"] == []
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("is_stored", [True, False])
 def test_the_parents_of_a_selection_by_genome_are_those_of_the_run(is_stored: bool) -> None:
     """The selection `species` of NEAT reads the genomes of the parents' generation."""

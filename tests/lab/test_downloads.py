@@ -52,6 +52,7 @@ def share_page(server: LabServer, **query: Any) -> str:
     return response.text
 
 
+@pytest.mark.nightly
 def test_a_page_of_two_full_lifetimes_is_smaller_than_three_megabytes(
     lab_server: LabServer,
 ) -> None:

@@ -17,7 +17,8 @@ from baldwinlab.simulation.replay import replay
 from tests.lab.client import SMALL, LabServer, get_arrays, get_error
 from tests.lab.conftest import run_server
 from tests.lab.crowds import CROWD_SIZE, make_crowd, make_life
-from tests.small_studies import make_small_study, shorten_preset
+from tests.small_studies import make_small_study
+from tests.worlds import make_predation
 
 # A window whose squares have sides of 12 and 8 map units.
 WINDOW = Window(left=60, top=40, right=540, bottom=280, columns=40, rows=30, max_shapes=100)
@@ -149,18 +150,16 @@ def test_the_server_sends_frames_of_a_stored_run(lab_server: LabServer) -> None:
 
 
 def test_the_frames_of_several_species_name_the_species_of_each_agent(tmp_path: Path) -> None:
-    experiment = shorten_preset("evo/A").replace(
-        population={"species": [{"name": "first", "size": 8}, {"name": "second", "size": 12}]},
-        evolution={"generations": 1},
-    )
+    # Tests of the page of a study compile the same predators and prey.
+    experiment = make_predation(evolution={"generations": 1}).replace(name="hunt")
     make_small_study(tmp_path / "pair", [experiment], runs=1)
-    query = {"study": "pair", "condition": "evo/A", "run": 0, "generation": 0}
+    query = {"study": "pair", "condition": "hunt", "run": 0, "generation": 0}
     with run_server(tmp_path) as server:
         header, arrays = get_arrays(
             server.address, "frames", **query, first=0, count=1, max_shapes=1000
         )
         recorded = get_arrays(server.address, "recording", **query)[1]
-    assert [species["name"] for species in header["species"]] == ["first", "second"]
+    assert [species["name"] for species in header["species"]] == ["predators", "prey"]
     assert np.array_equal(arrays["species"], recorded["species"])
     assert np.array_equal(arrays["x"], recorded["x"][0])
     assert np.array_equal(arrays["y"], recorded["y"][0])

@@ -17,8 +17,8 @@ from baldwinlab.experiment import assign
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import WINDOWS, LabServer
-from tests.lab.test_page_layout import LOW, MEASURE, check_controls, open_window
+from tests.lab.client import WINDOWS, LabServer, every_window
+from tests.lab.test_page_layout import MEASURE, check_controls, open_window
 
 RUN = "study=strings&condition=guessing&run=1"
 
@@ -77,6 +77,7 @@ def test_bars_and_table_are_those_of_the_genomes_of_the_selected_generation(
     check_alleles(page, strings_server, 0, run=0)
 
 
+@pytest.mark.nightly
 def test_generations_play_and_stop_at_the_last_one(
     alleles_page: Page, strings_server: LabServer
 ) -> None:
@@ -92,6 +93,7 @@ def test_generations_play_and_stop_at_the_last_one(
     check_alleles(page, strings_server, 4)
 
 
+@pytest.mark.nightly
 def test_the_address_reopens_the_shown_generation(
     alleles_page: Page, strings_server: LabServer
 ) -> None:
@@ -104,6 +106,7 @@ def test_the_address_reopens_the_shown_generation(
     check_alleles(page, strings_server, 3)
 
 
+@pytest.mark.nightly
 def test_controls_of_a_world_are_hidden(alleles_page: Page) -> None:
     for control in (
         "play",
@@ -120,6 +123,7 @@ def test_controls_of_a_world_are_hidden(alleles_page: Page) -> None:
         expect(alleles_page.get_by_test_id(control)).to_have_count(0)
 
 
+@pytest.mark.nightly
 def test_a_part_of_a_bar_has_the_name_of_its_allele_and_a_locus_has_a_tooltip(
     alleles_page: Page, strings_server: LabServer
 ) -> None:
@@ -137,6 +141,7 @@ def test_a_part_of_a_bar_has_the_name_of_its_allele_and_a_locus_has_a_tooltip(
     )
 
 
+@pytest.mark.nightly
 def test_the_guide_describes_the_bars(alleles_page: Page) -> None:
     alleles_page.get_by_test_id("about").click()
     guide = alleles_page.get_by_test_id("guide")
@@ -166,6 +171,7 @@ def test_a_point_in_the_results_opens_the_alleles_of_its_run(
     check_alleles(page, strings_server, 4)
 
 
+@pytest.mark.nightly
 def test_a_live_run_shows_the_alleles_of_the_newest_or_the_selected_generation(
     page: Page, strings_server: LabServer
 ) -> None:
@@ -230,6 +236,7 @@ def test_an_unknown_generation_shows_a_message_and_another_generation(
     expect(page.get_by_test_id("alleles-heading")).to_have_text("Alleles by locus, generation 4")
 
 
+@pytest.mark.nightly
 def test_the_bars_disappear_if_the_record_is_damaged(
     browser: Browser, strings_server: LabServer
 ) -> None:
@@ -249,7 +256,7 @@ def test_the_bars_disappear_if_the_record_is_damaged(
     record.write_bytes(content)
 
 
-@pytest.mark.parametrize(("width", "height", "dots"), [WINDOWS["desktop"], WINDOWS["phone"], *LOW])
+@every_window
 def test_bars_are_large_enough_and_every_control_is_reachable(
     browser: Browser, strings_server: LabServer, width: int, height: int, dots: int
 ) -> None:

@@ -20,7 +20,7 @@ from tests.lab.test_page_results import CLAIM
 LIFE = urlencode(SMALL)
 
 
-@pytest.fixture(params=["light", "dark"])
+@pytest.fixture(params=["light", pytest.param("dark", marks=pytest.mark.nightly)])
 def themed_page(
     browser: Browser, lab_server: LabServer, request: pytest.FixtureRequest
 ) -> Iterator[Page]:

@@ -19,7 +19,7 @@ from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.studies.store import StudyStore
 from tests.analysis.assays.artificial_assays import assign_to_study, reaction
 from tests.axe import find_violations
-from tests.lab.client import SMALL, WINDOWS, LabServer, get_json
+from tests.lab.client import SMALL, LabServer, every_window, get_json
 from tests.lab.conftest import run_server
 from tests.lab.test_page_live import QUICK, expect_state, start_live_run
 from tests.lab.test_page_results import open_results, read_query
@@ -88,6 +88,7 @@ def test_downloaded_box_plots_have_a_row_and_a_point_per_run(
     assert texts_of(svg)[0] == "Average agent at the end of each run, fitness (energy)"
 
 
+@pytest.mark.nightly
 def test_the_keyboard_opens_the_run_of_a_line(page: Page, lab_server: LabServer) -> None:
     open_results(page)
     page.get_by_test_id("each-run").check()
@@ -164,6 +165,7 @@ def reaction_assay(lab_server: LabServer) -> Iterator[None]:
     shutil.rmtree(folder)
 
 
+@pytest.mark.nightly
 def test_reaction_norms_are_drawn_for_the_selected_field(page: Page, reaction_assay: None) -> None:
     open_results(page)
     section = page.get_by_test_id("reaction")
@@ -181,6 +183,7 @@ def test_reaction_norms_are_drawn_for_the_selected_field(page: Page, reaction_as
     assert find_violations(page) == []
 
 
+@pytest.mark.nightly
 def test_without_reaction_norms_the_page_shows_the_command(page: Page) -> None:
     open_results(page)
     expect(page.get_by_test_id("reaction")).to_contain_text(
@@ -188,6 +191,7 @@ def test_without_reaction_norms_the_page_shows_the_command(page: Page) -> None:
     )
 
 
+@pytest.mark.nightly
 def test_the_curves_of_a_live_run_are_downloaded(page: Page) -> None:
     start_live_run(page, QUICK, pace=0)
     expect_state(page, "Done")
@@ -225,7 +229,7 @@ def test_ticks_are_between_the_limits_at_integer_generations(page: Page) -> None
     assert ticks == [[0, 10, 20, 30], [-0.5, 0, 0.5, 1], [0, 1, 2], [0, 0.1, 0.2, 0.3]]
 
 
-@pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
+@every_window
 def test_charts_are_not_wider_than_the_window_and_controls_are_reachable(
     browser: Browser,
     lab_server: LabServer,

@@ -81,8 +81,17 @@ def is_bit_identical(page: Page, experiment: Experiment, seed: int, run: int) ->
     }
 
 
+@pytest.mark.nightly
 def test_every_preset_is_bit_identical_to_python(page: Page) -> None:
-    for number, experiment in enumerate(all_presets()):
+    require_bit_identical(page, all_presets())
+
+
+def test_a_preset_of_each_learner_is_bit_identical_to_python(page: Page) -> None:
+    require_bit_identical(page, [presets.load(name) for name in ("evo/A", "evo+self-taught/B")])
+
+
+def require_bit_identical(page: Page, experiments: list[Experiment]) -> None:
+    for number, experiment in enumerate(experiments):
         assert is_bit_identical(page, shorten(experiment), seed=3 + number, run=number % 4), (
             experiment.name,
             number,
@@ -183,6 +192,7 @@ def test_a_browser_without_simd_shows_a_message(offline_page: Page, exported_fil
     )
 
 
+@pytest.mark.nightly
 def test_simultaneous_runs_end_and_the_world_of_every_run_plays(
     page: Page,
 ) -> None:
@@ -214,6 +224,7 @@ def test_the_guide_is_open_at_the_first_visit_and_on_request(page: Page) -> None
     expect(page.get_by_test_id("about")).to_have_attribute("aria-expanded", "true")
 
 
+@pytest.mark.nightly
 def test_each_run_is_a_line_that_opens_its_world(page: Page) -> None:
     start_run(page, runs=3)
     expect(page.get_by_test_id("live-state")).to_have_text("Done")
@@ -247,6 +258,7 @@ def format_value(number: int) -> str:
     return str(number) if number == 0 or number >= 100 else f"{number:.1f}"
 
 
+@pytest.mark.nightly
 def test_a_paused_run_continues_generation_by_generation(page: Page) -> None:
     # A generation takes 5 seconds, so that the test can pause the run before its end.
     start_run(page, runs=1, pace="5")
@@ -286,6 +298,7 @@ def test_the_inspector_shows_the_parents_and_the_food_of_an_agent(page: Page) ->
     assert find_violations(page) == []
 
 
+@pytest.mark.nightly
 def test_the_list_of_ancestors_starts_in_generation_0_and_opens_their_lifetimes(
     page: Page,
 ) -> None:

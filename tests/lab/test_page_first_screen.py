@@ -103,7 +103,12 @@ def test_start_is_on_the_first_screen_of_an_exported_page(
 
 
 @pytest.mark.parametrize(
-    "size", [PORTRAIT, LANDSCAPE, SIZES["desktop at 200 %"], SIZES["desktop"]], ids=str
+    "size",
+    [
+        *(PORTRAIT, SIZES["desktop at 200 %"]),
+        *(pytest.param(size, marks=pytest.mark.nightly) for size in (LANDSCAPE, SIZES["desktop"])),
+    ],
+    ids=str,
 )
 def test_the_world_is_on_the_first_screen_after_start_and_the_guide_closes(
     touch_page: Page, exported_address: str, size: tuple[int, int]
@@ -120,7 +125,13 @@ def test_the_world_is_on_the_first_screen_after_start_and_the_guide_closes(
     expect(touch_page.get_by_test_id("guide")).to_be_visible()
 
 
-@pytest.mark.parametrize("size", [PORTRAIT, LANDSCAPE], ids=["portrait", "landscape"])
+@pytest.mark.parametrize(
+    "size",
+    [
+        pytest.param(PORTRAIT, id="portrait"),
+        pytest.param(LANDSCAPE, id="landscape", marks=pytest.mark.nightly),
+    ],
+)
 def test_the_world_of_a_live_run_is_on_the_first_screen_of_a_phone(
     touch_page: Page, size: tuple[int, int]
 ) -> None:

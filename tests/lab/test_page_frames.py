@@ -84,6 +84,7 @@ def test_a_map_shows_a_density_and_after_zooming_in_single_agents(
         expect(page.get_by_test_id("relatives")).to_contain_text("parents")
 
 
+@pytest.mark.nightly
 def test_keys_of_the_focused_map_zoom_and_move_it(
     browser: Browser, crowd_server: LabServer
 ) -> None:
@@ -108,6 +109,7 @@ def test_keys_of_the_focused_map_zoom_and_move_it(
         expect(page.get_by_test_id("step")).to_have_text("21 / 59")
 
 
+@pytest.mark.nightly
 def test_a_world_of_many_agents_plays_to_its_end(browser: Browser, crowd_server: LabServer) -> None:
     with open_window(browser, *WINDOWS["desktop"], lab=crowd_server) as page:
         open_crowd(page, 0)
@@ -118,6 +120,7 @@ def test_a_world_of_many_agents_plays_to_its_end(browser: Browser, crowd_server:
         expect(page.get_by_test_id("world-a")).to_have_attribute("data-step", "10")
 
 
+@pytest.mark.nightly
 def test_a_density_fits_in_each_window(browser: Browser, crowd_server: LabServer) -> None:
     for width, height, dots in WINDOWS.values():
         with open_window(browser, width, height, dots, crowd_server) as page:
@@ -126,6 +129,7 @@ def test_a_density_fits_in_each_window(browser: Browser, crowd_server: LabServer
             check_page_layout(page, 1)
 
 
+@pytest.mark.nightly
 def test_a_density_has_no_barriers(browser: Browser, crowd_server: LabServer) -> None:
     with open_window(browser, *WINDOWS["phone"], lab=crowd_server) as page:
         open_crowd(page, 20)

@@ -44,6 +44,7 @@ def test_the_guide_of_the_world_tab_describes_its_parts_until_it_is_closed(
     expect(page.get_by_test_id("guide")).to_be_hidden()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("tab", ["live", "results"])
 def test_the_guides_of_other_tabs_describe_the_curves(first_visit: Page, tab: str) -> None:
     page = first_visit
@@ -57,6 +58,7 @@ def test_the_guides_of_other_tabs_describe_the_curves(first_visit: Page, tab: st
     expect(page.get_by_test_id("guide")).to_be_visible()
 
 
+@pytest.mark.nightly
 def test_without_local_storage_the_guide_is_open_at_every_visit(
     first_visit: Page,
 ) -> None:
@@ -73,6 +75,7 @@ def test_without_local_storage_the_guide_is_open_at_every_visit(
     expect(page.get_by_test_id("guide")).to_be_visible()
 
 
+@pytest.mark.nightly
 def test_tabs_preserve_the_study_the_lifetime_the_step_and_the_scroll_position(page: Page) -> None:
     page.goto(f"/#/world?{LIFE}&step=120&agent=4")
     expect(page.get_by_test_id("agent")).to_have_text("Agent 4")

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.lab.client import SMALL, LabServer, get_json
@@ -26,6 +27,7 @@ def generation_text(server: LabServer, generation: int) -> re.Pattern[str]:
     return re.compile(rf"^generation {generation}, food eaten: {numbers}$")
 
 
+@pytest.mark.nightly
 def test_the_curve_describes_generations_and_selects_them_by_click_and_drag(
     page: Page, lab_server: LabServer
 ) -> None:
@@ -65,6 +67,7 @@ def test_the_curve_describes_generations_and_selects_them_by_click_and_drag(
         assert box is not None and box["width"] >= 60
 
 
+@pytest.mark.nightly
 def test_a_tap_selects_a_generation_and_a_preset_has_no_curve(
     browser: Browser, lab_server: LabServer, tmp_path: Path
 ) -> None:
@@ -146,6 +149,7 @@ def test_the_list_of_ancestors_starts_in_generation_0_and_opens_their_lifetimes(
     expect(page).not_to_have_url(re.compile("inside="))
 
 
+@pytest.mark.nightly
 def test_the_inspector_lists_the_ancestors_in_a_live_run(page: Page) -> None:
     page.goto(f"/#/live?preset=evo/A&runs=1&pace=0&set={quote(json.dumps(LIVE), safe='')}")
     page.get_by_test_id("start").click()

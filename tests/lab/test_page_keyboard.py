@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.simulation.replay import replay
@@ -60,6 +61,7 @@ def test_the_button_of_an_agent_has_a_name_and_the_step_is_not_announced(
     assert announcer is None
 
 
+@pytest.mark.nightly
 def test_with_reduced_motion_a_lifetime_starts_with_a_click(
     browser: Browser, lab_server: LabServer
 ) -> None:

@@ -12,7 +12,7 @@ from urllib.parse import quote
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from tests.lab.client import WINDOWS, LabServer, get_response
+from tests.lab.client import WINDOWS, LabServer, every_window, get_response
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2&step=0"
 LOW = [WINDOWS[name] for name in ("phone in landscape", "desktop at 200 %", "smallest phone")]
@@ -79,7 +79,7 @@ def check_controls(layout: dict[str, Any]) -> None:
     assert layout["controls"] > 5, layout
 
 
-@pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
+@every_window
 def test_maps_are_large_enough_with_two_worlds_an_agent_and_its_ancestors(
     browser: Browser, lab_server: LabServer, width: int, height: int, dots: int
 ) -> None:
@@ -106,6 +106,7 @@ def test_maps_are_large_enough_with_two_worlds_an_agent_and_its_ancestors(
         expect(page.get_by_test_id("fit")).to_be_in_viewport()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("n_worlds", [1, 2])
 def test_the_maps_of_a_shared_page_are_large_enough(
     browser: Browser, lab_server: LabServer, tmp_path: Path, n_worlds: int
@@ -125,6 +126,7 @@ def test_the_maps_of_a_shared_page_are_large_enough(
             check_page_layout(page, n_worlds, "lab/world.js")
 
 
+@pytest.mark.nightly
 def test_the_map_of_a_live_run_is_large_enough_with_an_agent_inspector(
     browser: Browser, lab_server: LabServer
 ) -> None:

@@ -110,6 +110,7 @@ def test_a_value_out_of_range_shows_a_message_at_its_field_and_at_the_button(pag
     expect(setup_error).to_be_empty()
 
 
+@pytest.mark.nightly
 def test_too_few_runs_show_a_note_below_their_number(page: Page) -> None:
     page.goto(make_address({}))
     runs = page.get_by_test_id("setup-runs")
@@ -121,6 +122,7 @@ def test_too_few_runs_show_a_note_below_their_number(page: Page) -> None:
     expect(note).to_be_hidden()
 
 
+@pytest.mark.nightly
 def test_an_error_of_a_group_opens_it(page: Page) -> None:
     page.goto(make_address({"world.start.x": 700}))
     group = page.get_by_test_id("group-world").first
@@ -147,6 +149,7 @@ def test_an_invalid_number_shows_a_message_at_the_button_until_it_is_fixed(page:
     expect(setup_error).to_contain_text("seed = -1 must be at least 0")
 
 
+@pytest.mark.nightly
 def test_an_existing_name_shows_a_message_until_it_is_changed(page: Page) -> None:
     live_page = page.context.new_page()
     start_live_run(live_page, QUICK, pace="0")
@@ -220,6 +223,7 @@ def test_a_page_receives_all_generations_after_a_lost_connection(page: Page) -> 
     expect_state(page, "Stopped")
 
 
+@pytest.mark.nightly
 def test_a_live_run_continues_while_another_tab_is_open_and_two_pages_share_it(page: Page) -> None:
     start_live_run(page, LONG)
     wait_for(page, lambda: count_generations(page) >= 2)
@@ -237,6 +241,7 @@ def test_a_live_run_continues_while_another_tab_is_open_and_two_pages_share_it(p
     wait_for(page, lambda: count_generations(page) == count_generations(second_page))
 
 
+@pytest.mark.nightly
 def test_the_pace_can_be_changed_while_it_runs(page: Page) -> None:
     start_live_run(page, LONG, pace="5")
     expect_state(page, "Running")
@@ -244,6 +249,7 @@ def test_the_pace_can_be_changed_while_it_runs(page: Page) -> None:
     expect_state(page, "Done")
 
 
+@pytest.mark.nightly
 def test_a_click_on_a_curve_shows_the_world_of_that_generation(page: Page) -> None:
     start_live_run(
         page, QUICK | {"evolution.generations": 2, "lifetime.steps": 1500}, pace="0", speed="20"
@@ -264,6 +270,7 @@ def shown_generation(page: Page) -> int:
     return int(re.sub(r"\D", "", page.get_by_test_id("live-caption").text_content() or "") or -1)
 
 
+@pytest.mark.nightly
 def test_the_world_is_that_of_the_newest_generation_until_the_user_pauses_it(
     page: Page,
 ) -> None:
@@ -294,6 +301,7 @@ def test_the_world_is_that_of_the_newest_generation_until_the_user_pauses_it(
     wait_for(page, lambda: shown_generation(page) == count_generations(page) - 1)
 
 
+@pytest.mark.nightly
 def test_the_address_reopens_an_agent_of_a_live_run(page: Page) -> None:
     start_live_run(page, QUICK, pace="0", speed="1")
     expect_state(page, "Done")
@@ -322,6 +330,7 @@ def test_the_address_reopens_an_agent_of_a_live_run(page: Page) -> None:
     expect(agent_title).to_be_hidden()
 
 
+@pytest.mark.nightly
 def test_a_new_run_starts_with_the_changed_settings_of_an_old_run(
     page: Page, lab_server: LabServer
 ) -> None:
@@ -353,7 +362,7 @@ def test_a_new_run_starts_with_the_changed_settings_of_an_old_run(
     assert (run["runs"], run["seed"]) == (3, 9)
 
 
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("width", [390, pytest.param(1280, marks=pytest.mark.nightly)])
 def test_the_tab_fits_the_screen(page: Page, width: int) -> None:
     page.set_viewport_size({"width": width, "height": 800})
     start_live_run(page, QUICK, pace="0")
@@ -367,6 +376,7 @@ def test_an_unknown_run_shows_a_message(page: Page) -> None:
     expect(page.get_by_test_id("live-empty")).to_contain_text("there is no live run '0000'")
 
 
+@pytest.mark.nightly
 def test_the_shown_lifetime_is_downloaded_during_the_run(page: Page, tmp_path: Path) -> None:
     start_live_run(page, LONG)
     expect(page.get_by_test_id("live-caption")).to_contain_text("Generation", timeout=60_000)

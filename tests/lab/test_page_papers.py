@@ -14,7 +14,7 @@ from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.store import StudyStore
 from tests.axe import find_violations
-from tests.lab.client import WINDOWS, LabServer
+from tests.lab.client import LabServer, every_window
 from tests.lab.conftest import run_server
 from tests.lab.test_page_layout import MEASURE, check_controls, open_window
 from tests.lab.test_page_results import CLAIM
@@ -49,6 +49,7 @@ def papers_page(page: Page, papers_server: LabServer) -> Page:
     return page
 
 
+@pytest.mark.nightly
 def test_the_logo_opens_the_papers(page: Page, papers_server: LabServer) -> None:
     page.goto(f"{papers_server.entry}#/results?study=needle")
     page.get_by_test_id("curves").locator("canvas").wait_for()
@@ -99,7 +100,7 @@ def test_an_address_opens_a_card_and_an_unknown_paper_shows_the_available_papers
     expect(papers_page.get_by_test_id("message-error")).to_contain_text(message)
 
 
-@pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
+@every_window
 def test_cards_fit_in_every_window(
     browser: Browser, papers_server: LabServer, width: int, height: int, dots: int
 ) -> None:
@@ -109,7 +110,7 @@ def test_cards_fit_in_every_window(
         check_controls(page.evaluate(MEASURE, "/world.js"))
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.nightly)])
 def test_the_tab_has_no_barriers(browser: Browser, papers_server: LabServer, scheme: str) -> None:
     with papers_server.context(
         browser, color_scheme="dark" if scheme == "dark" else "light"
@@ -120,6 +121,7 @@ def test_the_tab_has_no_barriers(browser: Browser, papers_server: LabServer, sch
         assert find_violations(page) == []
 
 
+@pytest.mark.nightly
 def test_a_link_of_another_scheme_is_not_shown(papers_page: Page) -> None:
     """Check that the link of a third-party paper cannot run a script."""
     links = [

@@ -78,6 +78,7 @@ def test_a_click_on_a_curve_opens_that_generation_of_the_typical_run(
     assert query["run"] == str(results["typical_run"][name])
 
 
+@pytest.mark.nightly
 def test_the_keyboard_opens_a_generation_of_a_curve(page: Page) -> None:
     open_results(page)
     plot = page.get_by_role("group", name="Fitness of the best agent, generation by generation")
@@ -87,6 +88,7 @@ def test_the_keyboard_opens_a_generation_of_a_curve(page: Page) -> None:
     expect(page).to_have_url(re.compile(r"#/world\?.*generation=1"))
 
 
+@pytest.mark.nightly
 def test_the_point_of_a_run_opens_its_last_generation(page: Page, lab_server: LabServer) -> None:
     open_results(page)
     points = page.get_by_test_id("final-best").locator("a.chart-point")
@@ -151,6 +153,7 @@ def test_many_conditions_are_grouped_filtered_and_separated(page: Page, large_st
     expect(page).to_have_url(re.compile(r"results\?study=small$"))
 
 
+@pytest.mark.nightly
 def test_a_group_curve_opens_the_curves_of_its_conditions(page: Page, large_study: str) -> None:
     open_results(page, f"study={large_study}&measure=mean")
     plot = page.get_by_role("group", name="Fitness of the average agent, generation by generation")
@@ -186,6 +189,7 @@ def test_a_claim_shows_verdict_effect_and_published_value_and_opens_both_worlds(
     expect(page.get_by_test_id("world-b")).to_be_visible()
 
 
+@pytest.mark.nightly
 def test_custom_claims_of_a_study_have_no_published_value(
     page: Page, lab_server: LabServer, stored_claims: None
 ) -> None:

@@ -158,6 +158,7 @@ def test_a_shared_page_describes_its_lifetime_and_the_commands_that_reproduce_it
     expect(offline_page.get_by_test_id("replay-experiment")).to_contain_text("steps = 300")
 
 
+@pytest.mark.nightly
 def test_the_link_reopens_the_shown_state(page: Page, lab_server: LabServer) -> None:
     page.goto(f"/#/world?{urlencode(SHOWN | SECOND_WORLD)}")
     page.get_by_test_id("share").click()
@@ -190,6 +191,7 @@ def test_the_menu_downloads_both_worlds_as_a_page_and_as_a_picture(
     expect(offline_page.get_by_test_id("replay-step")).to_have_text("step 120 of 300")
 
 
+@pytest.mark.nightly
 def test_an_error_of_the_server_is_shown_on_the_page(
     browser: Browser, lab_server: LabServer
 ) -> None:

@@ -49,6 +49,7 @@ def test_the_next_and_the_previous_meals_are_those_of_the_replay(
     expect(page.get_by_test_id("message-info")).to_contain_text("Nothing is eaten after this step.")
 
 
+@pytest.mark.nightly
 def test_generations_play_and_stop_at_the_last_one(page: Page) -> None:
     page.goto(f"/#/world?{LIFE}&step=200&speed=1000")
     expect(page.locator("[data-ready]")).to_have_count(1)
@@ -63,6 +64,7 @@ def test_generations_play_and_stop_at_the_last_one(page: Page) -> None:
     expect(page.get_by_test_id("step")).to_have_text("299 / 299")
 
 
+@pytest.mark.nightly
 def test_tooltips_describe_the_agent_and_the_step_at_the_pointer(page: Page) -> None:
     page.goto(f"/#/world?{LIFE}&step=0")
     expect(page.locator("[data-ready]")).to_have_count(1)

@@ -9,7 +9,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.studies.store import StudyStore
 from tests.axe import find_violations
-from tests.lab.client import WINDOWS, LabServer, get_arrays
+from tests.lab.client import LabServer, every_window, get_arrays
 from tests.lab.test_page_layout import MEASURE, check_controls, open_window
 
 CELLS = "study=views&condition=cells&run=1&generation=2"
@@ -59,6 +59,7 @@ def test_keys_and_the_slider_change_the_step_of_a_lifetime(
     expect(play).to_have_attribute("aria-label", "Play")
 
 
+@pytest.mark.nightly
 def test_the_step_stays_when_the_generation_or_the_agent_changes(
     cells_page: Page, views_server: LabServer
 ) -> None:
@@ -86,6 +87,7 @@ def test_the_step_stays_when_the_generation_or_the_agent_changes(
     expect(heading).to_have_text("Life, agent 7, generation 1")
 
 
+@pytest.mark.nightly
 def test_generations_play_in_order(cells_page: Page) -> None:
     cells_page.keyboard.press("g")
     for generation in range(4):
@@ -114,6 +116,7 @@ def test_a_user_selects_alleles_or_a_view_of_a_model(cells_page: Page) -> None:
     expect(cells_page.get_by_test_id("view-a")).to_be_hidden()
 
 
+@pytest.mark.nightly
 def test_a_path_without_steps_is_shown_as_text(cells_page: Page) -> None:
     cells_page.get_by_test_id("condition-a").select_option("climbers")
     cells_page.get_by_test_id("view-a").select_option("climb")
@@ -162,7 +165,7 @@ def test_an_unknown_view_shows_a_message_and_another_view(
     expect(page.get_by_test_id("grid-description")).to_contain_text("environment 1 of 6")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.nightly)])
 def test_the_views_have_no_barriers(browser: Browser, views_server: LabServer, scheme: str) -> None:
     with views_server.context(
         browser, color_scheme="dark" if scheme == "dark" else "light"
@@ -175,7 +178,7 @@ def test_the_views_have_no_barriers(browser: Browser, views_server: LabServer, s
             assert find_violations(page) == []
 
 
-@pytest.mark.parametrize(("width", "height", "dots"), WINDOWS.values(), ids=WINDOWS)
+@every_window
 def test_views_fit_in_every_window(
     browser: Browser, views_server: LabServer, width: int, height: int, dots: int
 ) -> None:

@@ -98,6 +98,7 @@ def test_keys_change_the_step_the_speed_and_the_generation(page: Page) -> None:
     expect(find(page, "play")).to_have_attribute("data-playing", "true")
 
 
+@pytest.mark.nightly
 def test_a_lifetime_at_maximum_speed_stops_at_its_last_step(page: Page) -> None:
     open_world(page)
     find(page, "speed").select_option("1000")
@@ -166,6 +167,7 @@ def test_the_shown_action_is_that_of_the_replay_and_noise_is_marked(page: Page) 
         page.goto("about:blank")
 
 
+@pytest.mark.nightly
 def test_real_valued_inputs_are_shown_as_numbers_and_highlighted(
     page: Page,
 ) -> None:
@@ -187,6 +189,7 @@ def test_real_valued_inputs_are_shown_as_numbers_and_highlighted(
     expect(find(page, "responses")).to_be_hidden()
 
 
+@pytest.mark.nightly
 def test_a_comparison_starts_with_the_same_run_and_generation(page: Page) -> None:
     open_world(page)
     find(page, "compare").click()
@@ -224,6 +227,7 @@ def test_the_address_reopens_the_shown_state(page: Page) -> None:
     assert find(page, "world-a").screenshot() == picture
 
 
+@pytest.mark.nightly
 def test_back_returns_to_the_generation_before(page: Page) -> None:
     open_world(page)
     page.get_by_role("button", name="Previous generation").click()
@@ -232,6 +236,7 @@ def test_back_returns_to_the_generation_before(page: Page) -> None:
     expect(find(page, "generation-a")).to_have_value("2")
 
 
+@pytest.mark.nightly
 def test_a_delayed_update_of_the_address_does_not_return_from_another_tab(
     page: Page,
 ) -> None:
@@ -297,6 +302,7 @@ def test_a_damaged_record_shows_a_message_and_no_lifetime(browser: Browser, tmp_
         expect(page.locator("[data-ready]")).to_have_count(1)
 
 
+@pytest.mark.nightly
 def test_memory_does_not_grow_in_a_long_session(page: Page) -> None:
     open_world(page, f"{SELF_TAUGHT}&step=0&agent=3")
     devtools = page.context.new_cdp_session(page)

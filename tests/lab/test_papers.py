@@ -103,6 +103,14 @@ def test_the_preset_of_a_card_is_a_learning_condition_of_its_paper(
         "climbing/smooth",
         None,
     )
+
+
+# Reading all conditions of all papers takes ten seconds.
+@pytest.mark.nightly
+def test_the_preset_of_every_card_is_a_condition_of_its_paper(papers_server: LabServer) -> None:
+    presets = {
+        card["name"]: card["preset"] for card in get_json(papers_server.address, "papers")["papers"]
+    }
     for name in papers.built_in():
         assert presets[name] in papers.load(name).study_names()
         preset = get_json(papers_server.address, "preset", name=presets[name])

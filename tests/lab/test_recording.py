@@ -266,7 +266,9 @@ def test_a_damaged_record_is_named(tmp_path: Path) -> None:
         assert "is damaged" in get_error(server.address, "results", 400, study="small")
 
 
-@pytest.mark.parametrize("teacher_rule", ["best", "nearest"])
+@pytest.mark.parametrize(
+    "teacher_rule", ["best", pytest.param("nearest", marks=pytest.mark.nightly)]
+)
 def test_the_recorded_teachers_have_eaten(teacher_rule: str, in_plain_python: None) -> None:
     experiment = shorten_preset("evo/A").replace(
         learning={"rule": "imitation", "imitation": {"teacher": teacher_rule, "min_items": 1}}

@@ -17,12 +17,18 @@ from baldwinlab.lab.species import describe_species
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
+from tests.worlds import PREY_ENERGY, make_predation
 
 STEPS = 150
 
 
 def load_predators() -> Experiment:
     return load("no-learning").replace(evolution={"generations": 2}, lifetime={"steps": STEPS})
+
+
+def load_hunt() -> Experiment:
+    """Return the predators and prey that tests of the page of a study compile, too."""
+    return make_predation(evolution={"generations": 2}).replace(name="hunt")
 
 
 def find_life(experiment: Experiment, generation: int) -> Life:
@@ -42,6 +48,7 @@ def test_species_have_different_shapes_and_colors_and_their_own_inputs() -> None
     assert describe_species(load("evo/A")) == {}
 
 
+@pytest.mark.nightly
 def test_a_recording_of_species_is_their_replay() -> None:
     experiment = load_predators()
     trace = replay(experiment, seed=0, run=0, generation=1)
@@ -61,21 +68,22 @@ def test_a_recording_of_species_is_their_replay() -> None:
 
 
 def test_the_inspector_names_the_species_and_counts_the_eaten_agents() -> None:
-    experiment = load_predators()
+    experiment = load_hunt()
     run = simulate(experiment, seed=0)
     life = find_life(experiment, generation=1)
-    for agent, name in ((2, "predators"), (20, "prey")):
-        header, _ = binary_frames.unpack(inspect_agent(life, Span(0, STEPS), agent))
+    lifetime = Span(0, experiment.lifetime.steps)
+    for agent, name, energy in ((2, "predators", PREY_ENERGY), (14, "prey", 1)):
+        header, _ = binary_frames.unpack(inspect_agent(life, lifetime, agent))
         fitness = run.energy.values[1]
         rivals = fitness[run.species.values[1] == run.species.values[1, agent]]
         assert header["species"] == name
         assert header["rank"] == 1 + (rivals > fitness[agent]).sum()
-        assert header["food"] == fitness[agent]
+        assert header["food"] * energy == fitness[agent]
         assert header["parents"] == run.parents.values[1, agent].tolist()
 
 
 def test_a_live_run_of_species_is_a_simulation_with_a_curve_for_each_species() -> None:
-    experiment = load_predators()
+    experiment = load_hunt()
     live_run = LiveRun(experiment, seed=0, n_runs=1)
     live_run.wait()
     assert live_run.state == "done", live_run.message

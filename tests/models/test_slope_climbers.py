@@ -44,6 +44,7 @@ def predict_change(x: Numbers, innate: Numbers, learned: Numbers) -> float:
     return float(weight @ ((x - weight @ x) * (gain - mean_gain))) / mean_gain
 
 
+@pytest.mark.nightly
 def test_the_law_is_exact_in_ten_thousand_populations() -> None:
     """If expected numbers of offspring are integers, selection has no noise."""
     generator = np.random.default_rng(1)

@@ -12,6 +12,9 @@ from baldwinlab.api.publish.gallery_entries import find_studies
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
+
 PAPER = """
 name = "needle"
 title = "On needles"
@@ -122,6 +125,7 @@ def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(
     assert "changed model" not in command("gallery", "all").out
 
 
+@pytest.mark.nightly
 def test_settings_and_shorter_runs_in_python_are_changes_of_the_model(
     paper: str, tmp_path: Path
 ) -> None:

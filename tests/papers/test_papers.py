@@ -25,6 +25,9 @@ from baldwinlab.studies.assays.catalog import DEFAULT_ASSAYS as MEASURED_BY_DEFA
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
+
 PAPER = """
 name = "tiny"
 title = "On being tiny"
@@ -483,7 +486,7 @@ def test_a_custom_paper_is_reproduced_and_its_report_does_not_need_its_folder(
     command: Command,
     tmp_path: Path,
 ) -> None:
-    paper_folder = write_paper(tmp_path / "tiny")
+    paper_folder = write_paper(tmp_path / "tiny", paper=PAPER + 'assays = ["innate"]\n')
     result = command("reproduce", "./tiny")
     assert result.code == 0, result.err
     out = tmp_path / "results/tiny"
@@ -508,7 +511,14 @@ def test_a_custom_paper_is_reproduced_and_its_report_does_not_need_its_folder(
     assert (out / "report.html").read_text() == page
 
 
-@pytest.mark.parametrize("name", list(papers.built_in()))
+@pytest.mark.parametrize(
+    "name",
+    [
+        # Its eighty conditions take ten seconds.
+        pytest.param(name, marks=[pytest.mark.nightly] * (name == "worlds-and-minds"))
+        for name in papers.built_in()
+    ],
+)
 def test_excessive_requests_for_a_paper_are_refused_before_the_simulation(
     command: Command, tmp_path: Path, name: str
 ) -> None:
@@ -544,8 +554,9 @@ def test_without_claims_the_report_compares_the_conditions(
 
 
 def test_a_study_belongs_to_the_paper_that_created_it(command: Command, tmp_path: Path) -> None:
-    write_paper(tmp_path / "tiny", "claims")
-    write_paper(tmp_path / "other", "claims", paper=PAPER.replace("tiny", "other"))
+    one_assay = PAPER + 'assays = ["innate"]\n'
+    write_paper(tmp_path / "tiny", "claims", paper=one_assay)
+    write_paper(tmp_path / "other", "claims", paper=one_assay.replace("tiny", "other"))
     assert command("reproduce", "tiny", "--runs", "1", "--out", "mine").code == 0
     result = command("reproduce", "other", "--runs", "1", "--out", "mine")
     assert result.err == (

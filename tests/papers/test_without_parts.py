@@ -11,6 +11,9 @@ import baldwinlab as bl
 from baldwinlab.experiment import registry
 from tests.commands import Command
 
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
+
 EXAMPLE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
 MEASURE = """
     measures = {
@@ -127,6 +130,7 @@ def test_a_claim_about_a_measure_of_a_model_that_is_not_loaded_is_not_evaluated(
     assert "needs a model that is not" in command("claims", str(results / "strings")).out
 
 
+@pytest.mark.nightly
 def test_with_the_part_all_claims_are_evaluated(
     results: Path, part: Path, tmp_path: Path, command: Command
 ) -> None:

@@ -59,14 +59,9 @@ def test_the_example_of_a_helper_has_at_most_60_lines(name: str) -> None:
     assert len((EXAMPLES / f"{name}.py").read_text("utf-8").splitlines()) <= 60
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param("hebbian_rule", marks=pytest.mark.nightly),
-        "logistic_regrowth",
-        pytest.param("predators", marks=pytest.mark.nightly),
-    ],
-)
+# Each part takes ten seconds or more.
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", ["hebbian_rule", "logistic_regrowth", "predators"])
 def test_the_example_of_a_helper_fulfills_the_contract(name: str, in_plain_python: None) -> None:
     requirements = ("fields", "limits", "signature", "bounds", "oracle")
     findings = check_part(EXAMPLES / f"{name}.py", requirements=requirements)

@@ -167,8 +167,13 @@ def test_a_run_that_is_not_in_a_file_is_not_stored(tmp_path: Path) -> None:
         study.record(CONDITION, 20)
 
 
-@pytest.mark.parametrize("workers", [1, 3])
-@pytest.mark.parametrize("earlier_workers", [1, 3])
+@pytest.mark.parametrize(
+    ("earlier_workers", "workers"),
+    [
+        *((1, 3), (3, 1)),
+        *(pytest.param(n, n, marks=pytest.mark.nightly) for n in (1, 3)),
+    ],
+)
 def test_an_extended_study_has_the_records_of_a_long_one(
     tmp_path: Path, earlier_workers: int, workers: int
 ) -> None:
@@ -184,7 +189,9 @@ def test_an_extended_study_has_the_records_of_a_long_one(
     require_records(study, make_oracle(generations=5))
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(
+    "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(2, 6))]
+)
 def test_an_interrupted_task_stores_its_finished_runs(
     tmp_path: Path, oracle: Records, seed: int
 ) -> None:

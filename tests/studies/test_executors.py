@@ -123,6 +123,7 @@ def test_a_killed_worker_does_not_change_the_study(
     )
 
 
+@pytest.mark.nightly
 def test_a_task_whose_workers_die_repeatedly_raises_an_error_of_one_sentence(
     tmp_path: Path, cluster: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -375,6 +376,7 @@ def test_without_its_extra_a_url_is_refused_and_the_error_names_the_extra(
         parse_location(url)
 
 
+@pytest.mark.nightly
 def test_the_same_command_runs_on_a_cluster(
     tmp_path: Path,
     cluster: Any,
@@ -429,6 +431,7 @@ def slurm_is_unavailable() -> bool:
     )
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(
     slurm_is_unavailable(), reason="no Slurm is available: `make slurm` installs it"
 )

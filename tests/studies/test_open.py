@@ -96,7 +96,9 @@ def test_the_dataset_is_identical_to_the_concatenated_records(study: StudyStore)
 
 
 @pytest.mark.parametrize("whole_bytes", [0, 2**30], ids=["parts", "whole variables"])
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(
+    "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(2, 6))]
+)
 def test_any_selection_equals_the_selection_of_loaded_values(
     study: StudyStore, seed: int, whole_bytes: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

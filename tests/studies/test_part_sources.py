@@ -190,6 +190,7 @@ def test_a_sweep_over_the_fields_of_a_part_can_be_read_without_the_part(tmp_path
     assert "share of agents with fitness above 0" in sweep.report().read_text()
 
 
+@pytest.mark.nightly
 def test_dask_workers_receive_the_part(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     load_file(FILE)

@@ -64,7 +64,11 @@ def folder() -> Iterator[Path]:
     ("words", "file"),
     [
         (RUN_ONE_MORE, "study/runs/evo/A/0001.nc"),
-        (("assay", "study", "--assays", "innate"), "study/assays/innate/evo/A.nc"),
+        pytest.param(
+            ("assay", "study", "--assays", "innate"),
+            "study/assays/innate/evo/A.nc",
+            marks=pytest.mark.nightly,
+        ),
         (("report", "study"), "study/claims.json"),
     ],
     ids=["run", "assay", "report"],
@@ -87,6 +91,7 @@ def test_a_read_only_study_is_refused_before_the_simulation(
     assert ".partial" not in result.stderr
 
 
+@pytest.mark.nightly
 def test_stored_runs_of_a_read_only_study_are_read(folder: Path) -> None:
     result = subprocess.run(
         [sys.executable, "-c", AS_USER, *RUN_ONE_MORE[:-4], "--runs", "1", "--out", "study"],

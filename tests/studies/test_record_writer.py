@@ -60,6 +60,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         }
     ),
 }
+DAILY_EXPERIMENTS = ("small", "stopped runs", "NEAT", "births during a lifetime")
 
 
 def store(study: StudyStore, histories: Sequence[History]) -> None:
@@ -89,7 +90,13 @@ def list_names(study: StudyStore) -> list[str]:
     return [file.path.name for file in study.files(condition)]
 
 
-@pytest.mark.parametrize("name", EXPERIMENTS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.nightly] * (name not in DAILY_EXPERIMENTS))
+        for name in EXPERIMENTS
+    ],
+)
 def test_the_records_of_a_batch_equal_the_files_of_single_runs(tmp_path: Path, name: str) -> None:
     experiment = EXPERIMENTS[name]
     study = create_study(tmp_path, [experiment], SEED)
@@ -114,7 +121,9 @@ def test_the_records_of_a_batch_equal_the_files_of_single_runs(tmp_path: Path, n
         assert 0 < lengths.is_stopped.sum() < RUNS
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize(
+    "seed", [0, 1, 2, *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(3, 8))]
+)
 def test_any_partition_of_the_runs_gives_the_same_records(
     tmp_path: Path, seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

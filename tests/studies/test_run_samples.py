@@ -30,6 +30,9 @@ from tests.small_studies import (
     shorten_preset,
 )
 
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
+
 RUNS = 60
 SAMPLED = 12
 NAMES = ["evo/A", "evo+self-taught/A"]

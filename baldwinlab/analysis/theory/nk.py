@@ -33,4 +33,4 @@ def mutation_supply(bits: int, mutation_rate: float, trials: float = inf) -> flo
     float
         Mean number of bits.
     """
-    return bits * mutation_rate * (1 - (1 - 1 / bits) ** trials)
+    return float(bits * mutation_rate * (1 - (1 - 1 / bits) ** trials))

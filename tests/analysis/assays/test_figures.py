@@ -29,7 +29,13 @@ DRAW: dict[str, Callable[[Assays, Sequence[str], str], Figure]] = {
 }
 
 
-@pytest.mark.parametrize("name", DRAW)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.nightly] * (name not in ("lives", "within-life")))
+        for name in DRAW
+    ],
+)
 def test_a_figure_has_the_same_bytes_each_time_and_no_small_text(name: str) -> None:
     figure = DRAW[name](make_all_assays(), [A, B], "fitness")
     assert to_svg(DRAW[name](make_all_assays(), [A, B], "fitness")) == to_svg(figure)

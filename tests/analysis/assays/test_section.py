@@ -18,6 +18,7 @@ from baldwinlab.analysis.assays.analysis import evaluate_assays
 from baldwinlab.analysis.assays.section import make_section, tabulate_numbers
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report import write_page
+from baldwinlab.analysis.report.sections import Section
 from tests.analysis.assays.artificial_assays import (
     constant,
     innate,
@@ -147,6 +148,7 @@ def test_one_run_allows_no_verdict() -> None:
     assert text.startswith("too few runs for a verdict on the effect of learning on fitness")
 
 
+@pytest.mark.usefixtures("placeholder_figures")
 def test_the_section_says_how_many_runs_a_verdict_needs(tmp_path: Path) -> None:
     few = make_section(
         {"innate": {A: innate(A, off=constant(1), on=constant(50), runs=5)}}, tmp_path
@@ -167,15 +169,18 @@ def test_the_section_says_how_many_runs_a_verdict_needs(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("study")
-    return write_page(
-        "A study",
-        "Its assays.",
-        [make_section(make_all_assays(), folder)],
-        folder / "page.html",
-        folder / "figures",
-    )
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("study")
+
+
+@pytest.fixture(scope="module")
+def section(folder: Path) -> Section:
+    return make_section(make_all_assays(), folder)
+
+
+@pytest.fixture(scope="module")
+def page(folder: Path, section: Section) -> Path:
+    return write_page("A study", "Its assays.", [section], folder / "page.html", folder / "figures")
 
 
 def text_of(path: Path) -> str:
@@ -206,14 +211,16 @@ def test_the_section_has_verdict_questions_figures_and_numbers(page: Path) -> No
     assert len(list((page.parent / "figures").glob("baldwin-*.svg"))) == 7
 
 
-def test_its_verdict_is_its_summary(tmp_path: Path) -> None:
-    short = make_section(make_all_assays(), tmp_path).summary
+def test_its_verdict_is_its_summary(section: Section) -> None:
     assert (
-        short.startswith("On map A (evo+self-taught): learning raises fitness; innate fitness and")
-        and "On map B" in short
+        section.summary.startswith(
+            "On map A (evo+self-taught): learning raises fitness; innate fitness and"
+        )
+        and "On map B" in section.summary
     )
 
 
+@pytest.mark.usefixtures("placeholder_figures")
 def test_many_conditions_have_an_overview_and_folded_sentences(
     tmp_path: Path,
 ) -> None:
@@ -251,6 +258,7 @@ def test_many_conditions_have_an_overview_and_folded_sentences(
     )
 
 
+@pytest.mark.usefixtures("placeholder_figures")
 def test_many_conditions_with_only_the_neutral_control_have_an_overview(
     tmp_path: Path,
 ) -> None:
@@ -268,6 +276,7 @@ def test_many_conditions_with_only_the_neutral_control_have_an_overview(
     assert "Effect of selection on the gain from learning" in "".join(drawn)
 
 
+@pytest.mark.usefixtures("placeholder_figures")
 def test_a_figure_s_numbers_are_the_medians_that_it_draws(tmp_path: Path) -> None:
     make_section({"innate": {A: innate(A, off=constant(2), on=constant(9))}}, tmp_path)
     first, *rows = (tmp_path / "figures" / "baldwin-lives.csv").read_text().splitlines()
@@ -275,6 +284,7 @@ def test_a_figure_s_numbers_are_the_medians_that_it_draws(tmp_path: Path) -> Non
     assert any(row.startswith(f"{A},energy,0,off,2.") for row in rows)
 
 
+@pytest.mark.usefixtures("placeholder_figures")
 @pytest.mark.parametrize("assay", list(make_all_assays(runs=1)))
 def test_a_single_assay_of_a_single_run_has_a_section_too(assay: str, tmp_path: Path) -> None:
     text = re.sub(

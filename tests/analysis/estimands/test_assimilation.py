@@ -29,6 +29,7 @@ def test_windows_are_means_and_do_not_overlap() -> None:
     assert final["generation"].values.tolist() == [3, 4]
 
 
+@pytest.mark.nightly
 def test_assimilation_does_not_change_if_a_constant_is_added_to_fitness(
     stored: dict[str, Stored],
 ) -> None:

@@ -115,6 +115,7 @@ OBSTACLES: Mapping[str, bool] = {
     "mayley-1996:climbing/smooth": False,
     "suzuki-arita-2004:meta-pavlov": False,
     "nolfi-parisi-1993:auto-teaching": False,
+    "mery-kawecki-2004:learning-flies/pineapple": False,
 }
 
 

@@ -7,6 +7,7 @@ import math
 import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -22,8 +23,10 @@ from baldwinlab.analysis import figures
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.figures.emergence import compute_time_shares, split_at_edges
 from baldwinlab.analysis.figures.fitness import plotted_conditions
+from baldwinlab.analysis.figures.overview import OverviewCell
 from baldwinlab.analysis.figures.style import choose_style
 from baldwinlab.analysis.multiverse.figures import draw_shares, draw_variants
+from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.experiment import World
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import Claim
@@ -37,11 +40,6 @@ from tests.analysis.multiverse.variants import (
 from tests.analysis.statistics.studies import AS_THE_PAPER, Claims, species_trace, study, trace
 
 FORAGERS = "evo+self-taught/B"
-MULTIVERSE = multiverse_of(
-    variant_of(),
-    variant_of("literal", NO_MEALS),
-    variant_of("literal+rank", TAUGHT_BEAT_EVOLVED),
-)
 MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
 
 STRINGS = study({name: [1, 2] for name in ("guessing", "fixed", "unset", "other")})
@@ -51,7 +49,21 @@ MEASURED = figures.MeasureValues(
     "items of a run",
     {name: np.array(eaten, float) for name, eaten in AS_THE_PAPER.items()},
 )
-CELLS = figures.overview_cells(study(AS_THE_PAPER), evaluate_claims(study(AS_THE_PAPER)), 10)
+
+
+@cache
+def make_multiverse() -> Multiverse:
+    return multiverse_of(
+        variant_of(),
+        variant_of("literal", NO_MEALS),
+        variant_of("literal+rank", TAUGHT_BEAT_EVOLVED),
+    )
+
+
+@cache
+def make_cells() -> list[OverviewCell]:
+    data = study(AS_THE_PAPER)
+    return figures.overview_cells(data, evaluate_claims(data), 10)
 
 
 def six_traces() -> list[xr.Dataset]:
@@ -70,7 +82,7 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "final-fitness": lambda: figures.draw_fitness_boxes(
         study(AS_THE_PAPER), evaluate_claims(study(AS_THE_PAPER))
     ),
-    "overview": lambda: figures.draw_overview({"": CELLS}),
+    "overview": lambda: figures.draw_overview({"": make_cells()}),
     "emergence": lambda: figures.draw_emergence(study(AS_THE_PAPER), six_traces()),
     "trajectories": lambda: figures.draw_trajectories(trace(FORAGERS, 3)),
     "trajectories-of-species": lambda: figures.draw_trajectories(
@@ -83,8 +95,8 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "clocks": lambda: figures.draw_fitness_by_evaluations(STRINGS, "used"),
     "measures": lambda: figures.draw_measures(study(AS_THE_PAPER), [MEASURED]),
     "survival": lambda: figures.draw_survival(STRINGS),
-    "variants": lambda: draw_variants(MULTIVERSE),
-    "variants-shares": lambda: draw_shares(MULTIVERSE),
+    "variants": lambda: draw_variants(make_multiverse()),
+    "variants-shares": lambda: draw_shares(make_multiverse()),
 }
 
 ODD = {
@@ -96,25 +108,41 @@ ODD = {
     "a condition without a run": study({"evo/A": [1, 2], FORAGERS: [math.nan, math.nan]}),
     "custom conditions": study({"mine": [1, 2], "yours": [3, 4], "on/a/map": [1, 3]}),
 }
+DAILY_FIGURES = ("final-fitness", "emergence", "overview", "networks", "maps")
+DAILY_ODD = ("a missing run", "a condition without a run", "custom conditions")
 
 
-@pytest.mark.parametrize("name", DRAW)
+@cache
+def render(name: str) -> tuple[Figure, bytes]:
+    """Return a figure and its SVG. Rendering creates the labels of the axes."""
+    figure = DRAW[name]()
+    return figure, figures.to_svg(figure)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.nightly] * (name not in DAILY_FIGURES))
+        for name in DRAW
+    ],
+)
 def test_a_figure_is_reproducible_with_any_settings_of_the_process(name: str) -> None:
-    first = figures.to_svg(DRAW[name]())
     with mpl.rc_context({"font.size": 30, "svg.hashsalt": None, "lines.linewidth": 9}):
-        assert figures.to_svg(DRAW[name]()) == first
+        assert figures.to_svg(DRAW[name]()) == render(name)[1]
 
 
 @pytest.mark.parametrize("name", DRAW)
 def test_no_text_is_too_small_to_read_in_print(name: str) -> None:
-    figure = DRAW[name]()
-    figure.draw_without_rendering()
+    figure, _ = render(name)
     texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
     assert texts and min(float(text.get_fontsize()) for text in texts) >= 8
     assert figure.get_size_inches()[0] <= 7.2
 
 
-@pytest.mark.parametrize("name", ODD)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.nightly] * (name not in DAILY_ODD)) for name in ODD],
+)
 def test_odd_studies_are_drawn_without_a_warning(name: str) -> None:
     odd = ODD[name]
     condition = str(odd["condition"].values[0])
@@ -131,9 +159,9 @@ def test_odd_studies_are_drawn_without_a_warning(name: str) -> None:
 
 
 def test_threads_may_draw_at_the_same_time() -> None:
-    expected = figures.to_svg(DRAW["fitness"]())
+    _, expected = render("clocks")
     with ThreadPoolExecutor(3) as threads:
-        assert set(threads.map(lambda _: figures.to_svg(DRAW["fitness"]()), range(3))) == {expected}
+        assert set(threads.map(lambda _: figures.to_svg(DRAW["clocks"]()), range(3))) == {expected}
 
 
 def test_the_time_density_sums_to_all_time() -> None:
@@ -216,6 +244,7 @@ def test_many_conditions_have_vertical_p_values_and_labels_below_the_last_map() 
     assert not any(label.get_text() for label in upper.get_xticklabels())
 
 
+@pytest.mark.nightly
 def test_fifty_conditions_have_a_legend_and_labels_that_do_not_overlap() -> None:
     names = [f"evo+rule-with-a-long-name-{number}+yoked" for number in range(50)]
     dataset = study({name: [20, 30] for name in names})
@@ -235,8 +264,8 @@ def test_fifty_conditions_have_a_legend_and_labels_that_do_not_overlap() -> None
 
 
 def test_a_triangle_marks_a_condition_that_a_claim_finds_greater() -> None:
-    texts = [text.get_text() for text in figures.draw_overview({"": CELLS}).findobj(Text)]
-    cells = {cell.condition: cell for cell in CELLS}
+    texts = [text.get_text() for text in figures.draw_overview({"": make_cells()}).findobj(Text)]
+    cells = {cell.condition: cell for cell in make_cells()}
     taught = cells["evo+self-taught/A"]
     evolved = cells["evo/A"]
     assert f"{taught.median:.0f} ▲" in texts

@@ -20,6 +20,7 @@ from baldwinlab.analysis.multiverse.analysis import (
     variants_with_paper_effects,
 )
 from baldwinlab.analysis.multiverse.files import read_multiverse, summarize, write_multiverse
+from baldwinlab.analysis.multiverse.records import Multiverse
 from tests.analysis.multiverse.variants import (
     NO_MEALS,
     TAUGHT_BEAT_EVOLVED,
@@ -30,26 +31,33 @@ from tests.analysis.multiverse.variants import (
 from tests.analysis.statistics.studies import AS_THE_PAPER
 
 EVERY_CLAIM = [f"C{number}" for number in range(1, 10)]
-STANDARD = variant_of()
-OVERTURNED = multiverse_of(STANDARD, variant_of("biases"), variant_of("rank", TAUGHT_BEAT_EVOLVED))
+
+
+def make_overturned() -> Multiverse:
+    """Return a multiverse in which one choice overturns C6."""
+    return multiverse_of(
+        variant_of(), variant_of("biases"), variant_of("rank", TAUGHT_BEAT_EVOLVED)
+    )
 
 
 def test_the_results_of_the_paper_confirm_every_claim_at_distance_0() -> None:
-    assert STANDARD.held == 9 and STANDARD.distance == 0 and STANDARD.runs == (8, 8)
-    outcome = STANDARD.outcomes["C1"]
+    standard = variant_of()
+    assert standard.held == 9 and standard.distance == 0 and standard.runs == (8, 8)
+    outcome = standard.outcomes["C1"]
     assert (outcome.verdict, outcome.effect, outcome.a12) == ("holds", 40, 1)
     assert outcome.p_holm is not None and outcome.p_holm < 0.05
 
 
 def test_a_claim_that_one_choice_overturns_depends_on_that_choice() -> None:
-    assert find_decisive_choices(OVERTURNED, "C6") == {"R4": ["rank"]}
+    overturned = make_overturned()
+    assert find_decisive_choices(overturned, "C6") == {"R4": ["rank"]}
     assert {
-        claim: find_decisive_choices(OVERTURNED, claim) for claim in EVERY_CLAIM if claim != "C6"
+        claim: find_decisive_choices(overturned, claim) for claim in EVERY_CLAIM if claim != "C6"
     } == {claim: {} for claim in EVERY_CLAIM if claim != "C6"}
-    assert select_claims(OVERTURNED, "holds") == [claim for claim in EVERY_CLAIM if claim != "C6"]
+    assert select_claims(overturned, "holds") == [claim for claim in EVERY_CLAIM if claim != "C6"]
     groups = {
         verdict: [variant.name for variant in variants]
-        for verdict, variants in group_by_verdict(OVERTURNED, "C6").items()
+        for verdict, variants in group_by_verdict(overturned, "C6").items()
     }
     assert groups == {"holds": ["standard", "biases"], "undecided": [], "does not hold": ["rank"]}
 
@@ -80,13 +88,13 @@ def test_a_variant_without_meals_is_never_the_nearest() -> None:
 
 def test_variants_whose_intervals_contain_the_effects_of_the_paper_are_selected() -> None:
     several = multiverse_of(
-        STANDARD, variant_of("rank", with_gain(100)), variant_of("biases", {"evo/A": [1, 2]})
+        variant_of(), variant_of("rank", with_gain(100)), variant_of("biases", {"evo/A": [1, 2]})
     )
-    assert variants_with_paper_effects(several) == [STANDARD]
+    assert variants_with_paper_effects(several) == [variant_of()]
 
 
 def test_variants_with_the_most_claims_that_hold_are_selected() -> None:
-    assert [variant.name for variant in variants_with_most_claims(OVERTURNED)] == [
+    assert [variant.name for variant in variants_with_most_claims(make_overturned())] == [
         "standard",
         "biases",
     ]
@@ -106,12 +114,12 @@ def test_conditions_without_runs_leave_their_claims_undecided_and_no_distance() 
 
 def test_shares_over_all_combinations_show_the_decisive_choice() -> None:
     several = multiverse_of(
-        STANDARD,
+        variant_of(),
         variant_of("biases"),
         variant_of("rank", TAUGHT_BEAT_EVOLVED),
         variant_of("biases+rank", TAUGHT_BEAT_EVOLVED),
     )
-    assert several.has_combinations and not OVERTURNED.has_combinations
+    assert several.has_combinations and not make_overturned().has_combinations
     assert [variant.name for variant in several.singles.variants] == ["standard", "biases", "rank"]
     shares = {
         (share.choice, share.alternative): share.share
@@ -130,7 +138,7 @@ def test_shares_over_all_combinations_show_the_decisive_choice() -> None:
 
 def test_a_written_multiverse_has_no_nan_and_can_be_read(tmp_path: Path) -> None:
     several = multiverse_of(
-        STANDARD, variant_of("literal", NO_MEALS), variant_of("rank", {"evo/A": [1]})
+        variant_of(), variant_of("literal", NO_MEALS), variant_of("rank", {"evo/A": [1]})
     )
     path = write_multiverse(several, tmp_path / "multiverse.json")
     record = json.loads(path.read_text(), parse_constant=pytest.fail)
@@ -149,7 +157,7 @@ def test_another_file_is_refused_in_a_sentence(tmp_path: Path, text: str) -> Non
 
 
 def test_a_file_whose_variants_are_called_readings_can_be_read(tmp_path: Path) -> None:
-    several = multiverse_of(STANDARD, variant_of("biases"))
+    several = multiverse_of(variant_of(), variant_of("biases"))
     text = several.model_dump_json().replace('"variants":', '"readings":', 1)
     record = json.loads(text)
     record["checksum"] = hashlib.sha256(text.encode()).hexdigest()

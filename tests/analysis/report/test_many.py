@@ -22,6 +22,9 @@ from tests.analysis.report.browsing import errors_and_width
 from tests.analysis.statistics.studies import RUNS, study
 from tests.axe import find_violations
 
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
+
 LEARNERS = ("evo", "evo+self-taught", "evo+crbp", "evo+abcd")
 MAPS = "ABCD"
 # Own questions, as in a study whose conditions are compared with the first one on each map.

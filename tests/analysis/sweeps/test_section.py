@@ -85,6 +85,7 @@ def test_the_text_of_the_figure_has_intervals() -> None:
     )
 
 
+@pytest.mark.usefixtures("placeholder_figures")
 def test_a_grid_has_curves_heat_maps_and_every_point(tmp_path: Path) -> None:
     text = page_of(grid(), tmp_path).read_text("utf-8")
     assert "<h1>evo/A: sweep of learning.rate and world.food.0.count</h1>" in text
@@ -98,18 +99,21 @@ def test_a_grid_has_curves_heat_maps_and_every_point(tmp_path: Path) -> None:
     )  # along the count: mean over runs of 50 items, and its interval
 
 
+@pytest.mark.usefixtures("placeholder_figures")
 def test_a_sample_has_rank_correlations_and_no_heat_map(tmp_path: Path) -> None:
     text = page_of(sample(20), tmp_path).read_text("utf-8")
     assert {path.stem for path in (tmp_path / "figures").iterdir()} == {"responses"}
     assert "Rank correlations" in text and "Sobol sample" in text
 
 
+@pytest.mark.usefixtures("placeholder_figures")
 @pytest.mark.parametrize("data", [grid(runs=1), sample(1), sample(4)])
 def test_small_sweeps_have_a_page_too(data: xr.Dataset, tmp_path: Path) -> None:
     text = page_of(data, tmp_path).read_text("utf-8")
     assert "nan" not in re.sub(r'src="[^"]*"', "", text).lower()
 
 
+@pytest.mark.usefixtures("placeholder_figures")
 def test_a_point_without_a_run_is_a_dash(tmp_path: Path) -> None:
     holed = grid()
     holed.energy[0, 1] = holed.food_eaten[0, 1] = np.nan

@@ -26,7 +26,7 @@ STEP = float(X[1] - X[0])
 
 def normal(mean: float, std: float) -> Density:
     density = np.exp(-((X - mean) ** 2) / (2 * std * std))
-    return density / density.sum()
+    return np.asarray(density / density.sum(), np.float64)
 
 
 def evolve(

@@ -223,6 +223,7 @@ def test_a_rule_that_does_not_compile_fails_with_one_line(
     assert len(text.splitlines()) == 1
 
 
+@pytest.mark.nightly
 def test_a_simulation_reports_a_rule_that_does_not_compile(write: Any) -> None:
     path = write("put(state.weights, 0, lane, part.nothing)")
     finding = bl.check_part(path, requirements=["compiles", "repeated"])[-1]

@@ -89,6 +89,7 @@ def test_a_rule_that_reads_an_unwritten_array_fails(write_part: Write) -> None:
     assert "learning rule 'my-rule': learn, line 12: part.trace[0, 0]: read before" in failed
 
 
+@pytest.mark.nightly
 def test_random_numbers_and_a_read_without_effect_do_not_fail(write_part: Write) -> None:
     value = (
         "np.float32(np.random.random()) + (get(part.trace, w, lane) != get(state.rate, 0, lane))"
@@ -96,6 +97,7 @@ def test_random_numbers_and_a_read_without_effect_do_not_fail(write_part: Write)
     assert failures(write_part(RULE.format(more="", value=value))) == []
 
 
+@pytest.mark.nightly
 def test_a_variation_that_writes_only_the_first_module_fails_with_its_name(
     write_part: Write,
 ) -> None:

@@ -94,6 +94,7 @@ def test_the_command_export_writes_a_network(
     assert "--format onnx needs --generation GENERATION and --agent AGENT" in outcome.err
 
 
+@pytest.mark.nightly
 def test_a_network_of_another_kind_is_refused(tmp_path: Path) -> None:
     experiment = shorten_preset("evo/A").replace(
         network={"kind": "simple-recurrent"}, lifetime={"steps": 20}, evolution={"generations": 1}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -29,16 +29,25 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> bl.Study:
     return bl.run(experiment, runs=2, seed=5, out=tmp_path_factory.mktemp("source") / "study")
 
 
-def trace_gene(study: bl.Study, run: int, gene: int, agent: int) -> list[int]:
+class History(NamedTuple):
+    """The parents of the agents of a run, and their genomes by generation."""
+
+    parents: Any
+    genomes: list[Any]
+
+
+def read_history(study: bl.Study, run: int) -> History:
+    parents = study.data().parents.squeeze("condition").sel(run=run).values
+    genomes = [study.genomes(run, generation).values for generation in range(len(parents))]
+    return History(parents, [genome.reshape(len(genome), -1) for genome in genomes])
+
+
+def trace_gene(history: History, gene: int, agent: int) -> list[int]:
     """Return the ancestor of a gene in each generation, from the first to that of `agent`.
 
     It applies the documented rule gene by gene.
     """
-    parents = study.data().parents.squeeze("condition").sel(run=run).values
-    genomes = []
-    for generation in range(len(parents)):
-        genome = study.genomes(run, generation).values
-        genomes.append(genome.reshape(len(genome), -1))
+    parents, genomes = history
     line = [agent]
     for generation in range(len(parents) - 1, 0, -1):
         first, second = (int(parent) for parent in parents[generation, line[0]])
@@ -71,8 +80,9 @@ def test_each_gene_has_the_genealogy_of_the_stored_parents(
     assert [describe_node(sequence, node) for node in sequence.samples()] == [
         (11, agent) for agent in range(20)
     ]
+    history = read_history(study, 1)
     for gene in (0, 7, 61, 119):
-        lines = np.array([trace_gene(study, 1, gene, agent) for agent in range(20)])
+        lines = np.array([trace_gene(history, gene, agent) for agent in range(20)])
         tree = sequence.at(gene)
         for sample in range(20):
             node = sample
@@ -105,11 +115,12 @@ def test_stopped_runs_and_genes_of_parts_have_trees(
     sequence = tskit.load(str(tmp_path / "a.trees"))
     samples = [(n_generations - 1, agent) for agent in range(6)]
     assert [describe_node(sequence, node) for node in sequence.samples()] == samples
+    history = read_history(study, 0)
     last_gene = experiment.genome_length - 1
     for gene in (0, last_gene):
         tree = sequence.at(gene)
         for sample in range(6):
-            line = trace_gene(study, 0, gene, sample)
+            line = trace_gene(history, gene, sample)
             node = sample
             while node != tskit.NULL:
                 generation, agent = describe_node(sequence, node)

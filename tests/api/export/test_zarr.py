@@ -43,7 +43,9 @@ def test_a_zarr_store_has_the_data_units_and_labels_of_the_study(
     assert zarr.open_group(tmp_path / "study.zarr", mode="r").metadata.zarr_format == 3
 
 
-@pytest.mark.parametrize("rows", [1, 150, 250])
+@pytest.mark.parametrize(
+    "rows", [1, *(pytest.param(rows, marks=pytest.mark.nightly) for rows in (150, 250))]
+)
 def test_a_store_with_many_chunks_has_the_data_of_the_sweep(
     tmp_path: Path, rows: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -105,6 +105,7 @@ def test_a_vector_of_worlds_equals_single_worlds() -> None:
     )
 
 
+@pytest.mark.nightly
 def test_a_continuous_body_takes_one_number_per_output() -> None:
     world = bl.vector_env(EXPERIMENT.replace(motor={"body": "continuous"}))
     assert world.single_action_space.shape == (2,)

@@ -16,6 +16,9 @@ from baldwinlab.analysis.gallery.decisions import COLUMNS, VERDICTS
 from baldwinlab.api.publish.gallery_entries import find_studies
 from tests.commands import Command
 
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
+
 PAPERS = ("mayley-1996", "paenke-2007")
 LEARNING_CONDITIONS = {
     "climbing/smooth",
@@ -43,9 +46,17 @@ def folder(stored: Path, command: Command) -> Path:
     return Path("all")
 
 
-def test_the_table_has_one_row_per_system_and_question(command: Command, folder: Path) -> None:
-    assert command("gallery", "all").code == 0
-    rows = json.loads(Path("all/gallery.json").read_text("utf-8"))
+@pytest.fixture(scope="module")
+def gallery(stored: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Write the page of the papers."""
+    folder = tmp_path_factory.mktemp("gallery") / "all"
+    copytree(stored, folder)
+    bl.compare_papers(folder)
+    return folder
+
+
+def test_the_table_has_one_row_per_system_and_question(gallery: Path) -> None:
+    rows = json.loads((gallery / "gallery.json").read_text("utf-8"))
     assert all(tuple(row) == COLUMNS for row in rows)
     systems = dict.fromkeys((row["paper"], row["condition"]) for row in rows)
     assert [(row["paper"], row["condition"], row["question"]) for row in rows] == [
@@ -62,10 +73,9 @@ def test_the_table_has_one_row_per_system_and_question(command: Command, folder:
         assert row["runs"] in ((1, 2) if is_measured else (None,))
 
 
-def test_the_csv_file_has_the_rows_of_the_json_file(command: Command, folder: Path) -> None:
-    assert command("gallery", "all").code == 0
-    rows = json.loads(Path("all/gallery.json").read_text("utf-8"))
-    with Path("all/gallery.csv").open(encoding="utf-8", newline="") as file:
+def test_the_csv_file_has_the_rows_of_the_json_file(gallery: Path) -> None:
+    rows = json.loads((gallery / "gallery.json").read_text("utf-8"))
+    with (gallery / "gallery.csv").open(encoding="utf-8", newline="") as file:
         table = list(csv.DictReader(file))
     texts = [
         {key: "" if value is None else str(value) for key, value in row.items()} for row in rows

@@ -154,7 +154,13 @@ class PlainLifetime:
         return under
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param(kind, marks=[pytest.mark.nightly] * (kind not in ("neurons", "synapses")))
+        for kind in KINDS
+    ],
+)
 def test_a_lifetime_agrees_with_plain_python(kind: str) -> None:
     """Rounding errors grow in chaotic lifetimes, so lifetimes are short and 1 in 20 may differ."""
     model = LightSwitch(**{"neurons": 4, "steps_per_life": 120} | KINDS[kind])

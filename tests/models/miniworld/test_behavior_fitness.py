@@ -37,6 +37,7 @@ def wrap(difference: npt.NDArray[Any], span: float) -> npt.NDArray[Any]:
     return (difference + span / 2) % span - span / 2
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("measure", ["path", "displacement"])
 def test_the_distance_is_that_of_the_positions_after_each_step(measure: str) -> None:
     experiment = make_experiment("distance")

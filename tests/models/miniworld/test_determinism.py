@@ -42,8 +42,12 @@ every_experiment = pytest.mark.parametrize(
         for update in ("simultaneous", "sequential")
     ]
     + [
-        make_small_experiment("evo+self-taught", learning={"control": "yoked"}).replace(
-            name="yoked"
+        pytest.param(
+            make_small_experiment("evo+self-taught", learning={"control": "yoked"}).replace(
+                name="yoked"
+            ),
+            # It is another program, which takes six seconds to compile.
+            marks=pytest.mark.nightly,
         )
     ],
     ids=lambda experiment: (

@@ -69,6 +69,7 @@ def simulate_batch(experiment: Experiment, steps: int) -> CpuBatch:
     return batch
 
 
+@pytest.mark.nightly
 def test_without_deaths_the_code_for_deaths_has_the_same_results() -> None:
     experiment = make_small_experiment("evo+self-taught", learning={"cost_per_step": 0.01})
     selective = experiment.replace(eats={"items": ["food"]})
@@ -98,6 +99,7 @@ def test_a_dead_agent_neither_moves_eats_nor_learns() -> None:
     assert (at_end.state.positions[0, dead] < 0).all()
 
 
+@pytest.mark.nightly
 def test_a_dead_agent_is_not_sensed() -> None:
     experiment = make_experiment("evo", senses={"kinds": ["neighbours"], "visual_radius": 40})
     start = {"x": 60, "y": 50, "radius": 0}

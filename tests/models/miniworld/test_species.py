@@ -47,10 +47,9 @@ def simulate_species(
     return simulator.simulate(2, genomes, np.array(sizes_of_runs))
 
 
-# The compilation takes 14 s for each condition. Learners use all phases of a step.
-@pytest.mark.parametrize(
-    "condition", [pytest.param("evo", marks=pytest.mark.nightly), "evo+self-taught"]
-)
+# The compilation takes 14 s for each condition.
+@pytest.mark.nightly
+@pytest.mark.parametrize("condition", ["evo", "evo+self-taught"])
 def test_two_equal_species_have_the_results_of_one_population(condition: str) -> None:
     experiment = load(f"{condition}/A").replace(
         lifetime={"steps": 400}, motor={"noise": 0.1}, learning={"cost_per_change": 0.1}

@@ -47,6 +47,7 @@ def test_a_window_has_the_energy_of_a_lifetime_of_its_steps() -> None:
     assert first_window == simulate(short_life, seed=2)["energy"].values[0].sum()
 
 
+@pytest.mark.nightly
 def test_windows_add_up_to_the_births_of_all_agents() -> None:
     run = simulate(series_experiment().replace(world=BIRTHS), seed=2)
     assert run["births"].sum() > 0

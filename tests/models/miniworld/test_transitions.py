@@ -234,7 +234,13 @@ def start_in_food(condition: str, variant: str) -> Experiment:
 
 
 @pytest.mark.parametrize("variant", papers.load().names("variants"))
-@pytest.mark.parametrize("condition", papers.load().names("conditions"))
+@pytest.mark.parametrize(
+    "condition",
+    [
+        pytest.param(name, marks=[pytest.mark.nightly] * (name != "evo+self-taught"))
+        for name in papers.load().names("conditions")
+    ],
+)
 def test_every_step_under_a_variant_agrees_with_the_paper(condition: str, variant: str) -> None:
     counts = compare_lifetime(start_in_food(condition, variant), seed=7, generation=1)
     assert counts["eaten"] > 5
@@ -244,8 +250,10 @@ def test_every_step_under_a_variant_agrees_with_the_paper(condition: str, varian
 @pytest.mark.parametrize("update", ["simultaneous", "sequential"])
 @pytest.mark.parametrize(
     "region",
-    [{"x": [0, 400], "y": [0, 400]}, {"x": [150, 400], "y": [0, 300]}],
-    ids=["map", "region"],
+    [
+        pytest.param({"x": [0, 400], "y": [0, 400]}, id="map", marks=pytest.mark.nightly),
+        pytest.param({"x": [150, 400], "y": [0, 300]}, id="region"),
+    ],
 )
 def test_every_step_with_many_items_in_cells_agrees_with_the_paper(
     region: dict[str, Any], update: str

@@ -115,6 +115,7 @@ def evolved_genomes() -> npt.NDArray[np.float32]:
     return genomes
 
 
+@pytest.mark.nightly
 def test_networks_with_ordered_links_have_the_outputs_of_other_implementations() -> None:
     state = np.array([1.0, -0.3, 0.2, 0.5, -0.4, 1.5])
     steepness = np.float32(4.9)

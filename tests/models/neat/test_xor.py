@@ -46,6 +46,7 @@ def test_no_network_without_hidden_nodes_can_compute_the_exclusive_or() -> None:
     assert solution.status == 2, "infeasible"
 
 
+@pytest.mark.nightly
 def test_no_network_without_hidden_nodes_evolves_the_exclusive_or() -> None:
     experiment = assign(
         bl.load("neat-xor"), ["evolution.neat.add_node_rate=0", "evolution.generations=60"]

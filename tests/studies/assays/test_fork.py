@@ -124,6 +124,7 @@ def test_histories_are_equal_at_the_start_of_evolution(tmp_path: Path) -> None:
     assert not np.array_equal(learner.fitness.sel(regime="on"), learner.fitness.sel(regime="off"))
 
 
+@pytest.mark.nightly
 def test_learning_hides_on_every_landscape_and_guides_only_across_valleys(tmp_path: Path) -> None:
     for k in (0, 10):
         study = make_small_study(tmp_path / str(k), make_climbers(k), runs=10)

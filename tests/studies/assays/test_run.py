@@ -55,7 +55,7 @@ def test_assays_are_identical_for_any_number_of_workers(study: StudyStore, tmp_p
 
 
 def test_progress_counts_every_agent_step(tmp_path: Path) -> None:
-    study = make_small_study(tmp_path, conditions())
+    study = make_small_study(tmp_path, conditions()[:2], runs=2)
     done: list[int] = []
 
     @contextmanager
@@ -138,6 +138,7 @@ def test_an_error_does_not_change_stored_assays(
     assert stored(study) == before
 
 
+@pytest.mark.nightly
 def test_assays_do_not_depend_on_the_number_of_stored_genomes(
     study: StudyStore, tmp_path: Path
 ) -> None:
@@ -152,11 +153,9 @@ def test_assays_do_not_depend_on_the_number_of_stored_genomes(
 @pytest.mark.parametrize(
     "changes",
     [
-        {"population": {"size": 1}},
-        {"world": {"food": []}},
-        {"evolution": {"generations": 1}},
-        {"lifetime": {"steps": 1}},
-        {"network": {"hidden": [], "biases": True}},
+        {"population": {"size": 1}, "lifetime": {"steps": 1}},
+        {"world": {"food": []}, "evolution": {"generations": 1}},
+        pytest.param({"network": {"hidden": [], "biases": True}}, marks=pytest.mark.nightly),
         {
             "learning": {
                 "cost_per_step": 0.01,
@@ -166,7 +165,7 @@ def test_assays_do_not_depend_on_the_number_of_stored_genomes(
             }
         },
         {"evolution": {"lamarckian_share": 1.0}, "record": {"genome_every": 2}},
-        {"learning": {"rule": "drift"}},
+        pytest.param({"learning": {"rule": "drift"}}, marks=pytest.mark.nightly),
     ],
 )
 def test_extreme_settings_can_be_assayed(tmp_path: Path, changes: dict[str, object]) -> None:

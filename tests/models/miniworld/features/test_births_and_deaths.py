@@ -213,6 +213,7 @@ def test_a_newborn_senses_no_energy_of_the_agent_that_it_replaces() -> None:
     assert len(sensed) > AGENTS and set(sensed) == {0.0}
 
 
+@pytest.mark.nightly
 def test_heterozygosity_of_the_neutral_control_follows_the_moran_model() -> None:
     """In Moran's model, H = H(0) (1 - 2/N^2)^births. Parents and dead agents are random."""
     runs = range(300)

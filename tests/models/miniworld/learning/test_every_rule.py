@@ -30,6 +30,8 @@ CONTROLS = [
     "motor.noise=0.5",
     "world.start.headings=random",
 ]
+# One rule of each kind: with a teacher, with a limit of its strengths, from other agents.
+DAILY_RULES = ("self-taught", "hebb", "imitation")
 # Newborns with these rules have weights within [-1, 1].
 STRENGTH_RULES = {"hebb", "postsynaptic", "presynaptic", "covariance"}
 STEPS = 8
@@ -94,7 +96,10 @@ def test_agents_move_at_rate_0_as_without_learning(rule: str) -> None:
     np.testing.assert_array_equal(actual.state.positions, expected.state.positions)
 
 
-@every_rule
+@pytest.mark.parametrize(
+    "rule",
+    [pytest.param(rule, marks=[pytest.mark.nightly] * (rule not in DAILY_RULES)) for rule in RULES],
+)
 @pytest.mark.parametrize("control", CONTROLS)
 def test_a_control_is_supported_or_refused_in_one_sentence(rule: str, control: str) -> None:
     try:

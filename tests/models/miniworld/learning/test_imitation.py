@@ -46,6 +46,7 @@ def test_outputs_of_agents_with_equal_inputs_become_similar(in_plain_python: Non
     assert differences[0] < differences[1] / 2
 
 
+@pytest.mark.nightly
 def test_pupils_of_the_scripted_forager_eat_more_than_agents_without_learning() -> None:
     """Agents that go forward on map A reach the food."""
     experiment = load("evo/A").replace(evolution={"generations": 1}, learning={"rate": 0.1})

@@ -1,0 +1,172 @@
+"""Laws of learning for a preference between two media on the logit scale.
+
+An animal with the innate preference x lays the share p(x) = 1 / (1 + exp(-x)) of its eggs on the
+right medium. Learning raises x by d(x). Fitness is the share of eggs on the right medium.
+
+References
+----------
+.. [1] I. Paenke, T. J. Kawecki and B. Sendhoff, "The influence of learning on evolution: a
+   mathematical framework", Artificial Life 15 (2009).
+.. [2] M. G. Bulmer, The Mathematical Theory of Quantitative Genetics (1980).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.signal import fftconvolve
+
+Numbers = npt.NDArray[np.float64]
+# Distance of neighboring preferences on the grid, in standard deviations.
+GRID_STEP: Final = 0.1
+# Number of standard deviations at which a normal distribution is cut off.
+CUT: Final = 8.0
+
+
+def choice_share(preference: Numbers) -> Numbers:
+    """Return the share p(x) of eggs on the right medium.
+
+    Parameters
+    ----------
+    preference : array
+        Preferences x, in logits.
+
+    Returns
+    -------
+    array
+        1 / (1 + exp(-x)).
+    """
+    share: Numbers = 1 / (1 + np.exp(-preference))
+    return share
+
+
+def gain_slope(preference: Numbers, shift: Numbers, shift_slope: Numbers) -> Numbers:
+    """Return the slope of the logarithm of the gain of learning.
+
+    The gain is g(x) = p(x + d) / p(x), and the slope of ln p(x) is 1 - p(x). Learning speeds the
+    evolution of x where the slope is above 0, and slows it where the slope is below 0.
+
+    Parameters
+    ----------
+    preference : array
+        Preferences x, in logits.
+    shift : array
+        Learned shifts d(x).
+    shift_slope : array
+        Derivatives d'(x).
+
+    Returns
+    -------
+    array
+        (1 - p(x + d)) (1 + d') - (1 - p(x)).
+
+    References
+    ----------
+    Paenke, Kawecki and Sendhoff 2009.
+    """
+    learned_share = choice_share(preference + shift)
+    return (1 - learned_share) * (1 + shift_slope) - (1 - choice_share(preference))
+
+
+def sign_change_of_small_shift(right_visits: float, wrong_visits: float) -> float:
+    """Return the share of eggs at which the effect of weak learning changes its sign.
+
+    A small shift d has ln g = d (1 - p). For d in proportion to p^a (1 - p)^b, the shift of an
+    animal that learns from a visits to the right and b visits to the wrong medium, ln g rises while
+    a (1 - p) > (b + 1) p.
+
+    Parameters
+    ----------
+    right_visits : float
+        Exponent a, 0 or more.
+    wrong_visits : float
+        Exponent b, 0 or more.
+
+    Returns
+    -------
+    float
+        a / (a + b + 1): learning speeds evolution below this share and slows it above. 0 if
+        learning needs no visit to the right medium: it then slows evolution everywhere.
+    """
+    return right_visits / (right_visits + wrong_visits + 1)
+
+
+class Moments(NamedTuple):
+    """Mean and standard deviation of the preference in each generation.
+
+    Attributes
+    ----------
+    mean : array [generation]
+        Means.
+    std : array [generation]
+        Standard deviations.
+    """
+
+    mean: Numbers
+    std: Numbers
+
+
+def predict_preferences(
+    initial_mean: float,
+    initial_std: float,
+    segregation_std: float,
+    generations: int,
+    learn: Callable[[Numbers], Numbers],
+) -> Moments:
+    """Predict the preference in an infinite population with infinitesimal inheritance.
+
+    The density f of newborns becomes f p(x + d) by selection. A child is the mean of two
+    independent parents plus normal noise. The density is computed on a grid.
+
+    Parameters
+    ----------
+    initial_mean : float
+        Mean preference of the founders, which are normal.
+    initial_std : float
+        Standard deviation of the founders.
+    segregation_std : float
+        Standard deviation of children around the mean of their parents.
+    generations : int
+        Number of generations, the founders included.
+    learn : callable
+        Function of preferences that returns the learned shifts d(x). 0 without learning.
+
+    Returns
+    -------
+    Moments
+        Mean and standard deviation of each generation.
+
+    References
+    ----------
+    Bulmer 1980.
+    """
+    widest_std = max(initial_std, 2**0.5 * segregation_std)
+    step = GRID_STEP * min(initial_std, segregation_std)
+    # Each generation moves the mean by less than the variance of the preference.
+    reach = round((CUT * widest_std + generations * 2 * widest_std**2) / step)
+    offsets: Numbers = step * np.arange(-reach, reach + 1, dtype=np.float64)
+    preference = initial_mean + offsets
+    density = _normal_density(offsets, initial_std)
+    fitness = choice_share(preference + learn(preference))
+    # The mean of two values on the grid is on a grid of half the distance.
+    half_steps: Numbers = step / 2 * np.arange(-2 * reach, 2 * reach + 1, dtype=np.float64)
+    segregation = _normal_density(half_steps, segregation_std)
+    means, stds = [], []
+    for _ in range(generations):
+        density /= density.sum()
+        mean = float(density @ preference)
+        means.append(mean)
+        stds.append(float(np.sqrt(density @ (preference - mean) ** 2)))
+        parents = density * fitness
+        children = fftconvolve(fftconvolve(parents, parents), segregation, "same")
+        density = children[::2]
+    return Moments(np.array(means), np.array(stds))
+
+
+def _normal_density(deviation: Numbers, std: float) -> Numbers:
+    """Return a normal density, up to a constant."""
+    density: Numbers = np.exp(-0.5 * (deviation / std) ** 2)
+    return density

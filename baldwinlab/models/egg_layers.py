@@ -1,0 +1,180 @@
+"""Model of flies that choose one of two media for their eggs, and learn from a bitter taste.
+
+    baldwinlab reproduce mery-kawecki-2004
+
+A genome is one number x, the innate preference for the right medium on the logit scale. A fly lays
+the share p(x) = 1 / (1 + exp(-x)) of its eggs on the right medium, and only these eggs count.
+Earlier in life, the wrong medium contains quinine. A fly that learns raises its preference by d(x),
+so its fitness is p(x + d).
+
+The gain of learning is g(x) = p(x + d) / p(x). Learning speeds the evolution of the innate
+preference where log g rises with x. Its slope is (1 - p(x + d)) (1 + d'(x)) - (1 - p(x)).
+
+The paper gives no learning function. In the standard variant, a fly must visit both media to learn
+that they differ: d is in proportion to the probability 2 p (1 - p) of two different visits.
+Population size, variance, initial preference and learning shift are our choice.
+
+References
+----------
+F. Mery and T. J. Kawecki, "The effect of learning on experimental evolution of resource preference
+in Drosophila melanogaster", Evolution 58 (2004).
+I. Paenke, T. J. Kawecki and B. Sendhoff, "The influence of learning on evolution: a mathematical
+framework", Artificial Life 15 (2009).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.core.deferred import xr
+from baldwinlab.engine import poison
+from baldwinlab.evolution.founders import draw_module
+from baldwinlab.models.slope_climbers import exponentiate
+from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+
+Numbers = npt.NDArray[np.float64]
+# Limit of a preference in the exponential function, which prevents overflow.
+MAX_PREFERENCE = 300.0
+
+
+def choose_medium(preference: Numbers) -> Numbers:
+    """Return the share p(x) = 1 / (1 + exp(-x)) of eggs on the right medium."""
+    values = np.clip(-preference, -MAX_PREFERENCE, MAX_PREFERENCE)
+    # The function changes `values` in place.
+    exponentiate(values.reshape(-1))
+    share: Numbers = 1 / (1 + values)
+    return share
+
+
+def _response(runs: xr.Dataset) -> xr.DataArray:
+    """Return the increase of the mean innate preference from the first to the last generation."""
+    preference = runs["preference"].astype(np.float64).mean("agent")
+    return preference.isel(generation=-1) - preference.isel(generation=0)
+
+
+class EggLayers(Model, name="egg-layers"):
+    """Flies that choose a medium for their eggs and learn to avoid the wrong one."""
+
+    right_medium: Literal["orange", "pineapple"] = Field(
+        "pineapple", description="Medium on which eggs count."
+    )
+    orange_preference: float = Field(
+        2.0,
+        ge=-20,
+        le=20,
+        description="Mean innate preference of the founders for orange, in logits.",
+    )
+    initial_std: float = Field(
+        0.2, ge=0, le=10, description="Standard deviation of the preference among the founders."
+    )
+    learning: bool = Field(True, description="Whether flies learn.")
+    learning_shift: float = Field(
+        1.5, ge=0, le=20, description="Largest change of the preference by learning, in logits."
+    )
+    experience: Literal["both-media", "wrong-medium", "constant"] = Field(
+        "both-media",
+        description=(
+            "Visits on which learning depends. both-media: d = shift 4 p (1 - p); wrong-medium: "
+            "d = shift (1 - p); constant: d = shift."
+        ),
+    )
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 1000},
+        "evolution": {"generations": 24, "variation": "infinitesimal", "mutation_size": 0.14},
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "preference": Variable(
+            PER_AGENT_DIMS, np.float32, "logit", "innate preference for the right medium"
+        ),
+        "innate_share": Variable(
+            PER_AGENT_DIMS,
+            np.float32,
+            "1",
+            "share of eggs on the right medium by the innate preference",
+        ),
+        "learned_shift": Variable(
+            PER_AGENT_DIMS, np.float32, "logit", "change of the preference by learning"
+        ),
+        "gain_slope": Variable(
+            PER_AGENT_DIMS,
+            np.float32,
+            "1/logit",
+            "slope of the logarithm of the gain of learning at the innate preference",
+        ),
+    }
+    innate_trait: ClassVar[str] = "preference"
+    learned_distance: ClassVar[str] = "learned_shift"
+    learning_amount: ClassVar[str] = "learning_shift"
+    payoff: ClassVar[str] = "share of eggs on the right medium"
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "response": Measure(
+            "increase of the mean innate preference, first to last generation", _response
+        ),
+        "gain-slope": Measure(
+            "slope of the logarithm of the gain of learning, mean over agents and generations",
+            lambda runs: runs["gain_slope"].astype(np.float64).mean(("agent", "generation")),
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.learning
+
+    @property
+    def initial_preference(self) -> float:
+        """Return the mean innate preference of the founders for the right medium."""
+        is_orange = self.right_medium == "orange"
+        return self.orange_preference if is_orange else -self.orange_preference
+
+    def without_learning(self) -> EggLayers:
+        return self.model_copy(update={"learning": False})
+
+    def n_weights(self) -> int:
+        return 1
+
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        genomes = poison.empty((agents, 1, 1), np.float32)
+        draw_module(key, FOUNDER, genomes, 0)
+        return np.float32(self.initial_preference) + np.float32(self.initial_std) * genomes
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        preference = genomes[:, :, 0, 0].astype(np.float64)
+        innate_share = choose_medium(preference)
+        shift, shift_slope = self.learn(innate_share)
+        learned_preference = preference + shift
+        fitness = choose_medium(learned_preference)
+        gain_slope = (1 - fitness) * (1 + shift_slope) - (1 - innate_share)
+        records = {
+            "preference": genomes[:, :, 0, 0].copy(),
+            "innate_share": innate_share.astype(np.float32),
+            "learned_shift": shift.astype(np.float32),
+            "gain_slope": gain_slope.astype(np.float32),
+        }
+        return LifeResults(
+            energy=fitness,
+            cost=np.zeros_like(fitness),
+            learned=learned_preference.astype(np.float32)[:, :, None],
+            records=records,
+        )
+
+    def learn(self, innate_share: Numbers) -> tuple[Numbers, Numbers]:
+        """Return the learned shift d and its slope d' over the preference, for shares p."""
+        wrong_share = 1 - innate_share
+        # The slope of p over the preference.
+        share_slope = innate_share * wrong_share
+        if self.experience == "both-media":
+            shift = 4 * share_slope
+            slope = 4 * share_slope * (wrong_share - innate_share)
+        elif self.experience == "wrong-medium":
+            shift, slope = wrong_share, -share_slope
+        else:
+            shift, slope = np.ones_like(wrong_share), np.zeros_like(wrong_share)
+        size = self.learning_shift if self.learning else 0.0
+        return size * shift, size * slope

@@ -1,0 +1,283 @@
+"""Model of a trait of several elements, each innate or plastic: the order of assimilation.
+
+    baldwinlab reproduce morgan-2020
+
+A genome has one allele for each element of the trait: 1 (innate and right), 0 (innate and wrong),
+or ? (plastic). During life, an agent sets each plastic element in the order of the elements. An
+element can have a prerequisite: an element with a smaller number. The agent sets element i right
+with the probability `success_probabilities[i]` if the prerequisite is right, and never otherwise.
+Fitness is the sum of the weights of all right elements. In a genome, the number 0.5 represents ?.
+
+The question is that of Morgan, Suchow and Griffiths. We know only the abstracts of their papers, so
+the details and the parameters are our choice.
+
+References
+----------
+T. J. H. Morgan, J. W. Suchow and T. L. Griffiths, "What the Baldwin effect affects depends on the
+nature of plasticity", Cognition 197 (2020).
+T. J. H. Morgan and T. L. Griffiths, "What the Baldwin effect affects", CogSci 2015.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Annotated, Any, ClassVar, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.core.deferred import xr
+from baldwinlab.models.hinton_nowlan import UNSET_ALLELE
+from baldwinlab.parts import (
+    FOUNDER,
+    LIFE,
+    PER_AGENT_DIMS,
+    Field,
+    LifeResults,
+    Measure,
+    Model,
+    Variable,
+    uniforms,
+)
+
+Floats = npt.NDArray[np.float64]
+# The record `innate_elements` has one bit of an int32 for each element.
+MAX_ELEMENTS: Final = 30
+# Differences of predicted selection below this number are rounding.
+ROUNDING: Final = 1e-12
+
+
+def find_innate_times(runs: xr.Dataset, n_elements: int) -> Floats:
+    """Return the first generation in which most agents have each element innately right.
+
+    Parameters
+    ----------
+    runs : xr.Dataset
+        The runs of a condition, with the record `innate_elements`.
+    n_elements : int
+        Number of elements.
+
+    Returns
+    -------
+    array of shape (run, element)
+        Generations, infinite for an element that does not become innate.
+    """
+    masks = runs["innate_elements"].transpose("run", "generation", "agent").values
+    bits = 1 << np.arange(n_elements)
+    # One element at a time, because all of them together need much memory.
+    shares = np.stack([((masks & bit) > 0).mean(axis=-1) for bit in bits], axis=-1)
+    is_innate = shares > 0.5
+    times: Floats = np.where(is_innate.any(axis=1), is_innate.argmax(axis=1), np.inf)
+    return times
+
+
+def _agreement(runs: xr.Dataset, prediction: Floats) -> xr.DataArray:
+    """Return the agreement of the order of the elements with a predicted order, for each run.
+
+    The agreement is Kendall's tau over the pairs of elements with different predictions: concordant
+    minus discordant pairs, divided by all these pairs. The element with the larger prediction is
+    expected first. NaN if all predictions are equal.
+    """
+    times = find_innate_times(runs, prediction.size)
+    first, second = np.triu_indices(prediction.size, 1)
+    differences = prediction[first] - prediction[second]
+    expected = np.where(np.abs(differences) > ROUNDING, np.sign(differences), 0.0)
+    # Two elements that never become innate are no evidence.
+    observed = 1.0 * (times[:, second] > times[:, first]) - (times[:, second] < times[:, first])
+    n_pairs = np.count_nonzero(expected)
+    agreement = observed @ expected / n_pairs if n_pairs else np.full(len(times), np.nan)
+    return xr.DataArray(agreement, {"run": runs["run"].values}, "run")
+
+
+class PlasticElements(Model, name="plastic-elements"):
+    """Trait of several elements, each innate or plastic.
+
+    Elements differ in the probability of learning them, in their weight in fitness, and in the
+    number of other elements that need them.
+    """
+
+    success_probabilities: tuple[Annotated[float, Field(ge=0, le=1)], ...] = Field(
+        (0.5,) * 8,
+        min_length=1,
+        max_length=MAX_ELEMENTS,
+        description=(
+            "Probability that learning sets each element right, if its prerequisite is right."
+        ),
+    )
+    weights: tuple[Annotated[float, Field(ge=0, le=1000)], ...] = Field(
+        (1.0,) * 8, description="Contribution of each element to fitness, if it is right."
+    )
+    prerequisites: tuple[Annotated[int, Field(ge=0, le=MAX_ELEMENTS)], ...] = Field(
+        (0,) * 8,
+        description=(
+            "Number of the element that each element needs, counted from 1. 0: none. An element "
+            "needs an element with a smaller number."
+        ),
+    )
+    learning: bool = Field(
+        True, description="Whether agents learn. Otherwise a plastic element is never right."
+    )
+    initial_unset_share: float = Field(
+        1.0,
+        ge=0,
+        le=1,
+        description=(
+            "Share of ? among the alleles of the founders. The others are 0 and 1 in equal shares."
+        ),
+    )
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 500},
+        "evolution": {"generations": 121, "variation": "one-point-alleles", "mutation_rate": 0.01},
+        "record": {"genome_every": 50},
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "innate": Variable(
+            PER_AGENT_DIMS, np.float32, "1", "share of elements that are innately right"
+        ),
+        "plastic": Variable(PER_AGENT_DIMS, np.float32, "1", "share of elements that are plastic"),
+        "right": Variable(
+            PER_AGENT_DIMS, np.float32, "1", "share of elements that are right at death"
+        ),
+        "innate_elements": Variable(
+            PER_AGENT_DIMS,
+            np.int32,
+            "bit mask",
+            "innately right elements: bit i - 1 is 1 if element i is right at birth",
+        ),
+    }
+    alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
+    innate_trait: ClassVar[str] = "innate"
+    learned_distance: ClassVar[str] = "plastic"
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "plastic": Measure(
+            "share of plastic elements in the last generation",
+            lambda runs: runs["plastic"].isel(generation=-1).mean("agent"),
+        )
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.learning
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements of the trait."""
+        return len(self.success_probabilities)
+
+    def check(self, experiment: Any) -> None:
+        for name in ("weights", "prerequisites"):
+            length = len(getattr(self, name))
+            if length != self.n_elements:
+                raise ValueError(
+                    f"plastic_elements.{name} has {length} numbers; it needs as many as "
+                    f"plastic_elements.success_probabilities, {self.n_elements}"
+                )
+        for number, prerequisite in enumerate(self.prerequisites, 1):
+            if prerequisite >= number:
+                raise ValueError(
+                    f"plastic_elements.prerequisites: element {number} needs element "
+                    f"{prerequisite}; it can only need an element with a smaller number, or 0"
+                )
+
+    def without_learning(self) -> PlasticElements:
+        return self.model_copy(update={"learning": False})
+
+    def n_weights(self) -> int:
+        return self.n_elements
+
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        draws = key.uniforms(FOUNDER, (agents, self.n_elements))[:, :, 0]
+        # The shares of 0 and 1 are equal.
+        zero_share = (1 - self.initial_unset_share) / 2
+        alleles = np.select([draws < zero_share, draws < 2 * zero_share], [0.0, 1.0], UNSET_ALLELE)
+        return alleles[:, None].astype(np.float32)
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        genomes = genomes[:, :, 0]
+        shape = genomes.shape[1:]
+        # [run, agent, element]: the first of four numbers.
+        draws = np.stack([uniforms(seed, run, generation, LIFE, shape)[:, :, 0] for run in runs])
+        succeeds = draws < np.asarray(self.success_probabilities)
+        is_right = self._set_elements(genomes, succeeds) > 0
+        is_innate = genomes == 1
+        fitness = is_right @ np.asarray(self.weights)
+        records = {
+            "innate": is_innate.mean(axis=-1, dtype=np.float32),
+            "plastic": (genomes == UNSET_ALLELE).mean(axis=-1, dtype=np.float32),
+            "right": is_right.mean(axis=-1, dtype=np.float32),
+            "innate_elements": (is_innate @ (1 << np.arange(self.n_elements))).astype(np.int32),
+        }
+        learned = np.where(is_right, np.float32(1), genomes)
+        return LifeResults(
+            energy=fitness, cost=np.zeros_like(fitness), learned=learned, records=records
+        )
+
+    def expected_fitness(self, genomes: npt.NDArray[np.float32]) -> Floats:
+        """Return the exact mean fitness over all outcomes of learning.
+
+        Parameters
+        ----------
+        genomes : array of shape (..., element)
+            Alleles.
+
+        Returns
+        -------
+        array of shape (...)
+            Expected fitness. The outcome of an element is independent of the state of its
+            prerequisite, so the probability of both is a product.
+        """
+        successes = np.broadcast_to(self.success_probabilities, genomes.shape)
+        fitness: Floats = self._set_elements(genomes, successes) @ np.asarray(self.weights)
+        return fitness
+
+    def predicted_selection(self) -> Floats:
+        """Return the gain in expected fitness if one element of a plastic trait becomes innate.
+
+        Returns
+        -------
+        array of shape (n_elements,)
+            Expected fitness of an agent with this element innately right and the others plastic,
+            minus that of an agent with all elements plastic.
+        """
+        mutants = np.full((self.n_elements, self.n_elements), UNSET_ALLELE, np.float32)
+        plastic_fitness = self.expected_fitness(mutants)
+        np.fill_diagonal(mutants, 1)
+        return self.expected_fitness(mutants) - plastic_fitness
+
+    def all_measures(self) -> dict[str, Measure]:
+        """Return the measures, with those that need the settings of the elements."""
+        numbers = np.arange(self.n_elements, 0, -1).astype(float)
+        return super().all_measures() | {
+            "order-by-selection": Measure(
+                (
+                    "Kendall's tau of the predicted selection on innate elements and the order in "
+                    "which they become innate"
+                ),
+                partial(_agreement, prediction=self.predicted_selection()),
+            ),
+            "order-by-number": Measure(
+                (
+                    "Kendall's tau of the numbers of the elements and the order in which they "
+                    "become innate"
+                ),
+                partial(_agreement, prediction=numbers),
+            ),
+        }
+
+    def _set_elements(self, genomes: npt.NDArray[np.float32], successes: Any) -> Floats:
+        """Return whether each element is right, or its probability.
+
+        `successes` is whether learning succeeds with a prerequisite that is right, or its
+        probability.
+        """
+        right = np.where(genomes == 1, 1.0, 0.0)
+        for element, prerequisite in enumerate(self.prerequisites):
+            if self.learning:
+                needed = right[..., prerequisite - 1] if prerequisite else 1.0
+                is_plastic = genomes[..., element] == UNSET_ALLELE
+                right[..., element] += is_plastic * successes[..., element] * needed
+        return right

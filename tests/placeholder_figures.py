@@ -1,0 +1,28 @@
+"""Small files in place of figures, for tests of pages whose figures other tests draw."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+from unittest.mock import patch
+
+from matplotlib.figure import Figure
+
+SVG: Final = b'<svg xmlns="http://www.w3.org/2000/svg" width="1" height="1"/>'
+
+
+def save_placeholder(figure: Figure, folder: Path, name: str) -> bytes:
+    """Write files with the names of those of a figure."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for suffix in (".svg", ".png"):
+        (folder / f"{name}{suffix}").write_bytes(SVG)
+    return SVG
+
+
+@contextmanager
+def save_placeholders() -> Iterator[None]:
+    """Save placeholders until the block ends. Rendering takes most of the time of a report."""
+    with patch("baldwinlab.analysis.figures.save_figure", save_placeholder):
+        yield
