@@ -15,6 +15,7 @@ from baldwinlab.analysis.assays.criteria import load_criteria
 from baldwinlab.analysis.statistics.fitness import MEASURES
 from baldwinlab.analysis.statistics.rules import RULES
 from baldwinlab.core.assay_variables import ASSAY_VARIABLES
+from baldwinlab.core.suggestions import list_names
 from baldwinlab.papers import PaperError, presets
 from baldwinlab.papers.checks import check_paper
 from baldwinlab.papers.claims import COMMON_MEASURES, UNSEEN_MAPS_MEASURE
@@ -423,13 +424,13 @@ def test_claims_about_survival_need_a_measure_with_censored_runs(tmp_path: Path)
         papers.load(tmp_path / "mine")
 
 
-def test_an_unknown_paper_is_refused_with_the_existing_names(
+def test_an_unknown_paper_is_refused_with_the_most_similar_names(
     command: Command, tmp_path: Path
 ) -> None:
     result = command("reproduce", "le-2091")
     message = (
         "there is no paper 'le-2091' (did you mean 'le-2019'?); "
-        f"there are {', '.join(papers.built_in())}, and any folder with a paper.toml"
+        f"{list_names('le-2091', papers.built_in())}, and any folder with a paper.toml"
     )
     assert (result.code, result.err) == (2, f"baldwinlab: {message}\n")
     result = command("reproduce", str(write_paper(tmp_path / "tiny")), "--variant", "literal")
