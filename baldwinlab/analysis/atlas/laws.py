@@ -28,7 +28,6 @@ BIT_MUTATION_RATE: Final = 1 / 32
 BIT_TRIALS: Final = 30
 PEAK_WIDTH: Final = 2.0
 LIFE_STEPS: Final = 10
-NEEDLE_POPULATION: Final = 1000
 
 
 class Law(NamedTuple):
@@ -61,13 +60,11 @@ def _vectorize(data: xr.Dataset, fields: Sequence[str], law: Callable[..., float
 
 
 def _predict_unset(data: xr.Dataset) -> xr.DataArray:
-    """Return the share of ? on the needle, in a finite population."""
+    """Return the share of ? on the needle."""
     return _vectorize(
         data,
         ["moving_needle.cost_of_trials", "moving_needle.period"],
-        lambda cost, period: balance_of_unset(
-            cost_of_trials=cost, period=period or inf, population=NEEDLE_POPULATION
-        ),
+        lambda cost, period: balance_of_unset(cost_of_trials=cost, period=period or inf),
     )
 
 

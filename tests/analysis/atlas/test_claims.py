@@ -47,6 +47,11 @@ def make_map(axes: dict[str, Any], **values: Callable[..., Any] | float) -> xr.D
     return xr.Dataset(arrays).assign_attrs(fields=list(axes))
 
 
+def _choose(condition: xr.DataArray, value: Any, alternative: Any) -> xr.DataArray:
+    """Return `value` where a condition holds, else `alternative`."""
+    return xr.zeros_like(condition, float).where(~condition, value).where(condition, alternative)
+
+
 def evaluate(name: str, maps: Maps) -> str:
     (result,) = evaluate_claims((CLAIMS[name],), maps)
     return result.evaluation.verdict
@@ -67,12 +72,12 @@ def make_nk(best_cost: float = 0.02, slope: float = -1.0, history: float = 0.1) 
     axes = {K: [0, 5, 10], NK_COST: [0.005, 0.02, 0.05], SELECTION: [TOURNAMENT, ROULETTE]}
     return make_map(
         axes,
-        measure__changed=lambda grid: xr.where(
+        measure__changed=lambda grid: _choose(
             grid[SELECTION] == ROULETTE, 0.1 * grid[NK_COST] ** slope, 0.5
         ),
         assimilation=lambda grid: -abs(np.log(grid[NK_COST] / best_cost)),
         selection_ratio=0.5,
-        fork_history=lambda grid: xr.where(grid[K] >= 5, history, 0.0),
+        fork_history=lambda grid: _choose(grid[K] >= 5, history, 0.0),
         fork_regime=-0.1,
     )
 
@@ -109,7 +114,7 @@ def test_x4_needs_the_sign_of_the_gain(sign: int, verdict: str) -> None:
     axes = {CURVATURE: [-1.0, 0.0, 1.0], STEP: [0.1, 0.3], SELECTION: [ROULETTE, RANK]}
     slope = make_map(
         axes,
-        innate_response=lambda grid: xr.where(
+        innate_response=lambda grid: _choose(
             grid[SELECTION] == ROULETTE, sign * grid[CURVATURE] * grid[STEP], 0.0
         ),
     )
@@ -167,7 +172,7 @@ def test_x8_needs_equal_orders_of_p_and_a(sign: int, verdict: str) -> None:
 def test_x9_needs_loss_above_the_product(threshold: float, verdict: str) -> None:
     selection = selection_against_unset(1, 100)
     sizes = np.array([0.2, 8.0]) * 2 / selection
-    unset = xr.where(xr.DataArray(sizes, dims="population.size") * selection > threshold, 0.0, 0.1)
+    unset = _choose(xr.DataArray(sizes, dims="population.size") * selection > threshold, 0.0, 0.1)
     data = xr.Dataset(
         {"measure: unset": unset.expand_dims({TRIALS: [100], "run": N_RUNS})},
         {"population.size": sizes},
