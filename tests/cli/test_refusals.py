@@ -35,6 +35,14 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             ["run", "evo/A", "--set", "speed=3"],
             "speed: there is no 'speed' here; there are: name, model, world",
         ),
+        (
+            ["reproduce", "atlas", "--steps", "3"],
+            "--steps applies to a paper; atlas has its own settings",
+        ),
+        (
+            ["article", "atlas", "--folder", "nowhere"],
+            "nowhere holds no atlas: it has no request.json",
+        ),
         (["run", "evo/A", "--runs", "0"], "--runs 0 must be at least 1"),
         (["run", "evo/A", "--workers", "-2"], "--workers -2 must be at least 1"),
         (["run", "evo/A", "--seed", "-1"], "--seed -1 must be at least 0 and less than 2147483648"),

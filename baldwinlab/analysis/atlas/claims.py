@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-from baldwinlab.analysis.atlas.laws import LAWS
+from baldwinlab.analysis.atlas.laws import LAWS, predict_threshold
 from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX
 from baldwinlab.analysis.atlas.statistics import (
     estimate_mean,
@@ -39,6 +39,7 @@ SELECTION: Final = "evolution.selection"
 TOURNAMENT: Final = "larger-tournament"
 ROULETTE: Final = "roulette"
 RANK: Final = "rank"
+TRIALS: Final = "hinton_nowlan.trials"
 SHARE: Final = "moving_optimum.learned_share"
 SPEED: Final = "moving_optimum.speed"
 COSTS: Final = {
@@ -222,7 +223,7 @@ def _evaluate_threshold(maps: Maps, bounds: Bounds) -> Decision:
     forager = maps["forager"]
     cost = COSTS["forager"]
     frequency = forager[MEASURE_PREFIX + "learners"].mean("run")
-    threshold = LAWS["forager"].predict(forager)
+    threshold = predict_threshold(forager)
     pairs = [dim for dim in frequency.dims if dim != cost]
     errors = []
     for key, curve in frequency.stack(pair=pairs).groupby("pair"):
@@ -291,15 +292,17 @@ def _evaluate_order(maps: Maps, bounds: Bounds) -> Decision:
 def _evaluate_fixation(maps: Maps, bounds: Bounds) -> Decision:
     """Evaluate X9: the loss of the last undefined allele without mutation."""
     unset = maps["needle-size"][MEASURE_PREFIX + "unset"]
-    sizes = unset["population.size"]
-    products = sizes * selection_against_unset(1, trials=100)
-    lost = (unset == 0).mean("run")
+    selection = xr.apply_ufunc(
+        np.vectorize(lambda trials: selection_against_unset(1, trials)), unset[TRIALS]
+    )
+    products = (unset["population.size"] * selection).stack(cell=["population.size", TRIALS])
+    lost = (unset == 0).mean("run").stack(cell=["population.size", TRIALS])
     is_above = products >= 2 * bounds["product"]
     is_below = products <= bounds["product"] / 2
     holds = bool((lost.where(is_above, 1) > 0.5).all() and (lost.where(is_below, 0) < 0.5).all())
     numbers = "; ".join(
         f"N s(1) = {float(product):.2g}: {float(share):.0%} of the runs have lost it"
-        for product, share in zip(products, lost, strict=True)
+        for product, share in sorted(zip(products.values, lost.values, strict=True))
     )
     return _decide(holds and bool(is_above.any() and is_below.any())), numbers + "."
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from math import inf
 from typing import Final, NamedTuple
 
@@ -10,7 +11,23 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX
+from baldwinlab.analysis.theory.moving_optimum import (
+    selection_variance,
+    steady_mismatch,
+    variance_of_mutations,
+    variance_of_rare_mutations,
+    variance_of_segregation,
+)
 from baldwinlab.analysis.theory.needle import balance_of_unset
+from baldwinlab.analysis.theory.nk import mutation_supply
+from baldwinlab.analysis.theory.two_state import cost_threshold
+
+# Settings of the maps that no axis varies. A test compares them with the files of the maps.
+BITS: Final = 16
+BIT_MUTATION_RATE: Final = 1 / 32
+BIT_TRIALS: Final = 30
+PEAK_WIDTH: Final = 2.0
+LIFE_STEPS: Final = 10
 
 
 class Law(NamedTuple):
@@ -43,17 +60,71 @@ def _vectorize(data: xr.Dataset, fields: Sequence[str], law: Callable[..., float
 
 
 def _predict_unset(data: xr.Dataset) -> xr.DataArray:
-    """Return the share of ? on the needle, in a population of 1,000 agents."""
+    """Return the share of ? on the needle."""
     return _vectorize(
         data,
         ["moving_needle.cost_of_trials", "moving_needle.period"],
-        lambda cost, period: balance_of_unset(
-            cost_of_trials=cost, period=period or inf, population=1000
-        ),
+        lambda cost, period: balance_of_unset(cost_of_trials=cost, period=period or inf),
     )
+
+
+def _predict_bits(data: xr.Dataset) -> xr.DataArray:
+    """Return the number of bits that mutation breaks and learning restores, at any K and cost."""
+    n_bits = mutation_supply(BITS, BIT_MUTATION_RATE, BIT_TRIALS)
+    return xr.full_like(data["nk_climbers.cost_per_bit"], n_bits)
+
+
+def _predict_mismatch(data: xr.Dataset, variance: Callable[[float], float]) -> xr.DataArray:
+    """Return the distance to the optimum after learning, for a variance that depends on V_L."""
+
+    def predict(speed: float, share: float, cost: float) -> float:
+        width_squared = selection_variance(PEAK_WIDTH, share, cost)
+        return steady_mismatch(speed, share, PEAK_WIDTH, variance(width_squared), cost)
+
+    prefix = "moving_optimum."
+    costs = data.get(f"{prefix}cost", xr.DataArray(0.0))
+    data = data.assign_coords({"cost": costs})
+    return _vectorize(data, [f"{prefix}speed", f"{prefix}learned_share", "cost"], predict)
+
+
+def _predict_learners(data: xr.Dataset) -> xr.DataArray:
+    """Return 1 where learning costs less than c*, else 0."""
+    prefix = "two_state_forager."
+    threshold = predict_threshold(data)
+    return (data[f"{prefix}cost"] < threshold).astype(float)
+
+
+def predict_threshold(data: xr.Dataset) -> xr.DataArray:
+    """Return the cost c* of learning at each pair of persistences.
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        Outcomes of the map of foragers.
+    """
+    prefix = "two_state_forager."
+    fields = [f"{prefix}between_persistence", f"{prefix}within_persistence"]
+    return _vectorize(data, fields, partial(cost_threshold, steps=LIFE_STEPS))
 
 
 LAWS: Final[Mapping[str, Law]] = {
     "needle": Law("share of undefined alleles", "unset", _predict_unset),
+    "nk": Law("learned bits", "changed", _predict_bits),
+    "optimum-constant": Law(
+        "distance after learning",
+        "mismatch",
+        lambda data: _predict_mismatch(data, partial(variance_of_segregation, 0.3**2)),
+    ),
+    "optimum-mutation": Law(
+        "distance after learning",
+        "mismatch",
+        lambda data: _predict_mismatch(data, partial(variance_of_mutations, 0.1**2)),
+    ),
+    "optimum-rare": Law(
+        "distance after learning",
+        "mismatch",
+        lambda data: _predict_mismatch(data, partial(variance_of_rare_mutations, 0.003)),
+    ),
+    "forager": Law("share of learners", "learners", _predict_learners),
 }
 """Laws by the name in `atlas.toml`."""

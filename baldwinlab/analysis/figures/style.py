@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 import numpy as np
 from matplotlib import style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.palette import (
@@ -105,7 +106,10 @@ def spread_points(n_points: int) -> np.ndarray:
 def to_svg(figure: Figure) -> bytes:
     """Render a figure as SVG, deterministically for a version of Matplotlib."""
     page = io.BytesIO()
-    figure.savefig(page, format="svg", dpi=150, metadata={"Date": None, "Creator": None})
+    # The resolution of images in the SVG.
+    figure.set_dpi(150)
+    # `Figure.savefig` would draw the figure twice: for the layout, and for the file.
+    FigureCanvasSVG(figure).print_svg(page, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]
     return page.getvalue()
 
 

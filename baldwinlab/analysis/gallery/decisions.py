@@ -16,7 +16,6 @@ import numpy as np
 
 from baldwinlab.analysis.estimands.estimate import MEASURED, NOT_MEASURABLE, Estimate
 from baldwinlab.analysis.statistics.bootstrap import (
-    SEED,
     percentile_interval,
     resample_medians,
 )
@@ -251,7 +250,7 @@ def _decide_samples(samples: Sample, limits: _Limits) -> list[Verdict]:
 
 def _make_measurement(values: Sample, p: float, q: float, limits: _Limits) -> Measurement:
     (verdict,) = _decide_samples(values[None], limits)
-    medians = resample_medians(values, np.random.default_rng(SEED))
+    medians = resample_medians(values)
     low, high = percentile_interval(medians) if values.size > 1 else (nan, nan)
     required_runs = None
     if verdict == UNDECIDED and values.size > 1:

@@ -1,0 +1,197 @@
+"""Claims of the atlas: each holds on data that fulfill it, and fails if they do not."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from baldwinlab.analysis.atlas.claims import (
+    CORRELATION,
+    COSTS,
+    CURVATURE,
+    EVALUATIONS,
+    NK_COST,
+    RANK,
+    REGIME_SLOPES,
+    ROULETTE,
+    SELECTION,
+    SHARE,
+    SPEED,
+    STEP,
+    TOURNAMENT,
+    TRIALS,
+    K,
+    evaluate_claims,
+)
+from baldwinlab.analysis.atlas.laws import LAWS, predict_threshold
+from baldwinlab.analysis.theory.needle import selection_against_unset
+from baldwinlab.papers.atlas_design import read_atlas
+
+N_RUNS = 12
+NOISE = 0.002
+CLAIMS = {claim.id: claim for claim in read_atlas().claims}
+Maps = dict[str, xr.Dataset]
+
+
+def make_map(axes: dict[str, Any], **values: Callable[..., Any] | float) -> xr.Dataset:
+    """Return a map whose values are functions of the axes, with a little noise of the runs."""
+    grid = xr.Dataset(coords={**axes, "run": np.arange(N_RUNS)})
+    noise = xr.DataArray(np.random.default_rng(0).normal(0, NOISE, N_RUNS), dims="run")
+    shape = xr.DataArray(0.0, coords=grid.coords, dims=[*axes, "run"])
+    arrays = {
+        name.replace("__", ": "): shape + (value(grid) if callable(value) else value) + noise
+        for name, value in values.items()
+    }
+    return xr.Dataset(arrays).assign_attrs(fields=list(axes))
+
+
+def _choose(condition: xr.DataArray, value: Any, alternative: Any) -> xr.DataArray:
+    """Return `value` where a condition holds, else `alternative`."""
+    return xr.zeros_like(condition, float).where(~condition, value).where(condition, alternative)
+
+
+def evaluate(name: str, maps: Maps) -> str:
+    (result,) = evaluate_claims((CLAIMS[name],), maps)
+    return result.evaluation.verdict
+
+
+def make_needle(error: float = 0.0, best_cost: float = 1.0) -> xr.Dataset:
+    axes = {"moving_needle.cost_of_trials": [0.1, 1.0, 10.0], "moving_needle.period": [2, 20, 0]}
+    return make_map(
+        axes,
+        measure__unset=lambda grid: LAWS["needle"].predict(grid) + error,
+        measure__succeeded=0.9,
+        assimilation=lambda grid: -abs(np.log(grid[COSTS["needle"]] / best_cost)),
+        selection_ratio=0.5,
+    )
+
+
+def make_nk(best_cost: float = 0.02, slope: float = -1.0, history: float = 0.1) -> xr.Dataset:
+    axes = {K: [0, 5, 10], NK_COST: [0.005, 0.02, 0.05], SELECTION: [TOURNAMENT, ROULETTE]}
+    return make_map(
+        axes,
+        measure__changed=lambda grid: _choose(
+            grid[SELECTION] == ROULETTE, 0.1 * grid[NK_COST] ** slope, 0.5
+        ),
+        assimilation=lambda grid: -abs(np.log(grid[NK_COST] / best_cost)),
+        selection_ratio=0.5,
+        fork_history=lambda grid: _choose(grid[K] >= 5, history, 0.0),
+        fork_regime=-0.1,
+    )
+
+
+def test_x1_holds_on_the_law_and_fails_at_a_distance() -> None:
+    assert evaluate("X1", {"needle": make_needle()}) == "holds"
+    assert evaluate("X1", {"needle": make_needle(error=0.2)}) == "does not hold"
+
+
+def test_x1_is_undecided_if_nothing_takes_off() -> None:
+    needle = make_needle()
+    assert evaluate("X1", {"needle": needle * 0}) == "undecided"
+
+
+def make_costly(field: str, best: float) -> xr.Dataset:
+    return make_map(
+        {field: [0.1, 1.0, 10.0]}, assimilation=lambda grid: -abs(np.log(grid[field] / best))
+    )
+
+
+@pytest.mark.parametrize(("best", "verdict"), [(1.0, "holds"), (10.0, "does not hold")])
+def test_x2_needs_an_interior_maximum(best: float, verdict: str) -> None:
+    maps = {name: make_costly(COSTS[name], best) for name in ("forager", "miniworld")}
+    assert evaluate("X2", {"needle": make_needle(), "nk": make_nk(), **maps}) == verdict
+
+
+@pytest.mark.parametrize(("slope", "verdict"), [(-1.0, "holds"), (-0.2, "does not hold")])
+def test_x3_needs_the_inverse_of_the_cost_under_roulette(slope: float, verdict: str) -> None:
+    assert evaluate("X3", {"nk": make_nk(slope=slope)}) == verdict
+
+
+@pytest.mark.parametrize(("sign", "verdict"), [(1, "holds"), (-1, "does not hold")])
+def test_x4_needs_the_sign_of_the_gain(sign: int, verdict: str) -> None:
+    axes = {CURVATURE: [-1.0, 0.0, 1.0], STEP: [0.1, 0.3], SELECTION: [ROULETTE, RANK]}
+    slope = make_map(
+        axes,
+        innate_response=lambda grid: _choose(
+            grid[SELECTION] == ROULETTE, sign * grid[CURVATURE] * grid[STEP], 0.0
+        ),
+    )
+    assert evaluate("X4", {"slope": slope}) == verdict
+
+
+@pytest.mark.parametrize(("offset", "verdict"), [(0.0, "holds"), (1.0, "does not hold")])
+def test_x5_needs_the_slope_of_each_regime(offset: float, verdict: str) -> None:
+    maps = {
+        name: make_map(
+            {SHARE: [0.25, 0.5, 0.7], SPEED: [0.01, 0.02]},
+            measure__mismatch=lambda grid, slope=slope: (
+                grid[SPEED] * 100 * (1 - grid[SHARE]) ** (-slope - offset)
+            ),
+        )
+        for name, slope in REGIME_SLOPES.items()
+    }
+    assert evaluate("X5", maps) == verdict
+
+
+@pytest.mark.parametrize(("shift", "verdict"), [(0.0, "holds"), (0.1, "does not hold")])
+def test_x6_needs_crossings_at_the_threshold(shift: float, verdict: str) -> None:
+    prefix = "two_state_forager."
+    axes = {
+        f"{prefix}between_persistence": [0.5, 0.9],
+        f"{prefix}within_persistence": [0.8, 0.95],
+        f"{prefix}cost": np.arange(0.01, 0.5, 0.02),
+    }
+    forager = make_map(
+        axes,
+        measure__learners=lambda grid: (
+            1 / (1 + np.exp((grid[f"{prefix}cost"] - predict_threshold(grid) - shift) / 0.01))
+        ),
+    )
+    assert evaluate("X6", {"forager": forager}) == verdict
+
+
+@pytest.mark.parametrize(("floor", "verdict"), [(0.0, "holds"), (0.2, "does not hold")])
+def test_x7_needs_no_assimilation_without_correlation(floor: float, verdict: str) -> None:
+    axes = {CORRELATION: [0.0, 0.5, 1.0], NK_COST: [0.0, 0.02]}
+    correlation = make_map(axes, assimilation=lambda grid: floor + 0.5 * grid[CORRELATION])
+    assert evaluate("X7", {"correlation": correlation}) == verdict
+
+
+@pytest.mark.parametrize(("sign", "verdict"), [(1, "holds"), (-1, "does not hold")])
+def test_x8_needs_equal_orders_of_p_and_a(sign: int, verdict: str) -> None:
+    maps = {
+        name: make_map({"a": [0]}, selection_ratio=ratio, assimilation=sign * ratio)
+        for name, ratio in {"needle": 0.2, "nk": 0.4, "forager": 0.6, "miniworld": 0.8}.items()
+    }
+    assert evaluate("X8", maps) == verdict
+
+
+@pytest.mark.parametrize(("threshold", "verdict"), [(2.0, "holds"), (50.0, "does not hold")])
+def test_x9_needs_loss_above_the_product(threshold: float, verdict: str) -> None:
+    selection = selection_against_unset(1, 100)
+    sizes = np.array([0.2, 8.0]) * 2 / selection
+    unset = _choose(xr.DataArray(sizes, dims="population.size") * selection > threshold, 0.0, 0.1)
+    data = xr.Dataset(
+        {"measure: unset": unset.expand_dims({TRIALS: [100], "run": N_RUNS})},
+        {"population.size": sizes},
+    )
+    assert evaluate("X9", {"needle-size": data}) == verdict
+
+
+@pytest.mark.parametrize(("history", "verdict"), [(0.1, "holds"), (-0.1, "does not hold")])
+def test_x10_needs_a_positive_effect_of_history_on_rugged_landscapes(
+    history: float, verdict: str
+) -> None:
+    assert evaluate("X10", {"nk": make_nk(history=history)}) == verdict
+
+
+def test_a_claim_about_a_missing_map_is_not_evaluated() -> None:
+    (result,) = evaluate_claims((CLAIMS["X6"],), {})
+    assert result.evaluation == ("not evaluated", "The maps forager are not in this atlas.", 0)
+
+
+def test_each_claim_has_an_evaluation_and_a_complete_rule() -> None:
+    assert list(CLAIMS) == list(EVALUATIONS)
+    assert not any("{" in claim.complete_rule for claim in CLAIMS.values())

@@ -1,0 +1,41 @@
+"""Intervals, slopes and equivalence, compared with SciPy."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import stats
+
+from baldwinlab.analysis.atlas.statistics import estimate_mean, estimate_slope, is_equivalent
+
+VALUES = np.random.default_rng(0).normal(3, 1, 12)
+
+
+def test_the_interval_is_that_of_students_t() -> None:
+    interval = estimate_mean(np.append(VALUES, np.nan))
+    expected = stats.ttest_1samp(VALUES, 0).confidence_interval()
+    assert (interval.low, interval.high) == pytest.approx(tuple(expected))
+    assert interval.runs == 12
+
+
+def test_one_value_has_a_mean_without_an_interval_and_no_value_has_neither() -> None:
+    assert estimate_mean(np.array([2.0])).mean == 2
+    assert np.isnan(estimate_mean(np.array([2.0])).low)
+    assert estimate_mean(np.array([np.nan])).runs == 0
+
+
+def test_the_slope_is_that_of_a_regression_of_each_run() -> None:
+    x = np.array([0.0, 1.0, 3.0])
+    values = np.random.default_rng(1).normal(size=(3, 5))
+    expected = [stats.linregress(x, run).slope for run in values.T]
+    slope = estimate_slope(x, xr.DataArray(values, dims=("a", "run")), "a")
+    assert slope.mean == pytest.approx(np.mean(expected))
+
+
+@pytest.mark.parametrize(("bound", "expected"), [(4.5, True), (3.0, False), (0.5, False)])
+def test_equivalence_needs_a_mean_clearly_within_the_bound(bound: float, expected: bool) -> None:
+    assert is_equivalent(VALUES, bound) is expected
+
+
+def test_one_run_is_never_equivalent_and_equal_runs_are() -> None:
+    assert not is_equivalent(np.array([0.0]), 1)
+    assert is_equivalent(np.zeros(5), 0.1)

@@ -1,0 +1,185 @@
+"""Atlas of two small maps: cells equal stored assays, and an interrupted atlas continues."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from baldwinlab.analysis.atlas.outcomes import compute_outcomes
+from baldwinlab.analysis.estimands.questions import estimate
+from baldwinlab.api.atlas import AtlasRequest, open_atlas, publish_atlas, run_atlas, write_article
+from baldwinlab.api.atlas import cells as cells_module
+from baldwinlab.api.atlas import run as run_module
+from baldwinlab.api.atlas.cells import CellTask, choose_generations
+from baldwinlab.api.run_assays import run_missing_assays
+from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_study import StudyRequest, run_missing
+from baldwinlab.core.errors import ArgumentError, RefusedError
+from baldwinlab.models.miniworld.backends.choice import CPU
+from baldwinlab.papers import presets
+from baldwinlab.papers.atlas_design import AtlasDesign, read_atlas
+from baldwinlab.studies.assays.storage import read_assays
+from baldwinlab.studies.open import open_conditions
+from baldwinlab.studies.records import StudyError
+
+OPTIONS = RunOptions(workers=1)
+CLIMBING = presets.load("mayley-1996:costly-climbing/rugged").replace(
+    evolution={"generations": 15}, population={"size": 10}
+)
+
+
+@pytest.fixture(scope="module")
+def design() -> AtlasDesign:
+    """Return a design with two of the maps, in very few cells."""
+    design = read_atlas()
+    quick = {
+        "correlation": {"nk_climbers.correlation": (0.0, 1.0), "nk_climbers.cost_per_bit": (0.0,)},
+        "slope": {"slope_climbers.curvature": (1.0,), "slope_climbers.learning_step": (0.3,)},
+    }
+    maps = tuple(
+        entry.model_copy(update={"quick": quick[entry.name]})
+        for entry in design.maps
+        if entry.name in quick
+    )
+    return design.model_copy(update={"maps": maps})
+
+
+@pytest.fixture(scope="module")
+def atlas(design: AtlasDesign, tmp_path_factory: pytest.TempPathFactory) -> AtlasRequest:
+    """Return a finished atlas."""
+    request = AtlasRequest(tmp_path_factory.mktemp("atlas") / "atlas", is_quick=True, runs=4)
+    with patch.object(run_module, "read_atlas", lambda: design):
+        run_atlas(request, OPTIONS)
+    return request
+
+
+def test_a_cell_has_the_outcomes_of_a_study_with_its_assays(tmp_path: Path) -> None:
+    study = run_missing(StudyRequest([CLIMBING], tmp_path / "study", runs=3, seed=5), OPTIONS)
+    run_missing_assays(study, ["innate", "fork"], OPTIONS)
+    runs = open_conditions(study, [CLIMBING.name]).isel(condition=0)
+    assays = {name: data[CLIMBING.name] for name, data in read_assays(study).items()}
+    expected = {
+        answer.question: np.asarray(answer.values) for answer in estimate(runs, assays, CLIMBING, 3)
+    }
+    cell = CellTask(CLIMBING, (0, 1, 2)).run(5, tmp_path, CPU, lambda _: None)
+    outcomes = compute_outcomes(cell)
+    # All 15 generations are measured, so the windows are equal.
+    assert np.array_equal(outcomes["assimilation"], expected["assimilation"])
+    assert np.allclose(outcomes["selection_ratio"] - 1, expected["selection-by-learning"])
+    scale = cell["branch_innate_fitness"].sel(regime="off").mean("run").max()
+    assert np.allclose(outcomes["fork_history"] / scale, expected["fork-history"])
+
+
+def test_the_values_of_a_run_do_not_depend_on_other_runs(tmp_path: Path) -> None:
+    both = CellTask(CLIMBING, (0, 1)).run(0, tmp_path, CPU, lambda _: None)
+    with patch.object(cells_module, "MAX_RECORDED_AGENTS", 1):
+        separate = CellTask(CLIMBING, (0, 1)).run(0, tmp_path, CPU, lambda _: None)
+    xr.testing.assert_identical(both, separate)
+
+
+def test_progress_adds_up_to_the_announced_agent_steps(tmp_path: Path) -> None:
+    task = CellTask(CLIMBING, (0,))
+    reports: list[int] = []
+    task.run(0, tmp_path, CPU, reports.append)
+    assert sum(reports) == task.agent_steps
+
+
+def test_at_most_22_generations_are_measured_with_the_first_and_the_last() -> None:
+    for generations in (1, 2, 21, 22, 151, 801):
+        measured = choose_generations(CLIMBING.replace(evolution={"generations": generations}))
+        assert measured[0] == 0
+        assert measured[-1] == generations - 1
+        assert len(measured) <= 22
+
+
+def test_a_finished_atlas_simulates_nothing_and_a_damaged_cell_again(
+    atlas: AtlasRequest, design: AtlasDesign, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = next(iter(sorted((atlas.directory / "correlation" / "cells").glob("*.nc"))))
+    content = path.read_bytes()
+    path.write_bytes(content[:-40] + bytes(40))
+    simulated: list[str] = []
+    run_cell = CellTask.run
+
+    def count(task: CellTask, *arguments: object) -> xr.Dataset:
+        simulated.append(task.experiment.name)
+        return run_cell(task, *arguments)  # type: ignore[arg-type]
+
+    with (
+        patch.object(run_module, "read_atlas", lambda: design),
+        patch.object(CellTask, "run", count),
+    ):
+        run_atlas(atlas, OPTIONS)
+        run_atlas(atlas, OPTIONS)
+    assert simulated == [path.stem]
+    assert "the cell is simulated again" in capsys.readouterr().err
+    assert path.read_bytes() == content
+
+
+def test_another_seed_is_refused(atlas: AtlasRequest, design: AtlasDesign) -> None:
+    request = AtlasRequest(atlas.directory, seed=1, is_quick=True)
+    with (
+        patch.object(run_module, "read_atlas", lambda: design),
+        pytest.raises(StudyError, match="another study"),
+    ):
+        run_atlas(request, OPTIONS)
+
+
+def test_too_few_runs_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ArgumentError, match="more than the 2 exploratory runs"):
+        run_atlas(AtlasRequest(tmp_path / "atlas", runs=2, is_quick=True), OPTIONS)
+    assert not (tmp_path / "atlas").exists()
+
+
+@pytest.fixture(scope="module")
+def page(atlas: AtlasRequest, design: AtlasDesign) -> str:
+    """Return the page of the finished atlas."""
+    with patch("baldwinlab.api.atlas.publish.read_atlas", lambda: design):
+        publish_atlas(atlas)
+    return (atlas.directory / "atlas.html").read_text("utf-8")
+
+
+def test_the_page_has_each_claim_each_cell_and_no_script(page: str, design: AtlasDesign) -> None:
+    assert all(f"{claim.id}.</strong>" in page for claim in design.claims)
+    assert page.count('class="cell" id="correlation-') == 2
+    assert page.count('href="#slope-') == page.count('class="cell" id="slope-')
+    assert "<script" not in page
+
+
+def test_the_page_names_the_digest_of_the_claims(page: str, atlas: AtlasRequest) -> None:
+    digests = json.loads((atlas.directory / "frozen.json").read_text("utf-8"))
+    assert digests["claims.toml"] in page
+
+
+def test_the_netcdf_and_csv_files_have_the_confirmatory_runs(
+    page: str, atlas: AtlasRequest
+) -> None:
+    outcomes = xr.load_dataset(atlas.directory / "correlation.nc")
+    assert outcomes["run"].values.tolist() == [2, 3]
+    rows = (atlas.directory / "atlas.csv").read_text("utf-8").splitlines()
+    assert sum("correlation,point-0000" in row for row in rows) == 6
+
+
+@pytest.mark.parametrize("suffix", [".md", ".pdf"])
+def test_two_articles_have_equal_bytes(
+    page: str, atlas: AtlasRequest, design: AtlasDesign, tmp_path: Path, suffix: str
+) -> None:
+    contents = []
+    for name in ("first", "second"):
+        with patch("baldwinlab.api.atlas.publish.read_atlas", lambda: design):
+            out = write_article(open_atlas(atlas.directory), tmp_path / f"{name}{suffix}")
+        contents.append(out.read_bytes())
+    assert contents[0] == contents[1]
+    assert len(contents[0]) > 3000
+
+
+def test_other_formats_and_missing_atlases_are_refused(atlas: AtlasRequest, tmp_path: Path) -> None:
+    with pytest.raises(RefusedError, match=r"the format must be \.md or \.pdf"):
+        write_article(atlas, tmp_path / "article.docx")
+    with pytest.raises(RefusedError, match="holds no atlas"):
+        open_atlas(tmp_path)
