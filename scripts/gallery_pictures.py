@@ -80,15 +80,16 @@ def _draw_fixation_probabilities(dataset: xr.Dataset, experiments: Sequence[Any]
 def _draw_searches(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
     """Draw the share of the global optimum, or the best fitness, of each search and function."""
     figure = Figure(figsize=(8, 2.8), layout="constrained")
+    # The label and the values of each panel.
     panels = {
-        "deceptive": ("born as the global optimum", lambda runs: runs["optimum"].mean("agent")),
-        "rastrigin": ("best fitness", lambda runs: runs["learned"].max("agent")),
-        "schwefel": ("best fitness", lambda runs: runs["learned"].max("agent")),
+        "deceptive": ("born as the global optimum", dataset["optimum"].mean("agent")),
+        "rastrigin": ("best fitness", dataset["learned"].max("agent")),
+        "schwefel": ("best fitness", dataset["learned"].max("agent")),
     }
     all_axes = figure.subplots(1, len(panels))
     for axes, (function, (label, measure)) in zip(all_axes, panels.items(), strict=True):
         for search in ("genetic-search", "baldwinian", "lamarckian"):
-            values = measure(dataset.sel(condition=f"{search}/{function}"))
+            values = measure.sel(condition=f"{search}/{function}")
             middle, low, high = (values.quantile(q, "run").values for q in (0.5, 0, 1))
             axes.plot(middle, label=search)
             axes.fill_between(range(middle.size), low, high, alpha=0.2)

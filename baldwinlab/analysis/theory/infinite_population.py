@@ -57,9 +57,11 @@ def advance_frequencies(
     n_bits = n_strings.bit_length() - 1
     if n_strings < 4 or n_strings != 2**n_bits:
         raise ValueError(f"{n_strings} frequencies: their number must be 4, 8, 16, and so on")
-    selected = frequencies * fitness / (frequencies @ fitness)
+    selected: Frequencies = frequencies * fitness / (frequencies @ fitness)
     if inherited is not None:
-        selected = np.bincount(inherited, weights=selected, minlength=n_strings)
+        transmitted = np.zeros(n_strings)
+        np.add.at(transmitted, inherited, selected)
+        selected = transmitted
     recombined = np.zeros(n_strings)
     for cut in range(1, n_bits):
         # [first bits, last bits]

@@ -40,7 +40,7 @@ def make_landscape(seed: int, run: int, length: int, slope: float, roughness: fl
     draws = uniforms(seed, run, LANDSCAPE_GENERATION, LIFE, (length, 1))[:, 0, 0]
     factors = 1 + slope + roughness * (2 * draws - 1)
     factors[0] = 1.0
-    fitness: Fitness = np.cumprod(factors)
+    fitness: Fitness = factors.cumprod()
     # The array is cached.
     fitness.flags.writeable = False
     return fitness
