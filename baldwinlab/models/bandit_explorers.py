@@ -212,7 +212,8 @@ class BanditExplorers(Model, name="bandit-explorers"):
     def _loss(self, runs: xr.Dataset) -> xr.DataArray:
         explored = runs["explored"].isel(generation=-1).astype(int)
         payoffs = explored.copy(data=self.expected_payoffs[explored.values])
-        return (self.expected_payoffs.max() - payoffs.mean("agent")) / self.lifetime_pulls
+        loss: xr.DataArray = self.expected_payoffs.max() - payoffs.mean("agent")
+        return loss / self.lifetime_pulls
 
 
 @jit_entry_point

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -61,7 +63,7 @@ def test_learning_pays_with_uncertainty_long_lives_and_little_noise() -> None:
 
 
 def test_the_best_payoff_is_monotone_in_each_factor() -> None:
-    def best(**changes: float) -> float:
+    def best(**changes: Any) -> float:
         return find_best_exploration(Bandit(100, 2.0, 3.0)._replace(**changes)).payoff
 
     assert best(uncertainty=1.5) < best() < best(uncertainty=3.0)
