@@ -138,6 +138,7 @@ DRAW_PICTURE: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = 
     "paenke-2007": _make_draw_measures("paenke-2007"),
     "soltoggio-2008": _draw_curves,
     "le-2018": _draw_shares,
+    "lange-sprekeler-2020": _draw_shares,
     "morgan-2020": _draw_innate_times,
     "invasion": _draw_fixation_probabilities,
     "predators-and-prey": _make_draw_measures("predators-and-prey"),
@@ -148,6 +149,7 @@ CARD_PANELS: Final = {
     "nolfi-parisi-1993": 1,
     "nolfi-elman-parisi-1994": 1,
     "predators-and-prey": 1,
+    "lange-sprekeler-2020": 4,
     "morgan-2020": 2,
 }
 # A picture in docs/, and the left, upper, right and lower edge of the card in the picture.

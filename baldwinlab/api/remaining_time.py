@@ -13,12 +13,15 @@ class RemainingTime:
 
     Parameters
     ----------
-    steps
-        Number of missing agent-steps of each study.
+    amounts
+        Missing work of each study, in the unit.
+    unit
+        Unit of the work.
     """
 
-    def __init__(self, steps: Sequence[int]) -> None:
-        self._steps = steps
+    def __init__(self, amounts: Sequence[int], unit: str = "agent-steps") -> None:
+        self._amounts = amounts
+        self._unit = unit
         self._n_begun = 0
         self._start = time.monotonic()
 
@@ -30,11 +33,11 @@ class RemainingTime:
         title
             Title of the study.
         """
-        done = sum(self._steps[: self._n_begun])
-        left = sum(self._steps[self._n_begun :])
+        done = sum(self._amounts[: self._n_begun])
+        left = sum(self._amounts[self._n_begun :])
         self._n_begun += 1
         seconds = time.monotonic() - self._start
-        note = f"{left:,} agent-steps left in all stages"
+        note = f"{left:,} {self._unit} left in all studies"
         if done and left:
             note += f", about {max(1, round(seconds * left / done / 60))} min"
-        console.info(f"{title}: study {self._n_begun} of {len(self._steps)}; {note}")
+        console.info(f"{title}: study {self._n_begun} of {len(self._amounts)}; {note}")

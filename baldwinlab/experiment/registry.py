@@ -50,6 +50,7 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
 }
 LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
     "model": {
+        "bandit-explorers": f"{_MODELS}.bandit_explorers:BanditExplorers",
         "cell-foragers": f"{_MODELS}.cell_foragers.model:CellForagers",
         "cue-learners": f"{_MODELS}.cue_learners.model:CueLearners",
         "digit-readers": f"{_MODELS}.digit_readers.model:DigitReaders",

@@ -40,6 +40,8 @@ VERDICTS = {
     "mery-kawecki-2004": {f"K{number}": "holds" for number in range(1, 6)},
     "soltoggio-2008": {"S1": "holds", "S2": "holds", "S3": "holds", "S4": "does not hold"},
     "le-2018": {f"L{number}": "holds" for number in (1, 2, 3)},
+    "lange-sprekeler-2020": {"B7": "does not hold"}
+    | {f"B{number}": "holds" for number in range(1, 7)},
     "morgan-2020": {f"E{number}": "holds" for number in range(1, 8)},
     "invasion": {f"I{number}": "holds" for number in range(1, 8)},
     "predators-and-prey": {"P5": "holds"} | {f"P{number}": "undecided" for number in (1, 2, 3, 4)},

@@ -216,7 +216,8 @@ def run_atlas(request: AtlasRequest, options: RunOptions) -> list[PlannedMap]:
     _freeze_design(request.directory, design)
     write_json(request.directory / REQUEST_FILE, _describe_request(request))
     missing = [planned.find_missing(request.seed) for planned in maps]
-    clock = RemainingTime([sum(task.agent_steps for task in tasks) for tasks in missing])
+    # An agent-step of one model takes a thousand times as long as that of another.
+    clock = RemainingTime(list(map(len, missing)), "cells")
     for planned, study, tasks in zip(maps, studies, missing, strict=True):
         clock.announce(planned.atlas_map.title)
         if tasks:

@@ -116,6 +116,8 @@ OBSTACLES: Mapping[str, bool] = {
     "suzuki-arita-2004:meta-pavlov": False,
     "nolfi-parisi-1993:auto-teaching": False,
     "mery-kawecki-2004:learning-flies/pineapple": False,
+    "morgan-2020:mixed": False,
+    "lange-sprekeler-2020:uncertain": False,
 }
 
 

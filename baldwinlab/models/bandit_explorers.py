@@ -1,0 +1,256 @@
+"""Model of agents that explore an unknown arm of a bandit, or never pull it.
+
+    baldwinlab reproduce lange-sprekeler-2020
+
+Arm 1 pays 0. Arm 2 pays a normal number with the mean mu and the standard deviation `noise`. The
+mean mu is drawn for each bandit: it is normal with the mean -1 and the standard deviation
+`uncertainty`. The genome is one number, the number of exploratory pulls n (rounded down). An agent
+pulls arm 2 n times. For the rest of its life, it pulls the arm whose posterior mean is larger by
+Bayes' rule: arm 2 if the sum of the explored payoffs exceeds noise^2 / uncertainty^2. An agent with
+n = 0 never pulls arm 2: its choice is hard-coded.
+
+Fitness is 1 plus the mean payoff per pull, over several bandits. An agent that does not learn
+explores as well, but ignores the payoffs and then pulls arm 1.
+
+The bandit is that of Lange and Sprekeler, as we know it from secondary sources. Their agents are
+recurrent networks. The genome, the population and the numbers are our choice.
+
+References
+----------
+R. T. Lange and H. Sprekeler, "Learning not to learn: nature versus nurture in silico", arXiv
+2010.04466 (2020).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Any, ClassVar, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.core.deferred import xr
+from baldwinlab.engine import poison
+from baldwinlab.engine.jit import jit_entry_point
+from baldwinlab.parts import (
+    FOUNDER,
+    LIFE,
+    PER_AGENT_DIMS,
+    Field,
+    LifeResults,
+    Measure,
+    Model,
+    Variable,
+    normal_quantile,
+    uniforms,
+)
+
+Floats = npt.NDArray[np.float64]
+# Mean payoff of arm 2 over all bandits.
+MEAN_PAYOFF: Final = -1.0
+
+
+def _mean_of_last_generation(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
+    """Return a function of runs: the mean of a record in the last generation."""
+    return lambda runs: runs[record].isel(generation=-1).mean("agent")
+
+
+class BanditExplorers(Model, name="bandit-explorers"):
+    """Agents that explore the unknown arm of a bandit for a number of pulls, or never pull it."""
+
+    lifetime_pulls: int = Field(100, ge=1, le=10_000, description="Number of pulls in a lifetime.")
+    uncertainty: float = Field(
+        2.0,
+        gt=0,
+        le=1000,
+        description="Standard deviation of the mean of arm 2 between lifetimes. The mean is -1.",
+    )
+    noise: float = Field(
+        3.0,
+        ge=0,
+        le=1000,
+        description="Standard deviation of the payoff of arm 2 within a lifetime.",
+    )
+    learning: bool = Field(
+        True, description="Whether agents use the explored payoffs. Otherwise they choose arm 1."
+    )
+    bandits: int = Field(
+        100,
+        ge=1,
+        le=100_000,
+        description="Number of bandits of an agent, each for a lifetime. Fitness is the mean.",
+    )
+    initial_pulls: float = Field(
+        10.0,
+        ge=0,
+        le=10_000,
+        description="Largest number of exploratory pulls of the founders. They are uniform.",
+    )
+
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 100},
+        "evolution": {
+            "generations": 101,
+            "selection": "tournament",
+            "variation": "gaussian",
+            "mutation_rate": 0.5,
+            "mutation_size": 1.0,
+        },
+        "record": {"genome_every": 50},
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "explored": Variable(PER_AGENT_DIMS, np.int32, "pulls", "number of exploratory pulls"),
+        "explores": Variable(
+            PER_AGENT_DIMS, np.int32, "1", "1 if the agent explores, 0 if its choice is hard-coded"
+        ),
+        "accepted": Variable(
+            PER_AGENT_DIMS, np.float32, "1", "share of bandits in which arm 2 is chosen at the end"
+        ),
+    }
+    innate_trait: ClassVar[str] = "explored"
+    learned_distance: ClassVar[str] = "explores"
+    learning_time: ClassVar[str] = "explored"
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "explores": Measure(
+            "share of agents that explore in the last generation",
+            _mean_of_last_generation("explores"),
+        ),
+        "explored": Measure(
+            "number of exploratory pulls in the last generation",
+            _mean_of_last_generation("explored"),
+        ),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.learning
+
+    @property
+    def steps(self) -> int:
+        return self.lifetime_pulls
+
+    def without_learning(self) -> BanditExplorers:
+        return self.model_copy(update={"learning": False})
+
+    def n_weights(self) -> int:
+        return 1
+
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        draws = key.uniforms(FOUNDER, (agents, 1))[:, :, 0]
+        genomes: npt.NDArray[np.float32] = (self.initial_pulls * draws).astype(np.float32)
+        return genomes[:, None]
+
+    def count_pulls(self, genomes: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+        """Return the numbers of exploratory pulls of genomes [..., agent, module, weight]."""
+        pulls = np.floor(genomes[..., 0, 0].astype(np.float64))
+        return np.clip(pulls, 0, self.lifetime_pulls).astype(np.int64)
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        explored = self.count_pulls(genomes)
+        payoffs = poison.empty(explored.shape)
+        accepted = poison.empty(explored.shape)
+        for row, run in enumerate(runs):
+            # [agent, bandit, number]: three of four numbers are used.
+            draws = uniforms(seed, run, generation, LIFE, (explored.shape[1], self.bandits))
+            pull_arms(
+                (self.lifetime_pulls, self.uncertainty, self.noise, self.learning),
+                explored[row],
+                draws,
+                payoffs[row],
+                accepted[row],
+            )
+        records = {
+            "explored": explored.astype(np.int32),
+            "explores": (explored > 0).astype(np.int32),
+            "accepted": accepted.astype(np.float32),
+        }
+        fitness = 1 + payoffs / self.lifetime_pulls
+        return LifeResults(
+            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
+        )
+
+    @cached_property
+    def expected_payoffs(self) -> Floats:
+        """Mean payoff of a lifetime with learning, for each number of exploratory pulls from 0.
+
+        The mean of mu over the lifetimes in which arm 2 is accepted is known, because mu and the
+        sum of the explored payoffs are jointly normal.
+        """
+        payoffs = np.zeros(self.lifetime_pulls + 1)
+        variance = self.uncertainty**2
+        for n in range(1, self.lifetime_pulls + 1):
+            sd = variance * math.sqrt(n / (variance * n + self.noise**2))
+            d = MEAN_PAYOFF / sd
+            density = math.exp(-d * d / 2) / math.sqrt(2 * math.pi)
+            acceptance = math.erfc(-d / math.sqrt(2)) / 2
+            rest = (self.lifetime_pulls - n) * (MEAN_PAYOFF * acceptance + sd * density)
+            payoffs[n] = MEAN_PAYOFF * n + rest
+        return payoffs
+
+    def all_measures(self) -> dict[str, Measure]:
+        """Return the measures, with those that need the expected payoffs."""
+        return super().all_measures() | {
+            "best-choice": Measure(
+                "1 if most agents explore in the last generation exactly if exploration pays",
+                self._has_best_choice,
+            ),
+            "loss": Measure(
+                "expected payoff per pull of the best number of exploratory pulls, minus the mean "
+                "expected payoff per pull of the agents in the last generation",
+                self._loss,
+            ),
+        }
+
+    def _has_best_choice(self, runs: xr.Dataset) -> xr.DataArray:
+        should_explore = self.expected_payoffs.argmax() > 0
+        return 1.0 * ((_mean_of_last_generation("explores")(runs) > 0.5) == should_explore)
+
+    def _loss(self, runs: xr.Dataset) -> xr.DataArray:
+        explored = runs["explored"].isel(generation=-1).astype(int)
+        payoffs = explored.copy(data=self.expected_payoffs[explored.values])
+        loss: xr.DataArray = self.expected_payoffs.max() - payoffs.mean("agent")
+        return loss / self.lifetime_pulls
+
+
+@jit_entry_point
+def pull_arms(bandit: Any, explored: Any, draws: Any, payoffs: Any, accepted: Any) -> None:
+    """Simulate the bandits of all agents.
+
+    The sum of several payoffs of an arm is normal, so it is one draw.
+
+    Parameters
+    ----------
+    bandit : tuple
+        Number of pulls, uncertainty, noise, and whether agents learn.
+    explored : array of shape (agents,)
+        Number of exploratory pulls.
+    draws : array of shape (agents, bandits, 4)
+        Uniform numbers for the mean of arm 2, the explored payoffs and the other payoffs.
+    payoffs : array of shape (agents,)
+        Mean payoff over bandits. It is written.
+    accepted : array of shape (agents,)
+        Share of bandits in which arm 2 is chosen after the exploration. It is written.
+    """
+    n_pulls, uncertainty, noise, learning = bandit
+    n_bandits = draws.shape[1]
+    threshold = noise * noise / (uncertainty * uncertainty)
+    for agent in range(explored.size):
+        n = explored[agent]
+        n_left = n_pulls - n
+        total = 0.0
+        n_accepted = 0
+        # An agent that does not explore never pulls arm 2.
+        for index in range(n_bandits if n > 0 else 0):
+            draw = draws[agent, index]
+            mean = -1.0 + uncertainty * normal_quantile(draw[0])
+            evidence = n * mean + np.sqrt(n) * noise * normal_quantile(draw[1])
+            total += evidence
+            if learning and evidence > threshold:
+                n_accepted += 1
+                total += n_left * mean + np.sqrt(n_left) * noise * normal_quantile(draw[2])
+        payoffs[agent] = total / n_bandits
+        accepted[agent] = n_accepted / n_bandits
