@@ -31,8 +31,11 @@ from benchmarks.tables import save, table
 
 EARLIER_COMMIT = "999bf75"
 N_ROUNDS = 3
-# Agent-steps of a study with many agents.
-N_AGENT_STEPS = 40_000_000
+# Agent-steps of a study with up to 10,000 agents, and with more. Fewer take less time than the
+# start varies.
+N_AGENT_STEPS = 400_000_000
+N_AGENT_STEPS_OF_LARGE_WORLDS = 40_000_000
+MAX_SMALL_WORLD = 10_000
 # The earlier version stores one file per run, which takes too long for more runs.
 MAX_EARLIER_RUNS = 10_000
 NOT_MEASURED = "not measured"
@@ -76,11 +79,13 @@ def list_cases(limit: int) -> list[Case]:
         for n_runs in (100, 10_000, 100_000)
         if n_runs <= limit
     ]
-    cases += [
-        Case("agents", n_agents, steps=max(1, N_AGENT_STEPS // (2 * n_agents)), agents=n_agents)
-        for n_agents in (20, 1_000, 10_000, 100_000, 1_000_000)
-        if n_agents <= limit
-    ]
+    for n_agents in (20, 1_000, 10_000, 100_000, 1_000_000):
+        is_small = n_agents <= MAX_SMALL_WORLD
+        agent_steps = N_AGENT_STEPS if is_small else N_AGENT_STEPS_OF_LARGE_WORLDS
+        if n_agents <= limit:
+            cases.append(
+                Case("agents", n_agents, steps=agent_steps // (2 * n_agents), agents=n_agents)
+            )
     return cases + [
         Case("threads", n_workers, steps=5000, runs=320, workers=n_workers) for n_workers in (1, 2)
     ]
