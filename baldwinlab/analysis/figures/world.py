@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PatchCollection
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse, Rectangle, Wedge
 from matplotlib.patheffects import withStroke
@@ -26,6 +26,8 @@ from baldwinlab.experiment import FoodRegion, World
 
 # Side of an agent and of an item, in map units.
 BODY_SIDE = 10.0
+# Largest number of agents or items that an SVG contains as shapes. More are drawn as pixels.
+MAX_VECTOR_SHAPES = 2000
 # Largest number of maps in a row.
 MAX_COLUMNS = 3
 # Size of a map, in inches: the largest width, and the height in a full and in a shorter row.
@@ -153,7 +155,8 @@ def _draw_agents(axes: Axes, world: World, agents: int, generator: np.random.Gen
     x = start.x + distance * np.cos(angle)
     y = start.y + distance * np.sin(angle)
     _draw_squares(axes, x, y, BLUE)
-    axes.hlines(y, x, x + 1.2 * BODY_SIDE, color=BLACK, lw=0.9)
+    is_rasterized = agents > MAX_VECTOR_SHAPES
+    axes.hlines(y, x, x + 1.2 * BODY_SIDE, color=BLACK, lw=0.9, rasterized=is_rasterized)
 
 
 def _select_item_regions(appearance: Appearance) -> list[Mapping[str, Any]]:
@@ -199,12 +202,16 @@ def _draw_obstacle(axes: Axes, mark: Mapping[str, Any]) -> None:
 
 
 def _draw_squares(axes: Axes, x: np.ndarray, y: np.ndarray, color: str) -> None:
-    squares = [
-        Rectangle((left - BODY_SIDE / 2, top - BODY_SIDE / 2), BODY_SIDE, BODY_SIDE)
-        for left, top in zip(x, y, strict=True)
-    ]
-    collection = PatchCollection(squares, facecolor=color, edgecolor="white", linewidth=0.3)
-    axes.add_collection(collection)
+    centers = np.stack([x, y], axis=-1)
+    corners = BODY_SIDE / 2 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    squares = PolyCollection(
+        centers[:, None] + corners,
+        facecolor=color,
+        edgecolor="white",
+        linewidth=0.3,
+        rasterized=len(centers) > MAX_VECTOR_SHAPES,
+    )
+    axes.add_collection(squares)
 
 
 class SensorSector(NamedTuple):

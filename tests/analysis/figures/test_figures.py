@@ -334,3 +334,9 @@ def test_measures_have_a_box_for_each_condition_with_values() -> None:
     assert points == [6, 5]
     assert [label.get_text() for label in axes[0].get_xticklabels()] == ["A", "B"]
     assert axes[0].get_title(loc="left") == "Items of a run"
+
+
+def test_many_agents_on_a_map_are_pixels_and_few_are_shapes() -> None:
+    few, many = (figures.to_svg(figures.draw_world_maps(MAPS, agents)) for agents in (20, 3000))
+    assert many.count(b"<image") > few.count(b"<image")
+    assert len(many) < 20 * len(few)
