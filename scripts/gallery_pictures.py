@@ -24,6 +24,7 @@ from baldwinlab.analysis import figures
 from baldwinlab.analysis.claim_samples import Samples
 from baldwinlab.analysis.report import content
 from baldwinlab.analysis.statistics.proportions import estimate_probability
+from baldwinlab.analysis.theory.reaction_norm import Setting, solve_means
 from baldwinlab.experiment.species_measures import SPECIES_MEASURES
 from baldwinlab.models.plastic_elements import find_innate_times
 from baldwinlab.papers.paper import CARD_FILE
@@ -121,6 +122,41 @@ def _draw_innate_times(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figur
     return figure
 
 
+def _draw_reaction_norms(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
+    """Draw the mean slope and intercept over the generations, with the closed form."""
+    figure = Figure(figsize=(7.2, 3.2), layout="constrained")
+    panels = figure.subplots(1, 2)
+    for index, experiment in enumerate(experiments):
+        model = experiment.model_part
+        runs = dataset.sel(condition=experiment.name)
+        for axes, record, column in zip(panels, ("slope", "intercept"), (1, 0), strict=True):
+            means = runs[record].astype(np.float64).mean("agent")
+            median = means.median("run")
+            generations = median["generation"].values + 1
+            axes.plot(generations, median, color=f"C{index}", label=experiment.name)
+            if model.learns:
+                start = np.array([0.0, model.predictability * model.optimum_slope])
+                expected = solve_means(_reaction_norm_setting(model), start, len(generations) - 1)
+                axes.plot(generations[1:], expected[:, column], color=f"C{index}", linestyle=":")
+            axes.set(title=f"mean {record}", xlabel="generation + 1 (dotted: closed form)")
+            axes.set_xscale("log")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    return figure
+
+
+def _reaction_norm_setting(model: Any) -> Setting:
+    return Setting(
+        optimum_slope=model.optimum_slope,
+        peak_variance=model.peak_width**2,
+        intercept_variance=model.intercept_std**2,
+        slope_variance=model.slope_std**2,
+        jump=model.jump,
+        noise_variance=model.noise_std**2,
+        predictability=model.predictability,
+        cost=model.plasticity_cost,
+    )
+
+
 DRAW_PICTURE: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = {
     "hinton-nowlan-1987": _draw_shares,
     "keesing-stork-1991": _make_draw_measures("keesing-stork-1991"),
@@ -134,6 +170,7 @@ DRAW_PICTURE: Final[dict[str, Callable[[xr.Dataset, Sequence[Any]], Figure]]] = 
     "stanley-miikkulainen-2002": _draw_curves,
     "suzuki-arita-2004": _draw_shares,
     "borenstein-2006": _make_draw_measures("borenstein-2006"),
+    "lande-2009": _draw_reaction_norms,
     "mery-kawecki-2004": _make_draw_measures("mery-kawecki-2004"),
     "paenke-2007": _make_draw_measures("paenke-2007"),
     "soltoggio-2008": _draw_curves,

@@ -59,6 +59,7 @@ LIBRARY: Final[Mapping[str, Mapping[str, str]]] = {
         "function-climbers": f"{_MODELS}.function_climbers:FunctionClimbers",
         "hinton-nowlan": f"{_MODELS}.hinton_nowlan:HintonNowlan",
         "lattice-walkers": f"{_MODELS}.lattice_walkers.model:LatticeWalkers",
+        "linear-norms": f"{_MODELS}.linear_norms:LinearNorms",
         "moving-needle": f"{_MODELS}.moving_needle:MovingNeedle",
         "moving-optimum": f"{_MODELS}.moving_optimum:MovingOptimum",
         "neat-poles": f"{_MODELS}.neat.double_pole:NeatPoles",

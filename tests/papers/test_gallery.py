@@ -37,6 +37,7 @@ VERDICTS = {
     | {f"S{number}": "holds" for number in (1, 2, 4, 5)},
     "borenstein-2006": {f"B{number}": "holds" for number in (1, 2, 3, 4)},
     "paenke-2007": {f"G{number}": "holds" for number in (1, 2, 3, 4)},
+    "lande-2009": {f"A{number}": "holds" for number in range(1, 8)},
     "mery-kawecki-2004": {f"K{number}": "holds" for number in range(1, 6)},
     "soltoggio-2008": {"S1": "holds", "S2": "holds", "S3": "holds", "S4": "does not hold"},
     "le-2018": {f"L{number}": "holds" for number in (1, 2, 3)},

@@ -118,6 +118,7 @@ OBSTACLES: Mapping[str, bool] = {
     "mery-kawecki-2004:learning-flies/pineapple": False,
     "morgan-2020:mixed": False,
     "lange-sprekeler-2020:uncertain": False,
+    "lande-2009:plastic-norms": False,
 }
 
 

@@ -1,0 +1,233 @@
+"""Model of linear reaction norms in an environment that changes suddenly.
+
+    baldwinlab reproduce lande-2009
+
+A genome has the intercept a and the slope b of a reaction norm. An individual develops the
+phenotype z = a + b e from the cue e. Later, selection favors the optimum B times the environment,
+with the fitness exp(-(z - optimum)^2 / (2 width^2) - cost b^2 / 2).
+
+The mean environment is 0 at first, and `jump` later. In each generation, the environment of
+selection deviates from it by a normal number, and the cue by another one, with the correlation
+`predictability`. Founders are those of a population that has adapted to the first environment.
+
+The paper adds developmental noise to z. This model takes the mean of fitness over it, so that
+`peak_width` contains its variance. All constants are our choice.
+
+References
+----------
+R. Lande, "Adaptation to an extraordinary environment by evolution of phenotypic plasticity and
+genetic assimilation", Journal of Evolutionary Biology 22 (2009).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from baldwinlab.core.deferred import xr
+from baldwinlab.engine import poison
+from baldwinlab.evolution.founders import draw_module
+from baldwinlab.models.slope_climbers import MAX_LOG_FITNESS, exponentiate
+from baldwinlab.parts import (
+    FOUNDER,
+    LIFE,
+    PER_AGENT_DIMS,
+    Field,
+    LifeResults,
+    Measure,
+    Model,
+    Variable,
+    normal_quantile,
+    uniforms,
+)
+
+# Generation near the end of the first phase, in which plasticity evolves.
+PHASE_END: Final = 20
+Average = Callable[[xr.Dataset], xr.DataArray]
+
+
+class Environment(NamedTuple):
+    """Environment of a generation.
+
+    Attributes
+    ----------
+    cue : float
+        Environment during development.
+    selection : float
+        Environment during selection.
+    """
+
+    cue: float
+    selection: float
+
+
+def _mean_at(record: str, generation: int) -> Average:
+    """Return a function of runs: the mean of a record in a generation, or in the last one."""
+
+    def average(runs: xr.Dataset) -> xr.DataArray:
+        last = runs.sizes["generation"] - 1
+        values = runs[record].isel(generation=min(generation, last) if generation >= 0 else last)
+        return values.astype(np.float64).mean("agent")
+
+    return average
+
+
+def _change(record: str, start: int, end: int) -> Average:
+    """Return a function of runs: the change of the mean of a record between two generations."""
+    return lambda runs: _mean_at(record, end)(runs) - _mean_at(record, start)(runs)
+
+
+def _rate_ratio(runs: xr.Dataset) -> xr.DataArray:
+    """Return how many times faster the slope changes in the first phase than in the second."""
+    later_generations = max(1, runs.sizes["generation"] - 1 - PHASE_END)
+    rise = _change("slope", 0, PHASE_END)(runs) / PHASE_END
+    fall = -_change("slope", PHASE_END, -1)(runs) / later_generations
+    return rise / fall
+
+
+def _early_fitness(runs: xr.Dataset) -> xr.DataArray:
+    """Return the mean fitness in the first phase after the change of the environment."""
+    fitness = runs["energy"].isel(generation=slice(1, PHASE_END + 1))
+    return fitness.mean(("agent", "generation"))
+
+
+class LinearNorms(Model, name="linear-norms"):
+    """Linear reaction norms in an environment that changes suddenly."""
+
+    plasticity: float = Field(
+        1.0, ge=0, le=100, description="Factor of the slope in development. 0: no plasticity."
+    )
+    plasticity_cost: float = Field(
+        0.0, ge=0, le=10, description="Cost c of plasticity: fitness falls by exp(-c slope^2 / 2)."
+    )
+    predictability: float = Field(
+        0.25,
+        ge=-1,
+        le=1,
+        description="Correlation of the noise of the cue and of the environment of selection.",
+    )
+    jump: float = Field(
+        3.0, ge=-100, le=100, description="Change of the mean environment, in units of the cue."
+    )
+    jump_generation: int = Field(
+        1, ge=0, le=1_000_000, description="First generation in the new mean environment."
+    )
+    noise_std: float = Field(
+        1.0, ge=0, le=100, description="Standard deviation of the environment around its mean."
+    )
+    optimum_slope: float = Field(
+        2.0, ge=-100, le=100, description="Slope B of the optimum over the environment."
+    )
+    peak_width: float = Field(
+        3.2, gt=0, le=1000, description="Width of the fitness peak, developmental noise included."
+    )
+    intercept_std: float = Field(
+        0.7, gt=0, le=100, description="Genetic standard deviation of the intercept."
+    )
+    slope_std: float = Field(
+        0.45, gt=0, le=100, description="Genetic standard deviation of the slope."
+    )
+
+    # The weights of a genome are in units of the genetic standard deviations, so that their
+    # variance is 1 without selection: twice the variance of segregation.
+    defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "population": {"size": 200},
+        "evolution": {"generations": 601, "variation": "infinitesimal", "mutation_size": 0.7071},
+        "record": {"genome_every": 20},
+    }
+    records: ClassVar[Mapping[str, Variable]] = {
+        "intercept": Variable(PER_AGENT_DIMS, np.float32, "z", "intercept of the reaction norm"),
+        "slope": Variable(PER_AGENT_DIMS, np.float32, "z/e", "slope of the reaction norm"),
+        "plastic_response": Variable(
+            PER_AGENT_DIMS, np.float32, "z", "absolute change of the phenotype by the cue"
+        ),
+        "mismatch": Variable(
+            PER_AGENT_DIMS, np.float32, "z", "phenotype minus the optimum in this generation"
+        ),
+    }
+    innate_trait: ClassVar[str] = "intercept"
+    learned_distance: ClassVar[str] = "plastic_response"
+    learning_amount: ClassVar[str] = "plasticity"
+    measures: ClassVar[Mapping[str, Measure]] = {
+        "slope-rise": Measure(
+            "change of the mean slope from generation 0 to 20", _change("slope", 0, PHASE_END)
+        ),
+        "slope-fall": Measure(
+            "decrease of the mean slope from generation 20 to the last",
+            lambda runs: -_change("slope", PHASE_END, -1)(runs),
+        ),
+        "intercept-rise": Measure(
+            "change of the mean intercept from generation 20 to the last",
+            _change("intercept", PHASE_END, -1),
+        ),
+        "rate-ratio": Measure(
+            "increase of the mean slope per generation to generation 20, divided by its decrease "
+            "per generation later",
+            _rate_ratio,
+        ),
+        "slope-at-20": Measure("mean slope in generation 20", _mean_at("slope", PHASE_END)),
+        "intercept-at-20": Measure(
+            "mean intercept in generation 20", _mean_at("intercept", PHASE_END)
+        ),
+        "final-slope": Measure("mean slope in the last generation", _mean_at("slope", -1)),
+        "final-intercept": Measure(
+            "mean intercept in the last generation", _mean_at("intercept", -1)
+        ),
+        "early-fitness": Measure("fitness, mean over generations 1 to 20", _early_fitness),
+    }
+
+    @property
+    def learns(self) -> bool:
+        return self.plasticity > 0
+
+    def without_learning(self) -> LinearNorms:
+        return self.model_copy(update={"plasticity": 0.0})
+
+    def n_weights(self) -> int:
+        return 2
+
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        genomes = poison.empty((agents, 1, 2), np.float32)
+        draw_module(key, FOUNDER, genomes, 0)
+        # Selection in the first environment, whose mean is 0, leads to this slope.
+        genomes[..., 1] += np.float32(self.predictability * self.optimum_slope / self.slope_std)
+        return genomes
+
+    def environment(self, seed: int, run: int, generation: int) -> Environment:
+        """Return the environment of a generation, in development and in selection."""
+        mean = self.jump if generation >= self.jump_generation else 0.0
+        draws = uniforms(seed, run, generation, LIFE, (1, 1))[0, 0]
+        deviation, independent = (normal_quantile(float(draw)) for draw in draws[:2])
+        independent_share = (1 - self.predictability**2) ** 0.5
+        cue_deviation = self.predictability * deviation + independent_share * independent
+        return Environment(mean + self.noise_std * cue_deviation, mean + self.noise_std * deviation)
+
+    def simulate(
+        self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
+    ) -> LifeResults:
+        environments = [self.environment(seed, run, generation) for run in runs]
+        # [run, 1], for all agents of a run.
+        cue, selection = np.array(environments).T[:, :, None]
+        weights = genomes[:, :, 0].astype(np.float64)
+        intercept = self.intercept_std * weights[..., 0]
+        slope = self.slope_std * weights[..., 1]
+        expressed_slope = self.plasticity * slope
+        response = expressed_slope * cue
+        mismatch = intercept + response - self.optimum_slope * selection
+        log_fitness = -((mismatch / self.peak_width) ** 2) / 2
+        log_fitness -= self.plasticity_cost * expressed_slope**2 / 2
+        fitness = np.maximum(log_fitness, -MAX_LOG_FITNESS)
+        # The function changes `fitness` in place.
+        exponentiate(fitness.reshape(-1))
+        records = {
+            "intercept": intercept.astype(np.float32),
+            "slope": slope.astype(np.float32),
+            "plastic_response": np.abs(response).astype(np.float32),
+            "mismatch": mismatch.astype(np.float32),
+        }
+        return LifeResults(
+            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
+        )
