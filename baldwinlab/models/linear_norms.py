@@ -81,7 +81,7 @@ def _change(record: str, start: int, end: int) -> Average:
 
 
 def _rate_ratio(runs: xr.Dataset) -> xr.DataArray:
-    """Return how many times faster the slope changes in the first phase than in the second."""
+    """Return the rate of change of the slope in the first phase, divided by that in the second."""
     later_generations = max(1, runs.sizes["generation"] - 1 - PHASE_END)
     rise = _change("slope", 0, PHASE_END)(runs) / PHASE_END
     fall = -_change("slope", PHASE_END, -1)(runs) / later_generations
