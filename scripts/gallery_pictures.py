@@ -124,20 +124,22 @@ def _draw_innate_times(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figur
 
 def _draw_reaction_norms(dataset: xr.Dataset, experiments: Sequence[Any]) -> Figure:
     """Draw the mean slope and intercept over the generations, with the closed form."""
-    figure = Figure(figsize=(7.2, 3.2), layout="constrained")
+    figure = Figure(figsize=(6.4, 3.0), layout="constrained")
     panels = figure.subplots(1, 2)
     for index, experiment in enumerate(experiments):
         model = experiment.model_part
         runs = dataset.sel(condition=experiment.name)
         for axes, record, column in zip(panels, ("slope", "intercept"), (1, 0), strict=True):
-            means = runs[record].astype(np.float64).mean("agent")
-            median = means.median("run")
-            generations = median["generation"].values + 1
-            axes.plot(generations, median, color=f"C{index}", label=experiment.name)
+            mean = runs[record].astype(np.float64).mean(("agent", "run"))
+            n_generations = mean.sizes["generation"]
+            # Generations at equal distances on the logarithmic axis.
+            shown = np.unique(np.geomspace(1, n_generations, 80).astype(int)) - 1
+            axes.plot(shown + 1, mean[shown], color=f"C{index}", label=experiment.name)
             if model.learns:
                 start = np.array([0.0, model.predictability * model.optimum_slope])
-                expected = solve_means(_reaction_norm_setting(model), start, len(generations) - 1)
-                axes.plot(generations[1:], expected[:, column], color=f"C{index}", linestyle=":")
+                expected = solve_means(_reaction_norm_setting(model), start, n_generations - 1)
+                generations = np.arange(2, n_generations + 1)
+                axes.plot(generations, expected[:, column], color="black", lw=1, ls=":")
             axes.set(title=f"mean {record}", xlabel="generation + 1 (dotted: closed form)")
             axes.set_xscale("log")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
