@@ -22,8 +22,11 @@ from tests.worlds import make_small_experiment
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 5.0])
 # The four fittest agents. Agents 2 and 7 have the same fitness.
 BEST_FIRST = [5, 2, 7, 0]
+# Schemes that breed groups separately refuse an elite, or replace it.
 SCHEMES = [
-    name for name in registry.package_parts("selection") if name not in ("neutral", "species")
+    name
+    for name in registry.package_parts("selection")
+    if name not in ("neutral", "species", "mutant-fixation")
 ]
 
 
