@@ -57,10 +57,11 @@ def test_one_agent_and_several_are_taken_out_by_number(study: bl.Study) -> None:
     assert study.genomes(0, 3, best.item(), condition="evo/A").agent == best
 
 
+RECURRENT = ("network.kind=simple-recurrent", "network.hidden=[4]")
 KINDS: Sequence[tuple[str, ...]] = (
     (),
     ("network.hidden=[]",),
-    ("network.kind=simple-recurrent", "network.hidden=[4]"),
+    RECURRENT,
     ('senses.kinds=["smell", "compass"]',),
     ("network.hidden=[4,4]", "network.biases=true"),
     ("network.kind=continuous-time", "network.hidden=[4]", "network.biases=true"),
@@ -138,7 +139,7 @@ def test_one_row_of_inputs_gives_one_row_of_outputs(study: bl.Study) -> None:
 def test_a_recurrent_network_starts_each_call_without_memory(
     in_plain_python: None, tmp_path: Path
 ) -> None:
-    study = bl.run(experiment_with(KINDS[3]), runs=1, out=tmp_path / "study")
+    study = bl.run(experiment_with(RECURRENT), runs=1, out=tmp_path / "study")
     network = study.network(0, 0, 0)
     row = [1, 0, 1]
     assert network([row, row])[0].equals(network(row))

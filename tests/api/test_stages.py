@@ -70,6 +70,10 @@ maps = ["near"]
 tuning_runs = 1
 runs = 1
 """
+# Each further control and network is another program to compile.
+QUICK_DESIGN = DESIGN.replace('["yoked", "drift"]', '["yoked"]').replace(
+    '"network.hidden" = [[3], [5]]\n', ""
+)
 CLAIMS = """
 [[claims]]
 id = "N1"
@@ -93,9 +97,13 @@ SHORT = "[lifetime]\nsteps = 60\n[evolution]\ngenerations = 2\n[population]\nsiz
 RULES = {"plain": "none", "noise": "none", "hebb": "hebb", "random": "random-targets"}
 
 
-def write_staged_paper(folder: Path, design: str = DESIGN) -> Path:
+# The package contains the code of this rule. The compilation of another one takes ten seconds.
+QUICK_RULES = RULES | {"hebb": "self-taught", "random": "self-taught"}
+
+
+def write_staged_paper(folder: Path, design: str = DESIGN, rules: dict[str, str] = RULES) -> Path:
     files = {"paper.toml": PAPER, "design.toml": design, "claims.toml": CLAIMS}
-    for name, rule in RULES.items():
+    for name, rule in rules.items():
         text = f'description = "{name}"\n[learning]\nrule = "{rule}"\n{SHORT}'
         files[f"conditions/{name}.toml"] = text
     for name, left in (("near", 120), ("far", 300)):
@@ -119,7 +127,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_quick_form_has_all_stages(tmp_path: Path) -> None:
     results = tmp_path / "results"
-    paper = write_staged_paper(tmp_path / "paper")
+    paper = write_staged_paper(tmp_path / "paper", QUICK_DESIGN, QUICK_RULES)
     bl.reproduce(paper, out=results, quick=True, workers=1)
     confirmation = StudyStore(results / "confirmation")
     for name in ("hebb/near", "random/near"):
@@ -131,7 +139,7 @@ def test_the_quick_form_has_all_stages(tmp_path: Path) -> None:
         assert confirmation.experiments[name].learning.rate == best
         assert confirmation.runs(name) == [2]
     record = json.loads((results / "confirmation/learners.json").read_text())
-    assert record["specification_curve"]["specifications"] == 4
+    assert record["specification_curve"]["specifications"] == 2
 
 
 # The complete paper takes a minute.
@@ -225,13 +233,12 @@ def test_a_changed_claim_is_reported(folder: Path, tmp_path: Path) -> None:
 
 
 def test_committed_values_replace_those_of_the_tuning(tmp_path: Path) -> None:
-    paper = write_staged_paper(tmp_path / "paper")
+    paper = write_staged_paper(tmp_path / "paper", QUICK_DESIGN, QUICK_RULES)
     (paper / "tuned.toml").write_text('"hebb/near" = { "learning.rate" = 0.123 }\n')
-    study = bl.reproduce(paper, out=tmp_path / "results", quick=True, workers=2)
+    study = bl.reproduce(paper, out=tmp_path / "results", quick=True, workers=1)
     assert study.experiment("hebb/near").learning.rate == 0.123
     assert list(study.conditions) == [
-        *("plain/near", "noise/near", "hebb/near", "hebb+yoked/near", "hebb+drift/near"),
-        "random/near",
+        *("plain/near", "noise/near", "hebb/near", "hebb+yoked/near", "random/near"),
     ]
     assert study.runs("hebb/near") == [2]
     page = (tmp_path / "results/confirmation/report.html").read_text()
