@@ -253,17 +253,11 @@ class PlasticElements(Model, name="plastic-elements"):
         numbers = np.arange(self.n_elements, 0, -1).astype(float)
         return super().all_measures() | {
             "order-by-selection": Measure(
-                (
-                    "Kendall's tau of the predicted selection on innate elements and the order in "
-                    "which they become innate"
-                ),
+                "order of assimilation and predicted selection, Kendall's tau",
                 partial(_agreement, prediction=self.predicted_selection()),
             ),
             "order-by-number": Measure(
-                (
-                    "Kendall's tau of the numbers of the elements and the order in which they "
-                    "become innate"
-                ),
+                "order of assimilation and numbers of the elements, Kendall's tau",
                 partial(_agreement, prediction=numbers),
             ),
         }
