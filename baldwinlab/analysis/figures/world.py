@@ -205,7 +205,7 @@ def _draw_squares(axes: Axes, x: np.ndarray, y: np.ndarray, color: str) -> None:
     centers = np.stack([x, y], axis=-1)
     corners = BODY_SIDE / 2 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
     squares = PolyCollection(
-        centers[:, None] + corners,
+        list(centers[:, None] + corners),
         facecolor=color,
         edgecolor="white",
         linewidth=0.3,
