@@ -11,6 +11,7 @@ from baldwinlab.experiment import Experiment, ExperimentError, merge
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.registry import LIBRARY
 from baldwinlab.experiment.toml import to_toml
+from baldwinlab.papers.atlas_design import FOLDER
 from baldwinlab.papers.presets import PRESET_KINDS, describe, factors, load, names, paper
 
 
@@ -60,13 +61,14 @@ def test_every_alternative_of_the_open_choices_has_a_variant() -> None:
     assert variants[0] == names("variants")[0] == "standard"
 
 
-def test_every_part_of_the_library_is_in_a_preset() -> None:
+def test_every_part_of_the_library_is_in_a_preset_or_in_the_atlas() -> None:
     experiments = [load(name) for name in factors()]
     experiments += [
         publication.experiment(publication.study_names()[0], name)
         for publication in papers.built_in().values()
         for name in publication.names("variants")
     ]
+    experiments += [load(path) for path in (FOLDER / "experiments").glob("*.toml")]
     added_parts = {
         part
         for experiment in [*experiments, load("neat-xor")]

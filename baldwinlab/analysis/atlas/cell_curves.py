@@ -15,7 +15,7 @@ MARGIN: Final = 6
 Floats = npt.NDArray[np.float64]
 
 
-class Panel(NamedTuple):
+class CurvePanel(NamedTuple):
     """A panel of curves over the generations.
 
     Attributes
@@ -34,7 +34,7 @@ class Panel(NamedTuple):
     lines: list[dict[str, Any]]
 
 
-def draw_panels(cell: xr.Dataset) -> list[Panel]:
+def draw_panels(cell: xr.Dataset) -> list[CurvePanel]:
     """Return the panels of a cell: the learned distance and the innate trait.
 
     Parameters
@@ -50,7 +50,9 @@ def draw_panels(cell: xr.Dataset) -> list[Panel]:
     return panels
 
 
-def _draw_panel(title: str, values: xr.DataArray, control: xr.DataArray | None = None) -> Panel:
+def _draw_panel(
+    title: str, values: xr.DataArray, control: xr.DataArray | None = None
+) -> CurvePanel:
     curves = {"mean": values.mean("run").values}
     if control is not None:
         curves["control"] = control.mean("run").values
@@ -63,7 +65,7 @@ def _draw_panel(title: str, values: xr.DataArray, control: xr.DataArray | None =
         {"kind": kind, "points": _project(generations, curve, low, high)}
         for kind, curve in curves.items()
     ]
-    return Panel(title, low, high, lines)
+    return CurvePanel(title, low, high, lines)
 
 
 def _project(generations: Floats, curve: Floats, low: float, high: float) -> str:

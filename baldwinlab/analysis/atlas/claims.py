@@ -56,7 +56,7 @@ REGIME_SLOPES: Final = {"optimum-constant": 1, "optimum-mutation": 0, "optimum-r
 """Predicted slope of log mismatch on log 1 / (1 - a), by map."""
 
 
-class Evaluation(NamedTuple):
+class AtlasEvaluation(NamedTuple):
     """Result of a claim.
 
     Attributes
@@ -74,14 +74,14 @@ class Evaluation(NamedTuple):
     runs: int
 
 
-class ClaimResult(NamedTuple):
+class AtlasClaimResult(NamedTuple):
     """A claim with its result."""
 
     claim: AtlasClaim
-    evaluation: Evaluation
+    evaluation: AtlasEvaluation
 
 
-def evaluate_claims(claims: tuple[AtlasClaim, ...], maps: Maps) -> list[ClaimResult]:
+def evaluate_claims(claims: tuple[AtlasClaim, ...], maps: Maps) -> list[AtlasClaimResult]:
     """Evaluate all claims.
 
     Parameters
@@ -93,7 +93,7 @@ def evaluate_claims(claims: tuple[AtlasClaim, ...], maps: Maps) -> list[ClaimRes
 
     Returns
     -------
-    list of ClaimResult
+    list of AtlasClaimResult
         The results in the order of the claims.
     """
     results = []
@@ -102,11 +102,11 @@ def evaluate_claims(claims: tuple[AtlasClaim, ...], maps: Maps) -> list[ClaimRes
         missing = [name for name in names if name not in maps]
         if missing:
             reason = f"The maps {', '.join(missing)} are not in this atlas."
-            results.append(ClaimResult(claim, Evaluation(NOT_EVALUATED, reason, 0)))
+            results.append(AtlasClaimResult(claim, AtlasEvaluation(NOT_EVALUATED, reason, 0)))
             continue
         n_runs = min(maps[name].sizes["run"] for name in names)
         verdict, numbers = evaluate(maps, claim.bounds)
-        results.append(ClaimResult(claim, Evaluation(verdict, numbers, n_runs)))
+        results.append(AtlasClaimResult(claim, AtlasEvaluation(verdict, numbers, n_runs)))
     return results
 
 

@@ -13,7 +13,7 @@ CONFIDENCE_LEVEL = 0.95
 Floats = npt.NDArray[np.float64]
 
 
-class Interval(NamedTuple):
+class MeanInterval(NamedTuple):
     """A mean over runs with its 95 % interval (Student's t).
 
     The interval is NaN for a single run. `runs` counts the defined values.
@@ -28,7 +28,7 @@ class Interval(NamedTuple):
         return f"{self.mean:.3g} [{self.low:.3g}, {self.high:.3g}]"
 
 
-def estimate_mean(values: xr.DataArray | Floats) -> Interval:
+def estimate_mean(values: xr.DataArray | Floats) -> MeanInterval:
     """Return the mean of the defined values, with its interval.
 
     Parameters
@@ -39,16 +39,16 @@ def estimate_mean(values: xr.DataArray | Floats) -> Interval:
     defined = np.asarray(values, np.float64).ravel()
     defined = defined[np.isfinite(defined)]
     if not defined.size:
-        return Interval(np.nan, np.nan, np.nan, 0)
+        return MeanInterval(np.nan, np.nan, np.nan, 0)
     mean = float(defined.mean())
     if defined.size == 1:
-        return Interval(mean, np.nan, np.nan, 1)
+        return MeanInterval(mean, np.nan, np.nan, 1)
     error = defined.std(ddof=1) / np.sqrt(defined.size)
     half = float(error * stats.t.ppf((1 + CONFIDENCE_LEVEL) / 2, defined.size - 1))
-    return Interval(mean, mean - half, mean + half, defined.size)
+    return MeanInterval(mean, mean - half, mean + half, defined.size)
 
 
-def estimate_slope(x: Floats, values: xr.DataArray, dim: str) -> Interval:
+def estimate_slope(x: Floats, values: xr.DataArray, dim: str) -> MeanInterval:
     """Return the mean over runs of the least-squares slope of values on x.
 
     Parameters

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from baldwinlab.analysis.atlas.cell_curves import HEIGHT, WIDTH
-from baldwinlab.analysis.atlas.claims import ClaimResult, evaluate_claims
+from baldwinlab.analysis.atlas.claims import AtlasClaimResult, evaluate_claims
 from baldwinlab.analysis.atlas.figures import LawPoints, draw_laws, draw_maps
 from baldwinlab.analysis.atlas.grids import arrange_grids, describe_cells
 from baldwinlab.analysis.atlas.laws import LAWS, Law
@@ -70,7 +70,7 @@ class AtlasResults:
 
     design: AtlasDesign
     maps: Sequence[MapResults]
-    claims: Sequence[ClaimResult]
+    claims: Sequence[AtlasClaimResult]
     digests: Mapping[str, str]
     exploration_runs: int
     seed: int
@@ -158,7 +158,7 @@ def _encode_labels(outcomes: xr.Dataset) -> xr.Dataset:
     return outcomes.assign_attrs(attributes)
 
 
-def _claim_record(result: ClaimResult) -> dict[str, Any]:
+def _claim_record(result: AtlasClaimResult) -> dict[str, Any]:
     claim, evaluation = result
     return {
         "id": claim.id,
@@ -168,12 +168,12 @@ def _claim_record(result: ClaimResult) -> dict[str, Any]:
     }
 
 
-def describe_claims(claims: Sequence[ClaimResult]) -> list[str]:
+def describe_claims(claims: Sequence[AtlasClaimResult]) -> list[str]:
     """Return sentences with the claims of each verdict.
 
     Parameters
     ----------
-    claims : sequence of ClaimResult
+    claims : sequence of AtlasClaimResult
         The evaluated claims.
     """
     sentences = []
