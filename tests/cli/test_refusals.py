@@ -279,7 +279,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["check", "part.py", "--seed", "1.5"], "--seed: '1.5' must be a whole number"),
         (
             ["rum"],
-            "there is no command 'rum' (did you mean 'run'?); there are reproduce, run, sweep",
+            "there is no command 'rum' (did you mean 'run'?)",
         ),
     ],
 )
