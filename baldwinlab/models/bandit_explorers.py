@@ -24,7 +24,7 @@ R. T. Lange and H. Sprekeler, "Learning not to learn: nature versus nurture in s
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, ClassVar, Final
 
@@ -34,6 +34,7 @@ import numpy.typing as npt
 from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import jit_entry_point
+from baldwinlab.models.record_means import mean_of_last_generation
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
@@ -50,11 +51,6 @@ from baldwinlab.parts import (
 Floats = npt.NDArray[np.float64]
 # Mean payoff of arm 2 over all bandits.
 MEAN_PAYOFF: Final = -1.0
-
-
-def _mean_of_last_generation(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean of a record in the last generation."""
-    return lambda runs: runs[record].isel(generation=-1).mean("agent")
 
 
 class BanditExplorers(Model, name="bandit-explorers"):
@@ -115,11 +111,11 @@ class BanditExplorers(Model, name="bandit-explorers"):
     measures: ClassVar[Mapping[str, Measure]] = {
         "explores": Measure(
             "share of agents that explore in the last generation",
-            _mean_of_last_generation("explores"),
+            mean_of_last_generation("explores"),
         ),
         "explored": Measure(
             "number of exploratory pulls in the last generation",
-            _mean_of_last_generation("explored"),
+            mean_of_last_generation("explored"),
         ),
     }
 
@@ -207,7 +203,7 @@ class BanditExplorers(Model, name="bandit-explorers"):
 
     def _has_best_choice(self, runs: xr.Dataset) -> xr.DataArray:
         should_explore = self.expected_payoffs.argmax() > 0
-        return 1.0 * ((_mean_of_last_generation("explores")(runs) > 0.5) == should_explore)
+        return 1.0 * ((mean_of_last_generation("explores")(runs) > 0.5) == should_explore)
 
     def _loss(self, runs: xr.Dataset) -> xr.DataArray:
         explored = runs["explored"].isel(generation=-1).astype(int)

@@ -29,6 +29,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
+from baldwinlab.models.record_means import mean_of_last_generation
 from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
 
 # Value of each block of four bits: "0000", "0001" and so on to "1111".
@@ -167,7 +168,7 @@ class FunctionClimbers(Model, name="function-climbers"):
     measures: ClassVar[Mapping[str, Measure]] = {
         "optimum": Measure(
             "share of agents born as the global optimum, last generation",
-            lambda runs: runs["optimum"].isel(generation=-1).mean("agent"),
+            mean_of_last_generation("optimum"),
         ),
         "optimum-early": Measure(
             f"share of agents born as the global optimum, generation {EARLY_GENERATION}",

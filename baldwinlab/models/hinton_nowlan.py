@@ -17,7 +17,7 @@ G. E. Hinton and S. J. Nowlan, "How learning can guide evolution", Complex Syste
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
@@ -33,6 +33,7 @@ from baldwinlab.evolution.variation_operators import (
     is_from_fitter,
     split_modules,
 )
+from baldwinlab.models.record_means import mean_of_last_generation
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
@@ -50,11 +51,6 @@ from baldwinlab.parts import (
 UNSET_ALLELE: Final = 0.5
 # Upper limit of the gain in fitness above the baseline of 1.
 MAX_GAIN: Final = 19.0
-
-
-def _mean_of_last_generation(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean of a record in the last generation."""
-    return lambda runs: runs[record].isel(generation=-1).mean("agent")
 
 
 def _take_off(runs: xr.Dataset) -> xr.DataArray:
@@ -124,16 +120,16 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     learning_time: ClassVar[str] = "used"
     learning_amount: ClassVar[str] = "trials"
     measures: ClassVar[Mapping[str, Measure]] = {
-        "ones": Measure("share of 1 in the last generation", _mean_of_last_generation("ones")),
-        "unset": Measure("share of ? in the last generation", _mean_of_last_generation("unset")),
-        "zeros": Measure("share of 0 in the last generation", _mean_of_last_generation("zeros")),
+        "ones": Measure("share of 1 in the last generation", mean_of_last_generation("ones")),
+        "unset": Measure("share of ? in the last generation", mean_of_last_generation("unset")),
+        "zeros": Measure("share of 0 in the last generation", mean_of_last_generation("zeros")),
         "take-off": Measure("generation in which half of the agents succeed", _take_off),
         "unset-at-take-off": Measure(
             "share of ? when half of the agents succeed", _unset_at_take_off
         ),
         "fall": Measure(
             "share of ? when half of the agents succeed, minus share of ? in the last generation",
-            lambda runs: _unset_at_take_off(runs) - _mean_of_last_generation("unset")(runs),
+            lambda runs: _unset_at_take_off(runs) - mean_of_last_generation("unset")(runs),
         ),
         "taken-off": Measure(
             "1 if half of the agents ever succeed, else 0",

@@ -29,6 +29,7 @@ import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.models.hinton_nowlan import UNSET_ALLELE
+from baldwinlab.models.record_means import mean_of_last_generation
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
@@ -153,7 +154,7 @@ class PlasticElements(Model, name="plastic-elements"):
     measures: ClassVar[Mapping[str, Measure]] = {
         "plastic": Measure(
             "share of plastic elements in the last generation",
-            lambda runs: runs["plastic"].isel(generation=-1).mean("agent"),
+            mean_of_last_generation("plastic"),
         )
     }
 

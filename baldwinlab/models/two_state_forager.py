@@ -28,6 +28,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
+from baldwinlab.models.record_means import mean_of_last_generation
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
@@ -92,7 +93,7 @@ class TwoStateForager(Model, name="two-state-forager"):
     measures: ClassVar[Mapping[str, Measure]] = {
         "learners": Measure(
             "share of agents that can learn in the last generation",
-            lambda runs: runs["learns"].isel(generation=-1).mean("agent"),
+            mean_of_last_generation("learns"),
         ),
         "innate-match": Measure(
             "share of agents with a correct innate preference in the second half of the run",

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.atlas.laws import Law
+from baldwinlab.analysis.atlas.tables import format_label
 from baldwinlab.analysis.figures.style import (
     BLACK,
     DARK_GRAY,
@@ -89,15 +90,25 @@ def _draw_cells(axes: Axes, share: xr.DataArray) -> None:
     axes.imshow(share.values, cmap=COLORMAP, vmin=low, vmax=high, aspect="auto", origin="lower")
     axes.grid(visible=False)
     for axis, dim in ((axes.yaxis, share.dims[0]), (axes.xaxis, share.dims[1])):
-        labels = [
-            f"{value:g}" if isinstance(value, int | float) else str(value)
-            for value in share[dim].values.tolist()
-        ]
+        labels = [format_label(value) for value in share[dim].values.tolist()]
         axis.set_ticks(range(len(labels)), labels)
     for (row, column), value in np.ndenumerate(share.values):
         text = f"{value:.2f}" if np.isfinite(value) else "–"
-        is_light = value > low + LIGHT_SHARE * (high - low)
-        axes.text(column, row, text, ha="center", va="center", color=BLACK if is_light else "white")
+        axes.text(
+            column, row, text, ha="center", va="center", color=BLACK if is_light(value) else "white"
+        )
+
+
+def is_light(share: float) -> bool:
+    """Return whether text on the color of a share must be black. A missing value has no color.
+
+    Parameters
+    ----------
+    share : float
+        A, or NaN.
+    """
+    low, high = SHARE_RANGE
+    return not np.isfinite(share) or share > low + LIGHT_SHARE * (high - low)
 
 
 def _draw_contours(axes: Axes, prediction: xr.DataArray) -> None:

@@ -12,11 +12,11 @@ from matplotlib import colormaps
 from matplotlib.colors import to_hex
 
 from baldwinlab.analysis.atlas.cell_curves import draw_panels
-from baldwinlab.analysis.atlas.figures import COLORMAP, LIGHT_SHARE, SHARE_RANGE
+from baldwinlab.analysis.atlas.figures import COLORMAP, SHARE_RANGE, is_light
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.outcomes import OUTCOMES
 from baldwinlab.analysis.atlas.statistics import estimate_mean
-from baldwinlab.analysis.atlas.tables import list_cells
+from baldwinlab.analysis.atlas.tables import format_label, list_cells
 
 UNDEFINED_COLOR: Final = "#dddddd"
 UNDEFINED_TEXT: Final = "–"
@@ -61,7 +61,7 @@ def describe_cells(
                 "settings": cell,
                 "share": _format(share),
                 "color": _choose_color(share),
-                "text_color": "black" if _is_light(share) else "white",
+                "text_color": "black" if is_light(share) else "white",
                 "residual": _format(float(measured.sel(cell))) if measured is not None else "",
                 "law": _format(float(predicted.sel(cell))) if predicted is not None else "",
                 "outcomes": {
@@ -84,11 +84,6 @@ def _choose_color(share: float) -> str:
     return to_hex(colormaps[COLORMAP](np.clip((share - low) / (high - low), 0, 1)))
 
 
-def _is_light(share: float) -> bool:
-    low, high = SHARE_RANGE
-    return not np.isfinite(share) or share > low + LIGHT_SHARE * (high - low)
-
-
 def arrange_grids(
     outcomes: xr.Dataset, labels: Mapping[str, str], cells: Sequence[Mapping[str, Any]]
 ) -> Iterator[dict[str, Any]]:
@@ -109,26 +104,16 @@ def arrange_grids(
         other_settings = dict(zip(other_axes, fixed, strict=True))
         yield {
             "caption": ", ".join(f"{labels[f]}: {value}" for f, value in other_settings.items()),
-            "columns": [_format_label(value) for value in outcomes[columns].values.tolist()],
+            "columns": [format_label(value) for value in outcomes[columns].values.tolist()],
             "rows": [
                 {
-                    "value": _format_label(row),
+                    "value": format_label(row),
                     "cells": [
-                        by_settings[
-                            tuple(
-                                {
-                                    f: {rows: row, columns: column, **other_settings}[f]
-                                    for f in outcomes.attrs["fields"]
-                                }.items()
-                            )
-                        ]
+                        # The order of the fields is that of the settings of a cell.
+                        by_settings[tuple({rows: row, columns: column, **other_settings}.items())]
                         for column in outcomes[columns].values.tolist()
                     ],
                 }
                 for row in outcomes[rows].values.tolist()
             ],
         }
-
-
-def _format_label(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, int | float) else str(value)

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from itertools import product
 from typing import Any, Final
 
-import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.atlas.laws import Law
@@ -29,6 +28,17 @@ def list_cells(outcomes: xr.Dataset) -> Iterator[dict[str, Any]]:
     fields = outcomes.attrs["fields"]
     for values in product(*(outcomes[field].values.tolist() for field in fields)):
         yield dict(zip(fields, values, strict=True))
+
+
+def format_label(value: Any) -> str:
+    """Return a value of a swept field for an axis or a table.
+
+    Parameters
+    ----------
+    value : object
+        Number or text.
+    """
+    return f"{value:g}" if isinstance(value, int | float) else str(value)
 
 
 def tabulate(name: str, outcomes: xr.Dataset, law: Law | None) -> list[dict[str, Any]]:
@@ -74,9 +84,3 @@ def tabulate(name: str, outcomes: xr.Dataset, law: Law | None) -> list[dict[str,
                 }
             )
     return rows
-
-
-def summarize_curve(values: xr.DataArray) -> list[float]:
-    """Return the mean over runs of a curve (run, generation)."""
-    means: list[float] = np.asarray(values.mean("run"), np.float64).tolist()
-    return means

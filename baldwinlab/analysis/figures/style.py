@@ -109,7 +109,8 @@ def to_svg(figure: Figure) -> bytes:
     # The resolution of images in the SVG.
     figure.set_dpi(150)
     # `Figure.savefig` would draw the figure twice: for the layout, and for the file.
-    FigureCanvasSVG(figure).print_svg(page, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]
+    metadata = {"Date": None, "Creator": None}
+    FigureCanvasSVG(figure).print_svg(page, metadata=metadata)  # type: ignore[no-untyped-call]
     return page.getvalue()
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.models.digit_readers.digits import N_DIGITS, N_PIXELS, draw_digit_sets
 from baldwinlab.models.digit_readers.training import (
@@ -17,6 +16,7 @@ from baldwinlab.models.digit_readers.training import (
     train_and_test,
 )
 from baldwinlab.models.digit_readers.variation import LEVEL_STEP, MAX_WEIGHT, N_LEVELS
+from baldwinlab.models.record_means import mean_of_last_generation
 from baldwinlab.parts import (
     FOUNDER,
     PER_AGENT_DIMS,
@@ -26,11 +26,6 @@ from baldwinlab.parts import (
     Model,
     Variable,
 )
-
-
-def _mean_of_last_generation(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean of a record in the last generation."""
-    return lambda runs: runs[record].isel(generation=-1).mean("agent")
 
 
 class DigitReaders(Model, name="digit-readers"):
@@ -93,11 +88,11 @@ class DigitReaders(Model, name="digit-readers"):
     measures: ClassVar[Mapping[str, Measure]] = {
         "innate-error": Measure(
             "share of digits misclassified at birth in the last generation",
-            _mean_of_last_generation("innate_error"),
+            mean_of_last_generation("innate_error"),
         ),
         "error": Measure(
             "share of digits misclassified after learning in the last generation",
-            _mean_of_last_generation("error"),
+            mean_of_last_generation("error"),
         ),
     }
 

@@ -20,7 +20,7 @@ Ackley and Littman 1991.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -38,17 +38,13 @@ from baldwinlab.models.erl.simulation import (
     simulate_population,
 )
 from baldwinlab.models.erl.world import MAX_CARNIVORES, N_COUNTS, ErlWorld
+from baldwinlab.models.record_means import mean_of_last_generation
 from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
-
-
-def _mean_of_last_generation(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean of a record in the last generation."""
-    return lambda runs: runs[record].isel(generation=-1).mean("agent")
 
 
 def _survives(runs: xr.Dataset) -> xr.DataArray:
     """Return for each run whether its population survives the last step."""
-    return _mean_of_last_generation("extinct")(runs) < 1
+    return mean_of_last_generation("extinct")(runs) < 1
 
 
 class ErlPopulations(Model, name="erl-populations"):
@@ -171,14 +167,14 @@ class ErlPopulations(Model, name="erl-populations"):
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "survived": Measure(
-            "steps that the population survives", _mean_of_last_generation("energy"), _survives
+            "steps that the population survives", mean_of_last_generation("energy"), _survives
         ),
         "extinct": Measure(
             "1 if the population dies out before the last step, else 0",
-            _mean_of_last_generation("extinct"),
+            mean_of_last_generation("extinct"),
         ),
-        "born": Measure("agents born", _mean_of_last_generation("born")),
-        "living": Measure("number of living agents", _mean_of_last_generation("living")),
+        "born": Measure("agents born", mean_of_last_generation("born")),
+        "living": Measure("number of living agents", mean_of_last_generation("living")),
     }
 
     def check(self, experiment: Any) -> None:

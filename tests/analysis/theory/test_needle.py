@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf
+from typing import Any
 
 import numpy as np
 import pytest
@@ -66,9 +67,9 @@ def test_free_trials_leave_no_selection_against_few_unset_alleles() -> None:
     ],
 )
 def test_the_balance_has_the_values_of_the_first_trials(
-    settings: dict[str, float], expected: list[float]
+    settings: dict[str, Any], expected: list[float]
 ) -> None:
-    shares = [balance_of_unset(period=tau, **settings) for tau in (2, 10, 50, inf)]  # type: ignore[arg-type]
+    shares = [balance_of_unset(period=tau, **settings) for tau in (2, 10, 50, inf)]
     assert shares == pytest.approx(expected, abs=6e-4)
 
 
