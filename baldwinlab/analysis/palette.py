@@ -137,6 +137,7 @@ REPORT_COLORS: Final[Mapping[str, tuple[str, str, str]]] = {
     "open": ("#434b54", "#c5ced6", "#434b54"),
     "none": ("#5a646e", "#a3adb7", "#5a646e"),
     "link": ("#00568a", "#7cc4f5", "#00568a"),
+    "replay": (ORANGE, "#f0b429", ORANGE),
 }
 
 

@@ -12,7 +12,7 @@ from baldwinlab.core import console
 
 
 def article(
-    subject: Literal["atlas"],
+    subject: Annotated[Literal["atlas"], Parameter(help="Results to describe.")],
     /,
     *,
     folder: Annotated[Path, Parameter(help="Folder of the atlas.")] = Path("results/atlas"),

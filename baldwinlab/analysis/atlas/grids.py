@@ -17,8 +17,8 @@ from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.outcomes import OUTCOMES
 from baldwinlab.analysis.atlas.statistics import estimate_mean
 from baldwinlab.analysis.atlas.tables import format_label, list_cells
+from baldwinlab.analysis.palette import PALE
 
-UNDEFINED_COLOR: Final = "#dddddd"
 UNDEFINED_TEXT: Final = "–"
 LETTERS: Final = {
     "assimilation": "A",
@@ -79,7 +79,7 @@ def _format(value: float) -> str:
 
 def _choose_color(share: float) -> str:
     if not np.isfinite(share):
-        return UNDEFINED_COLOR
+        return PALE
     low, high = SHARE_RANGE
     return to_hex(colormaps[COLORMAP](np.clip((share - low) / (high - low), 0, 1)))
 

@@ -22,6 +22,7 @@ from baldwinlab.api.atlas.publish import (
 )
 from baldwinlab.api.atlas.run import AtlasRequest
 from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.papers.atlas_design import CLAIMS_FILE
 
@@ -159,10 +160,7 @@ def convert_to_pdf(text: str, folder: Path) -> bytes:
     try:
         from fpdf import FPDF
     except ImportError:
-        raise RefusedError(
-            "A PDF needs the extra pdf: pip install 'baldwinlab[pdf]'. --out article.md needs no "
-            "extra"
-        ) from None
+        raise missing_extra_error("pdf", "a PDF") from None
     from markdown_it import MarkdownIt
 
     html = MarkdownIt("commonmark").enable("table").render(text)
