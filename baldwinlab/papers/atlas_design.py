@@ -59,6 +59,8 @@ class AtlasClaim(DeclaredTable):
     rule: str
     # Numbers of the rule, which names them in braces.
     bounds: Mapping[str, float] = Field(default_factory=dict)
+    # What was changed after a result was seen, "" if nothing was.
+    note: str = ""
 
     @property
     def complete_rule(self) -> str:

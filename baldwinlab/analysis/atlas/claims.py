@@ -210,6 +210,8 @@ def _evaluate_mismatch(maps: Maps, bounds: Bounds) -> Decision:
     holds = True
     for name, predicted in REGIME_SLOPES.items():
         mismatch = maps[name][MEASURE_PREFIX + "mismatch"].sel({SPEED: maps[name][SPEED] > 0})
+        # One of the maps has costs. The predicted slopes are those without a cost.
+        mismatch = mismatch.sel({COSTS[name]: 0}) if name in COSTS else mismatch
         log_mismatch = xr.DataArray(np.log(mismatch)).mean(SPEED)
         strength = -np.log(1 - mismatch[SHARE].values)
         slope = estimate_slope(strength, log_mismatch, SHARE)

@@ -16,7 +16,7 @@ from baldwinlab.analysis.atlas.figures import COLORMAP, SHARE_RANGE, is_light
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.outcomes import OUTCOMES
 from baldwinlab.analysis.atlas.statistics import estimate_mean
-from baldwinlab.analysis.atlas.tables import format_label, list_cells
+from baldwinlab.analysis.atlas.tables import describe_settings, format_label, list_cells
 from baldwinlab.analysis.palette import PALE
 
 UNDEFINED_TEXT: Final = "–"
@@ -31,7 +31,11 @@ LETTERS: Final = {
 
 
 def describe_cells(
-    name: str, outcomes: xr.Dataset, values: Sequence[xr.Dataset], law: Law | None
+    name: str,
+    outcomes: xr.Dataset,
+    labels: Mapping[str, str],
+    values: Sequence[xr.Dataset],
+    law: Law | None,
 ) -> list[dict[str, Any]]:
     """Return the template values of each cell, in the order of the points.
 
@@ -41,6 +45,8 @@ def describe_cells(
         Name of the map.
     outcomes : xr.Dataset
         Outcomes of the map (swept fields, run).
+    labels : mapping
+        Label of each swept field.
     values : sequence of xr.Dataset
         Variables of `reduce_cell` of each cell.
     law : Law or None
@@ -57,7 +63,7 @@ def describe_cells(
         described.append(
             {
                 "id": f"{name}-{number:04d}",
-                "caption": ", ".join(f"{field} = {value}" for field, value in cell.items()),
+                "caption": describe_settings(cell, labels),
                 "settings": cell,
                 "share": _format(share),
                 "color": _choose_color(share),
@@ -103,7 +109,7 @@ def arrange_grids(
     for fixed in product(*(outcomes[field].values.tolist() for field in other_axes)):
         other_settings = dict(zip(other_axes, fixed, strict=True))
         yield {
-            "caption": ", ".join(f"{labels[f]}: {value}" for f, value in other_settings.items()),
+            "caption": describe_settings(other_settings, labels),
             "columns": [format_label(value) for value in outcomes[columns].values.tolist()],
             "rows": [
                 {

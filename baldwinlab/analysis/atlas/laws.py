@@ -28,6 +28,9 @@ BIT_MUTATION_RATE: Final = 1 / 32
 BIT_TRIALS: Final = 30
 PEAK_WIDTH: Final = 2.0
 LIFE_STEPS: Final = 10
+NOISE_OF_CHILDREN: Final = 0.3
+MUTATION_SIZE: Final = 0.1
+RARE_MUTATION_RATE: Final = 0.003
 
 
 class Law(NamedTuple):
@@ -113,17 +116,19 @@ LAWS: Final[Mapping[str, Law]] = {
     "optimum-constant": Law(
         "distance after learning",
         "mismatch",
-        lambda data: _predict_mismatch(data, partial(variance_of_segregation, 0.3**2)),
+        partial(_predict_mismatch, variance=partial(variance_of_segregation, NOISE_OF_CHILDREN**2)),
     ),
     "optimum-mutation": Law(
         "distance after learning",
         "mismatch",
-        lambda data: _predict_mismatch(data, partial(variance_of_mutations, 0.1**2)),
+        partial(_predict_mismatch, variance=partial(variance_of_mutations, MUTATION_SIZE**2)),
     ),
     "optimum-rare": Law(
         "distance after learning",
         "mismatch",
-        lambda data: _predict_mismatch(data, partial(variance_of_rare_mutations, 0.003)),
+        partial(
+            _predict_mismatch, variance=partial(variance_of_rare_mutations, RARE_MUTATION_RATE)
+        ),
     ),
     "forager": Law("share of learners", "learners", _predict_learners),
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import product
 from typing import Any, Final
 
@@ -39,6 +39,19 @@ def format_label(value: Any) -> str:
         Number or text.
     """
     return f"{value:g}" if isinstance(value, int | float) else str(value)
+
+
+def describe_settings(cell: Mapping[str, Any], labels: Mapping[str, str]) -> str:
+    """Return the settings of a cell for a caption.
+
+    Parameters
+    ----------
+    cell : mapping
+        Value of each swept field.
+    labels : mapping
+        Label of each swept field.
+    """
+    return ", ".join(f"{labels[field]}: {format_label(value)}" for field, value in cell.items())
 
 
 def tabulate(name: str, outcomes: xr.Dataset, law: Law | None) -> list[dict[str, Any]]:

@@ -133,12 +133,16 @@ def _describe_fit(result: MapResults) -> dict[str, str] | None:
     if len(points.predicted) < 3:
         return None
     errors = np.abs(np.array(points.measured) - np.array(points.predicted))
-    correlation = stats.spearmanr(points.measured, points.predicted).statistic
+    # A law that predicts the same value in all cells has no correlation.
+    is_constant = np.ptp(points.predicted) == 0
+    correlation = (
+        "" if is_constant else f"{stats.spearmanr(points.measured, points.predicted).statistic:.2f}"
+    )
     return {
         "cells": str(errors.size),
         "mean_error": f"{errors.mean():.3f}",
         "largest_error": f"{errors.max():.3f}",
-        "correlation": f"{correlation:.2f}",
+        "correlation": correlation,
     }
 
 

@@ -241,7 +241,9 @@ def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str
         draw_maps(result.outcomes, atlas_map.axes, result.law),
         result.rows,
     )
-    cells = describe_cells(result.name, result.outcomes, list(result.cells.values()), result.law)
+    cells = describe_cells(
+        result.name, result.outcomes, atlas_map.axes, list(result.cells.values()), result.law
+    )
     for cell, experiment in zip(cells, result.planned.cells, strict=True):
         file = f"{result.name}/runs/{experiment.name}/experiment.toml"
         cell["command"] = (

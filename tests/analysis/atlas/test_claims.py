@@ -123,11 +123,14 @@ def test_x4_needs_the_sign_of_the_gain(sign: int, verdict: str) -> None:
 
 @pytest.mark.parametrize(("offset", "verdict"), [(0.0, "holds"), (1.0, "does not hold")])
 def test_x5_needs_the_slope_of_each_regime(offset: float, verdict: str) -> None:
+    axes = {SHARE: [0.25, 0.5, 0.7], SPEED: [0.01, 0.02]}
     maps = {
         name: make_map(
-            {SHARE: [0.25, 0.5, 0.7], SPEED: [0.01, 0.02]},
-            measure__mismatch=lambda grid, slope=slope: (
-                grid[SPEED] * 100 * (1 - grid[SHARE]) ** (-slope - offset)
+            # With a cost, the slope is another one.
+            {**axes, COSTS[name]: [0.0, 1.0]} if name in COSTS else axes,
+            measure__mismatch=lambda grid, name=name, slope=slope: (
+                (grid[SPEED] * 100)
+                * (1 - grid[SHARE]) ** (-slope - offset - grid.get(COSTS.get(name), 0))
             ),
         )
         for name, slope in REGIME_SLOPES.items()
