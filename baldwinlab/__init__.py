@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from baldwinlab._version import __version__
 
 if TYPE_CHECKING:
+    from baldwinlab.api.atlas.reproduce import reproduce_atlas
     from baldwinlab.api.checks import check_part
     from baldwinlab.api.compete import compete
     from baldwinlab.api.freezer import freeze
@@ -74,6 +75,7 @@ __all__ = [
     "replay_genome_file",
     "reproduce",
     "reproduce_all",
+    "reproduce_atlas",
     "run",
     "simulate",
     "single_env",
@@ -111,6 +113,7 @@ _MODULE_BY_NAME = {
     "replay_genome_file": "api.replay_genomes",
     "reproduce": "api.reproduce",
     "reproduce_all": "api.gallery",
+    "reproduce_atlas": "api.atlas.reproduce",
     "run": "api.run",
     "simulate": "simulation.simulate",
     "single_env": "api.integrations.gymnasium",

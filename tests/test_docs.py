@@ -30,6 +30,7 @@ GUIDES = [page for page in PAGES if page.parent.name in ("tutorials", "how-to")]
 # Each page takes more than 5 seconds.
 SLOW_PAGES = {
     "docs/explanation/assays.md",
+    "docs/explanation/atlas.md",
     "docs/explanation/controls.md",
     "docs/explanation/multiverse.md",
     "docs/explanation/species.md",

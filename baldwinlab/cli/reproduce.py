@@ -7,7 +7,7 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from baldwinlab.api.atlas import AtlasRequest, publish_atlas, run_atlas
+from baldwinlab.api.atlas import reproduce_atlas
 from baldwinlab.api.gallery import ALL_PAPERS, reproduce_all
 from baldwinlab.api.reproduce import Reproduction, format_length_assignments, run_reproduction
 from baldwinlab.api.run_options import RunOptions
@@ -110,10 +110,16 @@ def reproduce(
         return
     if paper == ATLAS:
         _require_plain_atlas(assignments, variant, generations, steps)
-        folder = out or Path("results") / (f"{ATLAS}-quick" if quick else ATLAS)
-        request = AtlasRequest(Path(folder), seed, runs, quick)
-        run_atlas(request, options)
-        publish_atlas(request)
+        reproduce_atlas(
+            quick=quick,
+            runs=runs,
+            seed=seed,
+            out=out,
+            workers=workers,
+            backend=backend,
+            executor=executor,
+            force=force,
+        )
         return
     paper_data = load(paper)
     length_assignments = format_length_assignments(paper_data, generations, steps)

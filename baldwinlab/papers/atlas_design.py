@@ -42,6 +42,8 @@ class AtlasMap(DeclaredTable):
     axes: Mapping[str, str]
     # Law of `analysis.atlas.laws` that is drawn with the values, "" if there is none.
     law: str = ""
+    # Whether the claims ignore the map, because it was added after their confirmatory runs.
+    is_exploratory: bool = False
     # Values of the swept fields in the quick form. Other fields keep their values.
     quick: Mapping[str, tuple[Any, ...]] = Field(default_factory=dict)
 

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX
+from baldwinlab.analysis.theory.bandit_exploration import Bandit, find_best_exploration
 from baldwinlab.analysis.theory.moving_optimum import (
     selection_variance,
     steady_mismatch,
@@ -110,8 +111,29 @@ def predict_threshold(data: xr.Dataset) -> xr.DataArray:
     return _vectorize(data, fields, partial(cost_threshold, steps=LIFE_STEPS))
 
 
+def _predict_unset_with_drift(data: xr.Dataset) -> xr.DataArray:
+    """Return the share of ? on a needle that never moves, in a finite population."""
+    fields = ["evolution.mutation_rate", "population.size"]
+    return _vectorize(
+        data,
+        fields,
+        lambda rate, agents: balance_of_unset(mutation_rate=rate, population=agents),
+    )
+
+
+def _predict_explorers(data: xr.Dataset) -> xr.DataArray:
+    """Return 1 where exploration pays, else 0."""
+    prefix = "bandit_explorers."
+    return _vectorize(
+        data,
+        [f"{prefix}lifetime_pulls", f"{prefix}uncertainty", f"{prefix}noise"],
+        lambda *bandit: find_best_exploration(Bandit(*bandit)).pulls > 0,
+    )
+
+
 LAWS: Final[Mapping[str, Law]] = {
     "needle": Law("share of undefined alleles", "unset", _predict_unset),
+    "needle-mutation": Law("share of undefined alleles", "unset", _predict_unset_with_drift),
     "nk": Law("learned bits", "changed", _predict_bits),
     "optimum-constant": Law(
         "distance after learning",
@@ -131,5 +153,6 @@ LAWS: Final[Mapping[str, Law]] = {
         ),
     ),
     "forager": Law("share of learners", "learners", _predict_learners),
+    "bandit": Law("share of agents that explore", "explores", _predict_explorers),
 }
 """Laws by the name in `atlas.toml`."""

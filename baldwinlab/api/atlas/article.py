@@ -101,6 +101,7 @@ def _describe_map(result: MapResults) -> dict[str, Any]:
         "name": result.name,
         "title": result.title,
         "description": atlas_map.description,
+        "is_exploratory": atlas_map.is_exploratory,
         "axes": "; ".join(atlas_map.axes.values()),
         "n_cells": len(result.cells),
         "law": result.law.quantity if result.law else "",

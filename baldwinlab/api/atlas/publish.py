@@ -90,7 +90,12 @@ def read_results(request: AtlasRequest) -> AtlasResults:
         _read_map(planned, request.seed, size.exploration_runs)
         for planned in plan_maps(request, design)
     ]
-    results = evaluate_claims(design.claims, {result.name: result.outcomes for result in maps})
+    confirmatory = {
+        result.name: result.outcomes
+        for result in maps
+        if not result.planned.atlas_map.is_exploratory
+    }
+    results = evaluate_claims(design.claims, confirmatory)
     digests = json.loads((request.directory / FROZEN_FILE).read_text("utf-8"))
     return AtlasResults(design, maps, results, digests, size.exploration_runs, request.seed)
 
@@ -254,6 +259,7 @@ def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str
         "atlas/map.html",
         title=result.title,
         description=atlas_map.description,
+        is_exploratory=atlas_map.is_exploratory,
         figure=save_and_inline(figure, figures),
         law=result.law.quantity if result.law else "",
         labels=list(atlas_map.axes.values()),

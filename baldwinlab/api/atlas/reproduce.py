@@ -1,0 +1,70 @@
+"""Reproduce the atlas: `bl.reproduce_atlas`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from baldwinlab.api.atlas.publish import publish_atlas
+from baldwinlab.api.atlas.run import AtlasRequest, run_atlas
+from baldwinlab.api.run_options import RunOptions
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def reproduce_atlas(
+    *,
+    quick: bool = False,
+    runs: int | None = None,
+    seed: int = 0,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    backend: str = "auto",
+    executor: str = "threads",
+    force: bool = False,
+) -> dict[str, xr.Dataset]:
+    """Simulate all maps of the atlas, and write its page, tables and netCDF files.
+
+    A repeated call simulates only the missing cells.
+
+    Parameters
+    ----------
+    quick
+        Whether to simulate fewer cells, with too few runs for verdicts.
+    runs
+        Number of runs of each cell, more than the exploratory runs; by default as in the design.
+    seed
+        Seed of all random numbers, 0 to 2**31 - 1.
+    out
+        Folder of the atlas. By default results/atlas, or results/atlas-quick with `quick`.
+    workers
+        Number of threads, at least 1; by default one per core.
+    backend
+        "cpu", "cuda", or "auto" for the fastest that is available.
+    executor
+        "threads", or "dask" or "slurm" for a cluster.
+    force
+        Whether to run although too little memory or disk seems free.
+
+    Returns
+    -------
+    dict of xarray.Dataset
+        Outcomes of the confirmatory runs by the name of the map: the swept fields and "run" are the
+        dimensions.
+
+    Raises
+    ------
+    ArgumentError
+        A number is out of range.
+    StudyError
+        The folder holds another study.
+    RefusedError
+        The backend cannot be used on this machine.
+    InterruptedStudyError
+        A worker or a disk failed. The stored cells remain, and a repeated call continues.
+    """
+    folder = Path(out or Path("results") / ("atlas-quick" if quick else "atlas"))
+    request = AtlasRequest(folder, seed, runs, quick)
+    run_atlas(request, RunOptions(workers, backend=backend, executor=executor, force=force))
+    return {result.name: result.outcomes for result in publish_atlas(request).maps}
