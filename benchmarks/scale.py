@@ -2,8 +2,11 @@
 
 The command runs the same studies with this version and with an earlier commit, in turns: many tiny
 runs, many agents in a world, and several workers. The cost includes the storage, but not the
-compilation and the start. It then measures large worlds of constant density (`benchmarks.scaling`)
-and Dask workers (`benchmarks.cluster`). It writes scale.json, scale.md, scale.png and scale.svg.
+compilation and the start. It is CPU time, which other processes on the machine change little. For
+several workers it is elapsed time.
+
+The command then measures large worlds of constant density (`benchmarks.scaling`) and Dask workers
+(`benchmarks.cluster`). It writes scale.json, scale.md, scale.png and scale.svg.
 """
 
 from __future__ import annotations
@@ -11,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -20,7 +24,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import Any, NamedTuple
 
 from matplotlib import pyplot as plt
 
@@ -39,6 +43,14 @@ MAX_SMALL_WORLD = 10_000
 # The earlier version stores one file per run, which takes too long for more runs.
 MAX_EARLIER_RUNS = 10_000
 NOT_MEASURED = "not measured"
+THREADS = "threads"
+
+
+class Seconds(NamedTuple):
+    """Duration of a command."""
+
+    elapsed: float
+    cpu: float
 
 
 @dataclass(frozen=True)
@@ -87,7 +99,7 @@ def list_cases(limit: int) -> list[Case]:
                 Case("agents", n_agents, steps=agent_steps // (2 * n_agents), agents=n_agents)
             )
     return cases + [
-        Case("threads", n_workers, steps=5000, runs=320, workers=n_workers) for n_workers in (1, 2)
+        Case(THREADS, n_workers, steps=5000, runs=320, workers=n_workers) for n_workers in (1, 2)
     ]
 
 
@@ -112,12 +124,17 @@ def measure(case: Case, folder: Path) -> float | None:
     start, total = _run(SMALLEST_STUDY, folder), _run(case, folder)
     if start is None or total is None:
         return None
-    return (total - start) * 1e9 / case.agent_steps
+    if case.quantity == THREADS:
+        seconds = total.elapsed - start.elapsed
+    else:
+        seconds = total.cpu - start.cpu
+    return seconds * 1e9 / case.agent_steps
 
 
-def _run(case: Case, folder: Path) -> float | None:
+def _run(case: Case, folder: Path) -> Seconds | None:
     with tempfile.TemporaryDirectory() as name:
         start = time.perf_counter()
+        cpu_start = _cpu_of_children()
         # Python imports the package of the current folder.
         finished = subprocess.run(
             [sys.executable, "-m", "baldwinlab", *case.arguments, "--out", f"{name}/study"],
@@ -126,7 +143,15 @@ def _run(case: Case, folder: Path) -> float | None:
             capture_output=True,
             check=False,
         )
-        return None if finished.returncode else time.perf_counter() - start
+        if finished.returncode:
+            return None
+        return Seconds(time.perf_counter() - start, _cpu_of_children() - cpu_start)
+
+
+def _cpu_of_children() -> float:
+    """Return the CPU time of the ended processes that this process started, in seconds."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def measure_cases(cases: list[Case]) -> list[dict[str, Any]]:
