@@ -15,7 +15,9 @@ from baldwinlab.papers.presets import paper
 EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
 
 
-@pytest.mark.parametrize("case", ["evo/B", "world-20", "world-10000"])
+@pytest.mark.parametrize(
+    "case", ["evo/B", "world-20", pytest.param("world-10000", marks=pytest.mark.nightly)]
+)
 def test_a_case_is_measured_with_its_cost(case: str) -> None:
     record = benchmark.measure(case, quick=True)
     assert record.case == case

@@ -125,6 +125,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.nightly
 def test_the_quick_form_has_all_stages(tmp_path: Path) -> None:
     results = tmp_path / "results"
     paper = write_staged_paper(tmp_path / "paper", QUICK_DESIGN, QUICK_RULES)

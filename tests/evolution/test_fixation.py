@@ -62,6 +62,7 @@ def require_fixation_probability(shares: npt.NDArray[np.float64], expected: floa
     assert low <= n_fixed <= high
 
 
+@pytest.mark.nightly
 def test_the_fixation_probability_of_neutral_agents_is_their_share() -> None:
     require_fixation_probability(simulate_shares("neutral", 60), N_INVADERS / N_AGENTS)
 

@@ -50,9 +50,17 @@ EXPERIMENTS = {
     "NEAT": make_experiment("stanley-miikkulainen-2002:neat"),
     "bit strings": make_experiment("hinton-nowlan-1987:guessing"),
 }
+# Each takes more than 5 seconds, most of them for compilation.
+SLOW_EXPERIMENTS = {"births during a lifetime", "NEAT"}
 
 
-@pytest.mark.parametrize("name", EXPERIMENTS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.nightly] * (name in SLOW_EXPERIMENTS))
+        for name in EXPERIMENTS
+    ],
+)
 @pytest.mark.parametrize("stored", [1, 4, GENERATIONS])
 def test_a_history_that_begins_with_a_record_has_the_bits_of_an_uninterrupted_one(
     name: str, stored: int

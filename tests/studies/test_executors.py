@@ -213,7 +213,7 @@ def test_worker_processes_and_threads_store_identical_assays(
     } == set(ASSAYS) - {"opponents"}
 
 
-@pytest.mark.parametrize("first_on_threads", [True, False])
+@pytest.mark.parametrize("first_on_threads", [True, pytest.param(False, marks=pytest.mark.nightly)])
 def test_interrupted_assays_resume_with_a_different_executor(
     tmp_path: Path, on_dask: Executor, first_on_threads: bool
 ) -> None:

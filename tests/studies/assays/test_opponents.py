@@ -19,20 +19,17 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import read_records
 from tests.studies.assays.studies import make_small_study_with_assays
-from tests.worlds import make_small_experiment
+from tests.worlds import N_PREDATORS, N_PREY, PREY_ENERGY, make_predation, make_small_experiment
 
 N_GENERATIONS = 4
-N_PREDATORS = 6
-N_PREY = 24
-# A small map, so that predators meet prey in a short lifetime.
-PREDATION = load("predators-and-prey:no-learning").replace(
+# A small map, so that predators meet prey. Other tests compile the same species.
+PREDATION = make_predation(
     world={
         "width": 120,
         "height": 120,
         "start": {"x": 60, "y": 60, "radius": 50},
         "food": [{"x": [0, 120], "y": [0, 120], "count": 40}],
     },
-    lifetime={"steps": 60},
     evolution={"generations": N_GENERATIONS},
     record={"genome_every": 1},
 )
@@ -80,8 +77,9 @@ def test_a_meeting_has_the_captures_and_meals_of_its_worlds(study: StudyStore) -
         n_captures += results.records["prey_eaten"].sum()
         n_meals += results.records["food_eaten"].sum()
     cell = energy.sel(run=run, first_generation=first, second_generation=second)
-    assert n_captures > 0 and n_meals > 0
-    assert cell.sel(species="predators") == pytest.approx(n_captures / N_PREDATORS / N_WORLDS)
+    gained = PREY_ENERGY * n_captures
+    assert gained > 0 and n_meals > 0
+    assert cell.sel(species="predators") == pytest.approx(gained / N_PREDATORS / N_WORLDS)
     assert cell.sel(species="prey") == pytest.approx(n_meals / N_PREY / N_WORLDS)
 
 
@@ -127,7 +125,8 @@ def test_the_generations_are_stored_ones_at_about_equal_distances(
 def _with_third_species() -> Experiment:
     species = [entry.to_tables() for entry in PREDATION.population.species]
     third = {"name": "grazers", "size": 2}
-    return PREDATION.replace(population={"size": 32, "species": [*species, third]})
+    size = N_PREDATORS + N_PREY + 2
+    return PREDATION.replace(population={"size": size, "species": [*species, third]})
 
 
 @pytest.mark.parametrize(

@@ -233,6 +233,7 @@ def test_heterozygosity_of_the_neutral_control_follows_the_moran_model() -> None
     assert abs(ratio.mean() - (1 - 1 / AGENTS)) < 4 * ratio.std(ddof=1) / len(runs) ** 0.5
 
 
+@pytest.mark.nightly
 def test_foraging_evolves_by_births_and_deaths_but_not_in_the_neutral_control() -> None:
     selected = load("evo/births-and-deaths").replace(evolution={"generations": 12})
     eaten = []
