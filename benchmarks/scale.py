@@ -124,10 +124,8 @@ def measure(case: Case, folder: Path) -> float | None:
     start, total = _run(SMALLEST_STUDY, folder), _run(case, folder)
     if start is None or total is None:
         return None
-    if case.quantity == THREADS:
-        seconds = total.elapsed - start.elapsed
-    else:
-        seconds = total.cpu - start.cpu
+    is_elapsed = case.quantity == THREADS
+    seconds = total.elapsed - start.elapsed if is_elapsed else total.cpu - start.cpu
     return seconds * 1e9 / case.agent_steps
 
 

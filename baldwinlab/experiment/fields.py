@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from typing import Any, Final
 
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
@@ -38,6 +38,14 @@ class Fields(BaseModel):
         validate_default=True,
         protected_namespaces=(),
     )
+
+    def __iter__(self) -> Generator[tuple[str, Any], None, None]:
+        """Yield the name and value of each setting.
+
+        Pydantic also yields the values of cached properties, which are no settings.
+        """
+        for name in (*type(self).model_fields, *(self.model_extra or ())):
+            yield name, getattr(self, name)
 
     @field_validator("*", mode="before")
     @classmethod

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from typing import Any
 
 import pytest
 
@@ -25,6 +26,14 @@ def test_experiments_with_any_number_of_food_regions_are_read_unchanged() -> Non
     ):
         experiment = Experiment().replace(world={"food": food}, network={"hidden": []})
         assert from_toml(to_toml(experiment), source="text") == experiment
+
+
+def test_a_cached_property_of_a_model_is_no_setting() -> None:
+    experiment: Any = load("lange-sprekeler-2020:uncertain")
+    text = to_toml(experiment)
+    assert experiment.bandit_explorers.expected_payoffs.size > 1
+    assert to_toml(experiment) == text
+    assert from_toml(text, source="text") == experiment
 
 
 def test_toml_has_a_comment_for_every_field() -> None:
