@@ -97,14 +97,9 @@ def test_the_page_of_a_paper_has_its_command_and_the_standard_sections(name: str
     assert [heading for heading in headings if heading in SECTIONS] == SECTIONS
 
 
-# Tests of the gallery page run two further papers.
-QUICK = ("stanley-miikkulainen-2002",)
-
-
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[] if name in QUICK else [pytest.mark.nightly]) for name in VERDICTS],
-)
+# Daily tests of the gallery page reproduce two papers.
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", VERDICTS)
 def test_a_paper_runs_with_few_generations(command: Command, tmp_path: Path, name: str) -> None:
     options = ("--runs", "2", "--generations", "3", "--out", str(tmp_path / name))
     assert command("reproduce", name, *options).code == 0
