@@ -37,22 +37,15 @@ def main() -> None:
     capture_papers(study.parent)
     with serving(study) as address, chromium() as browser:
         for name, (state, window) in WORLDS.items():
-            page = open_page(
-                browser,
-                f"{address}#/world?{state}",
-                window,
-                closed=() if name == "guide" else ("world",),
-            )
+            page = open_page(browser, f"{address}#/world?{state}", window)
             expect(page.locator("[data-ready]")).to_have_count(
                 2 if name == "beside" else 1, timeout=60_000
             )
             save_picture(page, name)
-        page = open_page(browser, f"{address}#/results?study=.", (1280, 1000), closed=("results",))
+        page = open_page(browser, f"{address}#/results?study=.", (1280, 1000))
         page.get_by_test_id("curves").locator("canvas").wait_for(timeout=120_000)
         save_picture(page, "results")
-        page = open_page(
-            browser, f"{address}#/live?preset=evo%2Bself-taught/B&pace=0", DESK, closed=("live",)
-        )
+        page = open_page(browser, f"{address}#/live?preset=evo%2Bself-taught/B&pace=0", DESK)
         page.get_by_test_id("start").click()
         expect(page.get_by_test_id("live-caption")).to_contain_text("Generation 9", timeout=120_000)
         save_picture(page, "live")
@@ -61,23 +54,19 @@ def main() -> None:
 def capture_papers(folder: Path) -> None:
     """Capture the cards of papers, and a lifetime of one paper."""
     with serving(folder) as address, chromium() as browser:
-        page = open_page(browser, f"{address}#/papers", (1280, 1000), closed=("papers",))
+        page = open_page(browser, f"{address}#/papers", (1280, 1000))
         page.locator(".paper-card").first.wait_for()
         save_picture(page, "papers")
-        page = open_page(browser, f"{address}#/world?{CELLS}", DESK, closed=("world",))
+        page = open_page(browser, f"{address}#/world?{CELLS}", DESK)
         expect(page.locator("[data-ready]")).to_have_count(1)
         save_picture(page, "cells")
 
 
-def open_page(
-    browser: Browser, address: str, window: tuple[int, int], closed: tuple[str, ...]
-) -> Page:
-    """Open a page on which the guides of the given views are closed."""
+def open_page(browser: Browser, address: str, window: tuple[int, int]) -> Page:
+    """Open a page in a window of this size."""
     page = browser.new_page(
         viewport={"width": window[0], "height": window[1]}, color_scheme="light"
     )
-    for view in closed:
-        page.add_init_script(f"localStorage.setItem('baldwinlab.closed-guide.{view}', '')")
     page.goto(address)
     return page
 

@@ -123,6 +123,7 @@ def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
 
     server = make_server(make_app(directory, access, is_engine_ready))
     warm_up_thread.start()
+    threading.Thread(target=_preload, daemon=True).start()
     # The server raises KeyboardInterrupt again after its end.
     with suppress(KeyboardInterrupt):
         server.run(sockets=[listener])
@@ -141,6 +142,15 @@ def _warm_up() -> None:
         console.warn(str(error))
     else:
         console.info(f"Engine ready after {seconds:.1f} s.")
+
+
+def _preload() -> None:
+    """Load what the first page needs, while the browser starts."""
+    # These imports take seconds.
+    import baldwinlab.analysis.statistics.fitness  # noqa: F401
+    from baldwinlab.lab.presets import list_presets
+
+    list_presets()
 
 
 def _exit_process() -> None:

@@ -43,6 +43,7 @@ STYLES: Final = (
     "live.css",
     "share.css",
     "guide.css",
+    "contrast.css",
 )
 MAX_RUNS: Final = 50
 MAX_PAGE_BYTES: Final = 2_000_000

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
+from threading import Lock
 from typing import Any
 
 from starlette.requests import Request
@@ -18,6 +20,8 @@ from baldwinlab.lab.query import read_text
 from baldwinlab.lab.schema import make_schema
 from baldwinlab.papers import presets
 
+_LOADING = Lock()
+
 
 def make_routes() -> list[BaseRoute]:
     """Return the routes of this module."""
@@ -25,7 +29,7 @@ def make_routes() -> list[BaseRoute]:
     def all_presets(request: Request) -> JSONResponse:
         return JSONResponse(
             {
-                "presets": _list_presets(),
+                "presets": list_presets(),
                 "default": _choose_default_preset(),
                 "schema": make_schema(Experiment),
             }
@@ -45,19 +49,31 @@ def _choose_default_preset() -> str:
     return f"{learner}/{first_map}"
 
 
-def _list_presets() -> list[dict[str, Any]]:
+@cache
+def _list_paper_presets(names: tuple[str, ...]) -> list[dict[str, Any]]:
+    """Return the presets of all papers, which have these names. Loading them takes seconds."""
+    factors_by_name = presets.factors()
+    main_condition = papers.load().metadata.emergence
+    described = []
+    for name in names:
+        factors = factors_by_name[name]
+        experiment = presets.load(name)
+        described.append(
+            {
+                "name": name,
+                "learner": factors.learner,
+                "map": factors.map,
+                "description": "; ".join(_list_descriptions(factors)),
+                "learns": experiment.learns,
+                "shown": name == main_condition,
+                "world": _describe_recording_size(experiment),
+            }
+        )
+    return described
+
+
+def list_presets() -> list[dict[str, Any]]:
     """Return the presets of all papers, and all third-party models with their defaults."""
-    presets_of_papers = [
-        {
-            "name": name,
-            "learner": factors.learner,
-            "map": factors.map,
-            "description": "; ".join(_list_descriptions(factors)),
-            "shown": name == papers.load().metadata.emergence,
-            "world": _describe_recording_size(presets.load(name)),
-        }
-        for name, factors in presets.factors().items()
-    ]
     custom_models = [
         (name, part) for (kind, name), part in registry.custom_parts().items() if kind == "model"
     ]
@@ -71,6 +87,9 @@ def _list_presets() -> list[dict[str, Any]]:
         }
         for name, part in custom_models
     ]
+    # A request waits for the preload instead of loading the presets again.
+    with _LOADING:
+        presets_of_papers = _list_paper_presets(tuple(presets.factors()))
     return presets_of_papers + presets_of_models
 
 
@@ -100,7 +119,7 @@ def load_preset(name: str) -> Experiment:
 
     `presets.load` would also read a file of this name.
     """
-    preset_names = [preset["name"] for preset in _list_presets()]
+    preset_names = [preset["name"] for preset in list_presets()]
     if name not in preset_names:
         raise MissingError(f"there is no preset {name!r}{suggest(name, preset_names)}")
     return presets.load(name)

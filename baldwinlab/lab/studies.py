@@ -68,7 +68,7 @@ def summarize(lab: Lab, name: str) -> dict[str, Any]:
     try:
         return _summarize_readable(find_study(lab, name), name)
     except StudyError as error:
-        return {"id": name, "seed": None, "conditions": [], "problem": str(error)}
+        return {"id": name, "seed": None, "modified": 0, "conditions": [], "problem": str(error)}
 
 
 def _summarize_readable(study: StudyStore, name: str) -> dict[str, Any]:
@@ -81,6 +81,8 @@ def _summarize_readable(study: StudyStore, name: str) -> dict[str, Any]:
         "id": name,
         "seed": study.seed,
         "paper": study.paper,
+        # The page opens the newest study. In seconds.
+        "modified": study.directory.stat().st_mtime,
         "conditions": conditions,
         "report": (study.directory / "report.html").is_file(),
         "problem": None,
@@ -94,6 +96,7 @@ def _summarize_condition(study: StudyStore, experiment: BaseExperiment) -> dict[
         **study.factors[experiment.name]._asdict(),
         "runs": study.runs(experiment.name),
         "generations": experiment.evolution.generations,
+        "learns": experiment.learns,
         # Those of one world.
         "agents": experiment.agents_per_world
         if isinstance(experiment, Experiment)

@@ -133,19 +133,7 @@ def offline_page(browser: Browser) -> Iterator[Page]:
 
 
 @pytest.fixture
-def page(first_visit: Page) -> Page:
-    """Return a blank page of a user that has closed the guides of all tabs."""
-    closed = ("papers", "world", "live", "results")
-    # The page about:blank has no storage.
-    close_guides = "".join(
-        f"localStorage.setItem('baldwinlab.closed-guide.{view}', '');" for view in closed
-    )
-    first_visit.add_init_script(f"if (location.host) {{ {close_guides} }}")
-    return first_visit
-
-
-@pytest.fixture
-def first_visit(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
+def page(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
     """Yield a blank page of a first visit. The test fails if the page logs an error."""
     context = lab_server.context(browser, viewport={"width": 1280, "height": 800})
     new_page = context.new_page()

@@ -145,8 +145,9 @@ def test_a_part_of_a_bar_has_the_name_of_its_allele_and_a_locus_has_a_tooltip(
 def test_the_guide_describes_the_bars(alleles_page: Page) -> None:
     alleles_page.get_by_test_id("about").click()
     guide = alleles_page.get_by_test_id("guide")
+    expect(guide).to_contain_text("Each bar is one locus")
+    guide.locator("summary").click()
     expect(guide).to_contain_text("guessing, run 1, generation 3, of the study strings")
-    expect(guide).to_contain_text("Each bar is one locus of the genome")
     expect(guide).to_contain_text("Bit strings that learn by guessing undefined loci.")
 
 
@@ -262,7 +263,6 @@ def test_bars_are_large_enough_and_every_control_is_reachable(
 ) -> None:
     with open_window(browser, width, height, dots) as page:
         page.goto(f"{strings_server.entry}#/world?{RUN}&generation=3")
-        page.get_by_test_id("close-guide").click()
         assert page.locator(".allele-bar").first.evaluate("bar => bar.clientHeight") >= 160
         check_controls(page.evaluate(MEASURE, "/world.js"))
         expect(page.get_by_test_id("alleles")).to_be_in_viewport(ratio=0.9)

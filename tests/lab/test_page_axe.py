@@ -34,7 +34,7 @@ def test_the_world_tab_has_no_barriers_with_guide_comparison_and_agent(
     themed_page: Page,
 ) -> None:
     themed_page.goto(f"/#/world?{LIFE}&step=120&guide=open")
-    expect(themed_page.get_by_test_id("guide")).to_contain_text("What to look for")
+    expect(themed_page.get_by_test_id("guide")).to_contain_text("Filled agents have eaten")
     assert find_violations(themed_page) == []
     themed_page.get_by_test_id("agent-3").click()
     expect(themed_page.get_by_test_id("relatives")).to_contain_text("parents")
@@ -58,7 +58,7 @@ def test_the_world_tab_of_a_model_without_a_world_has_no_barriers(
     query = "study=strings&condition=guessing&run=1&generation=3&guide=open"
     themed_page.goto(f"{strings_server.entry}#/world?{query}")
     expect(themed_page.get_by_test_id("alleles")).to_be_visible()
-    expect(themed_page.get_by_test_id("guide")).to_contain_text("The bars")
+    expect(themed_page.get_by_test_id("guide")).to_contain_text("Each bar is one locus")
     assert find_violations(themed_page) == []
 
 

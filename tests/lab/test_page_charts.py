@@ -25,7 +25,7 @@ from tests.lab.test_page_live import QUICK, expect_state, start_live_run
 from tests.lab.test_page_results import open_results, read_query
 
 SVG = "{http://www.w3.org/2000/svg}"
-BEST = "Fitness of the best agent, generation by generation"
+BEST = "Fitness of the best agent"
 EXCESS_WIDTHS = """[document.getElementById("view"), document.documentElement]
     .map(element => element.scrollWidth - element.clientWidth)"""
 

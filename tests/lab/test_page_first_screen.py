@@ -1,7 +1,9 @@
-"""Tests of the first screen: it shows the start button, and then the world, in every window."""
+"""Tests of the first screen: pictures, the start button and few words, in every window."""
 
 from __future__ import annotations
 
+import os
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -28,6 +30,31 @@ LANDSCAPE = SIZES["phone in landscape"]
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2&step=0"
 # The minimum edge of a map, in px.
 MIN_EDGE = 240
+
+MAX_WORDS = 80
+
+# Return the words that are visible in the window, with the selected options.
+WORDS = """() => {
+    const isVisible = ({ x, y, width, height }) =>
+        width > 0 && x >= 0 && x + width / 2 < innerWidth && y >= 0 && y + height / 2 < innerHeight;
+    const words = [];
+    const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    while (walker.nextNode()) {
+        const { currentNode: node } = walker;
+        const { parentElement: parent } = node;
+        if (!parent.checkVisibility() || parent.closest("option, script, .visually-hidden"))
+            continue;
+        for (const { 0: word, index } of node.data.matchAll(/\\S*[\\p{L}\\p{N}]\\S*/gu)) {
+            const range = document.createRange();
+            range.setStart(node, index);
+            range.setEnd(node, index + word.length);
+            if (isVisible(range.getBoundingClientRect())) words.push(word);
+        }
+    }
+    const lists = [...document.querySelectorAll("select")].filter(list => list.checkVisibility());
+    const selected = lists.filter(list => isVisible(list.getBoundingClientRect()));
+    return [...words, ...selected.map(list => list.selectedOptions[0]?.textContent ?? "")];
+}"""
 
 # Return the number of uncovered rows in the middle column of an element inside the window. With the
 # module of worlds, the rows are those of the map, which a canvas draws with a margin.
@@ -67,81 +94,104 @@ def resize(page: Page, size: tuple[int, int]) -> None:
     page.set_viewport_size({"width": size[0], "height": size[1]})
 
 
-def check_start_button(page: Page, sizes: list[tuple[int, int]]) -> None:
-    """Check the size of the start button, and that it is completely visible."""
+def check_start_button(page: Page) -> None:
+    """Check in all windows that the start button is on the map, and completely visible."""
     start = page.get_by_test_id("start")
-    for size in sizes:
+    expect(start).to_be_enabled()
+    maps = page.locator(".live-preview, [data-testid=contrast]").first
+    expect(maps).to_be_visible()
+    for size in SIZES.values():
         resize(page, size)
         box = start.bounding_box()
         assert box is not None and box["width"] >= 100 and box["height"] >= 44, size
-        assert box["x"] >= 0 and box["x"] + box["width"] <= size[0], size
         assert start.evaluate(ROWS) == int(box["height"]), size
-
-
-def check_start_button_with_and_without_guide(page: Page) -> None:
-    expect(page.get_by_test_id("start")).to_be_enabled()
-    expect(page.get_by_test_id("guide")).to_be_visible()
-    check_start_button(page, list(SIZES.values()))
-    page.get_by_test_id("close-guide").click()
-    expect(page.get_by_test_id("guide")).to_be_hidden()
-    check_start_button(page, list(SIZES.values()))
+        picture = maps.bounding_box()
+        assert picture is not None and picture["y"] <= box["y"], size
+        assert box["y"] + box["height"] <= picture["y"] + picture["height"], size
     resize(page, PORTRAIT)
     page.locator(".form summary").last.scroll_into_view_if_needed()
-    check_start_button(page, [PORTRAIT])
+    assert start.evaluate(ROWS) == int(box["height"])
+    page.evaluate("document.querySelector('main').scrollTo(0, 0)")
 
 
-def test_start_is_on_the_first_screen_of_the_lab(touch_page: Page) -> None:
-    touch_page.goto("/#/live?preset=evo%2Bself-taught/A")
-    check_start_button_with_and_without_guide(touch_page)
+def check_words(page: Page) -> None:
+    """Check the number of words on the first screen of a computer and of a phone."""
+    for size in (SIZES["desktop"], PORTRAIT):
+        resize(page, size)
+        words = page.evaluate(WORDS)
+        assert len(words) <= MAX_WORDS, (size, " ".join(words))
 
 
-def test_start_is_on_the_first_screen_of_an_exported_page(
+def test_start_is_on_the_map_of_the_lab_and_first_screens_have_few_words(touch_page: Page) -> None:
+    touch_page.goto("/#/live")
+    check_start_button(touch_page)
+    check_words(touch_page)
+    touch_page.goto("/#/results")
+    expect(touch_page.get_by_test_id("curves").locator("canvas").first).to_be_visible()
+    check_words(touch_page)
+    touch_page.goto("/#/papers")
+    expect(touch_page.locator(".paper-card").first).to_be_visible()
+    check_words(touch_page)
+
+
+def test_an_exported_page_opens_with_two_playing_worlds_and_start(
     touch_page: Page, exported_address: str
 ) -> None:
     touch_page.goto(exported_address)
-    check_start_button_with_and_without_guide(touch_page)
+    expect(touch_page.get_by_test_id("question")).to_contain_text("Do agents that learn")
+    expect(touch_page.get_by_test_id("contrast-play")).to_have_attribute("aria-label", "Pause")
+    check_start_button(touch_page)
+    check_words(touch_page)
+    # Another preset or setting shows its map.
+    touch_page.get_by_test_id("field-name").fill("mine")
+    expect(touch_page.locator(".live-preview")).to_be_visible()
+    expect(touch_page.get_by_test_id("contrast")).to_have_count(0)
 
 
 @pytest.mark.parametrize(
     "size",
     [
-        *(PORTRAIT, SIZES["desktop at 200 %"]),
-        *(pytest.param(size, marks=pytest.mark.nightly) for size in (LANDSCAPE, SIZES["desktop"])),
+        PORTRAIT,
+        *(
+            pytest.param(SIZES[name], marks=pytest.mark.nightly)
+            for name in ("desktop", "phone in landscape", "desktop at 200 %")
+        ),
     ],
     ids=str,
 )
-def test_the_world_is_on_the_first_screen_after_start_and_the_guide_closes(
+def test_the_world_is_on_the_first_screen_after_start(
     touch_page: Page, exported_address: str, size: tuple[int, int]
 ) -> None:
     resize(touch_page, size)
     touch_page.goto(f"{exported_address}#/live?runs=1")
-    expect(touch_page.get_by_test_id("guide")).to_be_visible()
     touch_page.get_by_test_id("start").click()
     expect(touch_page.get_by_test_id("live-canvas-count")).to_contain_text("of 20 ate")
-    expect(touch_page.get_by_test_id("guide")).to_be_hidden()
     expect(touch_page.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)
     assert touch_page.get_by_test_id("live-canvas").evaluate(ROWS, "lab/world.js") >= MIN_EDGE
-    touch_page.get_by_test_id("about").click()
-    expect(touch_page.get_by_test_id("guide")).to_be_visible()
 
 
-@pytest.mark.parametrize(
-    "size",
-    [
-        pytest.param(PORTRAIT, id="portrait"),
-        pytest.param(LANDSCAPE, id="landscape", marks=pytest.mark.nightly),
-    ],
-)
-def test_the_world_of_a_live_run_is_on_the_first_screen_of_a_phone(
-    touch_page: Page, size: tuple[int, int]
+def test_the_world_tab_opens_with_learners_and_controls_of_the_newest_study(
+    touch_page: Page, lab_server: LabServer
 ) -> None:
-    resize(touch_page, size)
-    changes = '{"lifetime.steps":300,"evolution.generations":2}'
-    touch_page.goto(f"/#/live?preset=evo%2Bself-taught/A&runs=1&set={changes}")
-    touch_page.get_by_test_id("start").click()
-    expect(touch_page.get_by_test_id("live-canvas-count")).to_contain_text("of 20 ate")
-    expect(touch_page.get_by_test_id("guide")).to_be_hidden()
-    assert touch_page.get_by_test_id("live-canvas").evaluate(ROWS, "/world.js") >= MIN_EDGE
+    # Other tests of this server create studies.
+    later = time.time() + 1000
+    os.utime(lab_server.root / "small", (later, later))
+    resize(touch_page, SIZES["desktop"])
+    touch_page.goto("/")
+    expect(touch_page.locator("[data-ready]")).to_have_count(2)
+    expect(touch_page.get_by_test_id("condition-a")).to_have_value("evo+self-taught/A")
+    expect(touch_page.get_by_test_id("condition-b")).to_have_value("evo/A")
+    expect(touch_page.get_by_test_id("eaten-a")).to_contain_text("learns · ")
+    expect(touch_page.get_by_test_id("eaten-b")).to_contain_text("cannot learn · ")
+    expect(touch_page.get_by_test_id("question")).to_have_text(
+        "Do agents that learn during life eat more than agents that cannot?"
+    )
+    check_words(touch_page)
+    touch_page.get_by_test_id("speed").select_option("1000")
+    expect(touch_page.get_by_test_id("lead-note")).to_contain_text("evo+self-taught/A: ")
+    touch_page.get_by_test_id("watch-next").click()
+    for name in "ab":
+        expect(touch_page.get_by_test_id(f"generation-{name}")).to_have_value("0")
 
 
 def test_the_world_tab_shows_the_map_in_every_window_and_two_maps_on_a_phone(
@@ -149,7 +199,6 @@ def test_the_world_tab_shows_the_map_in_every_window_and_two_maps_on_a_phone(
 ) -> None:
     touch_page.goto(f"/#/world?{LIFE}")
     expect(touch_page.locator("[data-ready]")).to_have_count(1)
-    touch_page.get_by_test_id("close-guide").click()
     for size in SIZES.values():
         resize(touch_page, size)
         assert touch_page.get_by_test_id("world-a").evaluate(ROWS, "/world.js") >= MIN_EDGE, size
@@ -158,6 +207,6 @@ def test_the_world_tab_shows_the_map_in_every_window_and_two_maps_on_a_phone(
     expect(touch_page.locator("[data-ready]")).to_have_count(2)
     for name in "ab":
         assert touch_page.get_by_test_id(f"world-{name}").evaluate(ROWS, "/world.js") >= MIN_EDGE
-        condition = touch_page.get_by_test_id(f"condition-{name}")
-        expect(condition).to_be_in_viewport(ratio=1)
-        assert condition.evaluate(ROWS) > 30
+    # The controls are in a column next to the maps.
+    for name in ("play", "condition-a"):
+        expect(touch_page.get_by_test_id(name)).to_be_in_viewport(ratio=1)

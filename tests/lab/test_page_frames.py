@@ -36,9 +36,6 @@ def crowd_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer
 def open_crowd(page: Page, step: int) -> None:
     page.goto(f"{CROWD}&step={step}")
     expect(page.get_by_test_id("world-a")).to_have_attribute("data-step", str(step))
-    close = page.get_by_test_id("close-guide")
-    if close.is_visible():
-        close.click()
 
 
 READ_ZOOM = "new URLSearchParams(location.hash.split('?')[1]).get('zoom') ?? '0.5,0.5,1'"

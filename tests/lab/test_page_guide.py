@@ -12,67 +12,38 @@ from tests.lab.client import LabServer
 LIFE = "study=small&condition=evo/A&run=1&generation=1"
 
 
-def read_guide(page: Page) -> str:
-    """Wait for the guide, and return its text."""
-    expect(page.get_by_test_id("guide")).to_be_visible()
-    return page.get_by_test_id("guide").inner_text()
-
-
-def test_the_guide_of_the_world_tab_describes_its_parts_until_it_is_closed(
-    first_visit: Page,
+def test_what_is_this_opens_few_sentences_and_the_definition_of_the_baldwin_effect(
+    page: Page,
 ) -> None:
-    page = first_visit
     page.goto(f"/#/world?{LIFE}&step=0")
-    expect(page.get_by_test_id("guide")).to_contain_text("What to look for")
-    guide = read_guide(page)
-    assert "evo/A, run 1, generation 1, of the study small" in guide
-    assert "20 agents are born in the dashed circle and live 300 steps." in guide
-    assert "Three binary inputs: food in the left, front and right sector." in guide
-    assert "Three actions: turn left, go forward, turn right." in guide
-    assert "No learning: the weights do not change during life." in guide
-    page.get_by_test_id("close-guide").click()
-    expect(page.get_by_test_id("guide")).to_be_hidden()
-    expect(page.get_by_test_id("about")).to_be_focused()
-    page.reload()
     expect(page.locator("[data-ready]")).to_have_count(1)
-    expect(page.get_by_test_id("guide")).to_be_hidden()
-    page.get_by_test_id("about").press("Enter")
+    guide = page.get_by_test_id("guide")
+    expect(guide).to_be_hidden()
+    page.get_by_test_id("about").click()
+    summary = guide.locator(".guide-words > p")
+    assert len(re.findall(r"[.?!](?: |$)", summary.inner_text())) <= 3
+    page.get_by_test_id("guide-details").locator("summary").click()
+    text = guide.inner_text()
+    assert "evo/A, run 1, generation 1, of the study small" in text
+    assert "20 agents are born in the dashed circle and live 300 steps." in text
+    assert "Three binary inputs: food in the left, front and right sector." in text
+    assert "Three actions: turn left, go forward, turn right." in text
+    assert "No learning: the weights do not change during life." in text
+    # The address contains the open text.
     expect(page).to_have_url(re.compile("guide=open"))
-    page.reload()
-    expect(page.get_by_test_id("guide")).to_be_visible()
-    page.get_by_test_id("guide").press("Escape")
-    expect(page.get_by_test_id("guide")).to_be_hidden()
+    page.get_by_test_id("baldwin-effect").click()
+    expect(summary).to_contain_text("In the Baldwin effect, learning changes the course of")
+    expect(page).to_have_url(re.compile("guide=baldwin"))
+    guide.press("Escape")
+    expect(guide).to_be_hidden()
+    expect(page.get_by_test_id("baldwin-effect")).to_be_focused()
 
 
-@pytest.mark.nightly
-@pytest.mark.parametrize("tab", ["live", "results"])
-def test_the_guides_of_other_tabs_describe_the_curves(first_visit: Page, tab: str) -> None:
-    page = first_visit
-    page.goto(f"/#/{tab}")
-    guide = read_guide(page)
-    assert "The curves" in guide
-    assert "What to look for" in guide
-    page.get_by_test_id("close-guide").click()
-    # Closing the guide of a tab does not close those of other tabs.
-    page.get_by_test_id("tab-world").click()
-    expect(page.get_by_test_id("guide")).to_be_visible()
-
-
-@pytest.mark.nightly
-def test_without_local_storage_the_guide_is_open_at_every_visit(
-    first_visit: Page,
-) -> None:
-    page = first_visit
-    page.add_init_script(
-        "Object.defineProperty(globalThis, 'localStorage', { get() { throw new Error('no') } })"
-    )
-    page.goto(f"/#/world?{LIFE}&step=0")
-    page.get_by_test_id("close-guide").click()
-    page.keyboard.press("]")
-    expect(page.get_by_test_id("generation-a")).to_have_value("2")
-    expect(page.get_by_test_id("guide")).to_be_hidden()
-    page.reload()
-    expect(page.get_by_test_id("guide")).to_be_visible()
+def test_every_tab_links_the_definition_of_the_baldwin_effect(page: Page) -> None:
+    for tab in ("papers", "live", "results"):
+        page.goto(f"/#/{tab}")
+        page.get_by_test_id("baldwin-effect").click()
+        expect(page.get_by_test_id("guide")).to_contain_text("the behavior becomes innate")
 
 
 @pytest.mark.nightly
@@ -108,11 +79,11 @@ def test_a_phone_shows_the_legend_the_agents_and_the_complete_name(
     ) as context:
         page = context.new_page()
         page.goto(f"/#/world?{LIFE.replace('evo/A', 'evo%2Bself-taught/A')}&step=0")
-        page.get_by_test_id("close-guide").tap()
         page.get_by_test_id("agents").tap()
         page.get_by_test_id("agent-2").tap()
         expect(page.get_by_test_id("agent")).to_have_text("Agent 2")
         page.get_by_test_id("about").tap()
-        guide = read_guide(page)
-        assert "evo+self-taught/A, run 1, generation 1" in guide
-        assert "active sensor" in guide
+        page.get_by_test_id("guide-details").locator("summary").tap()
+        guide = page.get_by_test_id("guide")
+        expect(guide).to_contain_text("evo+self-taught/A, run 1, generation 1")
+        expect(guide).to_contain_text("active sensor")

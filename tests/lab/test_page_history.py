@@ -76,7 +76,6 @@ def test_a_tap_selects_a_generation_and_a_preset_has_no_curve(
     ) as context:
         page = context.new_page()
         page.goto(f"{lab_server.entry}#/world?{LIFE}")
-        page.get_by_test_id("close-guide").tap()
         expect(page.locator(".run-curve:not(.plain)")).to_have_count(1)
         box = page.locator(".run-curve").bounding_box()
         assert box is not None and 28 <= box["height"] <= 40

@@ -88,7 +88,7 @@ def test_maps_are_large_enough_with_two_worlds_an_agent_and_its_ancestors(
         expect(page.locator("[data-ready]")).to_have_count(1)
         clicks = (
             (None, 1),
-            ("close-guide", 1),
+            ("about", 1),
             ("compare", 2),
             ("agents", 2),
             ("agent-3", 2),
@@ -140,7 +140,6 @@ def test_the_map_of_a_live_run_is_large_enough_with_an_agent_inspector(
         with open_window(browser, width, height, dots, lab_server) as page:
             page.goto(run)
             expect(page.get_by_test_id("live-caption")).to_have_text("Generation 1", timeout=60_000)
-            page.get_by_test_id("close-guide").click()
             check_page_layout(page, 1)
             page.evaluate("document.querySelector('.live-world .figure-stage').scrollIntoView()")
             expect(page.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)

@@ -124,10 +124,9 @@ def test_the_legend_has_an_entry_for_teachers_only_if_agents_learn_from_others(
     expect(networks_page.locator("[data-ready]")).to_have_count(1)
     assert lesson.evaluate("entry => !entry.hidden")
     networks_page.goto("/#/world?study=small&condition=gated&run=0&generation=2&step=70")
-    expect(networks_page.get_by_text("gated").first).to_be_visible()
-    networks_page.wait_for_function(
-        "document.querySelector('[data-testid=legend] .lesson').parentElement.hidden"
-    )
+    expect(networks_page.get_by_test_id("condition-a")).to_have_value("gated")
+    entry = networks_page.get_by_test_id("legend").first.locator(".entry:has(.lesson)")
+    expect(entry).to_have_attribute("hidden", "")
 
 
 @pytest.mark.parametrize("networks_page", [(1280, 800), (390, 844)], indirect=True)

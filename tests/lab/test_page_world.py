@@ -64,7 +64,7 @@ def expect_step(page: Page, step: int) -> None:
 
 
 def test_a_world_plays_without_a_click_and_pauses_at_the_current_step(page: Page) -> None:
-    page.goto("/")
+    page.goto(f"/#/world?{SELF_TAUGHT}")
     expect(page.locator("[data-ready]")).to_have_count(1)
     expect(find(page, "play")).to_have_attribute("data-playing", "true")
     expect(find(page, "step")).not_to_have_text("0 / 299")
@@ -113,7 +113,7 @@ def test_the_number_of_eaten_items_is_that_of_the_replay(page: Page) -> None:
         open_world(page, f"{SELF_TAUGHT}&step={step}")
         totals = eaten.isel(step=step)
         expect(find(page, "eaten-a")).to_have_text(
-            f"{int(totals.sum())} eaten · {int((totals > 0).sum())} of 20 ate"
+            f"learns · {int(totals.sum())} eaten · {int((totals > 0).sum())} of 20 ate"
         )
 
 

@@ -39,9 +39,18 @@ def test_the_list_of_studies_contains_conditions_and_runs(lab_server: LabServer)
     }
     learners = ("evo", "evo+self-taught")
     conditions = [
-        {"name": f"{name}/A", "learner": name, "map": "A", "variant": "", "shown": False, **sizes}
+        {
+            "name": f"{name}/A",
+            "learner": name,
+            "learns": name != "evo",
+            "map": "A",
+            "variant": "",
+            "shown": False,
+            **sizes,
+        }
         for name in learners
     ]
+    assert summary.pop("modified") == (lab_server.root / "small").stat().st_mtime
     assert summary == {
         "id": "small",
         "seed": 5,

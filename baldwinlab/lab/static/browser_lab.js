@@ -125,13 +125,22 @@ export class BrowserLab {
     return validateTree(this.findSchema(experiment), experiment, this.laboratory.rules);
   }
 
+  /** Return whether the page contains a compiled module for an experiment. */
+  hasProgram(experiment) {
+    return Boolean(this.matchProgram(experiment));
+  }
+
+  matchProgram(experiment) {
+    return this.laboratory.programs.find(({ when }) =>
+      Object.entries(when).every(([path, value]) => isEqual(lookUp(experiment, path), value)),
+    );
+  }
+
   /**
    * Return the compiled module for an experiment. Throw an Error if the page does not contain it.
    */
   findProgram(experiment) {
-    const program = this.laboratory.programs.find(({ when }) =>
-      Object.entries(when).every(([path, value]) => isEqual(lookUp(experiment, path), value)),
-    );
+    const program = this.matchProgram(experiment);
     if (!program)
       throw new Error(
         "This page has no compiled module for the parts of this experiment. Export the " +

@@ -9,6 +9,37 @@ const HEADINGS = ["Condition", "Verdict", "Effect [95 % interval]", "Corrected p
 const MAX_OPEN_ROWS = 4;
 
 /**
+ * Return the answer of a comparison in one sentence: the average agent of one pair, or the number of
+ * pairs with each verdict.
+ * @param {{rows: object[]}|undefined} comparison
+ */
+export function formatAnswer(comparison) {
+  const rows = comparison?.rows.filter(({ measure }) => measure === "mean") ?? [];
+  if (!rows.length) return "";
+  if (rows.length === 1) {
+    const [{ condition_a: first, condition_b: second, verdict, effect, p_holm: p, n_a: n }] = rows;
+    return (
+      `${first} compared with ${second}: ${verdict} (${formatEffect(effect)}, ` +
+      `p ${formatP(p)}, ${n} runs).`
+    );
+  }
+  const counts = new Map();
+  for (const { verdict } of rows) counts.set(verdict, (counts.get(verdict) ?? 0) + 1);
+  if (counts.size === 1)
+    return `All ${rows.length} comparisons of the average agent: ${rows[0].verdict}.`;
+  const parts = [...counts].map(([verdict, count]) => `${count} ${verdict}`);
+  return `Of ${rows.length} comparisons of the average agent: ${parts.join(", ")}.`;
+}
+
+function formatEffect(effect) {
+  return `${effect > 0 ? "+" : ""}${formatNumber(effect)}`;
+}
+
+function formatP(p) {
+  return p < 0.001 ? "below 0.001" : p.toFixed(3);
+}
+
+/**
  * Return the table of a comparison.
  * @param {{pairing: string, too_few: string, rows: object[]}|undefined} comparison
  */
@@ -63,10 +94,10 @@ function createComparisonRow(row) {
     el(
       "td",
       {},
-      `${row.effect > 0 ? "+" : ""}${formatNumber(row.effect)}${interval}`,
+      `${formatEffect(row.effect)}${interval}`,
       ...(row.note ? [el("small", {}, row.note)] : []),
     ),
-    el("td", {}, row.p_holm < 0.001 ? "below 0.001" : row.p_holm.toFixed(3)),
+    el("td", {}, formatP(row.p_holm)),
     el("td", {}, row.a12.toFixed(2)),
     el("td", {}, `${row.n_a}, ${row.n_b}`),
   );

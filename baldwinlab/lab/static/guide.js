@@ -1,13 +1,14 @@
-/** The guide "What is this?". It is shown until the user closes it, and on request. */
+/** The guide: "What is this?" in a few sentences, and the definition of the Baldwin effect. */
 
 import { navigate } from "./address.js";
 import { el, createIcon } from "./common.js";
+import { BALDWIN_EFFECT } from "./topics.js";
 
-// The prefix of the keys in localStorage. The name of a view follows.
-const STORAGE_PREFIX = "baldwinlab.closed-guide.";
-// Replaces localStorage if the browser does not allow it.
-const closed = new Set();
 const CLOSE_ICON = "M5 5l10 10M15 5L5 15";
+// The values of `guide` in the address.
+const VIEW = "open";
+const DEFINITION = "baldwin";
+const TITLES = { [VIEW]: "What is this?", [DEFINITION]: "The Baldwin effect" };
 
 /** @typedef {{title: string, text: string|Node}} Topic */
 
@@ -15,6 +16,11 @@ export class Guide {
   /** @param {HTMLElement} opener the button that shows and hides the guide */
   constructor(opener) {
     this.opener = opener;
+    // VIEW, DEFINITION or null.
+    this.shown = null;
+    this.summary = "";
+    this.topics = [];
+    this.title = el("h2");
     this.content = el("div", { class: "guide-words" });
     const close = el(
       "button",
@@ -26,21 +32,21 @@ export class Guide {
       },
       createIcon(CLOSE_ICON),
     );
-    const head = el("div", { class: "row" }, el("h2", {}, "What is this?"), close);
     this.root = el(
       "section",
       {
         id: "guide",
         class: "guide",
         tabindex: "0",
+        hidden: true,
         "aria-label": "What is this?",
         "data-testid": "guide",
       },
-      head,
+      el("div", { class: "row" }, this.title, close),
       this.content,
     );
     close.addEventListener("click", () => this.close());
-    opener.addEventListener("click", () => (this.open ? this.close() : this.openByUser()));
+    opener.addEventListener("click", () => this.toggle(VIEW, opener));
     this.root.addEventListener("keydown", (event) => {
       if (event.key !== "Escape") return;
       // Escape closes the guide, but not the inspector.
@@ -50,73 +56,75 @@ export class Guide {
   }
 
   /**
-   * Set the current view and its first topics.
-   * @param {Topic[]} topics
+   * Set the texts of the current view.
+   * @param {string} summary at most three sentences
+   * @param {Topic[]} [topics] details, which are folded
    */
-  setView(view, topics) {
-    this.view = view;
-    this.setTopics(topics);
-  }
-
-  /**
-   * Set the topics.
-   * @param {Topic[]} topics
-   */
-  setTopics(topics) {
-    this.topics = topics;
-    this.content.replaceChildren(
-      ...topics.map(({ title, text }) =>
-        el("div", {}, el("h3", {}, title), text instanceof Node ? text : el("p", {}, text)),
-      ),
-    );
+  setTexts(summary, topics = []) {
+    Object.assign(this, { summary, topics });
     this.show();
   }
 
-  /** Open the guide if the address says so, or at the first visit. Embedded pages stay closed. */
+  /** Return a button that shows the definition of the Baldwin effect. */
+  createDefinitionLink(text = "What is the Baldwin effect?") {
+    const link = el(
+      "button",
+      {
+        type: "button",
+        class: "term",
+        "data-testid": "baldwin-effect",
+        onclick: () => this.toggle(DEFINITION, link),
+      },
+      text,
+    );
+    return link;
+  }
+
+  /** Show the text that the address names. */
   applyState({ guide }) {
-    this.open = guide === "open" || (window === window.parent && !wasClosed(this.view));
+    this.shown = guide in TITLES ? guide : null;
     this.show();
   }
 
   show() {
-    this.root.hidden = !this.open || !this.topics.length;
-    this.opener.setAttribute("aria-expanded", String(!this.root.hidden));
+    const text = this.shown === DEFINITION ? BALDWIN_EFFECT : this.summary;
+    this.root.hidden = !this.shown || !text;
+    this.opener.setAttribute("aria-expanded", String(!this.root.hidden && this.shown === VIEW));
+    if (this.root.hidden) return;
+    this.title.textContent = TITLES[this.shown];
+    const topics = this.shown === DEFINITION ? [] : this.topics;
+    this.content.replaceChildren(el("p", {}, text), ...(topics.length ? [foldTopics(topics)] : []));
   }
 
-  openByUser() {
-    this.open = true;
+  /** Show a text, or hide it if it is visible. `source` gets the focus when it closes. */
+  toggle(text, source) {
+    if (this.shown === text) return this.close();
+    this.shown = text;
+    this.source = source;
     this.show();
     this.root.scrollIntoView({ block: "nearest" });
-    navigate({ guide: "open" });
+    navigate({ guide: text });
   }
 
   close() {
-    this.hide();
-    this.opener.focus();
-  }
-
-  /** Close the guide without moving the focus. */
-  hide() {
-    this.open = false;
-    rememberClosed(this.view);
+    this.shown = null;
     this.show();
     navigate({ guide: null });
+    (this.source?.isConnected ? this.source : this.opener).focus();
   }
 }
 
-function wasClosed(view) {
-  try {
-    return closed.has(view) || localStorage.getItem(STORAGE_PREFIX + view) !== null;
-  } catch {
-    return false;
-  }
-}
-
-function rememberClosed(view) {
-  closed.add(view);
-  try {
-    localStorage.setItem(STORAGE_PREFIX + view, "");
-  } catch {
-    // The guide opens again at the next visit.
-  }
+function foldTopics(topics) {
+  return el(
+    "details",
+    { "data-testid": "guide-details" },
+    el("summary", {}, "More about this model"),
+    el(
+      "div",
+      { class: "guide-topics" },
+      ...topics.map(({ title, text }) =>
+        el("div", {}, el("h3", {}, title), text instanceof Node ? text : el("p", {}, text)),
+      ),
+    ),
+  );
 }

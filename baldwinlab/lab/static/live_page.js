@@ -6,6 +6,7 @@ import { readAddress, setCurrentView, getCurrentView, navigate } from "./address
 import { useLocalServer, showMessage } from "./common.js";
 import { Guide } from "./guide.js";
 import { BrowserLab } from "./browser_lab.js";
+import { LearningContrast, createContrast } from "./learning_contrast.js";
 import { setFeedFactory } from "./live_feed.js";
 import { LIVE } from "./topics.js";
 import { mount } from "./view_live.js";
@@ -30,13 +31,17 @@ export function openPage(root, laboratory, code) {
   setCurrentView({ ...target, state: { seed: laboratory.seed, ...target.state } });
   const guide = new Guide(document.getElementById("about"));
   const [{ name, topics }] = laboratory.presets;
-  guide.setView("live", [
-    ...LIVE,
-    ...topics.map(({ title, text }) => ({ title: `${name}: ${title.toLowerCase()}`, text })),
-  ]);
+  guide.setTexts(
+    LIVE,
+    topics.map(({ title, text }) => ({ title: `${name}: ${title.toLowerCase()}`, text })),
+  );
   guide.applyState(getCurrentView().state);
   root.append(guide.root);
-  const view = mount(root, getCurrentView().state, navigate, guide);
+  const isPlain = !["id", "preset", "set"].some((name) => name in target.state);
+  const experiments = isPlain && createContrast(lab, laboratory.presets[0].experiment);
+  const opening =
+    experiments && new LearningContrast(lab, experiments, laboratory.seed, guide);
+  const view = mount(root, getCurrentView().state, navigate, guide, opening);
   addEventListener("hashchange", () => {
     setCurrentView(readAddress(["live"], "live"));
     guide.applyState(getCurrentView().state);

@@ -13,6 +13,8 @@ import { openSweepDialog } from "./sweep_dialog.js";
 
 // Milliseconds after the last change.
 const VALIDATION_DELAY = 200;
+// The start button can be outside the form.
+const FORM_ID = "live-settings";
 
 /**
  * @typedef {object} Listener
@@ -48,9 +50,10 @@ export class Setup {
       hidden: true,
       "data-testid": "setup-note",
     });
+    // Disabled until the settings are valid.
     this.start = el(
       "button",
-      { type: "submit", class: "primary", "data-testid": "start" },
+      { type: "submit", class: "primary", form: FORM_ID, disabled: true, "data-testid": "start" },
       "Start",
     );
     this.sweep = el(
@@ -63,6 +66,8 @@ export class Setup {
       },
       "Sweep a field …",
     );
+    // The view places the start button here or on the map.
+    this.begin = el("div", { class: "row live-begin" }, this.sweep);
     this.reset = el(
       "button",
       { type: "button", class: "quiet", hidden: true, "data-testid": "reset" },
@@ -116,7 +121,7 @@ export class Setup {
   }
 
   createElement() {
-    const { numbers, body, fault, start } = this;
+    const { numbers, body, fault } = this;
     const remember = (name) => (value) => {
       numbers[name] = value;
       this.navigate({ [name]: value });
@@ -126,9 +131,9 @@ export class Setup {
     this.heading = el("h1", { tabindex: -1 }, "Live run");
     const element = el(
       "form",
-      { class: "card live-setup", novalidate: true, "aria-label": "Settings of the live run" },
+      { id: FORM_ID, class: "card live-setup", novalidate: true, "aria-label": "Settings of the live run" },
       this.heading,
-      el("div", { class: "row live-begin" }, start, this.sweep),
+      this.begin,
       fault,
       el("label", { class: "field" }, el("span", {}, "Preset"), this.preset, this.description),
       el(

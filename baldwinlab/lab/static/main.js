@@ -4,29 +4,31 @@ import { formatAddress, readAddress, setCurrentView, getCurrentView, navigate } 
 import { showMessage } from "./common.js";
 import { Guide } from "./guide.js";
 import { PRESETS } from "./sources.js";
-import { LIVE, PAPERS, RESULTS, SAVING } from "./topics.js";
+import { LIVE, LIVE_TOPICS, PAPERS, RESULTS, RESULTS_TOPICS, WORLD } from "./topics.js";
 
 const VIEWS = {
-  papers: { title: "Papers", load: () => import("./view_papers.js"), topics: PAPERS },
+  papers: { title: "Papers", load: () => import("./view_papers.js"), summary: PAPERS },
   world: {
     title: "World",
     hasStudy: true,
     simulates: true,
     load: () => import("./view_world.js"),
-    // The recording provides the topics.
-    topics: [],
+    // The recording provides the details.
+    summary: WORLD,
   },
   live: {
     title: "Live run",
     simulates: true,
     load: () => import("./view_live.js"),
-    topics: [...LIVE, SAVING],
+    summary: LIVE,
+    topics: LIVE_TOPICS,
   },
   results: {
     title: "Results",
     hasStudy: true,
     load: () => import("./view_results.js"),
-    topics: RESULTS,
+    summary: RESULTS,
+    topics: RESULTS_TOPICS,
   },
 };
 
@@ -64,7 +66,7 @@ async function show() {
   shown?.view.unmount();
   scrollObserver?.disconnect();
   document.getElementById("actions").replaceChildren();
-  guide.setView(name, VIEWS[name].topics);
+  guide.setTexts(VIEWS[name].summary, VIEWS[name].topics);
   root.replaceChildren();
   root.className = `view-${name}`;
   document.title = `${VIEWS[name].title} · baldwinlab`;

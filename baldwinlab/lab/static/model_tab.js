@@ -50,13 +50,21 @@ export class ModelTab {
     });
   }
 
-  start(state) {
+  async start(state) {
     const worlds = el("div", { class: "worlds" }, this.panel.root);
     this.root.append(
       el("h1", { class: "visually-hidden" }, "World"),
       el("div", { class: "scene" }, worlds),
     );
-    return this.show(state);
+    const { study, condition } = findNearestLifetime(this.studies, state);
+    const { alleles } = this.studies
+      .find(({ id }) => id === study)
+      .conditions.find(({ name }) => name === condition);
+    const isStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    // Without a generation, all generations play, if they differ visibly.
+    const playsAll = state.generation === undefined && alleles.length > 0 && !isStill;
+    await this.show(playsAll ? { ...state, generation: 0 } : state);
+    if (playsAll && !this.leaving.signal.aborted) this.generationPlayer.set(true);
   }
 
   /** Show the state of an address. Without a run, show the typical run. */
@@ -111,11 +119,10 @@ export class ModelTab {
     const viewTopics = header.view_description
       ? [{ title: view.name[0].toUpperCase() + view.name.slice(1), text: header.view_description }]
       : [];
-    this.guide.setTopics([
+    this.guide.setTexts(VIEWS[header.kind], [
       { title: "Shown here", text: shown },
       { title: "The model", text: header.description },
       ...viewTopics,
-      ...VIEWS[header.kind],
     ]);
     if (this.generationPlayer.isPlaying) this.scheduleNext();
   }

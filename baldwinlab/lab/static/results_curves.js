@@ -18,11 +18,11 @@ export function explainCurves(view) {
       "band goes from the lowest to the highest condition. Click a curve to see its " +
       "conditions."
     );
-  const bands = "The bands are 95 % confidence intervals over runs.";
+  const bands = "Bands: 95 % confidence intervals over runs.";
   if (!hasWorldView(view)) return bands;
   return view.hasRunLines
-    ? `Click a line to see that generation of its run. ${bands}`
-    : `Click a curve to see that generation of its typical run. ${bands}`;
+    ? `Click a line to watch its run. ${bands}`
+    : `Click a curve to watch its typical run. ${bands}`;
 }
 
 /** Return one row per generation of each curve. */
@@ -74,7 +74,7 @@ export class ResultsCurves {
     const { results, measure, hidden } = this.view;
     const { title, axis } = describeMeasures(results)[measure];
     return new LineChart(plot, {
-      title: `${title}, generation by generation`,
+      title,
       x: results.generation,
       xLabel: "generation",
       yLabel: axis,

@@ -118,6 +118,34 @@ export function chooseComparison({ source, conditions }) {
 }
 
 /**
+ * Return the state of a page that opens without an address: the newest study, and agents that learn
+ * next to agents that do not.
+ */
+export function chooseOpening(studies) {
+  const newest = studies.reduce((latest, study) =>
+    (study.modified ?? 0) > (latest.modified ?? 0) ? study : latest,
+  );
+  const source = findNearestLifetime([newest], {});
+  const { study, condition } = source;
+  const first = newest.conditions.find(({ name }) => name === condition);
+  if (!first.steps) return { study, condition };
+  const second = newest.conditions.find(
+    ({ map, variant, steps, learns, runs }) =>
+      steps &&
+      map === first.map &&
+      variant === first.variant &&
+      learns !== first.learns &&
+      first.runs.every((run) => runs.includes(run)),
+  );
+  if (!second) return { study, condition };
+  return {
+    study,
+    condition: first.learns ? condition : second.name,
+    "b.condition": first.learns ? second.name : condition,
+  };
+}
+
+/**
  * Load the viewable studies, or the built-in presets if there are none, and the errors of others.
  *
  * `worldless` are the stored conditions that cannot be shown.

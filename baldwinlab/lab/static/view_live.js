@@ -1,5 +1,6 @@
 /** The Live run tab: settings on the left, the run on the right. */
 
+import { getCurrentView } from "./address.js";
 import { el, getJSON, showMessage } from "./common.js";
 import { openFeed } from "./live_feed.js";
 import { LivePanel } from "./live_panel.js";
@@ -18,22 +19,27 @@ const EMPTY_STATE = {
   agent: null,
 };
 
-/** Mount the view: show `state`, and report changes with `navigate` (see main.js). */
-export function mount(root, state, navigate, guide) {
-  const view = new LiveView(root, state, navigate, guide);
+/**
+ * Mount the view: show `state`, and report changes with `navigate` (see main.js). `opening` replaces
+ * the map until the first run or change.
+ * @param {import("./learning_contrast.js").LearningContrast|null} [opening]
+ */
+export function mount(root, state, navigate, guide, opening = null) {
+  const view = new LiveView(root, state, navigate, guide, opening);
   view.update(state);
   return view;
 }
 
 class LiveView {
-  constructor(root, state, navigate, guide) {
-    Object.assign(this, { root, state, navigate, guide, feed: null, panel: null });
+  constructor(root, state, navigate, guide, opening) {
+    Object.assign(this, { root, state, navigate, guide, opening, feed: null, panel: null });
     // The id of the visible run or sweep, or "".
     this.shownId = null;
     this.aborted = new AbortController();
     this.stage = el("div", { class: "live-stage", "data-testid": "live-stage" });
     const side = el("div", { class: "live-side" });
-    this.columns = el("div", { class: "live" }, side, this.stage);
+    this.startOnMap = el("div", { class: "live-start" });
+    this.columns = el("div", { class: "live" }, this.stage, this.startOnMap, side);
     root.append(this.columns);
     const { signal } = this.aborted;
     this.setup = new Setup(state, navigate, this.createListener(), signal);
@@ -48,7 +54,7 @@ class LiveView {
       paced: (seconds) => {
         if (this.feed && !this.feed.ended) this.feed.send({ command: "pace", seconds });
       },
-      valid: (preview) => drawPreview(this.stage, preview),
+      valid: (preview) => this.showPreview(preview),
     };
   }
 
@@ -58,14 +64,33 @@ class LiveView {
     if (id + sweep === this.shownId) return;
     this.shownId = id + sweep;
     this.columns.classList.toggle("shown", this.shownId !== "");
+    (this.shownId ? this.setup.begin : this.startOnMap).prepend(this.setup.start);
     this.leave();
     if (sweep) this.showSweep(sweep);
     else if (id) this.showRun(id);
-    else
-      this.showEmpty(
-        "Watch evolution happen",
-        "Choose a preset, change parameters if you like, and press Start.",
-      );
+    else if (this.opening) this.showOpening();
+    else this.showQuestion();
+  }
+
+  showQuestion() {
+    return this.showEmpty("Do agents evolve to find food?", this.guide.createDefinitionLink());
+  }
+
+  showOpening() {
+    this.panel = this.opening;
+    this.opening = null;
+    this.stage.replaceChildren(this.panel.element);
+    this.panel.start().catch((error) => showMessage(error.message, "error"));
+  }
+
+  /** Draw the map of the settings. It replaces the opening when the user changes a setting. */
+  showPreview(preview) {
+    const { set, preset } = getCurrentView().state;
+    if (this.panel && !this.feed && (set || preset)) {
+      this.leave();
+      this.showQuestion();
+    }
+    drawPreview(this.stage, preview);
   }
 
   showSweep(name) {
@@ -93,15 +118,13 @@ class LiveView {
   }
 
   showStarted(patch) {
-    // The run needs the space of the guide.
-    this.guide.hide();
     this.navigate({ ...EMPTY_STATE, ...patch }, false);
     // With one column, the run is above the settings.
     this.root.scrollTo({ top: 0 });
   }
 
-  showEmpty(title, sentence) {
-    return showEmpty(this.stage, title, sentence, this.aborted.signal);
+  showEmpty(title, content) {
+    return showEmpty(this.stage, title, content, this.aborted.signal);
   }
 
   /** Close the panel of the visible run or sweep. */
@@ -122,7 +145,7 @@ class LiveView {
 }
 
 /** Show a message and the active runs if no run is selected. */
-async function showEmpty(stage, title, sentence, signal) {
+async function showEmpty(stage, title, content, signal) {
   const activeList = el("ul", { class: "live-active" });
   const map = el("canvas", {
     class: "live-preview",
@@ -135,8 +158,8 @@ async function showEmpty(stage, title, sentence, signal) {
       "section",
       { class: "card empty", "data-testid": "live-empty" },
       el("h1", {}, title),
-      el("p", {}, sentence),
       map,
+      el("p", {}, content),
       activeList,
     ),
   );

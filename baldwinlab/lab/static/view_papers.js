@@ -8,8 +8,14 @@ const COPY_ICON = "M7 7V3h10v10h-4M3 7h10v10H3z";
 /**
  * Mount the view (see main.js). The address can name a `paper`, whose card is scrolled into view.
  */
-export function mount(root, state) {
-  const page = el("div", { class: "page papers", "data-testid": "papers" }, el("h1", {}, "Papers"));
+export function mount(root, state, navigate, guide) {
+  const lead = el(
+    "div",
+    { class: "lead" },
+    el("h1", {}, "Papers to reproduce"),
+    guide.createDefinitionLink(),
+  );
+  const page = el("div", { class: "page papers", "data-testid": "papers" }, lead);
   const aborted = new AbortController();
   root.append(page);
   const cards = el("ul", { class: "paper-cards" });

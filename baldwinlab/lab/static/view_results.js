@@ -3,7 +3,7 @@
 import { createRunSwitch } from "./chart_legend.js";
 import { createClaimList } from "./claims.js";
 import { el, getJSON, showMessage } from "./common.js";
-import { createComparisonTable } from "./comparison.js";
+import { createComparisonTable, formatAnswer } from "./comparison.js";
 import { createReactionNorms } from "./reaction_norms.js";
 import { drawBoxes } from "./results_boxes.js";
 import { ResultsCurves, explainCurves } from "./results_curves.js";
@@ -41,17 +41,19 @@ const BOX_MEASURES = ["best", "mean"];
  * @property {(patch: Object<string, any>, replace?: boolean) => void} navigate
  * @property {(patch: Object<string, any>) => void} choose changes the state of the address
  * @property {(path: string) => Promise<any>} load requests data about the study, once
+ * @property {import("./guide.js").Guide} guide
  */
 
 /** Mount the view: show `state`, and report changes with `navigate` (see main.js). */
-export function mount(root, state, navigate) {
-  const view = new ResultsView(root, navigate);
+export function mount(root, state, navigate, guide) {
+  const view = new ResultsView(root, navigate, guide);
   view.update(state);
   return view;
 }
 
 class ResultsView {
-  constructor(root, navigate) {
+  constructor(root, navigate, guide) {
+    this.guide = guide;
     this.page = el("div", { class: "page results", "data-testid": "results" });
     root.append(this.page);
     this.navigate = navigate;
@@ -142,7 +144,7 @@ class ResultsView {
   /** @returns {ResultsState} */
   createViewState(study, results, requested) {
     const { measure, hidden, norm, runs } = requested;
-    const { navigate, choose, studies, load } = this;
+    const { navigate, choose, studies, load, guide } = this;
     const grouping = groupConditions(results, requested);
     const hasSingleConditions = grouping.groups.every(({ conditions }) => conditions.length === 1);
     const canShowRuns = hasSingleConditions && grouping.groups.length <= MAX_CURVES;
@@ -156,6 +158,7 @@ class ResultsView {
       navigate,
       choose,
       load,
+      guide,
       ...grouping,
       hasSingleConditions,
       canShowRuns,
@@ -225,8 +228,10 @@ function draw(page, view, setHidden) {
     createHeading(view),
     createFactorLists(view.results, view, view.choose) ?? "",
     createMeasureRow(view),
-    createComparisonTable(view.results.comparison),
+    createLead(view),
     curves,
+    el("p", { class: "soft" }, explainCurves(view)),
+    createComparisonTable(view.results.comparison),
     speciesCards ?? "",
     el(
       "div",
@@ -263,7 +268,17 @@ function createNorms({ study, groups, norm, choose, load }) {
   return createReactionNorms(response, study.id, groups, norm, choose);
 }
 
-/** Return the row with the measures, the switch of runs, and the explanation of the curves. */
+/** Return the answer of the study, and the link to the definition of the Baldwin effect. */
+function createLead({ results, guide }) {
+  return el(
+    "div",
+    { class: "lead" },
+    el("strong", { "data-testid": "answer" }, formatAnswer(results.comparison)),
+    guide.createDefinitionLink(),
+  );
+}
+
+/** Return the row with the measures and the switch of runs. */
 function createMeasureRow(view) {
   const { results, measure, choose } = view;
   const runSwitch =
@@ -274,7 +289,6 @@ function createMeasureRow(view) {
     { class: "row" },
     createMeasureSwitch(results, measure, choose),
     runSwitch,
-    el("span", { class: "soft" }, explainCurves(view)),
   );
 }
 

@@ -1,7 +1,7 @@
 /** The World tab: worlds, or alleles and views for models without a world. */
 
 import { showMessage } from "./common.js";
-import { PRESETS, hasWorld, loadStudies } from "./sources.js";
+import { PRESETS, chooseOpening, hasWorld, loadStudies } from "./sources.js";
 import { ModelTab } from "./model_tab.js";
 import { WorldTab } from "./world_tab.js";
 
@@ -21,7 +21,7 @@ export function mount(root, state, navigate, guide) {
   };
   const closeTab = () => {
     tab.close();
-    guide.setTopics([]);
+    guide.setTexts("");
     root.className = "view-world";
     root.replaceChildren(guide.root);
   };
@@ -35,7 +35,8 @@ export function mount(root, state, navigate, guide) {
     if (studies[0].id === PRESETS)
       showMessage(`${why} The lab simulates built-in presets instead.`);
     available = { studies, worldless };
-    update(requested);
+    const { guide: shownText, ...rest } = requested;
+    update(Object.keys(rest).length ? requested : { ...requested, ...chooseOpening(studies) });
   };
   begin();
   return {

@@ -127,7 +127,8 @@ export class WorldPanel extends LifetimeSelector {
 
   showCount(recording, step) {
     this.describe = (agent) => formatAgent(recording, agent, recording.countEaten(step + 1, agent));
-    const text = recording.describeEaten(step + 1);
+    const learner = recording.header.learns ? "learns" : "cannot learn";
+    const text = `${learner} · ${recording.describeEaten(step + 1)}`;
     if (this.note.textContent !== text) this.note.textContent = text;
   }
 

@@ -3,6 +3,7 @@
 import { el, showMessage } from "./common.js";
 import { Inspector } from "./inspector.js";
 import { handleWorldKey } from "./keys.js";
+import { Lead } from "./lead.js";
 import { Legend } from "./legend.js";
 import { WorldPanel } from "./world_panel.js";
 import { Player, chooseSpeed } from "./player.js";
@@ -18,7 +19,7 @@ import {
   addTypicalRun,
 } from "./sources.js";
 import { Timeline } from "./timeline.js";
-import { CURVE } from "./topics.js";
+import { CURVE, WORLD } from "./topics.js";
 import { GenerationPlayer } from "./generation_player.js";
 import { PlaybackBar } from "./playback_bar.js";
 import { WHOLE_MAP, readSecondLifetime, readOptions, writeOptions } from "./world_address.js";
@@ -49,7 +50,8 @@ export class WorldTab {
       visit: (generation) => this.showGeneration(generation),
       changed: (isPlaying) => this.setPlaying(isPlaying),
     });
-    this.player.ended = () => this.generationPlayer.next();
+    this.player.ended = () => this.showEnd();
+    this.lead = new Lead(guide, (generation) => this.replay(generation));
     const { signal } = (this.leaving = new AbortController());
     matchMedia("(prefers-color-scheme: dark)").addEventListener(
       "change",
@@ -70,7 +72,11 @@ export class WorldTab {
   async start(state) {
     this.build();
     await this.show(state);
-    if (state.step === undefined && !this.closed) this.player.autoplay();
+    if (state.step === undefined && !this.closed) {
+      this.skipsToMeal = true;
+      if (this.isLoaded) this.loaded();
+      this.player.autoplay();
+    }
   }
 
   /** Show the state of an address. Without a run, show the typical run. */
@@ -92,6 +98,7 @@ export class WorldTab {
     const side = el("div", { class: "side" }, this.population.root, this.inspector.root);
     this.root.append(
       el("h1", { class: "visually-hidden" }, "World"),
+      this.lead.root,
       el("div", { class: "scene" }, this.worlds, side),
       this.playbackBar.root,
     );
@@ -129,11 +136,16 @@ export class WorldTab {
     this.player.speed = speed;
     this.inspector.showAncestors(showsAncestors);
     if (step !== undefined) this.startAt = step;
-    if (this.panels.every(({ loadingLife }) => !loadingLife)) this.loaded();
+    if (this.isLoaded) this.loaded();
     this.setCamera(camera);
     this.showOptions();
     this.showTime();
     this.inspect();
+  }
+
+  /** Whether no lifetime is loading. */
+  get isLoaded() {
+    return this.panels.every(({ loadingLife }) => !loadingLife);
   }
 
   requirePanel(number) {
@@ -190,16 +202,37 @@ export class WorldTab {
     if (this.startAt !== undefined) this.player.seek(Math.min(this.startAt, this.player.last));
     else if (this.player.time > this.player.last) this.player.seek(this.player.last);
     this.startAt = undefined;
-    if (this.generationPlayer.isPlaying && this.panels.every(({ loadingLife }) => !loadingLife))
-      this.player.play();
+    this.lead.ask(this.panels);
+    if (this.skipsToMeal && this.isLoaded) this.skipToMeal();
+    if (this.generationPlayer.isPlaying && this.isLoaded) this.player.play();
     this.showTime();
+  }
+
+  /** Start just before the first meal of all worlds. */
+  skipToMeal() {
+    this.skipsToMeal = false;
+    const meals = this.panels.map(({ life }) => life?.findMeal?.(-1, 1, null) ?? Infinity);
+    this.lead.startBefore(Math.min(...meals), this.player);
+  }
+
+  /** Say what happened, unless the next generation follows. */
+  showEnd() {
+    this.generationPlayer.next();
+    if (!this.generationPlayer.isPlaying && this.panels.every(({ life }) => life && !life.isStream))
+      this.lead.showEnd(this.panels, this.panels[0].condition.generations - 1);
+  }
+
+  /** Play the lifetime of a generation. */
+  replay(generation) {
+    this.showGeneration(generation);
+    this.player.play();
   }
 
   /** Show the lifetime of a generation from its beginning. */
   showGeneration(generation) {
     this.startAt = 0;
     this.panels.forEach((panel) => panel.goTo(generation));
-    if (this.panels.every(({ loadingLife }) => !loadingLife)) this.loaded();
+    if (this.isLoaded) this.loaded();
   }
 
   setPlaying(isPlaying) {
@@ -227,7 +260,7 @@ export class WorldTab {
     if (this.panels.some(({ source }) => source.study !== PRESETS)) names.push(el("p", {}, CURVE));
     const legend = new Legend();
     for (const legendView of [legend, this.playbackBar.legend]) legendView.show(headers);
-    this.guide.setTopics([
+    this.guide.setTexts(WORLD, [
       { title: "Shown here", text: el("div", {}, names, legend.root) },
       ...headers[0].topics,
     ]);

@@ -1,0 +1,151 @@
+/** The opening of an exported page: agents that learn next to agents that cannot, playing. */
+
+import { el } from "./common.js";
+import { applyChanges } from "./experiment_changes.js";
+import { Lead } from "./lead.js";
+import { Player, chooseSpeed } from "./player.js";
+import { Recording } from "./recording.js";
+import { TimeBar } from "./time_bar.js";
+import { WorldFigure, createLifetime } from "./world_figure.js";
+
+// The typical one of these runs is shown.
+const RUNS = 3;
+// Evolution of both populations takes less than a second.
+const MAX_GENERATIONS = 20;
+const MAX_AGENT_STEPS = 10_000_000;
+const NO_LEARNING = { "learning.rule": "none" };
+
+/**
+ * Return the experiments of a contrast: with the learning rule, and without. Return null if the
+ * page cannot simulate them in a second.
+ * @param {import("./browser_lab.js").BrowserLab} lab
+ */
+export function createContrast(lab, experiment) {
+  const { population, lifetime, evolution, learning } = experiment;
+  const generations = Math.min(
+    MAX_GENERATIONS,
+    evolution.generations,
+    Math.floor(MAX_AGENT_STEPS / (RUNS * population.size * lifetime.steps)),
+  );
+  if (generations < 1 || learning.rule === "none") return null;
+  const learners = applyChanges(experiment, { "evolution.generations": generations });
+  const controls = applyChanges(learners, NO_LEARNING);
+  const canSimulate = lab.findErrors(controls).length === 0 && lab.hasProgram(controls);
+  return canSimulate ? [learners, controls] : null;
+}
+
+export class LearningContrast {
+  /**
+   * @param {import("./browser_lab.js").BrowserLab} lab
+   * @param {object[]} experiments the result of `createContrast`
+   * @param {number} seed
+   * @param {import("./guide.js").Guide} guide
+   */
+  constructor(lab, experiments, seed, guide) {
+    Object.assign(this, { lab, experiments, seed, lives: [], feeds: [] });
+    this.player = new Player((time) => this.draw(time));
+    this.player.changed = () => this.bar.showTime();
+    this.player.ended = () => this.lead.showEnd(this.panels, 0);
+    this.bar = new TimeBar(this.player, "contrast");
+    this.lead = new Lead(guide, () => {});
+    this.figures = experiments.map(
+      ({ learning: { rule } }) =>
+        new WorldFigure(rule === "none" ? "Agents that cannot learn" : "Agents that learn", "contrast", {
+          invalidate: () => this.player.invalidate(),
+        }),
+    );
+    const figures = this.figures.map(({ stage, count }, index) =>
+      el(
+        "figure",
+        {},
+        stage,
+        el(
+          "figcaption",
+          {},
+          el("strong", {}, experiments[index].learning.rule === "none" ? "cannot learn" : "learns"),
+          " · ",
+          count,
+        ),
+      ),
+    );
+    this.element = el(
+      "section",
+      { class: "card contrast", "data-testid": "contrast" },
+      this.lead.root,
+      el("div", { class: "contrast-worlds" }, ...figures),
+      this.bar.root,
+    );
+  }
+
+  get panels() {
+    return this.lives.map((life, index) => ({
+      source: { condition: ["With learning", "Without learning"][index], generation: life.header.generation },
+      life,
+    }));
+  }
+
+  /** Simulate both populations, and play the lifetime of their last generation. */
+  async start() {
+    const feeds = await Promise.all(
+      this.experiments.map((experiment) => this.simulate(experiment)),
+    );
+    const run = findTypicalRun(feeds[0]);
+    const recordings = await Promise.all(feeds.map((feed) => loadLastGeneration(feed, run)));
+    if (this.closed) return;
+    this.lives = recordings.map(createLifetime);
+    this.figures.forEach((figure, index) => figure.show(this.lives[index]));
+    this.player.last = this.lives[0].steps - 1;
+    this.player.setSpeed(chooseSpeed(this.lives[0].steps));
+    this.lead.ask(this.panels);
+    const meals = recordings.map(({ meals }) => meals.findIndex((count) => count > 0));
+    const firstMeal = Math.min(...meals.filter((step) => step >= 0));
+    const { generation } = recordings[0].header;
+    this.lead.startBefore(firstMeal, this.player, `Generation ${generation}, typical run. `);
+    this.player.autoplay();
+  }
+
+  /** Return the feed of finished runs. */
+  async simulate(experiment) {
+    const order = { experiment, runs: RUNS, seed: this.seed, seconds: 0 };
+    const { id } = await this.lab.post("/api/live", order);
+    const feed = this.lab.openFeed(id);
+    this.feeds.push(feed);
+    await new Promise((resolve, reject) => {
+      feed.onUpdate = () => {
+        if (feed.state === "done") resolve();
+        else if (feed.ended) reject(new Error(feed.message));
+      };
+    });
+    return feed;
+  }
+
+  draw(time) {
+    const isComplete = this.figures.map((figure) => figure.draw(time).ready);
+    const tracks = this.lives.map((life, index) => ({
+      life,
+      selectedAgent: this.figures[index].agent,
+    }));
+    if (tracks.length) this.bar.draw(Math.floor(time), this.player.last + 1, tracks);
+    if (isComplete.includes(false)) this.player.invalidate();
+    return true;
+  }
+
+  close() {
+    this.closed = true;
+    this.player.close();
+    for (const figure of this.figures) figure.close();
+    for (const feed of this.feeds) feed.close();
+  }
+}
+
+/** Return the run whose mean fitness in the last generation is the median. */
+function findTypicalRun(feed) {
+  const means = feed.bands.mean.runs.at(-1);
+  const order = means.map((_, run) => run).sort((first, second) => means[first] - means[second]);
+  return order[Math.floor(order.length / 2)];
+}
+
+async function loadLastGeneration(feed, run) {
+  const query = { run, generation: feed.generationsDone - 1 };
+  return new Recording(await feed.loadRecording(query, query));
+}
