@@ -37,6 +37,9 @@ COMPILER_DELAY_SECONDS = 1.5
 The page loads in this time, and shows a recorded life.
 """
 
+PRESETS_DELAY_SECONDS = 5
+"""Time until the presets are loaded. The first page needs the processor before."""
+
 
 def lab(
     directory: Annotated[
@@ -150,6 +153,7 @@ def _preload() -> None:
     import baldwinlab.analysis.statistics.fitness  # noqa: F401
     from baldwinlab.lab.presets import list_presets
 
+    time.sleep(PRESETS_DELAY_SECONDS)
     list_presets()
 
 

@@ -254,10 +254,17 @@ def test_a_delayed_update_of_the_address_does_not_return_from_another_tab(
     expect(page.get_by_test_id("step")).to_be_visible()
 
 
+def test_an_unknown_study_shows_no_picture_of_another_study(page: Page) -> None:
+    page.goto("/#/world?study=nowhere")
+    expect(find(page, "unknown-study")).to_contain_text("There is no readable study nowhere")
+    expect(page.locator("canvas")).to_have_count(0)
+    page.get_by_role("link", name="small", exact=True).click()
+    expect(page.locator("[data-ready]")).to_have_count(1)
+
+
 @pytest.mark.parametrize(
     ("state", "message"),
     [
-        ("study=nowhere", "There is no study nowhere in this folder"),
         ("study=small&condition=evo/B", "no finished runs of evo/B"),
         ("study=small&condition=evo/A&generation=99", "its generations are 0 to 2"),
         ("study=small&condition=evo/A&run=7", "no run 7 of evo/A"),

@@ -11,7 +11,7 @@ import { WorldFigure, createLifetime } from "./world_figure.js";
 // The typical one of these runs is shown.
 const RUNS = 3;
 // Evolution of both populations takes less than a second.
-const MAX_GENERATIONS = 20;
+const MAX_GENERATIONS = 10;
 const MAX_AGENT_STEPS = 10_000_000;
 const NO_LEARNING = { "learning.rule": "none" };
 

@@ -1,6 +1,6 @@
 /** The World tab: worlds, or alleles and views for models without a world. */
 
-import { showMessage } from "./common.js";
+import { el, showMessage } from "./common.js";
 import { PRESETS, chooseOpening, hasWorld, loadStudies } from "./sources.js";
 import { ModelTab } from "./model_tab.js";
 import { WorldTab } from "./world_tab.js";
@@ -13,14 +13,34 @@ export function mount(root, state, navigate, guide) {
   const update = (state) => {
     requested = state;
     if (!available) return;
+    const { study } = state;
+    const isKnown = ({ id, study: name = id }) => name === study;
+    if (study && ![...available.studies, ...available.worldless].some(isKnown))
+      return showUnknownStudy(study);
     const Tab = hasWorld(available.studies, state) ? WorldTab : ModelTab;
     if (tab instanceof Tab) return tab.show(state);
-    if (tab) closeTab();
+    closeTab();
     tab = new Tab(root, navigate, guide, available);
     tab.start(state);
   };
+  /** Show no picture of another study. */
+  const showUnknownStudy = (name) => {
+    closeTab();
+    const links = available.studies.map(({ id }) =>
+      el("li", {}, el("a", { href: `#/world?${new URLSearchParams({ study: id })}` }, id)),
+    );
+    root.append(
+      el(
+        "div",
+        { class: "empty", "data-testid": "unknown-study" },
+        el("h1", {}, `There is no readable study ${name} in this folder`),
+        el("ul", {}, ...links),
+      ),
+    );
+  };
   const closeTab = () => {
-    tab.close();
+    tab?.close();
+    tab = null;
     guide.setTexts("");
     root.className = "view-world";
     root.replaceChildren(guide.root);
