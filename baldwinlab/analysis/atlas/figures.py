@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
+from math import ceil
+from textwrap import fill
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -15,13 +17,11 @@ from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.tables import format_label
 from baldwinlab.analysis.figures.style import (
     BLACK,
-    DARK_GRAY,
     FIGURE_WIDTH,
     GRAY,
-    MARKERS,
     styled,
 )
-from baldwinlab.analysis.palette import SERIES_COLORS
+from baldwinlab.analysis.palette import BLUE
 
 # Range of the color of A. Values below 0 have the color of 0: the distance has grown.
 SHARE_RANGE: Final = (0.0, 1.0)
@@ -31,12 +31,18 @@ LIGHT_SHARE: Final = 0.55
 PANEL_WIDTH: Final = 3.4
 PANEL_HEIGHT: Final = 2.7
 MAX_LABEL: Final = 44
+# Panels in a row, and height of a row, of the figure of the laws.
+LAW_COLUMNS: Final = 4
+LAW_HEIGHT: Final = 2.4
+# In characters.
+LAW_TITLE_WIDTH: Final = 24
 
 
 class LawPoints(NamedTuple):
     """Measured and predicted residual learning in the cells of a map."""
 
     title: str
+    quantity: str
     predicted: Sequence[float]
     measured: Sequence[float]
     low: Sequence[float]
@@ -132,29 +138,30 @@ def draw_laws(points: Sequence[LawPoints]) -> Figure:
     Returns
     -------
     Figure
-        A square panel, with the line of equality.
+        A square panel per map, with the line of equality.
     """
-    figure = Figure((FIGURE_WIDTH, 4.6))
-    axes = figure.subplots()
-    top = max((max(group.predicted) for group in points), default=1.0)
-    top = max([top, *(max(group.measured) for group in points)])
-    axes.plot([0, top], [0, top], color=GRAY, lw=1, label="law = measurement")
-    for index, group in enumerate(points):
-        measured = np.array(group.measured)
-        errors = np.abs(np.array([group.low, group.high]) - measured)
-        axes.errorbar(
-            group.predicted,
-            measured,
-            yerr=np.nan_to_num(errors),
-            fmt=MARKERS[index % len(MARKERS)],
-            color=SERIES_COLORS[index % len(SERIES_COLORS)],
-            ms=4,
-            lw=0.8,
-            label=group.title,
-        )
-    axes.set(
-        xlabel="residual learning predicted by the law, nothing fitted",
-        ylabel="residual learning measured (mean, 95 %)",
-    )
-    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), labelcolor=DARK_GRAY)
+    n_rows = max(1, ceil(len(points) / LAW_COLUMNS))
+    figure = Figure((FIGURE_WIDTH, LAW_HEIGHT * n_rows))
+    panels = figure.subplots(n_rows, LAW_COLUMNS, squeeze=False).ravel()
+    for axes, group in zip(panels, points, strict=False):
+        _draw_law(axes, group)
+    for axes in panels[len(points) :]:
+        axes.set_axis_off()
+    figure.supxlabel("predicted by the law, nothing fitted", fontsize=9)
+    figure.supylabel("measured: mean over runs, 95 % interval", fontsize=9)
     return figure
+
+
+def _draw_law(axes: Axes, group: LawPoints) -> None:
+    measured = np.array(group.measured)
+    errors = np.abs(np.array([group.low, group.high]) - measured)
+    top = 1.08 * max(*group.predicted, *group.measured)
+    axes.plot([0, top], [0, top], color=GRAY, lw=1)
+    axes.errorbar(
+        group.predicted, measured, yerr=np.nan_to_num(errors), fmt="o", color=BLUE, ms=3, lw=0.8
+    )
+    limits = (-0.04 * top, top)
+    axes.set(xlim=limits, ylim=limits, aspect="equal")
+    axes.locator_params(nbins=3)
+    title = fill(group.title, LAW_TITLE_WIDTH)
+    axes.set_title(f"{title}:\n{group.quantity}", fontsize=7.5)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
@@ -13,6 +15,7 @@ from scipy import stats
 
 from baldwinlab._version import __version__
 from baldwinlab.analysis.atlas.outcomes import OUTCOMES
+from baldwinlab.analysis.atlas.tables import describe_settings, list_cells
 from baldwinlab.api.atlas.publish import (
     AtlasResults,
     MapResults,
@@ -27,6 +30,11 @@ from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.papers.atlas_design import CLAIMS_FILE
 
 FORMATS: Final = (".md", ".pdf")
+TABLE: Final = re.compile("<table>.*?</table>", re.DOTALL)
+CELL: Final = re.compile("<t[dh]>(.*?)</t[dh]>", re.DOTALL)
+# Smallest weight of the width of a column, and width of a picture, in points.
+MIN_COLUMN: Final = 4.5
+PICTURE_WIDTH: Final = 520
 # Time of creation in the PDF, so that equal results give equal bytes.
 CREATED: Final = datetime(2026, 1, 1, tzinfo=UTC)
 
@@ -117,13 +125,22 @@ def _describe_share(result: MapResults) -> dict[str, str] | None:
     ]
     if not rows:
         return None
-    lowest, highest = (choose(rows, key=lambda row: row["mean"]) for choose in (min, max))
+    cells = list(list_cells(result.outcomes))
+    lowest, highest = (
+        (row["mean"], describe_settings(cells[_cell_number(row)], result.planned.atlas_map.axes))
+        for row in (choose(rows, key=lambda row: row["mean"]) for choose in (min, max))
+    )
     return {
         "cells": str(len(rows)),
         "mean": f"{np.mean([row['mean'] for row in rows]):.2f}",
-        "lowest": f"{lowest['mean']:.2f} ({lowest['settings']})",
-        "highest": f"{highest['mean']:.2f} ({highest['settings']})",
+        "lowest": f"{lowest[0]:.2f} ({lowest[1]})",
+        "highest": f"{highest[0]:.2f} ({highest[1]})",
     }
+
+
+def _cell_number(row: Mapping[str, Any]) -> int:
+    """Return the position of the cell of a row of the table of all outcomes."""
+    return int(row["cell"].rpartition("-")[2])
 
 
 def _describe_fit(result: MapResults) -> dict[str, str] | None:
@@ -176,5 +193,18 @@ def convert_to_pdf(text: str, folder: Path) -> bytes:
         pdf.add_font("DejaVu", style, fonts / f"{name}.ttf")
     pdf.set_font("DejaVu", size=9)
     pdf.add_page()
-    pdf.write_html(html.replace('src="figures/', f'width="180" src="{folder / "figures"}/'))
+    html = html.replace('src="figures/', f'width="{PICTURE_WIDTH}" src="{folder / "figures"}/')
+    pdf.write_html(TABLE.sub(_align_table, html))
     return bytes(pdf.output())
+
+
+def _align_table(table: re.Match[str]) -> str:
+    """Return a table with text at the left, and with wide columns for long texts."""
+    rows = [CELL.findall(row) for row in table[0].split("</tr>")]
+    lengths = [max(map(len, column)) for column in zip(*filter(None, rows), strict=True)]
+    weights = [max(MIN_COLUMN, length**0.5) for length in lengths]
+    widths = iter([round(100 * weight / sum(weights)) for weight in weights])
+    # Without a background, text is bold as the header is.
+    aligned = table[0].replace("<td>", '<td align="left" bgcolor="white">')
+    aligned = aligned.replace("<table>", '<table cellpadding="1">')
+    return re.sub("<th>", lambda _: f'<th align="left" width="{next(widths)}%">', aligned)

@@ -194,9 +194,8 @@ def _render_laws(results: AtlasResults, figures: Path) -> str:
     figure = ReportFigure(
         "laws",
         "Residual learning against the laws",
-        "One point per cell: the quantity that the law of the map predicts, mean over runs with "
-        "95 % interval (Student's t). Nothing is fitted. The quantity of each map is in its "
-        "section.",
+        "One panel per map, one point per cell: mean over runs with 95 % interval (Student's t). "
+        "On the line, the measurement equals the law. Nothing is fitted.",
         "Measured residual learning against the prediction, one point per cell.",
         draw_laws([group for group in points if group.predicted]),
         [row for result in results.maps for row in result.rows if row["outcome"] == RESIDUAL],
@@ -222,7 +221,10 @@ def collect_points(result: MapResults) -> LawPoints:
         name: [np.nan if row[name] is None else row[name] for row in rows]
         for name in ("law", "mean", "low", "high")
     }
-    return LawPoints(result.title, columns["law"], columns["mean"], columns["low"], columns["high"])
+    quantity = result.law.quantity if result.law else ""
+    return LawPoints(
+        result.title, quantity, columns["law"], columns["mean"], columns["low"], columns["high"]
+    )
 
 
 def _render_claims(results: AtlasResults) -> str:
