@@ -38,6 +38,25 @@ LAW_HEIGHT: Final = 2.4
 LAW_TITLE_WIDTH: Final = 24
 
 
+class ShownOutcome(NamedTuple):
+    """The outcome that the cells of a map show, with the range of the colors."""
+
+    name: str
+    label: str
+    low: float
+    high: float
+
+    def scale(self, value: float) -> float:
+        """Return the position of a value in the range of the colors, 0 to 1 in the range.
+
+        Parameters
+        ----------
+        value : float
+            Value of the outcome, or NaN.
+        """
+        return (value - self.low) / (self.high - self.low)
+
+
 class LawPoints(NamedTuple):
     """Measured and predicted residual learning in the cells of a map."""
 
@@ -53,6 +72,8 @@ class LawPoints(NamedTuple):
 def draw_maps(outcomes: xr.Dataset, axes_labels: Mapping[str, str], law: Law | None) -> Figure:
     """Draw the assimilation A for each pair of axes of a map.
 
+    If A is not defined in any cell, the innate response I is drawn.
+
     Parameters
     ----------
     outcomes : xr.Dataset
@@ -67,54 +88,73 @@ def draw_maps(outcomes: xr.Dataset, axes_labels: Mapping[str, str], law: Law | N
     Figure
         One panel per pair, averaged over the runs and the other axes.
     """
-    share = outcomes["assimilation"].mean("run")
+    outcome = choose_outcome(outcomes)
+    values = outcomes[outcome.name].mean("run")
     prediction = law.predict(outcomes) if law else None
     pairs = list(combinations(axes_labels, 2))
     figure = Figure((max(FIGURE_WIDTH / 2, PANEL_WIDTH * len(pairs)), PANEL_HEIGHT))
     panels = figure.subplots(1, len(pairs), squeeze=False)[0]
     for axes, (row, column) in zip(panels, pairs, strict=True):
-        other_axes = [dim for dim in share.dims if dim not in (row, column)]
-        _draw_cells(axes, share.mean(other_axes).transpose(row, column))
+        other_axes = [dim for dim in values.dims if dim not in (row, column)]
+        _draw_cells(axes, values.mean(other_axes).transpose(row, column), outcome)
         if prediction is not None and {row, column} & set(prediction.dims):
             averaged = prediction.mean([dim for dim in other_axes if dim in prediction.dims])
             _draw_contours(
-                axes, averaged.broadcast_like(share.mean(other_axes)).transpose(row, column)
+                axes, averaged.broadcast_like(values.mean(other_axes)).transpose(row, column)
             )
         axes.set(xlabel=_shorten(axes_labels[column]), ylabel=_shorten(axes_labels[row]))
     image = panels[0].images[0]
-    figure.colorbar(image, ax=list(panels), label="assimilation A", shrink=0.9)
+    figure.colorbar(image, ax=list(panels), label=outcome.label, shrink=0.9)
     return figure
+
+
+def choose_outcome(outcomes: xr.Dataset) -> ShownOutcome:
+    """Return the outcome that the cells of a map show: A, or I if A is not defined in any cell.
+
+    Parameters
+    ----------
+    outcomes : xr.Dataset
+        Outcomes of the map.
+    """
+    if bool(outcomes["assimilation"].notnull().any()):
+        return ShownOutcome("assimilation", "assimilation A", *SHARE_RANGE)
+    largest = float(np.abs(outcomes["innate_response"].mean("run")).max())
+    return ShownOutcome("innate_response", "innate response I", -largest, largest)
 
 
 def _shorten(label: str) -> str:
     return label if len(label) <= MAX_LABEL else f"{label[: MAX_LABEL - 1]}…"
 
 
-def _draw_cells(axes: Axes, share: xr.DataArray) -> None:
+def _draw_cells(axes: Axes, cells: xr.DataArray, outcome: ShownOutcome) -> None:
     """Draw the values as colored cells with numbers."""
-    low, high = SHARE_RANGE
-    axes.imshow(share.values, cmap=COLORMAP, vmin=low, vmax=high, aspect="auto", origin="lower")
+    axes.imshow(
+        cells.values,
+        cmap=COLORMAP,
+        vmin=outcome.low,
+        vmax=outcome.high,
+        aspect="auto",
+        origin="lower",
+    )
     axes.grid(visible=False)
-    for axis, dim in ((axes.yaxis, share.dims[0]), (axes.xaxis, share.dims[1])):
-        labels = [format_label(value) for value in share[dim].values.tolist()]
+    for axis, dim in ((axes.yaxis, cells.dims[0]), (axes.xaxis, cells.dims[1])):
+        labels = [format_label(value) for value in cells[dim].values.tolist()]
         axis.set_ticks(range(len(labels)), labels)
-    for (row, column), value in np.ndenumerate(share.values):
+    for (row, column), value in np.ndenumerate(cells.values):
         text = f"{value:.2f}" if np.isfinite(value) else "–"
-        axes.text(
-            column, row, text, ha="center", va="center", color=BLACK if is_light(value) else "white"
-        )
+        color = BLACK if is_light(outcome.scale(value)) else "white"
+        axes.text(column, row, text, ha="center", va="center", color=color)
 
 
 def is_light(share: float) -> bool:
-    """Return whether text on the color of a share must be black. A missing value has no color.
+    """Return whether text on a color must be black. A missing value has no color.
 
     Parameters
     ----------
     share : float
-        A, or NaN.
+        Position in the range of the colors, 0 to 1, or NaN.
     """
-    low, high = SHARE_RANGE
-    return not np.isfinite(share) or share > low + LIGHT_SHARE * (high - low)
+    return not np.isfinite(share) or share > LIGHT_SHARE
 
 
 def _draw_contours(axes: Axes, prediction: xr.DataArray) -> None:

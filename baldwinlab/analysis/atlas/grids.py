@@ -12,7 +12,7 @@ from matplotlib import colormaps
 from matplotlib.colors import to_hex
 
 from baldwinlab.analysis.atlas.cell_curves import draw_panels
-from baldwinlab.analysis.atlas.figures import COLORMAP, SHARE_RANGE, is_light
+from baldwinlab.analysis.atlas.figures import COLORMAP, choose_outcome, is_light
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.outcomes import OUTCOMES
 from baldwinlab.analysis.atlas.statistics import estimate_mean
@@ -56,18 +56,19 @@ def describe_cells(
     predicted = (
         law.predict(outcomes).broadcast_like(measured) if law and measured is not None else None
     )
+    shown = choose_outcome(outcomes)
     described = []
     for number, (cell, curves) in enumerate(zip(list_cells(outcomes), values, strict=True)):
         selected = outcomes.sel(cell)
-        share = float(selected["assimilation"].mean("run"))
+        value = float(selected[shown.name].mean("run"))
         described.append(
             {
                 "id": f"{name}-{number:04d}",
                 "caption": describe_settings(cell, labels),
                 "settings": cell,
-                "share": _format(share),
-                "color": _choose_color(share),
-                "text_color": "black" if is_light(share) else "white",
+                "value": _format(value),
+                "color": _choose_color(shown.scale(value)),
+                "text_color": "black" if is_light(shown.scale(value)) else "white",
                 "residual": _format(float(measured.sel(cell))) if measured is not None else "",
                 "law": _format(float(predicted.sel(cell))) if predicted is not None else "",
                 "outcomes": {
@@ -86,8 +87,7 @@ def _format(value: float) -> str:
 def _choose_color(share: float) -> str:
     if not np.isfinite(share):
         return PALE
-    low, high = SHARE_RANGE
-    return to_hex(colormaps[COLORMAP](np.clip((share - low) / (high - low), 0, 1)))
+    return to_hex(colormaps[COLORMAP](np.clip(share, 0, 1)))
 
 
 def arrange_grids(

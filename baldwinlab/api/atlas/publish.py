@@ -13,7 +13,12 @@ import numpy as np
 
 from baldwinlab.analysis.atlas.cell_curves import HEIGHT, WIDTH
 from baldwinlab.analysis.atlas.claims import AtlasClaimResult, evaluate_claims
-from baldwinlab.analysis.atlas.figures import LawPoints, draw_laws, draw_maps
+from baldwinlab.analysis.atlas.figures import (
+    LawPoints,
+    choose_outcome,
+    draw_laws,
+    draw_maps,
+)
 from baldwinlab.analysis.atlas.grids import arrange_grids, describe_cells
 from baldwinlab.analysis.atlas.laws import LAWS, Law
 from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX, compute_outcomes
@@ -33,6 +38,12 @@ from baldwinlab.papers.design import FROZEN_FILE
 PAGE_FILE: Final = "atlas.html"
 TABLE_FILE: Final = "atlas.csv"
 CLAIM_RESULTS_FILE: Final = "claims.json"
+CAPTIONS: Final = {
+    "assimilation": "Share A of the learned distance that has become innate. 1: nothing remains "
+    "to be learned; 0: no change or growth.",
+    "innate_response": "Innate response I to learning, in standard deviations of the founders. "
+    "Above 0: learning speeds innate evolution.",
+}
 
 
 @dataclass(frozen=True)
@@ -238,13 +249,13 @@ def _render_claims(results: AtlasResults) -> str:
 
 def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str:
     atlas_map = result.planned.atlas_map
+    outcome = choose_outcome(result.outcomes)
     figure = ReportFigure(
         result.name,
         result.title,
-        "Share A of the learned distance that has become innate, mean over runs and the other "
-        "axes. 1: nothing remains to be learned; 0: no change or growth."
+        f"{CAPTIONS[outcome.name]} Mean over runs and the other axes."
         + (" White lines: the law." if result.law else ""),
-        f"Assimilation in the cells of the map {result.title}.",
+        f"{outcome.label.capitalize()} in the cells of the map {result.title}.",
         draw_maps(result.outcomes, atlas_map.axes, result.law),
         result.rows,
     )
@@ -260,6 +271,7 @@ def _render_map(result: MapResults, results: AtlasResults, figures: Path) -> str
     return render(
         "atlas/map.html",
         title=result.title,
+        letter=outcome.label.split()[-1],
         description=atlas_map.description,
         is_exploratory=atlas_map.is_exploratory,
         figure=save_and_inline(figure, figures),
