@@ -25,6 +25,8 @@ class MeanInterval(NamedTuple):
     runs: int
 
     def __str__(self) -> str:
+        if not self.runs:
+            return "not defined"
         return f"{self.mean:.3g} [{self.low:.3g}, {self.high:.3g}]"
 
 

@@ -39,3 +39,7 @@ def test_equivalence_needs_a_mean_clearly_within_the_bound(bound: float, expecte
 def test_one_run_is_never_equivalent_and_equal_runs_are() -> None:
     assert not is_equivalent(np.array([0.0]), 1)
     assert is_equivalent(np.zeros(5), 0.1)
+
+
+def test_a_mean_without_values_is_not_defined() -> None:
+    assert str(estimate_mean(np.array([np.nan, np.nan]))) == "not defined"
