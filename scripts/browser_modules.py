@@ -1,4 +1,4 @@
-"""Compile the WebAssembly modules of the package: about five minutes.
+"""Compile the WebAssembly modules of the package: about seven minutes.
 
 Run the script after every change of compiled code: a test fails until then.
 It needs a linker: see docs/how-to/export-page.md.
@@ -10,15 +10,15 @@ import platform
 from baldwinlab.models.miniworld.backends.wasm_modules import (
     FINGERPRINTS,
     MODULES_FOLDER,
-    built_in_experiments,
     compile_modules,
     module_hash,
+    shipped_experiments,
 )
 
 
 def main() -> None:
     MODULES_FOLDER.mkdir(exist_ok=True)
-    experiments = built_in_experiments()
+    experiments = shipped_experiments()
     for (name, experiment), module in zip(
         experiments.items(), compile_modules(experiments.values()), strict=True
     ):

@@ -113,7 +113,7 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
         FIRST_MODULE,
         STYLES,
         title=supported[0].name,
-        worker=_join_worker_code(),
+        worker=join_worker_code(),
         laboratory=collect_page_data(supported) | {"seed": seed},
     )
     if len(page) > MAX_PAGE_BYTES:
@@ -207,7 +207,7 @@ def _make_preset(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def _join_worker_code() -> str:
+def join_worker_code() -> str:
     """Return the code of a worker. A worker cannot import modules, so their code is joined."""
     paths = [single_page.STATIC_FOLDER / name for name in WORKER_MODULES]
     code = "".join(path.read_text("utf-8") for path in paths)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import posixpath
 import re
 import zlib
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from baldwinlab.analysis import palette
 
 STATIC_FOLDER = Path(__file__).parent / "static"
-_IMPORTED_PATH = re.compile(r'(?<=from ")\./(?P<name>[\w./]+\.js)(?=")')
+_IMPORTED_PATH = re.compile(r'(?<=from ")(?P<path>\.\.?/[\w./]+\.js)(?=")')
 
 
 def render_page(template: str, first_module: str, styles: Sequence[str], **data: Any) -> bytes:
@@ -53,9 +54,16 @@ def collect_modules(first_module: str) -> dict[str, str]:
     while pending:
         name = pending.pop()
         if f"lab/{name}" not in modules:
+            folder = posixpath.dirname(name)
             code = (STATIC_FOLDER / name).read_text("utf-8")
-            modules[f"lab/{name}"] = _IMPORTED_PATH.sub(r"lab/\g<name>", code)
-            pending += [match["name"] for match in _IMPORTED_PATH.finditer(code)]
+            names = {
+                path: posixpath.normpath(posixpath.join(folder, path))
+                for path in _IMPORTED_PATH.findall(code)
+            }
+            for path, imported in names.items():
+                code = code.replace(f'from "{path}"', f'from "lab/{imported}"')
+            modules[f"lab/{name}"] = code
+            pending += names.values()
     return modules
 
 

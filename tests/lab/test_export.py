@@ -26,8 +26,8 @@ from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import (
     FINGERPRINTS,
     MODULES_FOLDER,
-    built_in_experiments,
     module_hash,
+    shipped_experiments,
 )
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
@@ -143,7 +143,7 @@ def test_the_packaged_modules_are_current() -> None:
     if ".".join(platform.python_version_tuple()[:2]) != stored["python"]:
         pytest.skip(f"the fingerprints are those of Python {stored['python']}")
     fingerprints = {
-        name: module_hash(experiment) for name, experiment in built_in_experiments().items()
+        name: module_hash(experiment) for name, experiment in shipped_experiments().items()
     }
     assert stored["marks"] == fingerprints, "run `make wasm`: the engine has changed"
 

@@ -3,8 +3,8 @@
  */
 
 import { validateTree } from "./validation.js";
-import { lookUp } from "./engine.js";
 import { BrowserFeed } from "./browser_runs.js";
+import { fillTemplate, findProgram, isTable, matchProgram } from "./program_table.js";
 import { WorkerPool } from "./worker_pool.js";
 import { findChanges, applyChanges } from "./experiment_changes.js";
 
@@ -127,26 +127,14 @@ export class BrowserLab {
 
   /** Return whether the page contains a compiled module for an experiment. */
   hasProgram(experiment) {
-    return Boolean(this.matchProgram(experiment));
-  }
-
-  matchProgram(experiment) {
-    return this.laboratory.programs.find(({ when }) =>
-      Object.entries(when).every(([path, value]) => isEqual(lookUp(experiment, path), value)),
-    );
+    return Boolean(matchProgram(this.laboratory.programs, experiment));
   }
 
   /**
    * Return the compiled module for an experiment. Throw an Error if the page does not contain it.
    */
   findProgram(experiment) {
-    const program = this.matchProgram(experiment);
-    if (!program)
-      throw new Error(
-        "This page has no compiled module for the parts of this experiment. Export the " +
-          "page again with these parts.",
-      );
-    return program;
+    return findProgram(this.laboratory.programs, experiment);
   }
 
   /** Return whether the parents teach their children. */
@@ -189,35 +177,6 @@ function mergeTables(base, changes) {
       name,
       name in changes ? mergeTables(base[name], changes[name]) : structuredClone(base[name]),
     ]),
-  );
-}
-
-function isTable(value) {
-  return value !== null && typeof value === "object" && !Array.isArray(value);
-}
-
-function isEqual(first, second) {
-  return JSON.stringify(first) === JSON.stringify(second);
-}
-
-/** Fill a template: replace each {"path"} by its value, and each "table" by one row per entry. */
-function fillTemplate(template, experiment) {
-  if (Array.isArray(template)) {
-    return template.flatMap((item) =>
-      item?.table
-        ? lookUp(experiment, item.table).map((row) => fillTemplate(item.row, row))
-        : [fillTemplate(item, experiment)],
-    );
-  }
-  if (!isTable(template)) return template;
-  if ("path" in template)
-    return (
-      lookUp(experiment, template.path) - (template.less ? lookUp(experiment, template.less) : 0)
-    );
-  if ("sum" in template)
-    return template.sum.reduce((sum, [path, factor]) => sum + factor * lookUp(experiment, path), 0);
-  return Object.fromEntries(
-    Object.entries(template).map(([name, value]) => [name, fillTemplate(value, experiment)]),
   );
 }
 

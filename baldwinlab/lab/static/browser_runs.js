@@ -2,6 +2,7 @@
 
 import { findAncestorLine } from "./ancestry.js";
 import { Feed } from "./live_feed.js";
+import { createRecordingHeader } from "./program_table.js";
 
 /**
  * The feed of a run of the browser engine, with recordings, data about one agent, and ancestors.
@@ -100,43 +101,11 @@ export class BrowserFeed extends Feed {
   async loadRecording(source, { run, generation, first, last }) {
     const { experiment, seed } = this.summary;
     const appearance = this.lab.describeAppearance(experiment);
-    const { part, sizes, arrays } = await this.replay("recording", {
-      run,
-      generation,
-      appearance,
-      first,
-      last,
-    });
-    const {
-      name: condition,
-      lifetime: { steps },
-      population: { size: agents },
-      world,
-      network: { biases },
-    } = experiment;
-    const header = {
-      kind: "recording",
-      source,
-      condition,
-      seed,
-      run,
-      generation,
-      ...part,
-      steps,
-      agents,
-      items: arrays.item_x.length,
-      world,
-      appearance,
-      topics: [],
-    };
+    const recorded = await this.replay("recording", { run, generation, appearance, first, last });
+    const key = { source, seed, run, generation };
     return {
-      header: {
-        ...header,
-        learns: experiment.learning.rule !== "none",
-        layer_sizes: sizes,
-        biases,
-      },
-      arrays,
+      header: createRecordingHeader(experiment, appearance, recorded, key),
+      arrays: recorded.arrays,
     };
   }
 

@@ -49,6 +49,15 @@ const COMMANDS = {
     }));
     groups.set(group, { members });
   },
+  /** Continue the runs of a group with other settings, as another group. */
+  fork({ group, source, program, experiment, seed }) {
+    const members = groups.get(source).members.map(({ run, simulation, genomes }) => {
+      const fork = new Run(programs.get(program), experiment, seed, run);
+      fork.continueFrom(simulation);
+      return { run, simulation: fork, genomes: [...genomes] };
+    });
+    groups.set(group, { members });
+  },
   /** Simulate the next generation of each run of a group. */
   async next({ group }) {
     const state = groups.get(group);

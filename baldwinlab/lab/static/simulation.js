@@ -31,6 +31,12 @@ export class Run {
     this.parents = this.teachers = this.engine.array("population.parents").fill(-1).slice();
   }
 
+  /** Continue another run that has genomes of the same size. */
+  continueFrom({ engine, generationsDone, parents, teachers }) {
+    this.engine.array("population.genome").set(engine.array("population.genome"));
+    Object.assign(this, { generationsDone, parents, teachers });
+  }
+
   /** Simulate the next generation and its reproduction. Throw an Error for invalid results. */
   simulateNext() {
     const genome = this.startNext();

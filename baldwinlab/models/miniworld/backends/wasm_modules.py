@@ -29,6 +29,8 @@ RULES: Final = ("none", "self-taught", "drift")
 HAND_WRITTEN: Final = ("simd.py", "reference.py", "wasm.py", "numba_internals/lowering.py")
 """Files of the engine that write LLVM code, which no fingerprint of a function contains."""
 UPDATES: Final = ("simultaneous", "sequential")
+MAP_FEATURES: Final = ("walls", "patches")
+"""World features of the modules for maps that a reader draws: walls, and items such as poison."""
 
 
 def load_module(experiment: Experiment) -> bytes:
@@ -77,6 +79,23 @@ def built_in_experiments() -> dict[str, Experiment]:
         for update in UPDATES
     ]
     return {module_name(experiment): experiment for experiment in experiments}
+
+
+def explorable_experiments() -> dict[str, Experiment]:
+    """Return an experiment for each further module, which only the explorable contains."""
+    random_targets = Experiment().replace(learning={"rule": "random-targets"})
+    maps = {
+        f"{rule}-{'-'.join(MAP_FEATURES)}": Experiment().replace(
+            learning={"rule": rule}, world={"features": MAP_FEATURES}
+        )
+        for rule in ("none", "self-taught")
+    }
+    return {"random-targets": random_targets, **maps}
+
+
+def shipped_experiments() -> dict[str, Experiment]:
+    """Return an experiment for each module in the package, by name."""
+    return built_in_experiments() | explorable_experiments()
 
 
 def module_hash(experiment: Experiment) -> str:

@@ -1,0 +1,123 @@
+/** A picture of the essay: it plays while it is in sight, and its button pauses it. */
+
+import { el } from "../common.js";
+
+// Milliseconds after the last change of a dial.
+const DIAL_DELAY = 200;
+
+/**
+ * @typedef {object} Context
+ * @property {import("./source.js").LiveSource|import("./source.js").RecordedSource} source
+ * @property {import("./source.js").RecordedSource} recorded
+ * @property {import("./source.js").PageData} data
+ * @property {import("./dials.js").Dials} dials of the step
+ * @property {(name: string, text: string) => void} setValue shows a value in the text of the step
+ */
+export class Figure {
+  /**
+   * @param {HTMLElement} root is filled
+   * @param {Context} context
+   */
+  constructor(root, context) {
+    Object.assign(this, { root, ...context, isInSight: false, hasEnded: false });
+    this.labels = this.data.strings.labels;
+    this.strings = this.data.strings.figures;
+    this.wantsPlay = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+    // Continue when the figure plays again.
+    this.waiting = [];
+    // Counts the runs. A loop ends when it is no longer the newest.
+    this.round = 0;
+    // Whether a run starts when the figure plays.
+    this.isNew = true;
+    this.button = el("button", { type: "button", class: "play", onclick: () => this.toggle() });
+    this.bar = el("div", { class: "picture-bar" }, this.button);
+    this.showButton();
+    let timer = 0;
+    this.dials.listen(() => {
+      clearTimeout(timer);
+      timer = setTimeout(() => this.restart(), DIAL_DELAY);
+    });
+  }
+
+  get isPlaying() {
+    return this.wantsPlay && this.isInSight && !document.hidden;
+  }
+
+  /** Play or pause, as the page scrolls. */
+  setInSight(isInSight) {
+    this.isInSight = isInSight;
+    this.update();
+  }
+
+  toggle() {
+    if (this.hasEnded) return this.restart();
+    this.wantsPlay = !this.wantsPlay;
+    this.update();
+  }
+
+  /** Start again with the current numbers of the dials. */
+  restart() {
+    this.hasEnded = false;
+    this.wantsPlay = true;
+    this.update();
+    this.play();
+  }
+
+  /** Run a new round, and show its error. */
+  async play() {
+    this.isNew = false;
+    const round = ++this.round;
+    try {
+      await this.run(() => this.whenPlaying(round));
+    } catch (error) {
+      if (round === this.round) this.setStatus(error.message);
+    }
+  }
+
+  update() {
+    this.showButton();
+    this.onPlaying(this.isPlaying);
+    if (!this.isPlaying) return;
+    if (this.isNew) this.play();
+    this.waiting.splice(0).forEach((resolve) => resolve());
+  }
+
+  /** Wait until the figure plays. Return whether the round is still the newest. */
+  async whenPlaying(round) {
+    while (!this.isPlaying && round === this.round)
+      await new Promise((resolve) => this.waiting.push(resolve));
+    return round === this.round;
+  }
+
+  /** Show that the round is complete. */
+  end() {
+    this.hasEnded = true;
+    this.showButton();
+  }
+
+  showButton() {
+    const { play, pause, restart } = this.labels;
+    this.button.textContent = this.hasEnded ? restart : this.wantsPlay ? pause : play;
+  }
+
+  setStatus(text) {
+    this.bar.append(el("p", { class: "warning", role: "status" }, text));
+  }
+
+  /**
+   * Simulate and draw. Overridden.
+   * @param {() => Promise<boolean>} mayContinue waits while the figure is paused
+   */
+  async run(mayContinue) {}
+
+  /** React to play and pause. Overridden. */
+  onPlaying(isPlaying) {}
+
+  /** Show a still picture: recorded results, for paper and reduced motion. Overridden. */
+  async showStill() {}
+}
+
+/** Insert values into a text with {name}. */
+export function formatText(text, values) {
+  return text.replace(/\{(\w+)\}/g, (_, name) => values[name]);
+}

@@ -1,0 +1,129 @@
+/** The reader's own experiment: an editor, settings, a run, a link, and the command. */
+
+import { el } from "../common.js";
+import { EvolutionFigure } from "./evolution_figures.js";
+import { fillTemplate, findProgram } from "../program_table.js";
+import { MapEditor } from "./map_editor.js";
+import {
+  NUMBERS,
+  adaptProgram,
+  applyMap,
+  createMapAppearance,
+  createMapSettings,
+  decodeMap,
+  encodeMap,
+  formatCommand,
+  isOpen,
+} from "./map_settings.js";
+
+const LINK = /^#map=(.+)$/;
+
+export class MapFigure extends EvolutionFigure {
+  constructor(root, context) {
+    super(root, context, "map_curve");
+    this.wantsPlay = false;
+    this.scene = this.data.scenes.map;
+    this.texts = this.data.strings.editor;
+    this.settings = createMapSettings(this.scene.experiment, this.data.seed);
+    const linkButton = el("button", { type: "button", onclick: () => this.copyLink() });
+    linkButton.textContent = this.texts.link;
+    this.bar.append(linkButton);
+    this.status = el("p", { role: "status" });
+    this.command = el("pre", { tabindex: 0, "aria-label": this.texts.command });
+    this.form = el("div", { class: "map-form" });
+    this.editor = new MapEditor(this.map, this.texts, () => this.showMap());
+    root.append(this.status, this.form, el("p", {}, this.texts.command), this.command);
+    this.map.canvas.setAttribute("aria-label", this.texts.map);
+    if (!this.source.isLive) this.status.textContent = this.texts.no_engine;
+    this.button.disabled = !this.source.isLive;
+    addEventListener("hashchange", () => this.openLink());
+    this.openLink();
+    this.showButton();
+  }
+
+  /** Show the map of the address, if there is one. */
+  openLink() {
+    const link = LINK.exec(location.hash);
+    const settings = link && decodeMap(link[1]);
+    if (link && !settings) this.status.textContent = this.texts.damaged;
+    if (settings) {
+      this.settings = settings;
+      this.root.closest("section").scrollIntoView();
+    }
+    this.showForm();
+  }
+
+  /** Create the form of the current settings. */
+  showForm() {
+    const changed = () => this.showMap();
+    this.editor.edit(this.settings);
+    const learning = el("input", { type: "checkbox", checked: this.settings.learning });
+    learning.addEventListener("change", () => {
+      this.settings.learning = learning.checked;
+      changed();
+    });
+    const fields = Object.entries(NUMBERS).map(([name, { min, max, step }]) => {
+      const value = this.settings[name];
+      const input = el("input", { type: "number", min, max, step, value });
+      input.addEventListener("change", () => {
+        this.settings[name] = Math.min(max, Math.max(min, Number(input.value)));
+        input.value = String(this.settings[name]);
+        changed();
+      });
+      return el("label", { class: "field" }, el("span", {}, this.texts[name]), input);
+    });
+    const learningLabel = el("label", {}, learning, this.texts.learning);
+    const numbers = el("div", { class: "numbers" }, learningLabel, ...fields);
+    this.form.replaceChildren(this.editor.root, numbers);
+    this.showMap();
+  }
+
+  get experiment() {
+    return applyMap(this.scene.experiment, this.settings);
+  }
+
+  /** Stop the run, and show the map with its shapes. */
+  showMap() {
+    this.round += 1;
+    this.isNew = true;
+    this.wantsPlay = this.hasEnded = false;
+    this.update();
+    const { experiment, settings } = this;
+    const appearance = createMapAppearance(this.scene.appearance, settings);
+    this.map.showWorld(experiment.world, fillTemplate(appearance, experiment));
+    const { start } = this.scene.experiment.world;
+    const canRun = isOpen(this.settings, start);
+    this.button.disabled = !canRun || !this.source.isLive;
+    if (this.source.isLive) this.status.textContent = canRun ? "" : this.texts.covered;
+    this.command.textContent = formatCommand(this.settings);
+  }
+
+  showButton() {
+    super.showButton();
+    if (this.texts && !this.wantsPlay) this.button.textContent = this.texts.run;
+  }
+
+  startPopulation() {
+    const { experiment, settings } = this;
+    const program = findProgram(this.data.programs, experiment);
+    return this.source.startExperiment(
+      experiment,
+      createMapAppearance(this.scene.appearance, settings),
+      [0],
+      settings.seed,
+      adaptProgram(program, settings, experiment),
+    );
+  }
+
+  async copyLink() {
+    location.hash = `map=${encodeMap(this.settings)}`;
+    try {
+      await navigator.clipboard.writeText(location.href);
+      this.status.textContent = this.texts.copied;
+    } catch {
+      this.status.textContent = this.texts.copy_failed;
+    }
+  }
+
+  async showStill() {}
+}

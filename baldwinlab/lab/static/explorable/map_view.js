@@ -1,0 +1,81 @@
+/** A map of the essay, with its caption and the number of eaten items. */
+
+import { el } from "../common.js";
+import { WorldView } from "../world.js";
+import { formatText } from "./figure.js";
+
+export class MapView {
+  /**
+   * @param {Object<string, string>} strings
+   * @param {string} caption
+   * @param {() => void} invalidate called when the map must be drawn again
+   */
+  constructor(strings, caption, invalidate) {
+    Object.assign(this, { strings, recording: null, agent: null });
+    const label = formatText(strings.map, { name: caption });
+    this.canvas = el("canvas", { role: "img", "aria-label": label });
+    this.view = new WorldView(this.canvas);
+    this.count = el("span", { class: "number" }, strings.waiting);
+    this.caption = el("span", {}, caption);
+    const foot = el("figcaption", {}, this.caption, " ", this.count);
+    this.root = el("figure", { class: "map" }, this.canvas, foot);
+    new ResizeObserver(() => {
+      this.view.resize();
+      invalidate();
+    }).observe(this.canvas);
+  }
+
+  /**
+   * @param {import("../recording.js").Recording} recording
+   * @param {number|null} agent gets a ring
+   */
+  show(recording, agent = null) {
+    Object.assign(this, { recording, agent });
+  }
+
+  /** Show a world without agents. */
+  showWorld(world, appearance) {
+    this.recording = null;
+    this.view.setWorld({ world, appearance });
+    this.count.textContent = "";
+    this.draw(0);
+  }
+
+  /** Draw a shape on the map that is not part of the world yet. */
+  showSketch(color, [left, right, upper, lower]) {
+    const { marks } = this.view.world;
+    const sketch = { kind: "rectangle", x: left, y: upper, color, label: "", solid: false };
+    this.view.world.marks = [...marks, { ...sketch, width: right - left, height: lower - upper }];
+    this.view.draw(null, 0);
+    this.view.world.marks = marks;
+  }
+
+  draw(time) {
+    const { recording, agent } = this;
+    if (!recording) {
+      this.view.draw(null, 0);
+      return;
+    }
+    const moment = Math.min(time, recording.last - 1);
+    this.view.draw(recording, moment, { selectedAgent: agent });
+    const items = this.countItems(moment).toLocaleString();
+    const text = formatText(this.strings.eaten, { items });
+    if (this.count.textContent !== text) this.count.textContent = text;
+  }
+
+  /** Return the number of items that all agents have eaten. */
+  countItems(time) {
+    let items = 0;
+    for (let agent = 0; agent < this.recording.agents; agent++)
+      items += this.recording.countEaten(Math.floor(time) + 1, agent);
+    return items;
+  }
+}
+
+/** Return the agent that eats most in its life. */
+export function findBestAgent(recording) {
+  const eaten = Array.from({ length: recording.agents }, (_, agent) =>
+    recording.countEaten(recording.last, agent),
+  );
+  return eaten.indexOf(Math.max(...eaten));
+}

@@ -1,0 +1,135 @@
+/** The needle: recorded points, and the line of the theory, by the period of the changes. */
+
+import { el, formatNumber } from "../common.js";
+import { chooseTicks, createSvg, drawGridLine, drawTextLabel } from "../drawing.js";
+import { Figure } from "./figure.js";
+import { computeBalance } from "./needle_theory.js";
+
+const WIDTH = 480;
+const HEIGHT = 300;
+const MARGIN = { left: 52, right: 14, top: 12, bottom: 48 };
+const MAX_SHARE = 0.5;
+// Points of the line between two recorded periods.
+const LINE_POINTS = 6;
+
+export class NeedleFigure extends Figure {
+  constructor(root, context) {
+    super(root, context);
+    const title = el("div", { class: "chart-title" }, this.strings.needle_title);
+    this.svg = createSvg("svg", {
+      viewBox: `0 0 ${WIDTH} ${HEIGHT}`,
+      role: "img",
+      "aria-label": this.strings.needle_title,
+      class: "needle",
+    });
+    root.append(title, this.svg, this.createLegend());
+    this.draw();
+  }
+
+  createLegend() {
+    const { needle_point: point, needle_line: line } = this.strings;
+    const createKey = (name, text) =>
+      el("span", {}, el("span", { class: `key ${name}`, "aria-hidden": "true" }), text);
+    return el("div", { class: "legend" }, createKey("point", point), createKey("line", line));
+  }
+
+  // The picture moves only with the dials, so it has no button.
+  showButton() {}
+
+  restart() {
+    this.draw();
+  }
+
+  async play() {}
+
+  get cost() {
+    return this.data.needle.costs[this.dials.read("cost")];
+  }
+
+  computeTheory(period) {
+    const { loci, trials, mutation_rate: mutationRate, redrawn_loci: redrawnLoci } =
+      this.data.needle;
+    return computeBalance({ loci, trials, cost: this.cost, mutationRate, period, redrawnLoci });
+  }
+
+  /** Return the position of a period, whose axis is logarithmic. */
+  placeX(period) {
+    const { periods } = this.data.needle;
+    const share = Math.log(period / periods[0]) / Math.log(periods.at(-1) / periods[0]);
+    return MARGIN.left + 12 + share * (WIDTH - MARGIN.left - MARGIN.right - 24);
+  }
+
+  placeY(share) {
+    return MARGIN.top + (1 - share / MAX_SHARE) * (HEIGHT - MARGIN.top - MARGIN.bottom);
+  }
+
+  draw() {
+    const { periods } = this.data.needle;
+    const chosen = this.dials.read("period");
+    const points = this.data.recordings.needle[this.dials.read("cost")];
+    const x = this.placeX(periods[chosen]);
+    const marker = createSvg("line", {
+      class: "chosen-period",
+      x1: x,
+      x2: x,
+      y1: MARGIN.top,
+      y2: HEIGHT - MARGIN.bottom,
+    });
+    const circles = points.flatMap((runs, index) =>
+      runs.map((share) =>
+        createSvg("circle", {
+          class: index === chosen ? "point chosen" : "point",
+          cx: this.placeX(periods[index]),
+          cy: this.placeY(share),
+          r: 5,
+        }),
+      ),
+    );
+    this.svg.replaceChildren(...this.drawAxes(), marker, this.drawLine(), ...circles);
+    this.setValue("theory", formatShare(this.computeTheory(periods[chosen])));
+    this.setValue("points", points[chosen].map(formatShare).join(", "));
+  }
+
+  drawLine() {
+    const { periods } = this.data.needle;
+    const corners = [];
+    for (let index = 0; index < periods.length - 1; index++)
+      for (let part = 0; part < LINE_POINTS; part++)
+        corners.push(periods[index] * (periods[index + 1] / periods[index]) ** (part / LINE_POINTS));
+    corners.push(periods.at(-1));
+    const path = corners.map(
+      (period) => `${this.placeX(period)},${this.placeY(this.computeTheory(period))}`,
+    );
+    return createSvg("polyline", { class: "theory", points: path.join(" ") });
+  }
+
+  drawAxes() {
+    const bottom = HEIGHT - MARGIN.bottom;
+    const rows = chooseTicks(MAX_SHARE).flatMap((share) => [
+      drawGridLine(MARGIN.left, this.placeY(share), WIDTH - MARGIN.right, this.placeY(share)),
+      drawTextLabel(formatShare(share), {
+        x: MARGIN.left - 8,
+        y: this.placeY(share) + 4,
+        "text-anchor": "end",
+      }),
+    ]);
+    const columns = this.data.needle.periods.map((period) =>
+      drawTextLabel(formatNumber(period), {
+        x: this.placeX(period),
+        y: bottom + 18,
+        "text-anchor": "middle",
+      }),
+    );
+    const middle = (MARGIN.left + WIDTH - MARGIN.right) / 2;
+    const label = drawTextLabel(this.strings.needle_x, {
+      x: middle,
+      y: HEIGHT - 8,
+      "text-anchor": "middle",
+    });
+    return [...rows, ...columns, label];
+  }
+}
+
+function formatShare(share) {
+  return `${Math.round(100 * share)} %`;
+}

@@ -1,0 +1,190 @@
+/** The simulations of the essay: live runs in one worker, or recorded runs without WebAssembly. */
+
+import { inflate, unpack } from "../common.js";
+import { createRecordingHeader, fillTemplate, findProgram } from "../program_table.js";
+import { Recording } from "../recording.js";
+import { WorkerPool } from "../worker_pool.js";
+
+// Share of the time of one core that the worker can use.
+const MAX_LOAD = 0.25;
+// Milliseconds of a recorded generation.
+const RECORDED_PAUSE = 60;
+
+/**
+ * @typedef {object} PageData the data that Python writes into the page (explorable/page.py)
+ * @property {number} seed
+ * @property {number} runs
+ * @property {number} fork_generation
+ * @property {number} last_generations
+ * @property {{run: number, generation: number}} first_life
+ * @property {Object<string, {experiment: object, appearance: object}>} scenes
+ * @property {{name: string, when: Object<string, any>, module: string, plan: object}[]} programs
+ * @property {{curves: Object<string, number[][]>, lives: Object<string, string>,
+ *   needle: number[][][]}} recordings
+ * @property {Object<string, any>} needle
+ * @property {Object<string, Object<string, string>>} strings
+ */
+
+/** Live runs. All of them share one worker, so that the page uses one core at most. */
+export class LiveSource {
+  /**
+   * @param {PageData} data
+   * @param {string} code of a worker
+   */
+  constructor(data, code) {
+    this.data = data;
+    this.isLive = true;
+    this.pool = new WorkerPool(code, data.programs);
+    this.populations = 0;
+  }
+
+  /** Return the experiment of a scene with some settings changed, by path. */
+  makeExperiment(scene, changes = {}) {
+    const experiment = structuredClone(this.data.scenes[scene].experiment);
+    for (const [path, value] of Object.entries(changes)) setSetting(experiment, path, value);
+    return experiment;
+  }
+
+  /**
+   * Start runs of a scene.
+   * @param {string} scene
+   * @param {Object<string, any>} changes settings by path
+   * @param {number[]} runs their numbers
+   */
+  start(scene, changes, runs) {
+    const appearance = this.data.scenes[scene].appearance;
+    return this.startExperiment(this.makeExperiment(scene, changes), appearance, runs);
+  }
+
+  /** Start runs of an experiment. `program` is chosen by its settings, unless it is given. */
+  async startExperiment(experiment, appearance, runs, seed = this.data.seed, program = null) {
+    const population = new LivePopulation(this, { experiment, appearance, runs, seed });
+    population.program = program ?? findProgram(this.data.programs, experiment);
+    await population.request("begin", { runs });
+    return population;
+  }
+
+  async request(program, command, parameters) {
+    const worker = await this.pool.prepareWorker(0, program);
+    return worker.request(command, { program: program.name, ...parameters });
+  }
+
+  /** For scripts: simulate a run, bit-identical to `bl.simulate`. */
+  simulate({ scene, changes, run = 0 }) {
+    const experiment = this.makeExperiment(scene, changes);
+    const program = findProgram(this.data.programs, experiment);
+    return this.pool.simulate(program, experiment, this.data.seed, run);
+  }
+}
+
+/** Some runs of an experiment that evolve together. */
+class LivePopulation {
+  constructor(source, settings) {
+    Object.assign(this, { source, ...settings, generation: 0 });
+    this.group = `population ${++source.populations}`;
+  }
+
+  request(command, parameters = {}) {
+    const { experiment, seed, group } = this;
+    return this.source.request(this.program, command, { experiment, seed, group, ...parameters });
+  }
+
+  /** Simulate a generation. Return the mean number of eaten items per agent of each run. */
+  async next() {
+    const start = performance.now();
+    const results = await this.request("next");
+    this.generation += 1;
+    await wait((performance.now() - start) * (1 / MAX_LOAD - 1));
+    return results.map(({ food_eaten: eaten }) => computeMean(eaten));
+  }
+
+  /** Continue all runs with changed settings. */
+  async fork(changes) {
+    const experiment = structuredClone(this.experiment);
+    for (const [path, value] of Object.entries(changes)) setSetting(experiment, path, value);
+    const fork = new LivePopulation(this.source, { ...this, experiment });
+    fork.generation = this.generation;
+    await fork.request("fork", { source: this.group });
+    return fork;
+  }
+
+  /** Return a recording of a past generation, with some settings changed. */
+  async recordLife(run, generation, changes = {}) {
+    const experiment = structuredClone(this.experiment);
+    for (const [path, value] of Object.entries(changes)) setSetting(experiment, path, value);
+    const appearance = fillTemplate(this.appearance, experiment);
+    const genome = await this.request("genome", { run, generation });
+    const recorded = await this.request("recording", {
+      experiment,
+      run,
+      generation,
+      genome,
+      appearance,
+    });
+    const key = { seed: this.seed, run, generation };
+    const header = createRecordingHeader(experiment, appearance, recorded, key);
+    return new Recording({ header, arrays: recorded.arrays });
+  }
+
+  close() {
+    this.request("end");
+  }
+}
+
+/** Recorded runs, which the engine made for the page. */
+export class RecordedSource {
+  /** @param {PageData} data */
+  constructor(data) {
+    this.data = data;
+    this.isLive = false;
+  }
+
+  async start(scene, changes, runs) {
+    return new RecordedPopulation(this, scene, runs);
+  }
+
+  /** Return a recorded lifetime: "learning", "off" or "alone". */
+  async loadLife(name) {
+    return new Recording(unpack(await inflate(this.data.recordings.lives[name])));
+  }
+}
+
+class RecordedPopulation {
+  constructor(source, scene, runs, generation = 0) {
+    const curves = source.data.recordings.curves[scene];
+    Object.assign(this, { source, scene, runs, curves, generation });
+  }
+
+  async next() {
+    const means = this.runs.map((run) => this.curves[run][this.generation]);
+    this.generation += 1;
+    await wait(RECORDED_PAUSE);
+    return means;
+  }
+
+  async fork() {
+    const scene = this.scene === "learning" ? "forked" : this.scene;
+    return new RecordedPopulation(this.source, scene, this.runs, this.generation);
+  }
+
+  recordLife(run, generation, { "learning.rate": rate } = {}) {
+    return this.source.loadLife(rate === 0 ? "off" : this.scene);
+  }
+
+  close() {}
+}
+
+/** Set the value at a dotted path. A number in the path is an index. */
+export function setSetting(tree, path, value) {
+  const steps = path.split(".");
+  const last = steps.pop();
+  steps.reduce((below, step) => below[step], tree)[last] = value;
+}
+
+export function computeMean(values) {
+  return values.reduce((sum, value) => sum + value, 0) / values.length;
+}
+
+export function wait(milliseconds) {
+  return new Promise((resolve) => setTimeout(resolve, milliseconds));
+}

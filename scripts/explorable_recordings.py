@@ -1,0 +1,85 @@
+"""Simulate the recorded runs of the explorable: `python -m scripts.explorable_recordings`.
+
+The page shows them where a browser cannot simulate, for the yoked control and the needle, in print,
+and before the first live run. Run the script again if a test reports that the engine changed. It
+takes about a minute.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from baldwinlab.evolution import GenerationKey
+from baldwinlab.experiment import Experiment
+from baldwinlab.lab import binary_frames, single_page
+from baldwinlab.lab.explorable import scenes
+from baldwinlab.lab.explorable.page import RECORDINGS_FILE
+from baldwinlab.lab.life_query import Life, Span, StartData
+from baldwinlab.lab.recording import record_life
+from baldwinlab.simulation.simulate import simulate, simulate_batch
+
+# Arrays that change little from row to row.
+DIFFERENCES = ("x", "y", "heading", "sensor", "action", "eaten_in_life")
+
+
+def record_curve(experiment: Experiment) -> list[list[float]]:
+    """Return the mean number of eaten items per agent [run][generation]."""
+    runs = simulate_batch(experiment, scenes.SEED, range(scenes.RUNS))
+    return [run.food_eaten.mean("agent").values.tolist() for run in runs]
+
+
+def record_lives() -> dict[str, str]:
+    """Return compressed recordings of lifetimes by name.
+
+    `learning` and `off` have the same genomes. Learning is off in the second one.
+    """
+    learning = scenes.make_scenes()["learning"]
+    alone = scenes.make_scenes()["alone"]
+    last_generation = scenes.GENERATIONS - 1
+    lives = {
+        "learning": (learning, learning, scenes.FIRST_GENERATION),
+        "off": (learning, learning.replace(learning={"rate": 0.0}), scenes.FIRST_GENERATION),
+        "alone": (alone, alone, last_generation),
+    }
+    return {name: _record_life(*life) for name, life in lives.items()}
+
+
+def _record_life(evolved: Experiment, experiment: Experiment, generation: int) -> str:
+    run = simulate(evolved, seed=scenes.SEED, run=scenes.FIRST_RUN)
+    genomes = run.genome.values[generation]
+    key = GenerationKey(scenes.SEED, scenes.FIRST_RUN, generation)
+    life = Life(experiment, key, lambda: StartData(genomes, None))
+    container = record_life(life, Span(0, scenes.STEPS), {})
+    header, arrays = binary_frames.unpack(container)
+    return single_page.compress(binary_frames.pack(header, arrays, DIFFERENCES))
+
+
+def record_needle() -> list[list[list[float]]]:
+    """Return the share of ? in the second half of each run [cost][period][run]."""
+    return [
+        [_record_needle_runs(cost, period) for period in scenes.NEEDLE_PERIODS]
+        for cost in scenes.NEEDLE_COSTS
+    ]
+
+
+def _record_needle_runs(cost: float, period: int) -> list[float]:
+    experiment = scenes.make_needle(cost, period)
+    runs = simulate_batch(experiment, scenes.SEED, range(scenes.NEEDLE_RUNS))
+    return [float(np.mean(run.unset.values[run.sizes["generation"] // 2 :])) for run in runs]
+
+
+def make_recordings() -> dict[str, Any]:
+    curves = {
+        name: record_curve(experiment)
+        for name, experiment in scenes.make_scenes().items()
+        if name != "map"
+    }
+    curves["forked"] = record_curve(scenes.make_forked_scene())
+    return {"curves": curves, "lives": record_lives(), "needle": record_needle()}
+
+
+if __name__ == "__main__":
+    RECORDINGS_FILE.write_text(json.dumps(make_recordings()) + "\n", "utf-8")
