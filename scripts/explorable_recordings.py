@@ -37,12 +37,12 @@ def record_lives() -> dict[str, str]:
     `learning` and `off` have the same genomes. Learning is off in the second one.
     """
     learning = scenes.make_scenes()["learning"]
-    alone = scenes.make_scenes()["alone"]
+    control = scenes.make_scenes()["alone"]
     last_generation = scenes.GENERATIONS - 1
     lives = {
         "learning": (learning, learning, scenes.FIRST_GENERATION),
         "off": (learning, learning.replace(learning={"rate": 0.0}), scenes.FIRST_GENERATION),
-        "alone": (alone, alone, last_generation),
+        "alone": (control, control, last_generation),
     }
     return {name: _record_life(*life) for name, life in lives.items()}
 

@@ -31,6 +31,8 @@ export class Player {
     this.changed = () => {};
     // Called after the last step.
     this.ended = () => {};
+    // Minimum time between two pictures, in milliseconds.
+    this.frameInterval = 0;
     this.frameRequest = 0;
     this.lastFrame = 0;
   }
@@ -47,6 +49,8 @@ export class Player {
 
   drawFrame(now) {
     this.frameRequest = 0;
+    // Browsers round the time of a frame to a millisecond.
+    if (this.lastFrame && now - this.lastFrame < this.frameInterval - 2) return this.invalidate();
     // A page that was hidden does not jump ahead.
     const elapsed = this.lastFrame ? Math.min(now - this.lastFrame, 100) : 0;
     this.lastFrame = this.playing ? now : 0;

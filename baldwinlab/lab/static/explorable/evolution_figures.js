@@ -1,10 +1,9 @@
-/** Pictures of evolution: a map beside a curve, curves of several populations, and the fork. */
+/** Pictures of evolution: a map with a curve, curves of several populations, and the fork. */
 
 import { el, formatNumber } from "../common.js";
-import { Player } from "../player.js";
 import { Curves } from "./curves.js";
 import { Figure, formatText } from "./figure.js";
-import { MapView } from "./map_view.js";
+import { MapView, createPlayer } from "./map_view.js";
 
 // Steps per second are ten times this number: half a second per lifetime.
 const FAST_SPEED = 200;
@@ -14,14 +13,13 @@ export class EvolutionFigure extends Figure {
   /** @param {string} [name] of the curve */
   constructor(root, context, name = "alone") {
     super(root, context);
-    this.player = new Player((time) => {
+    this.player = createPlayer(FAST_SPEED, (time) => {
       this.map.draw(time);
       return true;
     });
-    this.player.setSpeed(FAST_SPEED);
     this.map = new MapView(this.strings, "", () => this.player.invalidate());
-    const chart = el("div");
-    root.append(el("div", { class: "beside" }, this.map.root, chart), this.bar);
+    const chart = el("div", { class: "chart" });
+    root.append(el("div", { class: "map-and-chart" }, this.map.root, chart), this.bar);
     const { alone } = this.data.recordings.curves;
     const title = this.strings.curve_title;
     this.curves = new Curves(chart, this.strings, title, [name], alone[0].length);

@@ -1,9 +1,8 @@
 /** Pictures of lifetimes: agents that look for food, and the same agents with learning off. */
 
 import { el } from "../common.js";
-import { Player } from "../player.js";
 import { Figure } from "./figure.js";
-import { MapView, findBestAgent } from "./map_view.js";
+import { MapView, createPlayer, findBestAgent } from "./map_view.js";
 
 // Steps per second are ten times this number.
 const LIFE_SPEED = 10;
@@ -14,8 +13,7 @@ const STILL_SHARE = 0.6;
 class LifeFigure extends Figure {
   constructor(root, context, captions) {
     super(root, context);
-    this.player = new Player((time) => this.draw(time));
-    this.player.setSpeed(LIFE_SPEED);
+    this.player = createPlayer(LIFE_SPEED, (time) => this.draw(time));
     this.player.ended = () => this.showNextLife();
     const invalidate = () => this.player.invalidate();
     this.maps = captions.map((caption) => new MapView(this.strings, caption, invalidate));

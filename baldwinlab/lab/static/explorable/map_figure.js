@@ -45,12 +45,12 @@ export class MapFigure extends EvolutionFigure {
   openLink() {
     const link = LINK.exec(location.hash);
     const settings = link && decodeMap(link[1]);
-    if (link && !settings) this.status.textContent = this.texts.damaged;
     if (settings) {
       this.settings = settings;
       this.root.closest("section").scrollIntoView();
     }
     this.showForm();
+    if (link && !settings) this.status.textContent = this.texts.damaged;
   }
 
   /** Create the form of the current settings. */

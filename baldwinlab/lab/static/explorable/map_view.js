@@ -2,7 +2,21 @@
 
 import { el } from "../common.js";
 import { WorldView } from "../world.js";
+import { Player } from "../player.js";
 import { formatText } from "./figure.js";
+
+// Milliseconds between two pictures, which limits the load of a phone.
+const FRAME_INTERVAL = 1000 / 20;
+// Narrower maps have no trails, which take half of the time of a picture.
+const MIN_TRAIL_WIDTH = 420;
+
+/** Return a player for the maps of a figure. */
+export function createPlayer(speed, show) {
+  const player = new Player(show);
+  player.setSpeed(speed);
+  player.frameInterval = FRAME_INTERVAL;
+  return player;
+}
 
 export class MapView {
   /**
@@ -57,7 +71,8 @@ export class MapView {
       return;
     }
     const moment = Math.min(time, recording.last - 1);
-    this.view.draw(recording, moment, { selectedAgent: agent });
+    const trails = this.view.width < MIN_TRAIL_WIDTH ? "off" : "recent";
+    this.view.draw(recording, moment, { selectedAgent: agent, trails });
     const items = this.countItems(moment).toLocaleString();
     const text = formatText(this.strings.eaten, { items });
     if (this.count.textContent !== text) this.count.textContent = text;

@@ -5,9 +5,9 @@ import { chooseTicks, createSvg, drawGridLine, drawTextLabel } from "../drawing.
 import { Figure } from "./figure.js";
 import { computeBalance } from "./needle_theory.js";
 
-const WIDTH = 480;
-const HEIGHT = 300;
-const MARGIN = { left: 52, right: 14, top: 12, bottom: 48 };
+const MARGIN = { left: 48, right: 8, top: 12, bottom: 48 };
+// Pixels between the edges and the outer points.
+const INSET = 12;
 const MAX_SHARE = 0.5;
 // Points of the line between two recorded periods.
 const LINE_POINTS = 6;
@@ -17,13 +17,12 @@ export class NeedleFigure extends Figure {
     super(root, context);
     const title = el("div", { class: "chart-title" }, this.strings.needle_title);
     this.svg = createSvg("svg", {
-      viewBox: `0 0 ${WIDTH} ${HEIGHT}`,
       role: "img",
       "aria-label": this.strings.needle_title,
       class: "needle",
     });
     root.append(title, this.svg, this.createLegend());
-    this.draw();
+    new ResizeObserver(() => this.draw()).observe(this.svg);
   }
 
   createLegend() {
@@ -56,14 +55,17 @@ export class NeedleFigure extends Figure {
   placeX(period) {
     const { periods } = this.data.needle;
     const share = Math.log(period / periods[0]) / Math.log(periods.at(-1) / periods[0]);
-    return MARGIN.left + 12 + share * (WIDTH - MARGIN.left - MARGIN.right - 24);
+    return MARGIN.left + INSET + share * (this.right - MARGIN.left - 2 * INSET);
   }
 
   placeY(share) {
-    return MARGIN.top + (1 - share / MAX_SHARE) * (HEIGHT - MARGIN.top - MARGIN.bottom);
+    return MARGIN.top + (1 - share / MAX_SHARE) * (this.bottom - MARGIN.top);
   }
 
   draw() {
+    // One unit is one pixel, so that texts keep their size.
+    this.right = this.svg.clientWidth - MARGIN.right;
+    this.bottom = this.svg.clientHeight - MARGIN.bottom;
     const { periods } = this.data.needle;
     const chosen = this.dials.read("period");
     const points = this.data.recordings.needle[this.dials.read("cost")];
@@ -73,7 +75,7 @@ export class NeedleFigure extends Figure {
       x1: x,
       x2: x,
       y1: MARGIN.top,
-      y2: HEIGHT - MARGIN.bottom,
+      y2: this.bottom,
     });
     const circles = points.flatMap((runs, index) =>
       runs.map((share) =>
@@ -104,9 +106,8 @@ export class NeedleFigure extends Figure {
   }
 
   drawAxes() {
-    const bottom = HEIGHT - MARGIN.bottom;
     const rows = chooseTicks(MAX_SHARE).flatMap((share) => [
-      drawGridLine(MARGIN.left, this.placeY(share), WIDTH - MARGIN.right, this.placeY(share)),
+      drawGridLine(MARGIN.left, this.placeY(share), this.right, this.placeY(share)),
       drawTextLabel(formatShare(share), {
         x: MARGIN.left - 8,
         y: this.placeY(share) + 4,
@@ -116,14 +117,14 @@ export class NeedleFigure extends Figure {
     const columns = this.data.needle.periods.map((period) =>
       drawTextLabel(formatNumber(period), {
         x: this.placeX(period),
-        y: bottom + 18,
+        y: this.bottom + 18,
         "text-anchor": "middle",
       }),
     );
-    const middle = (MARGIN.left + WIDTH - MARGIN.right) / 2;
+    const middle = (MARGIN.left + this.right) / 2;
     const label = drawTextLabel(this.strings.needle_x, {
       x: middle,
-      y: HEIGHT - 8,
+      y: this.bottom + MARGIN.bottom - 8,
       "text-anchor": "middle",
     });
     return [...rows, ...columns, label];
