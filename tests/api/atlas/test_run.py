@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import baldwinlab as bl
 from baldwinlab.analysis.atlas.outcomes import compute_outcomes
 from baldwinlab.analysis.estimands.questions import estimate
 from baldwinlab.api.atlas import AtlasRequest, open_atlas, publish_atlas, run_atlas, write_article
@@ -163,6 +164,20 @@ def test_the_netcdf_and_csv_files_have_the_confirmatory_runs(
     assert outcomes["run"].values.tolist() == [2, 3]
     rows = (atlas.directory / "atlas.csv").read_text("utf-8").splitlines()
     assert sum("correlation,point-0000" in row for row in rows) == 6
+
+
+def test_the_python_function_returns_the_stored_outcomes_of_each_map(
+    atlas: AtlasRequest, design: AtlasDesign
+) -> None:
+    with (
+        patch.object(run_module, "read_atlas", lambda: design),
+        patch("baldwinlab.api.atlas.publish.read_atlas", lambda: design),
+    ):
+        maps = bl.reproduce_atlas(quick=True, runs=4, out=atlas.directory)
+    assert list(maps) == ["correlation", "slope"]
+    for name, outcomes in maps.items():
+        stored = xr.load_dataset(atlas.directory / f"{name}.nc")
+        xr.testing.assert_equal(outcomes, stored)
 
 
 @pytest.mark.parametrize("suffix", [".md", ".pdf"])
