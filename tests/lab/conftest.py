@@ -14,11 +14,13 @@ from playwright.sync_api import Browser, Page
 from baldwinlab.cli.lab import open_listener
 from baldwinlab.experiment import registry, validate
 from baldwinlab.lab.access import Access
+from baldwinlab.lab.explorable.page import render_explorable
 from baldwinlab.lab.rate_limit import make_server
 from baldwinlab.lab.server import make_app
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 from tests.lab.client import LabServer
+from tests.lab.essays import open_essay
 from tests.small_studies import make_small_study, shorten_preset
 
 HAWKS = Path(__file__).parent / "hawks.py"
@@ -145,3 +147,18 @@ def page(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
     yield new_page
     context.close()
     assert not errors
+
+
+@pytest.fixture(scope="package")
+def essay(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Write the explorable, and return its file."""
+    path = tmp_path_factory.mktemp("explorable") / "baldwin.html"
+    path.write_bytes(render_explorable())
+    return path
+
+
+@pytest.fixture
+def essay_page(browser: Browser, essay: Path) -> Iterator[Page]:
+    """Yield the explorable in a browser without a network."""
+    with open_essay(browser, essay) as opened:
+        yield opened

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from baldwinlab.lab.explorable import scenes
 from baldwinlab.lab.export import render_live_page
 from baldwinlab.lab.notebook_player import format_html
 from baldwinlab.papers import presets
@@ -89,3 +91,18 @@ def test_a_trace_plays_in_the_frame_of_a_notebook(tmp_path: Path) -> None:
         opened.enter_frame()
         opened.wait_for(f"{STEP}.startsWith('step 0 of')")
         assert opened.errors == []
+
+
+def test_the_explorable_simulates_in_its_file(browser: Firefox, essay: Path) -> None:
+    browser.open(essay.as_uri(), 390, 844)
+    browser.wait_for("""document.querySelector('[data-value="ring_items"]').textContent > 0""")
+    browser.evaluate("document.querySelector('#both .picture').scrollIntoView()")
+    browser.wait_for(
+        """document.querySelector('#both [data-value="generation"]').textContent > 3"""
+    )
+    assert browser.evaluate("document.documentElement.scrollWidth") <= 390
+    request = {"scene": "learning", "changes": {"evolution.generations": 2}, "run": 1}
+    expression = f"window.baldwinlab.simulate({json.dumps(request)}).then(run => [...run.energy])"
+    experiment = scenes.make_scenes()["learning"].replace(evolution={"generations": 2})
+    expected = simulate(experiment, seed=scenes.SEED, run=1).energy.values.ravel().tolist()
+    assert browser.evaluate(expression) == expected

@@ -1,0 +1,59 @@
+"""The explorable in a browser, for several test files."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from baldwinlab.lab.explorable.page import RECORDINGS_FILE, STRINGS_FILE
+
+STRINGS = tomllib.loads(STRINGS_FILE.read_text("utf-8"))
+RECORDINGS = json.loads(RECORDINGS_FILE.read_text("utf-8"))
+
+
+@contextmanager
+def open_essay(
+    browser: Browser, essay: Path, width: int = 1280, height: int = 900, **options: Any
+) -> Iterator[Page]:
+    """Yield the page without a network. The test fails if it logs a message or makes a request."""
+    script = options.pop("script", "")
+    fragment = options.pop("fragment", "")
+    context = browser.new_context(
+        offline=True, viewport={"width": width, "height": height}, **options
+    )
+    page = context.new_page()
+    page.add_init_script(script)
+    messages = list[str]()
+    requests = list[str]()
+    page.on("console", lambda message: messages.append(message.text))
+    page.on("pageerror", lambda error: messages.append(str(error)))
+    page.on("request", lambda request: requests.append(request.url))
+    page.goto(essay.as_uri() + fragment)
+    yield page
+    context.close()
+    assert not messages
+    assert not [url for url in requests if not url.startswith(("data:", "blob:", "file:"))]
+
+
+def show(page: Page, step: str) -> Locator:
+    """Scroll to a step and return its section."""
+    section = page.locator(f"#{step}")
+    section.locator(".picture").evaluate("element => element.scrollIntoView({block: 'center'})")
+    return section
+
+
+def read_value(section: Locator, name: str) -> float:
+    value = section.locator(f'[data-value="{name}"]')
+    expect(value).to_have_text(re.compile(r"^[\d.]+"))
+    return float(re.sub(r"[^\d.]", "", value.inner_text()))
+
+
+def drag(section: Locator, dial: str, value: float) -> None:
+    section.get_by_test_id(re.compile(f"-{dial}$")).fill(str(value))
