@@ -54,6 +54,12 @@ def _list_paper_presets(names: tuple[str, ...]) -> list[dict[str, Any]]:
     """Return the presets of all papers, which have these names. Loading them takes seconds."""
     factors_by_name = presets.factors()
     main_condition = papers.load().metadata.emergence
+    titles = {
+        name: f"{paper.metadata.authors[0]}, {paper.metadata.year}"
+        # The first paper has the names that several papers use.
+        for paper in reversed(papers.built_in().values())
+        for name in paper.experiment_names()
+    }
     described = []
     for name in names:
         factors = factors_by_name[name]
@@ -63,6 +69,7 @@ def _list_paper_presets(names: tuple[str, ...]) -> list[dict[str, Any]]:
                 "name": name,
                 "learner": factors.learner,
                 "map": factors.map,
+                "paper": titles[name],
                 "description": "; ".join(_list_descriptions(factors)),
                 "learns": experiment.learns,
                 "shown": name == main_condition,
@@ -82,6 +89,7 @@ def list_presets() -> list[dict[str, Any]]:
             "name": name,
             "learner": name,
             "map": "",
+            "paper": "custom models",
             "description": (part.__doc__ or "").partition("\n")[0],
             "world": None,
         }

@@ -69,7 +69,7 @@ def test_the_live_tab_has_no_barriers_before_and_after_a_run(themed_page: Page) 
     expect(themed_page.get_by_test_id("start")).to_be_enabled()
     themed_page.get_by_test_id("group-learning").locator("summary").click()
     themed_page.get_by_test_id("field-learning.rate").fill("11")
-    expect(themed_page.get_by_test_id("group-learning")).to_contain_text(
+    expect(themed_page.get_by_test_id("main-settings")).to_contain_text(
         "should be less than or equal to 10"
     )
     assert find_violations(themed_page) == []

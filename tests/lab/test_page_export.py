@@ -343,6 +343,16 @@ def test_a_link_reopens_the_run_with_its_settings(page: Page, exported_file: Pat
     expect(page.get_by_test_id("field-learning.rate")).to_have_value("0.5")
 
 
+def test_an_earlier_run_stays_in_the_chart_under_a_name_with_its_changes(page: Page) -> None:
+    start_run(page, runs=1)
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
+    page.get_by_test_id("field-learning.rule").select_option("none")
+    page.get_by_test_id("start").click()
+    head = page.get_by_test_id("live-head")
+    expect(head.locator("h1")).to_have_text("evo+self-taught/A, rule: none")
+    expect(page.get_by_test_id("live-fitness")).to_contain_text("evo+self-taught/A, seed 0")
+
+
 def test_a_damaged_link_shows_a_message(offline_page: Page, exported_file: Path) -> None:
     offline_page.goto(f"{exported_file.as_uri()}#/live?id=eyJleHBl")
     expect(offline_page.get_by_test_id("live-empty")).to_contain_text("This link is damaged")

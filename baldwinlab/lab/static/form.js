@@ -20,6 +20,7 @@ import { chooseNewEntry, formatName, resolve } from "./form_schema.js";
  * @typedef {object} Form
  * @property {HTMLElement} element
  * @property {Object<string, any>} value the current values
+ * @property {(path: string) => HTMLElement|undefined} findField returns the element of a field
  * @property {(errors: {path: string, message: string}[]) => void} show shows each error at its
  *   field
  * @property {(path: string) => void} scrollTo scrolls to a field or its group
@@ -53,6 +54,7 @@ export function createForm(schema, start, onChange, onChoose) {
   return {
     element,
     value,
+    findField: (path) => fields.get(path)?.input?.closest(".form-field"),
     show: (errors) => showErrors(fields, errors),
     scrollTo: (path) => scrollToField(fields, path),
   };

@@ -4,7 +4,7 @@ import { selectSeriesStyle } from "./chart_series.js";
 import { LineChart } from "./charts.js";
 import { el } from "./common.js";
 import { createChartDownloads } from "./downloads.js";
-import { resolveColor } from "./palette.js";
+import { palette, resolveColor } from "./palette.js";
 
 const CSV_COLUMNS = ["curve", "generation", "mean", "low", "high"];
 // The charts of numbers of agents, by measure.
@@ -12,6 +12,8 @@ const COUNT_TITLES = {
   size: "Agents of each species",
   survivors: "Agents of each species that are alive at the end of a lifetime",
 };
+
+const EARLIER_DASHES = [[2, 3], [8, 4], undefined];
 
 /**
  * Fitness and the share of agents that eat, of the population or of each species. A click on a
@@ -25,9 +27,10 @@ export class LiveCurves {
    * @param {HTMLElement} countRoot is filled with the numbers of agents of each species
    * @param {HTMLInputElement} runSwitch is checked if each run is drawn
    * @param {(generation: number, run?: number) => void} pick
+   * @param {{name: string, values: number[]}[]} earlierRuns
    */
-  constructor(feed, fitnessRoot, shareRoot, countRoot, runSwitch, pick) {
-    Object.assign(this, { feed, runSwitch, pick });
+  constructor(feed, fitnessRoot, shareRoot, countRoot, runSwitch, pick, earlierRuns) {
+    Object.assign(this, { feed, runSwitch, pick, earlierRuns });
     const { generations } = feed.summary.experiment.evolution;
     // The axis covers all generations from the start.
     this.x = Array.from({ length: generations }, (_, generation) => generation);
@@ -77,7 +80,9 @@ export class LiveCurves {
       ...options,
       x: this.x,
       xLabel: "generation",
-      onPick: ({ x, run }) => this.pick(x, run),
+      onPick: ({ x, run, label }) => {
+        if (!this.earlierRuns.some(({ name }) => name === label)) this.pick(x, run);
+      },
       series: listSeries(),
     });
     const rows = () => listSeries().flatMap((line) => this.listRows(line));
@@ -93,7 +98,18 @@ export class LiveCurves {
     return [
       this.createSeries("best agent", "best", selectSeriesStyle(0)),
       this.createSeries("average agent", "mean", selectSeriesStyle(1)),
+      ...this.earlierRuns.map((run, number) => this.createEarlierSeries(run, number)),
     ];
+  }
+
+  /** Return the average agent of an earlier run, as a pale line. */
+  createEarlierSeries({ name, values }, number) {
+    return {
+      label: name,
+      color: palette["line-strong"],
+      dash: EARLIER_DASHES[number],
+      values: this.x.map((generation) => values[generation] ?? null),
+    };
   }
 
   listShareSeries() {

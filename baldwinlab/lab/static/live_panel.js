@@ -4,6 +4,7 @@ import { createRunSwitch } from "./chart_legend.js";
 import { el, isServerless, postJSON, showMessage } from "./common.js";
 import { LiveAlleles } from "./live_alleles.js";
 import { LiveCurves } from "./live_curves.js";
+import { listEarlierRuns, nameExperiment, rememberRun } from "./earlier_runs.js";
 import { LiveWorld } from "./live_world.js";
 import { openSaveDialog } from "./save_dialog.js";
 
@@ -55,8 +56,10 @@ export class LivePanel {
       counts,
       runSwitch.firstChild,
       (generation, run) => this.world.pick(generation, run),
+      listEarlierRuns(),
     );
     curves.lastChild.hidden = !counts.hasChildNodes();
+    this.showName();
     this.update();
   }
 
@@ -64,6 +67,7 @@ export class LivePanel {
   createHead() {
     const { experiment, runs, seed } = this.feed.summary;
     const size = `${runs === 1 ? "1 run" : `${runs} runs`}, seed ${seed}`;
+    this.heading = el("h1", {}, experiment.name);
     this.badge = el("span", { "data-testid": "live-state" });
     this.progress = el("progress", { "aria-label": "Simulated generations" });
     this.count = el("span", { class: "number", "data-testid": "live-count" });
@@ -74,7 +78,7 @@ export class LivePanel {
       el(
         "div",
         { class: "row" },
-        el("h1", {}, experiment.name),
+        this.heading,
         this.badge,
         el("span", { class: "soft" }, size),
         el("span", { class: "spread" }),
@@ -83,6 +87,11 @@ export class LivePanel {
       el("div", { class: "row live-progress" }, this.progress, this.count),
       this.fault,
     );
+  }
+
+  /** Show the name with the changes of the preset. */
+  async showName() {
+    this.heading.textContent = await nameExperiment(this.feed.summary.experiment);
   }
 
   /** Show the current state of the feed. */
@@ -106,6 +115,9 @@ export class LivePanel {
   }
 
   close() {
+    const { bands, summary } = this.feed;
+    if (!summary.species?.length)
+      rememberRun(`${this.heading.textContent}, seed ${summary.seed}`, bands.mean.mean);
     this.curves.close();
     this.world.close();
   }

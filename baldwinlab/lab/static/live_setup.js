@@ -15,6 +15,15 @@ import { openSweepDialog } from "./sweep_dialog.js";
 const VALIDATION_DELAY = 200;
 // The start button can be outside the form.
 const FORM_ID = "live-settings";
+// Shown before all parameters.
+const MAIN_SETTINGS = {
+  "learning.rule": "Learning rule",
+  "learning.rate": "Learning rate",
+  "evolution.mutation_size": "Size of mutations",
+  "senses.visual_radius": "Visual range",
+};
+// Fewer presets need no search.
+const MIN_SEARCHED = 20;
 
 /**
  * @typedef {object} Listener
@@ -39,6 +48,7 @@ export class Setup {
       seed: parseNumber(state.seed, 0),
       pace: state.pace ?? DEFAULT_SPEED,
     };
+    this.main = el("div", { class: "live-main", "data-testid": "main-settings" });
     this.body = el("div", { class: "live-form" });
     this.description = el("p", { class: "hint" });
     // Why the run cannot start.
@@ -84,12 +94,31 @@ export class Setup {
     this.presets = presets;
     const { preset } = this.state;
     this.preset = el("select", { "data-testid": "preset" }, ...groupPresets(presets));
+    this.search = el("input", {
+      type: "search",
+      placeholder: `Search ${presets.length} presets`,
+      "aria-label": "Search presets",
+      "data-testid": "preset-search",
+      hidden: presets.length < MIN_SEARCHED,
+      oninput: () => this.filterPresets(),
+    });
     this.preset.value = presets.some(({ name }) => name === preset) ? preset : defaultPreset;
     this.preset.addEventListener("change", () => this.resetToPreset());
     this.reset.addEventListener("click", () => this.resetToPreset());
     await this.load(parseChanges(this.state.set));
     root.replaceChildren(this.createElement());
     if (this.state.fields && !isServerless()) this.openSweepDialog(parseChanges(this.state.fields));
+  }
+
+  /** List the presets whose name, paper or description contains the words of the search. */
+  filterPresets() {
+    const words = this.search.value.toLowerCase().split(/\s+/);
+    const isMatch = ({ name, paper = "", description }) =>
+      words.every((word) => `${name} ${paper} ${description}`.toLowerCase().includes(word));
+    const { value } = this.preset;
+    const matches = this.presets.filter((preset) => preset.name === value || isMatch(preset));
+    this.preset.replaceChildren(...groupPresets(matches));
+    this.preset.value = value;
   }
 
   /** Open the dialog of a sweep. */
@@ -136,6 +165,7 @@ export class Setup {
       this.begin,
       fault,
       el("label", { class: "field" }, el("span", {}, "Preset"), this.preset, this.description),
+      this.search,
       el(
         "div",
         { class: "live-numbers" },
@@ -144,10 +174,11 @@ export class Setup {
         createSpeedPicker(numbers.pace, remember("pace")),
       ),
       this.note,
+      this.main,
       el(
         "div",
         { class: "row" },
-        el("h2", {}, "Parameters"),
+        el("h2", {}, "All parameters"),
         el("span", { class: "spread" }),
         this.reset,
       ),
@@ -213,6 +244,7 @@ export class Setup {
     const focused = document.activeElement?.id;
     this.form = form;
     this.body.replaceChildren(form.element);
+    this.main.replaceChildren(...listMainFields(form));
     for (const group of this.body.querySelectorAll("details"))
       if (open.has(group.dataset.testid)) group.open = true;
     if (focused) document.getElementById(focused)?.focus();
@@ -292,6 +324,16 @@ export class Setup {
       this.start.disabled = false;
     }
   }
+}
+
+/** Return the elements of the main settings. They are moved out of their groups. */
+function listMainFields(form) {
+  return Object.entries(MAIN_SETTINGS).flatMap(([path, title]) => {
+    const field = form.findField(path);
+    // The title of a field is complete only within its group.
+    if (field) field.querySelector("label, .form-name").textContent = title;
+    return field ?? [];
+  });
 }
 
 function parseNumber(text, fallback) {

@@ -10,6 +10,9 @@ const SPEEDS = [
   ["5", "1 per 5 seconds"],
 ];
 
+// Letters of a caption in the list of presets.
+const MAX_CAPTION = 60;
+
 export const DEFAULT_SPEED = "0.1";
 
 export function createNumberField(title, name, value, min, max, changed) {
@@ -32,12 +35,19 @@ export function createSpeedPicker(pace, changed) {
   return el("label", { class: "field", title: "Generations" }, el("span", {}, "Speed"), picker);
 }
 
-/** Return the options of the presets, grouped by learner. */
+/** Return the options of the presets with captions, grouped by paper. */
 export function groupPresets(presets) {
   const groups = new Map();
-  for (const { name, learner } of presets)
-    groups.set(learner, [...(groups.get(learner) ?? []), el("option", { value: name }, name)]);
-  return [...groups].flatMap(([learner, options]) =>
-    learner && options.length > 1 ? [el("optgroup", { label: learner }, ...options)] : options,
+  for (const { name, paper, description } of presets) {
+    const caption = description ? `${name}: ${shorten(description)}` : name;
+    const option = el("option", { value: name, title: description }, caption);
+    groups.set(paper, [...(groups.get(paper) ?? []), option]);
+  }
+  return [...groups].flatMap(([paper, options]) =>
+    paper ? [el("optgroup", { label: paper }, ...options)] : options,
   );
+}
+
+function shorten(text) {
+  return text.length > MAX_CAPTION ? `${text.slice(0, MAX_CAPTION).trimEnd()} …` : text;
 }
