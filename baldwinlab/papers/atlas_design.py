@@ -61,7 +61,7 @@ class AtlasClaim(DeclaredTable):
     rule: str
     # Numbers of the rule, which names them in braces.
     bounds: Mapping[str, float] = Field(default_factory=dict)
-    # What was changed after a result was seen, "" if nothing was.
+    # Changes of the claim after a first look at results, "" if there are none.
     note: str = ""
 
     @property
