@@ -64,9 +64,12 @@ def atomic_path(path: Path, *, exclusive: bool = False) -> Iterator[Path]:
     OSError
         The file cannot be written. Nothing remains of it.
     RefusedError
-        A link leads out of a study.
+        A link leads out of a study, or the path is a device or a pipe.
     """
     require_inside_study(path)
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        # The renamed file would replace the device for all programs.
+        raise RefusedError(f"{path} is a device or a pipe. Give the path of a file.")
     with name_file_in_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         partial_path = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL_SUFFIX}")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import parse_location
 
@@ -40,6 +41,15 @@ def test_an_error_without_free_space_names_the_file_and_the_folder(
     assert raised.value.filename == str(tmp_path / "folder" / "record")
     assert raised.value.strerror == f"no space is left in {tmp_path / 'folder'}"
     assert raised.value.errno == errno.ENOSPC
+
+
+def test_a_pipe_or_a_device_is_refused_and_remains(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(RefusedError, match=r"pipe is a device or a pipe\. Give the path of a file"):
+        write_atomically(pipe, b"content")
+    assert pipe.is_fifo()
+    assert list(tmp_path.iterdir()) == [pipe]
 
 
 def test_a_location_is_a_path_or_an_fsspec_url(tmp_path: Path) -> None:
