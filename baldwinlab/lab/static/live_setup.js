@@ -74,7 +74,7 @@ export class Setup {
         hidden: isServerless(),
         onclick: () => this.openSweepDialog({}),
       },
-      "Sweep a field …",
+      "Compare values …",
     );
     // The view places the start button here or on the map.
     this.begin = el("div", { class: "row live-begin" }, this.sweep);
@@ -125,9 +125,14 @@ export class Setup {
   openSweepDialog(fields) {
     const { runs, seed } = this.numbers;
     const remember = (fields) => this.navigate({ fields: fields && JSON.stringify(fields) });
+    const listOptions = (path) =>
+      [...(this.form.findField(path)?.querySelector("select")?.options ?? [])].map(
+        ({ value }) => value,
+      );
     const dialog = openSweepDialog(
       { preset: this.preset.value, experiment: this.form.value, runs, seed },
       fields,
+      listOptions,
       remember,
       (name) => this.listener.swept(name),
     );

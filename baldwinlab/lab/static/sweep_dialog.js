@@ -11,24 +11,25 @@ const MAX_FIELDS = 2;
  * Open the dialog of a sweep.
  * @param {{preset: string, experiment: object, runs: number, seed: number}} order from the form
  * @param {Object<string, any[]>} swept the values of each field, from the address
+ * @param {(path: string) => string[]} listOptions returns the options of a choice, or []
  * @param {(swept: Object<string, any[]>|null) => void} changed called after a change; null when the
  *   dialog closes
  * @param {(name: string) => void} started called with the name of the study
  * @returns {HTMLDialogElement}
  */
-export function openSweepDialog(order, swept, changed, started) {
-  const { element } = new SweepDialog(order, swept, changed, started);
+export function openSweepDialog(order, swept, listOptions, changed, started) {
+  const { element } = new SweepDialog(order, swept, listOptions, changed, started);
   return element;
 }
 
 class SweepDialog {
-  constructor(order, swept, changed, started) {
-    Object.assign(this, { order, changed, started, timer: 0, latestRequest: 0, toml: "" });
+  constructor(order, swept, listOptions, changed, started) {
+    Object.assign(this, { order, listOptions, changed, started, timer: 0, latestRequest: 0, toml: "" });
     this.createControls(swept);
     const form = this.createForm();
     this.element = el(
       "dialog",
-      { "aria-label": "Sweep a field", "data-testid": "sweep-dialog" },
+      { "aria-label": "Compare values", "data-testid": "sweep-dialog" },
       form,
     );
     for (const { element } of this.rows) element.addEventListener("input", () => this.check());
@@ -46,7 +47,7 @@ class SweepDialog {
     const { preset, seed, experiment } = this.order;
     const fieldValues = new Map(listFields(experiment).filter(([path]) => path !== "name"));
     this.rows = Array.from({ length: MAX_FIELDS }, (_, number) =>
-      createFieldRow(fieldValues, number, Object.entries(swept)[number]),
+      createFieldRow(fieldValues, number, Object.entries(swept)[number], this.listOptions),
     );
     this.name = el("input", {
       value: `live/sweep-${`${preset}-${seed}`.replace(/[^A-Za-z0-9+_-]+/g, "-")}`,
@@ -69,7 +70,7 @@ class SweepDialog {
     return el(
       "form",
       { class: "live-save" },
-      el("h2", {}, "Sweep a field"),
+      el("h2", {}, "Compare values"),
       el(
         "p",
         { class: "soft" },
@@ -177,7 +178,7 @@ function createCommandHint() {
 }
 
 /** Return the controls of a field and its values. */
-function createFieldRow(fieldValues, number, initial) {
+function createFieldRow(fieldValues, number, initial, listOptions) {
   const title = number ? "second field (optional)" : "field";
   const field = el(
     "select",
@@ -196,13 +197,22 @@ function createFieldRow(fieldValues, number, initial) {
   }
   const valuesField = el(
     "label",
-    { class: "field", hidden: !field.value },
+    { class: "field" },
     el("span", {}, "values, separated by commas"),
     values,
   );
+  const ticks = el("fieldset", { class: "sweep-ticks", "data-testid": `sweep-ticks-${number}` });
+  // A choice has ticks instead of a text.
+  const showInput = () => {
+    const options = field.value ? listOptions(field.value) : [];
+    ticks.hidden = !options.length;
+    valuesField.hidden = !field.value || options.length > 0;
+    ticks.replaceChildren(...createTicks(options, values));
+  };
+  showInput();
   field.addEventListener("change", () => {
-    valuesField.hidden = !field.value;
     values.value = field.value ? formatValues(proposeValues(fieldValues.get(field.value))) : "";
+    showInput();
     field.dispatchEvent(new Event("input", { bubbles: true }));
   });
   return {
@@ -213,8 +223,26 @@ function createFieldRow(fieldValues, number, initial) {
       { class: "sweep-field" },
       el("label", { class: "field" }, el("span", {}, title), field),
       valuesField,
+      ticks,
     ),
   };
+}
+
+/** Return a checkbox for each option. They change the text of `values`. */
+function createTicks(options, values) {
+  const selected = parseValues(values.value);
+  const inputs = options.map((value) =>
+    el("input", {
+      type: "checkbox",
+      value,
+      checked: selected.includes(value),
+      oninput: () =>
+        (values.value = formatValues(
+          inputs.filter(({ checked }) => checked).map((input) => input.value),
+        )),
+    }),
+  );
+  return inputs.map((input) => el("label", { class: "inline" }, input, input.value));
 }
 
 /** Return all fields that can be swept, by path, with their values. */
