@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from baldwinlab.api.interruptions import report_progress_on_error
@@ -13,6 +14,7 @@ from baldwinlab.core.errors import ArgumentError, require_positive
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.resources import NO_NEED, Need, require_resources
+from baldwinlab.core.sparkline import FitnessCurves
 from baldwinlab.evolution import require_founders
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import CONDITIONS, Factors, StudyKind
@@ -128,6 +130,9 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
         console.info(f"{request.directory}: all {request.total_runs:,} runs are already stored")
         return study
     _announce_runs(study, missing, request)
+    curves = FitnessCurves()
+    # Other machines send no fitness.
+    is_observed = console.console.is_terminal and execution.executor.name == THREADS.name
     with report_progress_on_error(
         request.directory, lambda: _describe_stored_runs(study, request.runs)
     ):
@@ -135,12 +140,13 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
             study,
             missing,
             execution.parallel_tasks,
-            console.progress,
+            partial(console.progress, outcome=curves),
             console.info,
             backend=execution.backend,
             executor=execution.executor,
             checkpoint_interval=execution.checkpoint_interval,
             callback=options.make_callback(),
+            observe=curves.add if is_observed else None,
         )
     return study
 

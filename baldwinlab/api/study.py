@@ -220,14 +220,10 @@ class Study(StudyExports):
         require_positive("last", last)
         contrasts = lab_results.compare_study(self._store, last, baseline or "")
         rows = [
-            {
-                **contrast.row(),
-                "smallest_p_holm": contrast.smallest_p_holm,
-                "verdict": contrast.verdict,
-            }
+            {**contrast.row(), "smallest_p_holm": contrast.smallest_p_holm}
             for contrast in contrasts.rows
         ]
-        table = pd.DataFrame(rows, columns=[*COMPARISON_COLUMNS, "smallest_p_holm", "verdict"])
+        table = pd.DataFrame(rows, columns=[*COMPARISON_COLUMNS, "smallest_p_holm"])
         table.attrs = {"pairing": contrasts.pairing, "too_few": contrasts.too_few}
         return table
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isnan
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -12,7 +11,9 @@ from rich.text import Text
 
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.multiverse.records import Multiverse
-from baldwinlab.analysis.statistics.contrasts import Contrast, Contrasts
+from baldwinlab.analysis.statistics.contrast_sentences import AGENT_NAMES, format_effect
+from baldwinlab.analysis.statistics.contrasts import Contrasts
+from baldwinlab.analysis.statistics.numbers import format_p_value
 from baldwinlab.analysis.statistics.rules import VERDICT_MARKS
 from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS
 from baldwinlab.core import console
@@ -22,8 +23,6 @@ VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"
 LABEL_STYLE = VERDICT_STYLE | {TOO_FEW_RUNS: "yellow", "higher": "green", "lower": "red"}
 MAX_COMPARISONS = 20
 """Maximum number of printed comparisons. The report shows all."""
-AGENT_NAMES = {"mean": "average agent", "best": "best agent"}
-"""The agent whose fitness is compared, by measure."""
 
 
 def make_contrasts_table(contrasts: Contrasts) -> Table:
@@ -49,18 +48,25 @@ def make_contrasts_table(contrasts: Contrasts) -> Table:
         title_style="bold",
         caption_justify="left",
         box=SIMPLE_HEAD,
-        padding=(0, 1, 1, 0),
+        padding=(0, 1, 0, 0),
     )
-    table.add_column("verdict", width=13)
-    table.add_column(
-        "condition, measured effect [95 % interval], p, corrected p, effect size, runs"
-    )
+    # The longest verdict has two lines.
+    table.add_column("verdict", width=9)
+    table.add_column("comparison", overflow="fold")
+    for heading in ("effect [95 % interval]", "corrected p", "runs"):
+        table.add_column(heading, no_wrap=True)
     for contrast in contrasts.rows[:MAX_COMPARISONS]:
-        comparison = (
-            f"{contrast.condition} against {contrast.reference}, {AGENT_NAMES[contrast.measure]}"
+        numbers = contrast.numbers
+        table.add_row(
+            Text(contrast.verdict, style=LABEL_STYLE[contrast.verdict]),
+            Text.assemble(
+                f"{contrast.condition} against {contrast.reference}",
+                (f"\n{AGENT_NAMES[contrast.measure]}", "dim"),
+            ),
+            format_effect(contrast),
+            format_p_value(contrast.p_holm),
+            f"{numbers.n_a}, {numbers.n_b}",
         )
-        verdict = Text(contrast.verdict, style=LABEL_STYLE[contrast.verdict])
-        table.add_row(verdict, Text.assemble(comparison, (f"\n{_format_numbers(contrast)}", "dim")))
     return table
 
 
@@ -74,20 +80,13 @@ def show_contrasts(contrasts: Contrasts) -> None:
     """
     if contrasts.rows:
         console.console.print(make_contrasts_table(contrasts))
+        for contrast in contrasts.rows[:MAX_COMPARISONS]:
+            if contrast.note:
+                agent = AGENT_NAMES[contrast.measure]
+                console.info(
+                    f"{contrast.condition} against {contrast.reference}, {agent}: {contrast.note}"
+                )
         console.info_if_any(contrasts.too_few)
-
-
-def _format_numbers(contrast: Contrast) -> str:
-    """Return effect, interval, p-values, A12 and numbers of runs as text.
-
-    For example: `+198 [171, 224], p 9.3e-10, corrected 1.9e-09, A12 1.00, runs 30 and 30`.
-    """
-    numbers = contrast.numbers
-    # Without an interval, `low` is NaN.
-    interval = "" if isnan(numbers.low) else f" [{numbers.low:.4g}, {numbers.high:.4g}]"
-    test = f"p {numbers.p:.2g}, corrected {contrast.p_holm:.2g}, A12 {numbers.a12:.2f}"
-    note = f"; {contrast.note}" if contrast.note else ""
-    return f"{numbers.effect:+.4g}{interval}, {test}, runs {numbers.n_a} and {numbers.n_b}{note}"
 
 
 def make_claims_table(

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 from cyclopts import Group
 
 from baldwinlab.cli.old_names import replace_old_names
-from baldwinlab.cli.options import app
+from baldwinlab.cli.options import OVERVIEW, app
 from baldwinlab.core import console
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError, InterruptedStudyError
 
@@ -43,6 +43,7 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
     },
     "Look": {
         "lab": Command("cli.lab", "lab", "[DIRECTORY]"),
+        "watch": Command("cli.watch", "watch", "DIRECTORY"),
         "replay": Command(
             "cli.replay", "replay", "[DIRECTORY] [--run RUN --generation GENERATION] --out OUT"
         ),
@@ -113,6 +114,9 @@ def main() -> None:
     _ignore_local_matplotlibrc()
     warnings.showwarning = lambda message, *_: console.warn(str(message))
     try:
+        if len(sys.argv) == 1:
+            console.info(OVERVIEW)
+            return
         app(replace_old_names(sys.argv[1:], console.warn))
     except ArgumentError as error:
         # The attribute is a sentence about an option, the text one about a Python argument.
@@ -125,6 +129,8 @@ def main() -> None:
         _fail(str(error) or "Interrupted.", INTERRUPTED_STATUS)
     except OSError as error:
         _fail(_describe_os_error(error), FAILURE_STATUS)
+    finally:
+        console.reserve_stdout(False)
 
 
 def _describe_os_error(error: OSError) -> str:

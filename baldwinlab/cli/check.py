@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from baldwinlab.api.checks import REQUIREMENTS, iterate_findings
 from baldwinlab.api.checks.fixture import SEED
-from baldwinlab.cli.options import Integer
+from baldwinlab.cli.options import Integer, Json
 from baldwinlab.core import console
 
 
@@ -28,6 +28,7 @@ def check(
     seed: Annotated[
         Integer, Parameter(help="Seed of the random worlds in which the parts are tested.")
     ] = SEED,
+    json: Json = False,
 ) -> None:
     """Check whether the parts in a file fulfill the requirements for parts.
 
@@ -43,9 +44,13 @@ def check(
 
         baldwinlab check my_rule.py
     """
-    has_failed = False
+    findings = []
+    if json:
+        console.reserve_stdout()
     for finding in iterate_findings(file, requirements or (), seed):
         console.info(str(finding))
-        has_failed |= finding.holds is False
-    if has_failed:
+        findings.append(finding)
+    if json:
+        console.print_json([finding._asdict() for finding in findings])
+    if any(finding.holds is False for finding in findings):
         raise SystemExit(1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+from json import dumps
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +14,7 @@ from baldwinlab.cli.options import (
     HIDE_DEFAULT,
     OVERWRITE_FORCE,
     Directory,
+    Json,
     LastGenerations,
     Parts,
     load_parts,
@@ -42,6 +43,7 @@ def claims(
         Path | None, Parameter(help="JSON file for the verdicts. Default: no file.")
     ] = None,
     force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
+    json: Json = False,
 ) -> None:
     """Evaluate claims about a study, from its paper, another paper, or a file.
 
@@ -55,9 +57,13 @@ def claims(
     if out:
         # Every file of this command contains this key.
         require_writable("--out", out, b'"p_holm"', force=force)
+    if json:
+        console.reserve_stdout()
     results = evaluate_claims(StudyStore(directory), claims, paper=paper, last=last_generations)
+    records = [result.record() for result in results]
+    if json:
+        console.print_json(records)
     if out:
-        records = [result.record() for result in results]
-        text = json.dumps(records, indent=2, ensure_ascii=False, allow_nan=False)
+        text = dumps(records, indent=2, ensure_ascii=False, allow_nan=False)
         write_atomically(out, f"{text}\n".encode())
         console.info(f"verdicts: {out}")

@@ -12,6 +12,7 @@ from baldwinlab.cli.options import (
     HIDE_DEFAULT,
     Assignments,
     Integer,
+    Json,
     Parts,
     Seed,
     load_parts,
@@ -37,12 +38,14 @@ def compete(
     assignments: Assignments = None,
     lives: Annotated[
         Integer,
+        Json,
         Parameter(
             help="Number of lives. Each is also simulated with the birthplaces of A and B swapped."
         ),
     ] = 100,
     seed: Seed = 0,
     part: Parts = None,
+    json: Json = False,
 ) -> None:
     """Compare the agents of two genome files in one population. Each has half of it.
 
@@ -54,6 +57,8 @@ def compete(
         baldwinlab compete learners.nc ancestors.nc --map B --lives 50
     """
     load_parts(part)
+    if json:
+        console.reserve_stdout()
     result = run_competition(
         a,
         b,
@@ -63,6 +68,9 @@ def compete(
         lives=lives,
         seed=seed,
     )
+    if json:
+        console.print_json(result._asdict() | {"lives": result.lives.tolist()})
+        return
     console.info(f"A, {a}: mean energy {result.energy_a:.4g}")
     console.info(f"B, {b}: mean energy {result.energy_b:.4g}")
     console.info(

@@ -9,6 +9,7 @@ from typing import Annotated, Final
 from cyclopts import Parameter
 
 from baldwinlab.api.doctor import examine, has_problem
+from baldwinlab.cli.options import Json
 from baldwinlab.core import console
 
 STATE_MARKS: Final = {"well": "ok", "missing": "-", "problem": "PROBLEM"}
@@ -19,6 +20,8 @@ def doctor(
         Path, Parameter(help="Folder for studies. The command tests whether it can be written.")
     ] = Path("results"),
     /,
+    *,
+    json: Json = False,
 ) -> None:
     """List installed packages, extras, cores, memory, disk, cache and GPU, and how to fix problems.
 
@@ -30,10 +33,14 @@ def doctor(
         baldwinlab doctor
     """
     findings = []
+    if json:
+        console.reserve_stdout()
     for finding in examine(folder):
         findings.append(finding)
         fix = f"; {finding.fix}" if finding.fix else ""
         console.info(f"{STATE_MARKS[finding.state]:<8} {finding.topic:<16} {finding.message}{fix}")
+    if json:
+        console.print_json([finding._asdict() for finding in findings])
     if has_problem(findings):
         console.warn("this machine has problems, see the lines that begin with PROBLEM")
         sys.exit(1)

@@ -12,6 +12,7 @@ from baldwinlab.cli.options import (
     FLAG,
     HIDE_DEFAULT,
     OVERWRITE_FORCE,
+    Json,
     OptionalInteger,
     Parts,
     load_parts,
@@ -37,6 +38,7 @@ def freeze(
     out: Annotated[Path, Parameter(help="Genome file to write (.nc).")],
     part: Parts = None,
     force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
+    json: Json = False,
 ) -> None:
     """Write the genomes of an agent or of a population to one small file.
 
@@ -51,6 +53,9 @@ def freeze(
     """
     load_parts(part)
     frozen = write_genome_file(reference, agent, out=out, force=force)
+    if json:
+        console.print_json(frozen._asdict() | {"path": str(frozen.path)})
+        return
     agents = "1 agent" if frozen.n_agents == 1 else f"{frozen.n_agents} agents"
     runs = "1 run" if frozen.n_runs == 1 else f"{frozen.n_runs} runs"
     console.info(f"{frozen.path}: {agents} of {runs}, SHA-256 {frozen.sha256}")

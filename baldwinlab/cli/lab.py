@@ -21,14 +21,13 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import BaldwinLabError, RefusedError
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.files import is_local
+from baldwinlab.core.lab_address import DEFAULT_LAB_PORT, LAB_HOST
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab.access import Access
 from baldwinlab.models.miniworld.backends.cpu import is_compiled
 from baldwinlab.simulation.compilation import compile_experiments
 
 DEFAULT_FOLDER = Path("results")
-DEFAULT_PORT = 8642
-HOST = "127.0.0.1"
 MAX_PORT = 65535
 LAB_PACKAGES = ("starlette", "uvicorn", "websockets")
 COMPILER_DELAY_SECONDS = 1.5
@@ -50,7 +49,7 @@ def lab(
     part: Parts = None,
     port: Annotated[
         Integer, Parameter(help="Port of the page's address; 0 for any free port.")
-    ] = DEFAULT_PORT,
+    ] = DEFAULT_LAB_PORT,
     browser: Annotated[bool, Parameter(help="Open the page in the browser.")] = True,
 ) -> None:
     """Open the lab in the browser: watch, replay and share studies, and start new ones.
@@ -77,7 +76,7 @@ def lab(
     with open_listener(port) as listener:
         access = Access()
         _, bound_port = listener.getsockname()
-        address = f"http://{HOST}:{bound_port}/?token="
+        address = f"http://{LAB_HOST}:{bound_port}/?token="
         console.info(
             f"The lab is open at {address}{access.token} and shows {directory}. Ctrl-C closes it.",
             has_address=True,
@@ -99,7 +98,7 @@ def open_listener(port: int) -> socket.socket:
             # Without this option, a port cannot be used for a minute after the lab is closed. On
             # Windows the option has another meaning.
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listener.bind((HOST, port))
+        listener.bind((LAB_HOST, port))
         listener.listen()
     except OSError as error:
         listener.close()

@@ -5,11 +5,12 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 from cyclopts import Parameter
 
 from baldwinlab import papers
+from baldwinlab.cli.options import Json
 from baldwinlab.core import console
 from baldwinlab.experiment import registry
 from baldwinlab.papers import Paper, presets
@@ -19,11 +20,14 @@ MAX_LISTED_CONDITIONS: Final = 6
 PRESET_NAME_WIDTH: Final = 22
 """Width of the column with the names of presets, in characters."""
 PACKAGE_FOLDER: Final = Path(__file__).parents[1]
+Entry = dict[str, Any]
 
 
 def list_names(
     kind: Annotated[Literal["papers", "presets", "parts"], Parameter(help="Kind of names.")],
     /,
+    *,
+    json: Json = False,
 ) -> None:
     """List the papers, the presets or the built-in parts, each with one line that describes it.
 
@@ -34,7 +38,43 @@ def list_names(
 
         baldwinlab list presets
     """
-    PRINT_NAMES[kind]()
+    if json:
+        console.print_json(COLLECT_ENTRIES[kind]())
+    else:
+        PRINT_NAMES[kind]()
+
+
+def _collect_papers() -> list[Entry]:
+    return [
+        {
+            "name": paper.name,
+            "title": paper.metadata.title,
+            "description": paper.metadata.description,
+            "source": paper.metadata.source,
+            "link": paper.metadata.link,
+            "year": paper.metadata.year,
+            "conditions": list(paper.study_names()),
+            "claims": len(paper.claims),
+        }
+        for paper in papers.built_in().values()
+    ]
+
+
+def _collect_presets() -> list[Entry]:
+    return [
+        {"paper": paper.name, "kind": kind, "name": name, "text": paper.describe(kind, name)}
+        for paper in papers.built_in().values()
+        for kind in presets.PRESET_KINDS
+        for name in paper.names(kind)
+    ]
+
+
+def _collect_parts() -> list[Entry]:
+    return [
+        {"kind": kind, "name": name, "text": _read_summary(address)}
+        for kind in registry.BUILT_IN
+        for name, address in registry.package_parts(kind).items()
+    ]
 
 
 def _list_papers() -> None:
@@ -108,6 +148,11 @@ def _read_summary(address: str) -> str:
     return ""
 
 
+COLLECT_ENTRIES: Final[dict[str, Callable[[], list[Entry]]]] = {
+    "papers": _collect_papers,
+    "presets": _collect_presets,
+    "parts": _collect_parts,
+}
 PRINT_NAMES: Final[dict[str, Callable[[], None]]] = {
     "papers": _list_papers,
     "presets": _list_presets,

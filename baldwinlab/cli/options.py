@@ -25,6 +25,12 @@ from baldwinlab.core import console
 from baldwinlab.core.files import parse_location
 from baldwinlab.core.suggestions import suggest
 
+# The output of `baldwinlab` without arguments.
+OVERVIEW: Final = """\
+baldwinlab: experiments on evolution and lifetime learning.
+Start: baldwinlab run evo/A evo+self-taught/A --runs 8
+Look:  baldwinlab lab
+Help:  baldwinlab --help"""
 HELP: Final = """\
 A laboratory for experiments on evolution and lifetime learning.
 
@@ -170,6 +176,10 @@ Parts = Annotated[
         negative="",
         help="Python file with custom parts. Repeat the option for several files.",
     ),
+]
+
+Json = Annotated[
+    bool, FLAG, Parameter(name="--json", help="Print the results as JSON, and messages on stderr.")
 ]
 
 RESOURCE_FORCE: Final = "Run even if less memory or disk is free than the estimate."

@@ -15,10 +15,13 @@ from baldwinlab.cli.options import (
     RESOURCE_FORCE,
     Baseline,
     Directory,
+    Json,
     LastGenerations,
     Parts,
     load_parts,
 )
+from baldwinlab.cli.results import print_results
+from baldwinlab.core import console
 from baldwinlab.core.errors import require_positive
 from baldwinlab.papers import load
 from baldwinlab.studies.store import StudyStore
@@ -40,6 +43,7 @@ def report(
     ] = "",
     part: Parts = None,
     force: Annotated[bool, FLAG, Parameter(help=f"{RESOURCE_FORCE} {OVERWRITE_FORCE}")] = False,
+    json: Json = False,
 ) -> None:
     """Write the statistics, the figures and the report of a study from its stored results.
 
@@ -54,11 +58,16 @@ def report(
     load_parts(part)
     require_positive("last", last_generations)
     paper_data = load(paper) if paper else None
+    if json:
+        console.reserve_stdout()
+    study = StudyStore(directory)
     write_report(
-        StudyStore(directory),
+        study,
         out,
         last=last_generations,
         baseline=baseline,
         paper=paper_data,
         force=force,
     )
+    if json:
+        print_results(study, last_generations, baseline)

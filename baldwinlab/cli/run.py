@@ -18,6 +18,7 @@ from baldwinlab.cli.options import (
     Executor,
     Experiment,
     Force,
+    Json,
     OptionalInteger,
     Out,
     Parts,
@@ -26,6 +27,7 @@ from baldwinlab.cli.options import (
     Workers,
     load_parts,
 )
+from baldwinlab.cli.results import print_results
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import parse_location
@@ -103,6 +105,7 @@ def run(
         ),
     ] = "60s",
     force: Force = False,
+    json: Json = False,
 ) -> None:
     """Run one or several experiments as one study, and compare them.
 
@@ -116,6 +119,8 @@ def run(
         baldwinlab run mine --generations 80
     """
     load_parts(part)
+    if json:
+        console.reserve_stdout()
     options = RunOptions(
         workers, backend=backend, executor=executor, force=force, checkpoint=checkpoint
     )
@@ -144,7 +149,9 @@ def run(
             founders=founders,
             schedule=parse_changes(at),
         )
-    if len(study.experiments) > 1 or baseline:
+    if json:
+        print_results(study, baseline=baseline)
+    elif len(study.experiments) > 1 or baseline:
         # Imported late: SciPy's statistics take a while to load.
         from baldwinlab.api.publish import lab_results
         from baldwinlab.api.tables import show_contrasts

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 
-from baldwinlab.cli.options import Assignments, Experiment, Parts, Variant, load_parts
+from baldwinlab.cli.options import Assignments, Experiment, Json, Parts, Variant, load_parts
+from baldwinlab.core import console
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers import presets
@@ -18,6 +19,7 @@ def show(
     part: Parts = None,
     variant: Variant = STANDARD_VARIANT,
     assignments: Assignments = None,
+    json: Json = False,
 ) -> None:
     """Print an experiment as TOML, with the meaning and unit of each setting.
 
@@ -31,6 +33,9 @@ def show(
     load_parts(part)
     original = presets.load(experiment, variant)
     changed = assign(original, assignments or [])
+    if json:
+        console.print_json(changed.to_dict())
+        return
     toml = to_toml(changed)
     has_name_of_preset = changed.name == original.name and not presets.is_file(experiment)
     if has_name_of_preset:

@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-import json as json_format
-import sys
-from typing import Annotated
-
-from cyclopts import Parameter
-
-from baldwinlab.cli.options import FLAG, Directory
+from baldwinlab.cli.options import Directory, Json
 from baldwinlab.core import console
 from baldwinlab.studies.status import StudyStatus, read_status
 from baldwinlab.studies.store import StudyStore
@@ -21,7 +15,7 @@ def status(
     directory: Directory,
     /,
     *,
-    json: Annotated[bool, FLAG, Parameter(help="Print the status as JSON.")] = False,
+    json: Json = False,
 ) -> None:
     """Show stored and missing runs, speed, time left, workers and failures of a study.
 
@@ -34,8 +28,7 @@ def status(
     study = StudyStore(directory)
     result = read_status(study)
     if json:
-        text = json_format.dumps(result.to_dict(), indent=2, ensure_ascii=False)
-        sys.stdout.write(f"{text}\n")
+        console.print_json(result.to_dict())
         return
     n_done, n_missing = sum(result.done.values()), sum(result.missing.values())
     console.info(f"{directory}: {n_done:,} of {n_done + n_missing:,} runs stored")

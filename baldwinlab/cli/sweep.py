@@ -13,13 +13,17 @@ from baldwinlab.cli.options import (
     Backend,
     Executor,
     Force,
+    Json,
     LastGenerations,
     Out,
     Parts,
     Workers,
     load_parts,
 )
+from baldwinlab.cli.results import print_results
+from baldwinlab.core import console
 from baldwinlab.core.errors import require_positive
+from baldwinlab.studies.store import StudyStore
 
 
 def sweep(
@@ -39,6 +43,7 @@ def sweep(
     backend: Backend = "auto",
     executor: Executor = "threads",
     force: Force = False,
+    json: Json = False,
 ) -> None:
     """Run an experiment with many values of its settings, and report the responses.
 
@@ -51,7 +56,11 @@ def sweep(
     """
     load_parts(part)
     require_positive("last", last_generations)
+    if json:
+        console.reserve_stdout()
     study = run_sweep(
         file, out=out, workers=workers, backend=backend, executor=executor, force=force
     )
     study.report(last=last_generations, force=force)
+    if json:
+        print_results(StudyStore(study.directory), last_generations)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from html import escape
+from typing import Any
 
 from rich.console import Console
 from rich.progress import (
@@ -37,6 +40,17 @@ MIN_RATE_WITHOUT_DECIMALS = 100
 MIN_RATE_DURATION = 1e-9
 
 
+class _Outcome(ProgressColumn):
+    """Column with the outcome of the finished work."""
+
+    def __init__(self, outcome: object) -> None:
+        super().__init__()
+        self._outcome = outcome
+
+    def render(self, task: Task) -> Text:
+        return Text(str(self._outcome), style="green")
+
+
 class _Rate(ProgressColumn):
     def render(self, task: Task) -> Text:
         # Before the first finished work, rich has no rate.
@@ -53,7 +67,7 @@ def _format_rate(rate: float, unit: str) -> str:
 
 @contextmanager
 def progress(
-    description: str, total: int, unit: str = "agent-steps"
+    description: str, total: int, unit: str = "agent-steps", outcome: object = ""
 ) -> Iterator[Callable[[int], None]]:
     """Show the progress of long work, its rate and the time left.
 
@@ -67,6 +81,8 @@ def progress(
         The amount of work, in `unit`.
     unit
         Plural noun of the unit of work.
+    outcome
+        A terminal shows this object as text, again and again, for example a curve that grows.
 
     Yields
     ------
@@ -91,6 +107,7 @@ def progress(
         BarColumn(),
         TaskProgressColumn(),
         _Rate(),
+        _Outcome(outcome),
         TimeRemainingColumn(elapsed_when_finished=True),
     )
     with Progress(*columns, console=console, speed_estimate_period=10) as bar:
@@ -145,6 +162,32 @@ def _display_notebook_bar() -> Callable[[str, float], None]:
     return lambda sentence, share: bar.update(
         HTML(f'<progress value="{share:.3f}"></progress> {escape(sentence)}')
     )
+
+
+def reserve_stdout(is_reserved: bool = True) -> None:
+    """Print messages, progress and tables on stderr, because stdout gets data.
+
+    Parameters
+    ----------
+    is_reserved
+        False: print on stdout again.
+    """
+    console.stderr = is_reserved
+
+
+def print_json(value: Any) -> None:
+    """Print data as JSON on stdout. An undefined number is null."""
+    text = json.dumps(_replace_nan(value), indent=2, ensure_ascii=False, allow_nan=False)
+    sys.stdout.write(f"{text}\n")
+
+
+def _replace_nan(value: Any) -> Any:
+    """Return plain data, in which numbers that JSON cannot hold are None."""
+    if isinstance(value, dict):
+        return {str(key): _replace_nan(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_replace_nan(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def info(message: str, *, has_address: bool = False) -> None:

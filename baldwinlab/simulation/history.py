@@ -134,6 +134,11 @@ class History:
             self._records[name] = np.zeros(shape, values.dtype)
         return self._records[name]
 
+    @property
+    def last_mean_fitness(self) -> float:
+        """Mean fitness of the last simulated generation."""
+        return float(self._fitness[self.n_generations - 1].mean())
+
     def add(self, generation: int, results: LifeResults, run_index: int) -> None:
         """Record a generation and make the next one.
 

@@ -21,7 +21,7 @@ from baldwinlab.studies.executors import THREADS, Executor, available_cores
 from baldwinlab.studies.progress import ProcessProgress, ProgressFile
 from baldwinlab.studies.record_checks import DamagedRecordError, RunLengths
 from baldwinlab.studies.record_files import RecordFile, assign_runs
-from baldwinlab.studies.run_task import Callback, RunTask, count_agent_steps
+from baldwinlab.studies.run_task import Callback, Observer, RunTask, count_agent_steps
 from baldwinlab.studies.store import StudyStore
 
 __all__ = [
@@ -181,6 +181,7 @@ def run_study(
     executor: Executor = THREADS,
     checkpoint_interval: Interval = EVERY_MINUTE,
     callback: Callback | None = None,
+    observe: Observer | None = None,
 ) -> None:
     """Simulate the missing runs of a study, and store the session.
 
@@ -205,6 +206,8 @@ def run_study(
         Interval between the checkpoints of a run.
     callback : Callback, optional
         Called after each generation of a run, in the thread of its task.
+    observe : Observer, optional
+        Called with condition, generation and mean fitness after each generation of a run.
 
     Raises
     ------
@@ -214,6 +217,7 @@ def run_study(
     study.require_parts()
     study.sweep()
     tasks = plan_tasks(study, missing, workers, backend.worlds, checkpoint_interval, callback)
+    tasks = [task._replace(observe=observe) for task in tasks]
     compile_seconds = compile_experiments((task.experiment for task in tasks), backend, log)
     log(f"Engine ({backend.name}) ready after {compile_seconds:.1f} s.")
     start_seconds = time.perf_counter()

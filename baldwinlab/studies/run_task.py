@@ -30,6 +30,8 @@ MIN_STEPS_OF_SEARCH: Final = 200_000_000
 
 # Called after each generation of a run with the dataset of the run.
 Callback = Callable[["xr.Dataset"], None]
+# Called after each generation of a run with condition, generation and mean fitness.
+Observer = Callable[[str, int, float], None]
 
 
 class RunTask(NamedTuple):
@@ -43,6 +45,7 @@ class RunTask(NamedTuple):
     is_new: bool = False
     checkpoint_interval: Interval = EVERY_MINUTE
     callback: Callback | None = None
+    observe: Observer | None = None
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -119,6 +122,10 @@ class RunTask(NamedTuple):
                 for history in simulated:
                     # The dataset shares its arrays with the history, which changes later.
                     self.callback(history.dataset().copy(deep=True))
+            if self.observe:
+                for history in simulated:
+                    name = self.experiment.name
+                    self.observe(name, n_generations - 1, history.last_mean_fitness)
             for history in simulated:
                 if history.is_complete:
                     is_continued = self.n_stored > 0 or runs[history.run] is not None

@@ -35,6 +35,7 @@ COMPARISON_COLUMNS = (
     *statistics.Comparison._fields[:-1],
     "p_holm",
     "a12",
+    "verdict",
 )
 """The columns of a comparison in every table."""
 
@@ -105,7 +106,8 @@ class Contrast(NamedTuple):
             "condition_b": self.reference,
             "measure": self.measure,
         }
-        return labels | self.numbers._asdict() | {"p_holm": self.p_holm}
+        result = {"p_holm": self.p_holm, "verdict": self.verdict}
+        return labels | self.numbers._asdict() | result
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import Any, Final
 from baldwinlab.analysis.assays.phrases import has_foragers
 from baldwinlab.analysis.assays.reaction import Panel, make_reaction_panels
 from baldwinlab.analysis.statistics import curve_intervals, fitness
+from baldwinlab.analysis.statistics.contrast_sentences import describe_contrast
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, final_values
 from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.analysis.statistics.species import compute_species_curves
@@ -146,11 +147,26 @@ def _comparison_record(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
     is_large_sweep = study.kind == SWEEP and not has_comparisons(study)
     if study.kind == MULTIVERSE or is_large_sweep:
         return {"pairing": "", "too_few": "", "rows": []}
-    contrasts = _compare_finals(study, final_values(data), DEFAULT_LAST)
+    return record_contrasts(_compare_finals(study, final_values(data), DEFAULT_LAST))
+
+
+def record_contrasts(contrasts: Contrasts) -> dict[str, Any]:
+    """Return comparisons as plain data, with a sentence for each.
+
+    Parameters
+    ----------
+    contrasts : Contrasts
+        The comparisons.
+
+    Returns
+    -------
+    dict
+        `pairing`, `too_few` and `rows`. An undefined number is None.
+    """
     rows = []
     for contrast in contrasts.rows:
         row = {name: _finite_or_none(value) for name, value in contrast.row().items()}
-        rows.append(row | {"verdict": contrast.verdict, "note": contrast.note})
+        rows.append(row | {"note": contrast.note, "sentence": describe_contrast(contrast)})
     return {"pairing": contrasts.pairing, "too_few": contrasts.too_few, "rows": rows}
 
 
