@@ -10,15 +10,17 @@ from unittest.mock import patch
 
 from matplotlib.figure import Figure
 
+from baldwinlab.analysis.figures import SavedFigure
+
 SVG: Final = b'<svg xmlns="http://www.w3.org/2000/svg" width="1" height="1"/>'
 
 
-def save_placeholder(figure: Figure, folder: Path, name: str) -> bytes:
+def save_placeholder(figure: Figure, folder: Path, name: str) -> SavedFigure:
     """Write files with the names of those of a figure."""
     folder.mkdir(parents=True, exist_ok=True)
     for suffix in (".svg", ".png"):
         (folder / f"{name}{suffix}").write_bytes(SVG)
-    return SVG
+    return SavedFigure(SVG, 1.0, 1.0)
 
 
 @contextmanager

@@ -366,5 +366,6 @@ def _make_row(claim: str, finding: Finding) -> dict[str, Any]:
         "condition_b": finding.comparison.reference,
         "measure": finding.comparison.measure,
         "p_holm": finding.p_holm,
+        "verdict": finding.label,
         **finding.numbers._asdict(),
     }

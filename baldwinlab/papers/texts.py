@@ -67,6 +67,8 @@ class ReportTexts(DeclaredTable):
 
     # Heading of the report.
     heading: str = ""
+    # The question that the study answers, as the first line of the report.
+    question: str = ""
     # Additions to captions that compare a figure with one of the paper.
     captions: Mapping[Figure, str] = Field(default_factory=dict)
     inference: Inference | None = None

@@ -13,9 +13,9 @@ from baldwinlab.analysis.assays.learner_comparison import (
     LearnerOnMap,
     MapsByLearner,
 )
-from baldwinlab.analysis.report.phrases import format_signed
 from baldwinlab.analysis.report.sections import ReportSummary, render
 from baldwinlab.analysis.statistics.csv import to_csv
+from baldwinlab.analysis.statistics.numbers import format_signed
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS
 from baldwinlab.core.file_writing import write_atomically, write_json
 

@@ -22,9 +22,9 @@ from baldwinlab.analysis.assays.opponents import (
 )
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, styled
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.analysis.report.sections import Section, render
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
+from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.analysis.statistics.sample_sizes import PlannedTest, describe_too_few
 from baldwinlab.core.assay_variables import OPPONENTS
 

@@ -18,8 +18,8 @@ from baldwinlab.analysis.assays.analysis import Analysis
 from baldwinlab.analysis.assays.reaction_norms import PARAMETERS, QUANTITY_PREFIX
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report.embedding import ReportFigure
-from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
+from baldwinlab.analysis.statistics.numbers import format_number
 
 MEASURE_NAMES: Final = {
     "off": "fitness, learning off (innate fitness)",

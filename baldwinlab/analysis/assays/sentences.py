@@ -7,7 +7,7 @@ from typing import Final
 
 from baldwinlab.analysis.assays.analysis import Analysis, Answer, ConditionResult
 from baldwinlab.analysis.assays.criteria import NO, UNDECIDED, YES
-from baldwinlab.analysis.report.phrases import format_number
+from baldwinlab.analysis.statistics.numbers import format_number
 
 # Signs of a difference.
 MORE: Final = "more"

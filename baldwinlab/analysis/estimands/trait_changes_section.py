@@ -29,11 +29,11 @@ from baldwinlab.analysis.estimands.trait_changes import (
 from baldwinlab.analysis.figures.style import BLACK, BLUE, ORANGE, SeriesStyle, styled
 from baldwinlab.analysis.palette import MID_GRAY, PURPLE
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.analysis.report.sections import Section, render
 from baldwinlab.analysis.statistics import median_interval
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
+from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.core.file_writing import write_atomically
 
 TITLE: Final = "What changed the mean in each generation"
@@ -134,7 +134,7 @@ def _make_figures(
         ]
         return "; ".join(texts)
 
-    common = {"commands": ("baldwinlab assay . --assays innate",)}
+    commands = ("baldwinlab assay . --assays innate",)
     partition = ReportFigure(
         name="price-partition",
         title="Parts of the change of the mean",
@@ -147,7 +147,7 @@ def _make_figures(
         alternative=f"Parts of the change. Means over generations: {describe(PARTS)}.",
         figure=draw_partition(changes, innate, names),
         table=_tabulate_generations(changes, names, ("change", *PARTS)),
-        **common,
+        commands=commands,
     )
     response = ReportFigure(
         name="breeders-equation",
@@ -161,7 +161,7 @@ def _make_figures(
         alternative=f"Heritability and response. Means over generations: {describe(GENETICS)}.",
         figure=draw_response(changes, innate, names),
         table=_tabulate_generations(changes, names, GENETICS),
-        **common,
+        commands=commands,
     )
     return [partition, response]
 

@@ -3,8 +3,9 @@
 Figures are drawn without a display.
 """
 
+from baldwinlab.analysis.figures.boxes import describe_p_values, draw_fitness_boxes
 from baldwinlab.analysis.figures.emergence import draw_emergence, draw_trajectories
-from baldwinlab.analysis.figures.fitness import draw_fitness_boxes, draw_fitness_curves
+from baldwinlab.analysis.figures.fitness import draw_fitness_curves
 from baldwinlab.analysis.figures.measures import (
     MeasureValues,
     draw_fitness_by_evaluations,
@@ -14,9 +15,10 @@ from baldwinlab.analysis.figures.measures import (
 )
 from baldwinlab.analysis.figures.networks import AgentKind, draw_networks
 from baldwinlab.analysis.figures.overview import draw_overview, overview_cells
-from baldwinlab.analysis.figures.style import save_figure, to_svg
+from baldwinlab.analysis.figures.style import SavedFigure, save_figure, to_svg
 from baldwinlab.analysis.figures.world import (
     Appearance,
+    SensorSector,
     draw_agent_senses,
     draw_world_maps,
     group_sectors,
@@ -26,6 +28,9 @@ __all__ = [
     "AgentKind",
     "Appearance",
     "MeasureValues",
+    "SavedFigure",
+    "SensorSector",
+    "describe_p_values",
     "draw_agent_senses",
     "draw_emergence",
     "draw_fitness_boxes",

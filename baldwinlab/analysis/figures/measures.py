@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from baldwinlab.analysis.figures.fitness import draw_box, plotted_conditions
+from baldwinlab.analysis.figures.boxes import draw_box
+from baldwinlab.analysis.figures.fitness import plotted_conditions
 from baldwinlab.analysis.figures.style import FIGURE_WIDTH, choose_style, styled
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean

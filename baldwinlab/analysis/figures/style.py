@@ -20,6 +20,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from baldwinlab.analysis.figures.panels import arrange_panels, merge_layouts, name_groups
 from baldwinlab.analysis.palette import (
     BLACK,
     BLUE,
@@ -124,7 +125,15 @@ def _to_png(figure: Figure) -> bytes:
     return page.getvalue()
 
 
-def save_figure(figure: Figure, folder: Path, name: str) -> bytes:
+class SavedFigure(NamedTuple):
+    """The image of a figure for a page, and the shapes of its layouts as width by height."""
+
+    image: bytes
+    wide_ratio: float
+    narrow_ratio: float
+
+
+def save_figure(figure: Figure, folder: Path, name: str) -> SavedFigure:
     """Write a figure as SVG and PNG.
 
     Parameters
@@ -138,15 +147,23 @@ def save_figure(figure: Figure, folder: Path, name: str) -> bytes:
 
     Returns
     -------
-    bytes
-        The SVG.
+    SavedFigure
+        The image for a page: an SVG with one panel per row if its space is narrow.
 
     Raises
     ------
     OSError
         If a file cannot be written.
     """
+    name_groups(figure)
     drawing = to_svg(figure)
+    # The layout uses positions that the next drawing changes.
+    layout = arrange_panels(figure)
     write_atomically(folder / f"{name}.svg", drawing)
     write_atomically(folder / f"{name}.png", _to_png(figure))
-    return drawing
+    width, height = figure.get_size_inches()
+    wide_ratio = float(width / height)
+    if layout is None:
+        return SavedFigure(drawing, wide_ratio, wide_ratio)
+    image = merge_layouts(drawing, figure, layout)
+    return SavedFigure(image, wide_ratio, layout.width / layout.height)

@@ -16,8 +16,8 @@ from baldwinlab.analysis.multiverse.sentences import (
 )
 from baldwinlab.analysis.report.content import format_range
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.phrases import format_number, format_signed
 from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.statistics.numbers import format_number, format_signed
 from baldwinlab.analysis.statistics.rules import HOLDS, NOT_EVALUATED, Verdict
 from baldwinlab.papers import load
 

@@ -7,7 +7,7 @@ from typing import Final
 
 from baldwinlab.analysis.multiverse import analysis
 from baldwinlab.analysis.multiverse.records import ClaimText, Multiverse, VariantResult
-from baldwinlab.analysis.report.phrases import format_number, format_signed
+from baldwinlab.analysis.statistics.numbers import format_number, format_signed
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED, Verdict
 
 VERDICT_PHRASES: Final = {HOLDS: "holds", UNDECIDED: "is undecided", FAILS: "does not hold"}

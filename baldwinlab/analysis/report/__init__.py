@@ -12,7 +12,9 @@ from baldwinlab.analysis.report import content, settings, setup
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import save_and_inline
 from baldwinlab.analysis.report.figures import SETUP_FIGURES, SUMMARY_FIGURES, draw_figures
+from baldwinlab.analysis.report.headline import compose_headline
 from baldwinlab.analysis.report.phrases import name_measures
+from baldwinlab.analysis.report.replays import link_conditions
 from baldwinlab.analysis.report.sections import (
     ReportSummary,
     Section,
@@ -20,6 +22,7 @@ from baldwinlab.analysis.report.sections import (
     render,
     write_page,
 )
+from baldwinlab.analysis.statistics.contrast_sentences import summarize_contrasts
 from baldwinlab.analysis.statistics.summary import summarize_conditions
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.papers.claims import KINDS
@@ -83,18 +86,22 @@ def draw_report(report: ReportData) -> dict[str, Any]:
         A figure cannot be written.
     """
     folder = report.directory / "figures"
-    contrasts = report.contrasts
-    has_contrasts = contrasts is not None and len(contrasts.rows) > 0
+    contrasts = report.contrasts if report.contrasts and report.contrasts.rows else None
+    drawn = [save_and_inline(figure, folder) for figure in draw_figures(report)]
     return {
         "paper": report.paper,
         "is_reproduction": report.is_reproduction,
-        "contrasts": contrasts if has_contrasts else None,
+        "contrasts": contrasts,
         "overview": setup.summarize_setup(
             report.data, report.experiments, report.provenance, report.variants
         ),
-        "figures": [save_and_inline(figure, folder) for figure in draw_figures(report)],
+        "figures": drawn,
         "setup_figures": SETUP_FIGURES,
-        "summary_figures": SUMMARY_FIGURES,
+        "main_figure": _choose_main_figure(drawn),
+        "headline": compose_headline(report),
+        "setup_note": setup.abridge_setup(report.data, report.experiments),
+        "comparison_note": summarize_contrasts(contrasts)[0] if contrasts else "",
+        "condition_links": link_conditions(report.lives),
         "measures": name_measures("food_eaten" in report.data),
         "last": report.last,
         "changed_settings": _list_changed_settings(report),
@@ -104,6 +111,12 @@ def draw_report(report: ReportData) -> dict[str, Any]:
         "timing": content.format_timing(report.provenance),
         **_summarize_claims(report),
     }
+
+
+def _choose_main_figure(drawn: Sequence[Mapping[str, Any]]) -> str:
+    """Return the name of the figure on the first screen: the overview, or the first result."""
+    names = [str(figure["name"]) for figure in drawn if figure["name"] not in SETUP_FIGURES]
+    return next((name for name in names if name in SUMMARY_FIGURES), names[0] if names else "")
 
 
 def _list_changed_settings(report: ReportData) -> list[str]:
@@ -164,4 +177,6 @@ def write_report(
         The file cannot be written.
     """
     page = render("report/report.html", sections=sections, top=summary, **contents)
-    return write_atomically(out, complete_page(page, out, directory / "figures").encode())
+    links = contents["condition_links"]
+    watch = render("report/watch.html", links=links) if links else ""
+    return write_atomically(out, complete_page(page, out, directory / "figures", watch).encode())

@@ -6,7 +6,13 @@ from baldwinlab.analysis import figures
 from baldwinlab.analysis.report.content import select_foragers, title_worlds
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import ReportFigure
-from baldwinlab.analysis.report.figure_data import format_replay_command, tabulate_generations
+from baldwinlab.analysis.report.figure_data import (
+    tabulate_agents,
+    tabulate_generations,
+    tabulate_maps,
+    tabulate_sectors,
+)
+from baldwinlab.analysis.report.replays import Life, format_replay_command, make_link
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import read_factors
@@ -40,6 +46,7 @@ def draw_maps(report: ReportData) -> ReportFigure | None:
         ),
         alternative=f"{'; '.join(starts)}.",
         figure=figures.draw_world_maps(worlds, n_agents, appearances),
+        table=tabulate_maps(worlds),
     )
 
 
@@ -56,6 +63,7 @@ def draw_emergence(report: ReportData) -> ReportFigure | None:
         eaters = int((trace["eaten"].sum("step") > 0).sum())
         counts.append(f"generation {trace.attrs['generation']}: {eaters} of {trace.sizes['agent']}")
     rows = tabulate_generations(report.data, "share")
+    lives = [Life(condition, run, int(trace.attrs["generation"])) for trace in report.traces]
     return ReportFigure(
         name="emergence",
         title="The emergence of foraging",
@@ -70,10 +78,8 @@ def draw_emergence(report: ReportData) -> ReportFigure | None:
         ),
         figure=figures.draw_emergence(report.data, report.traces),
         table=[row for row in rows if row["condition"] == condition],
-        commands=[
-            format_replay_command(condition, run, int(trace.attrs["generation"]))
-            for trace in report.traces
-        ],
+        commands=[format_replay_command(life) for life in lives],
+        links=[make_link([life], f"generation {life.generation}") for life in lives],
     )
 
 
@@ -109,6 +115,7 @@ def draw_networks(report: ReportData) -> ReportFigure | None:
         ),
         alternative=f"{'; '.join(alternatives)}.",
         figure=figures.draw_networks(list(kinds.values())),
+        table=tabulate_agents(list(kinds.values())),
     )
 
 
@@ -164,4 +171,5 @@ def draw_senses(report: ReportData) -> ReportFigure | None:
             f"An agent and its sectors, clockwise from its heading: {'; '.join(ranges) or 'none'}."
         ),
         figure=figures.draw_agent_senses(appearance),
+        table=tabulate_sectors(sectors),
     )

@@ -11,6 +11,7 @@ from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.report import phrases
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.analysis.statistics.rules import HOLDS, VERDICTS, Verdict
 from baldwinlab.analysis.statistics.species import compute_species_curves
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -261,7 +262,7 @@ def format_timing(provenance: Mapping[str, Any]) -> str:
     """Return the run time of the study, the number of workers and the compile time, if known."""
     parts = []
     if seconds := provenance.get("seconds"):
-        time = f"{phrases.format_number(seconds)} s"
+        time = f"{format_number(seconds)} s"
         if steps := provenance.get("agent_steps"):
             millions_per_second = steps / seconds / 1e6
             time = (
@@ -272,5 +273,5 @@ def format_timing(provenance: Mapping[str, Any]) -> str:
         counts = workers if isinstance(workers, list) else [workers]
         parts.append(f"workers: {', '.join(str(count) for count in counts)}")
     if provenance.get("compile_seconds") is not None:
-        parts.append(f"compilation: {phrases.format_number(provenance['compile_seconds'])} s")
+        parts.append(f"compilation: {format_number(provenance['compile_seconds'])} s")
     return "; ".join(parts)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import xarray as xr
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import ModelMeasure
+from baldwinlab.analysis.report.replays import Life, find_typical_lives
 from baldwinlab.analysis.statistics.contrasts import Contrasts
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import Paper
@@ -71,3 +73,8 @@ class ReportData:
     variants: Mapping[str, str] = field(default_factory=dict)
     is_reproduction: bool = False
     instruction: str = ""
+
+    @cached_property
+    def lives(self) -> dict[str, Life]:
+        """A typical lifetime of each condition."""
+        return find_typical_lives(self.data)

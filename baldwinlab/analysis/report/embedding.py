@@ -10,6 +10,7 @@ from typing import Any, Final, NamedTuple
 from matplotlib.figure import Figure as Drawing
 
 from baldwinlab.analysis import figures
+from baldwinlab.analysis.report.replays import Link
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.core.file_writing import write_atomically
 
@@ -31,6 +32,8 @@ class ReportFigure(NamedTuple):
     table: Sequence[Mapping[str, Any]] = ()
     # Commands that compute the figure's data again, in the directory of the study.
     commands: Sequence[str] = ()
+    # Lifetimes that the figure shows or summarizes.
+    links: Sequence[Link] = ()
 
 
 def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
@@ -53,7 +56,7 @@ def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
     OSError
         A file cannot be written.
     """
-    drawing = figures.save_figure(figure.figure, folder, figure.name)
+    saved = figures.save_figure(figure.figure, folder, figure.name)
     files = {"SVG": f"{figure.name}.svg", "PNG": f"{figure.name}.png"}
     if figure.table:
         files["CSV"] = f"{figure.name}.csv"
@@ -65,9 +68,11 @@ def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
         "caption": figure.caption,
         "alternative": figure.alternative,
         "shape": _name_shape(figure.figure),
-        "source": f"data:image/svg+xml;base64,{b64encode(drawing).decode('ascii')}",
+        "ratios": (saved.wide_ratio, saved.narrow_ratio),
+        "source": f"data:image/svg+xml;base64,{b64encode(saved.image).decode('ascii')}",
         "files": files,
         "commands": figure.commands,
+        "links": figure.links,
     }
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import xarray as xr
 
-from baldwinlab.analysis.report.phrases import format_number
+from baldwinlab.analysis.figures import AgentKind, SensorSector
 from baldwinlab.analysis.statistics import curve_intervals, fitness
+from baldwinlab.analysis.statistics.numbers import format_number
+from baldwinlab.experiment.miniworld_tables import World
 
 
 def tabulate_generations(data: xr.Dataset, measure: str) -> list[dict[str, Any]]:
@@ -19,21 +22,6 @@ def tabulate_generations(data: xr.Dataset, measure: str) -> list[dict[str, Any]]
         {"condition": row.pop("condition"), "measure": measure, **row}
         for row in table.to_dict("records")
     ]
-
-
-def list_typical_replays(data: xr.Dataset) -> list[str]:
-    """Return the commands that replay the last generation of a typical run of each condition."""
-    if "food_eaten" not in data:
-        return []
-    has_data = data["energy"].notnull().any(("run", "agent"))
-    commands = []
-    for name in map(str, data["condition"].values):
-        is_stored = has_data.sel(condition=name)
-        if bool(is_stored.any()):
-            last_generation = int(is_stored["generation"][is_stored][-1])
-            run = fitness.typical_run(data, name)
-            commands.append(format_replay_command(name, run, last_generation))
-    return commands
 
 
 def name_fitness(data: xr.Dataset, *agents: str) -> str:
@@ -76,9 +64,48 @@ def describe_final_medians(data: xr.Dataset, last: int) -> str:
     return f"Final fitness of the average agent, median over runs: {', '.join(values)}."
 
 
-def format_replay_command(condition: str, run: int, generation: int) -> str:
-    """Return the command that replays a lifetime of the study."""
-    return (
-        f"baldwinlab replay . --condition {condition} --run {run} --generation {generation} "
-        "--out life.mp4"
-    )
+def tabulate_evaluations(data: xr.Dataset, evaluation_variable: str) -> list[dict[str, Any]]:
+    """Return the mean fitness and the total evaluations: one row per condition and generation."""
+    per_generation = data[evaluation_variable].sum("agent", min_count=1)
+    evaluations = per_generation.cumsum("generation").mean("run")
+    numbers = xr.Dataset({"mean": fitness.mean(data).mean("run"), "evaluations": evaluations})
+    table = numbers.reset_coords(drop=True).to_dataframe().dropna(subset="mean").reset_index()
+    return [*table.to_dict("records")]
+
+
+def tabulate_maps(worlds: Mapping[str, World]) -> list[dict[str, Any]]:
+    """Return the areas of maps: one row per birth disc and per region of items."""
+    rows: list[dict[str, Any]] = []
+    for title, world in worlds.items():
+        start = world.start
+        size = {"map": title, "map_width": world.width, "map_height": world.height}
+        edges = (start.x - start.radius, start.x + start.radius)
+        heights = (start.y - start.radius, start.y + start.radius)
+        areas = [("birth disc", edges, heights, 0)]
+        areas += [("items", region.x, region.y, region.count) for region in world.food]
+        for area, (left, right), (upper, lower), count in areas:
+            sides = {"left": left, "right": right, "upper": upper, "lower": lower}
+            rows.append(size | {"area": area} | sides | {"items": count})
+    return rows
+
+
+def tabulate_agents(kinds: Sequence[AgentKind]) -> list[dict[str, Any]]:
+    """Return the networks of agents: one row per kind of agent and module."""
+    return [
+        {
+            "agents": kind.name,
+            "module": module,
+            "inputs": " ".join(kind.inputs),
+            "hidden_units": " ".join(map(str, kind.hidden)),
+            "outputs": " ".join(kind.actions),
+        }
+        for kind in kinds
+        for module in kind.modules
+    ]
+
+
+def tabulate_sectors(sectors: Mapping[SensorSector, Sequence[str]]) -> list[dict[str, Any]]:
+    """Return the sectors of senses: one row per input."""
+    return [
+        {"input": name, **sector._asdict()} for sector, names in sectors.items() for name in names
+    ]

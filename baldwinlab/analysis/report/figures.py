@@ -21,13 +21,14 @@ from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.report.figure_data import (
     describe_final_medians,
-    list_typical_replays,
     name_fitness,
+    tabulate_evaluations,
     tabulate_generations,
     tabulate_runs,
     tabulate_shares,
 )
-from baldwinlab.analysis.report.phrases import format_number
+from baldwinlab.analysis.report.replays import link_conditions, list_replay_commands
+from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.papers.texts import DEFAULT_FIGURES, Figure
 
 # Figures that are also drawn for models other than MiniWorld.
@@ -58,25 +59,32 @@ def draw_figures(report: ReportData) -> Iterator[ReportFigure]:
     names = report.paper.metadata.figures if report.paper else DEFAULT_FIGURES
     captions = report.paper.texts.captions if report.paper else {}
     is_foraging = bool(select_foragers(report.experiments))
+    condition_links = link_conditions(report.lives)
     for name in names:
         drawn = DRAW_FUNCTIONS[name](report)
         if drawn:
             # Captions of the paper on maps and agents describe MiniWorld.
             is_caption_valid = is_foraging or name in FIGURES_OF_ANY_MODEL
             addition = captions.get(name, "") if is_caption_valid else ""
-            yield drawn._replace(caption=f"{drawn.caption} {addition}".rstrip())
+            links = drawn.links if drawn.links or name in SETUP_FIGURES else condition_links
+            yield drawn._replace(caption=f"{drawn.caption} {addition}".rstrip(), links=links)
 
 
 def _draw_overview(report: ReportData) -> ReportFigure:
     cells = figures.overview_cells(report.data, report.results, report.last)
     measure = name_fitness(report.data, "average")
+    triangles = (
+        " A triangle marks a condition that a claim compares: it points up if the claim holds, and "
+        "down if it does not hold."
+        if any(cell.direction for cell in cells)
+        else ""
+    )
     return ReportFigure(
         name="overview",
         title="Fitness by learner and map",
         caption=(
             f"{measure}, mean over the last {report.last} generations, median over runs. Darker "
-            "cells are closer to the highest value of their map. A triangle marks a condition that "
-            "a claim compares: it points up if the claim holds, and down if it does not hold."
+            f"cells are closer to the highest value of their map.{triangles}"
         ),
         alternative=describe_final_medians(report.data, report.last),
         figure=figures.draw_overview({"": cells}),
@@ -99,23 +107,18 @@ def _draw_fitness(report: ReportData) -> ReportFigure:
         ),
         figure=figures.draw_fitness_curves(data),
         table=[row for measure in ("best", "mean") for row in tabulate_generations(data, measure)],
-        commands=list_typical_replays(data),
+        commands=list_replay_commands(report.lives) if "food_eaten" in data else (),
     )
 
 
 def _draw_final_fitness(report: ReportData) -> ReportFigure:
-    has_claims = any(result.findings for result in report.results)
-    brackets = (
-        " Brackets show the Mann-Whitney p-value, corrected for all claims (Holm)."
-        if has_claims
-        else ""
-    )
+    p_values = figures.describe_p_values(report.data, report.results)
     return ReportFigure(
         name="final-fitness",
         title=f"Fitness in the last {report.last} generations",
         caption=(
             f"Fitness, averaged over the last {report.last} generations of each run. "
-            f"{BOXES_NOTE}{brackets}"
+            f"{' '.join(filter(None, [BOXES_NOTE, p_values]))}"
         ),
         alternative=(
             "Box plots of final fitness by condition. "
@@ -205,6 +208,7 @@ def _draw_fitness_by_evaluations(report: ReportData) -> ReportFigure | None:
             f"{describe_final_medians(report.data, 1)}"
         ),
         figure=figures.draw_fitness_by_evaluations(report.data, evaluation_variable),
+        table=tabulate_evaluations(report.data, evaluation_variable),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
-from baldwinlab.analysis.statistics.comparisons import Comparison
+from baldwinlab.analysis.statistics.numbers import format_number, format_signed
 
 MEASURE_NAMES = {
     "best": "best agent",
@@ -41,44 +41,6 @@ def name_measures(food: bool) -> dict[str, str]:
         "share": "share of agents with fitness above 0",
         "most": "highest fitness of any agent",
     }
-
-
-def format_number(value: float) -> str:
-    """Return about three digits of a number, or a dash if it is not finite."""
-    if not math.isfinite(value):
-        return "–"
-    if value == 0:
-        return "0"
-    text = f"{value:,.{_decimals(value)}f}"
-    is_zero = float(text.replace(",", "")) == 0
-    return text.removeprefix("-") if is_zero else text.replace("-", "−")
-
-
-def _decimals(value: float) -> int:
-    if abs(value) >= 100:
-        return 0
-    return 1 if abs(value) >= 10 else 2
-
-
-def format_signed(value: float) -> str:
-    """Return a number with its sign."""
-    return f"+{format_number(value)}" if value > 0 else format_number(value)
-
-
-def format_p_value(p: float) -> str:
-    """Return a p-value, or a dash if it is NaN."""
-    if math.isnan(p):
-        return "–"
-    if p < 0.001:
-        return f"{p:.1e}"
-    return f"{p:.3f}" if p < 0.1 else f"{p:.2f}"
-
-
-def format_interval(numbers: Comparison) -> str:
-    """Return the 95 % interval of the effect, or "" if it is undefined."""
-    if math.isnan(numbers.low):
-        return ""
-    return f"[{format_number(numbers.low)}, {format_number(numbers.high)}]"
 
 
 def format_effect(finding: Finding) -> str:

@@ -13,6 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from baldwinlab.analysis import palette
 from baldwinlab.analysis.report import content, phrases
+from baldwinlab.analysis.statistics import numbers
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import is_local
 
@@ -20,11 +21,13 @@ FIGURE_PATTERN: Final = re.compile(r'<figure id="([^"]+)"')
 REFERENCE_PATTERN: Final = re.compile(r'(<a href="#(figure-[^"]+)">)Figure</a>')
 HEADING_PATTERN: Final = re.compile(r'<h2 id="([^"]+)">(.+?)</h2>')
 CONTENTS_PLACEHOLDER: Final = "<!-- contents -->"
+# In a figure without links to lifetimes.
+WATCH_PLACEHOLDER: Final = "<!-- watch -->"
 TEMPLATE_FILTERS: Final[dict[str, Callable[..., Any]]] = {
-    "number": phrases.format_number,
-    "signed": phrases.format_signed,
-    "p_value": phrases.format_p_value,
-    "interval": phrases.format_interval,
+    "number": numbers.format_number,
+    "signed": numbers.format_signed,
+    "p_value": numbers.format_p_value,
+    "interval": numbers.format_interval,
     "effect": phrases.format_effect,
     "measure_name": phrases.name_measure,
     "comparison": phrases.describe_comparison,
@@ -115,8 +118,8 @@ def write_page(
     return write_atomically(out, complete_page(page, out, figures).encode())
 
 
-def complete_page(page: str, out: Path, figures: Path) -> str:
-    """Return a page with its contents, numbered figures, and links to the figures' files.
+def complete_page(page: str, out: Path, figures: Path, watch: str = "") -> str:
+    """Return a page with its contents, numbered figures, and links to files and lifetimes.
 
     Parameters
     ----------
@@ -126,6 +129,8 @@ def complete_page(page: str, out: Path, figures: Path) -> str:
         File that the page will be written to. Links are relative to it.
     figures : Path
         Folder of the figures' files.
+    watch : str
+        HTML of the links to lifetimes in figures that have none.
 
     Returns
     -------
@@ -143,6 +148,7 @@ def complete_page(page: str, out: Path, figures: Path) -> str:
     if is_local(out) and is_local(figures):
         folder = quote(Path(relpath(figures, out.parent)).as_posix())
         page = page.replace('href="figures/', f'href="{folder}/')
+    page = page.replace(WATCH_PLACEHOLDER, watch)
     return page.replace(CONTENTS_PLACEHOLDER, _list_contents(page))
 
 
@@ -151,6 +157,10 @@ def _list_contents(page: str) -> str:
         f'<li><a href="#{anchor}">{title}</a></li>'
         for anchor, title in HEADING_PATTERN.findall(page)
     ]
-    if not entries:
+    if len(entries) < 2:
         return ""
-    return f'<nav class="contents" aria-label="Contents"><ol>{"".join(entries)}</ol></nav>'
+    return (
+        '<nav class="contents" aria-label="Contents">'
+        '<button type="button" popovertarget="contents">Contents</button>'
+        f'<ol id="contents" popover>{"".join(entries)}</ol></nav>'
+    )

@@ -72,6 +72,25 @@ def summarize_setup(
     return [(heading, text) for heading, text in rows if text]
 
 
+def abridge_setup(data: xr.Dataset, conditions: Experiments) -> str:
+    """Return the size of a study, such as "6 conditions, 30 runs, 100 generations".
+
+    Parameters
+    ----------
+    data : xr.Dataset
+        The runs, with the dimensions (condition, run, generation, agent).
+    conditions : mapping of str to Experiment
+        Experiments by condition.
+    """
+    generations = format_range(
+        experiment.evolution.generations for experiment in conditions.values()
+    )
+    n_conditions = len(conditions)
+    noun = "conditions" if n_conditions > 1 else "condition"
+    runs = format_range(count_runs(data).values())
+    return f"{n_conditions} {noun}; runs: {runs}; generations: {generations}"
+
+
 def describe_stopped_runs(data: xr.Dataset, conditions: Experiments) -> str:
     """Return the numbers of runs that stopped before their last generation, or "".
 

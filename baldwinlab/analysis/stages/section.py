@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Final
 
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.phrases import format_number
 from baldwinlab.analysis.report.sections import ReportSummary, Section, render
 from baldwinlab.analysis.stages.figures import draw_runs, draw_specifications
 from baldwinlab.analysis.stages.noise_comparison import (
@@ -21,6 +20,7 @@ from baldwinlab.analysis.stages.noise_comparison import (
 )
 from baldwinlab.analysis.stages.specification_curve import SpecificationResults
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
+from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.analysis.statistics.rules import HOLDS, SIGNIFICANCE_LEVEL
 from baldwinlab.core.assay_variables import UNSEEN_MAPS
 from baldwinlab.core.file_writing import write_atomically, write_json

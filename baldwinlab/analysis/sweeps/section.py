@@ -11,17 +11,15 @@ import xarray as xr
 
 from baldwinlab.analysis.report import content
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
-from baldwinlab.analysis.report.phrases import format_number, name_measures
+from baldwinlab.analysis.report.phrases import name_measures
 from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics.contrast_sentences import SUMMARY_MEASURE
 from baldwinlab.analysis.statistics.contrasts import Contrasts
+from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.analysis.sweeps import analysis, figures
 from baldwinlab.analysis.sweeps.analysis import Response
-from baldwinlab.analysis.sweeps.sentences import (
-    SUMMARY_MEASURE,
-    describe_effects,
-    describe_ranges,
-)
+from baldwinlab.analysis.sweeps.sentences import describe_effects, describe_ranges
 
 DESIGN_DESCRIPTIONS: Final = {
     "grid": "grid: all combinations of the fields' values",

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from operator import attrgetter
-from typing import Final
 
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.report.phrases import (
-    format_interval,
-    format_number,
-    format_p_value,
-    format_signed,
+from baldwinlab.analysis.statistics.contrast_sentences import (
+    SUMMARY_MEASURE,
+    summarize_contrasts,
 )
-from baldwinlab.analysis.statistics.contrasts import Contrast, Contrasts
+from baldwinlab.analysis.statistics.contrasts import Contrasts
+from baldwinlab.analysis.statistics.numbers import format_number, format_p_value, format_signed
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.analysis import Response
-
-# Measure of the sentences: fitness of the average agent.
-SUMMARY_MEASURE: Final = "mean"
-MAX_SENTENCES: Final = 3
 
 
 def describe_effects(finals: xr.Dataset, contrasts: Contrasts | None) -> Iterator[str]:
@@ -41,37 +35,11 @@ def describe_effects(finals: xr.Dataset, contrasts: Contrasts | None) -> Iterato
         Sentences.
     """
     if contrasts and contrasts.rows:
-        yield from _describe_contrasts(contrasts)
+        yield from summarize_contrasts(contrasts)
     elif analysis.is_sampled(finals):
         yield from _describe_correlations(finals)
     else:
         yield "This report compares no points by a test."
-
-
-def _describe_contrasts(contrasts: Contrasts) -> Iterator[str]:
-    rows = [row for row in contrasts.rows if row.measure == SUMMARY_MEASURE]
-    significant = [row for row in rows if row.verdict in ("higher", "lower")]
-    number = len(significant) or "none"
-    yield (
-        f"In the fitness of the average agent, {number} of {_count(rows)} "
-        "with a corrected p below 0.05."
-    )
-    # The largest effects.
-    significant.sort(key=lambda row: -abs(row.numbers.effect))
-    for row in significant[:MAX_SENTENCES]:
-        numbers = row.numbers
-        yield (
-            f"{row.condition} is {row.verdict} than {row.reference}: "
-            f"{format_signed(numbers.effect)} {format_interval(numbers)}, "
-            f"corrected p {format_p_value(row.p_holm)}, {numbers.n_a} and {numbers.n_b} runs."
-        )
-
-
-def _count(rows: Sequence[Contrast]) -> str:
-    reference = rows[0].reference
-    if len(rows) == 1:
-        return f"1 point differs from {reference}"
-    return f"{len(rows)} points differ from {reference}"
 
 
 def _describe_correlations(finals: xr.Dataset) -> Iterator[str]:

@@ -17,7 +17,7 @@ from baldwinlab.analysis.assays.opponents import (
     list_matrices,
 )
 from baldwinlab.analysis.assays.opponents_section import draw_matrices, make_section
-from baldwinlab.analysis.report.phrases import format_number
+from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.core.assay_variables import ASSAY_VARIABLES, OPPONENTS
 from baldwinlab.core.variables import make_dataset
 

@@ -14,6 +14,7 @@ from baldwinlab import papers
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.claim_results import Finding
 from baldwinlab.analysis.claims import evaluate_claims
+from baldwinlab.analysis.figures import describe_p_values
 from baldwinlab.analysis.report import ReportData, draw_report, emergence_generations, write_report
 from baldwinlab.analysis.report.content import (
     format_timing,
@@ -21,11 +22,11 @@ from baldwinlab.analysis.report.content import (
     read_experiment_texts,
     title_worlds,
 )
+from baldwinlab.analysis.report.figures import SETUP_FIGURES
+from baldwinlab.analysis.report.headline import compose_headline
 from baldwinlab.analysis.report.phrases import (
     describe_comparison,
     describe_finding,
-    format_number,
-    format_p_value,
 )
 from baldwinlab.analysis.report.settings import (
     describe_variant,
@@ -35,6 +36,7 @@ from baldwinlab.analysis.report.settings import (
 )
 from baldwinlab.analysis.report.setup import describe_fitness, summarize_setup
 from baldwinlab.analysis.statistics.contrasts import compare_conditions
+from baldwinlab.analysis.statistics.numbers import format_number, format_p_value
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import ClaimComparison
@@ -126,7 +128,8 @@ def test_where_it_differs_from_the_paper_it_names_the_open_choices(page: Path) -
 def test_it_needs_nothing_but_itself(page: Path) -> None:
     text = page.read_text("utf-8")
     assert not re.search(
-        r"""(src|href)\s*=\s*["'](?!data:|#|figures/)|@import|url\(|<script|<link(?! rel="icon")""",
+        r"""(src|href)\s*=\s*["'](?!data:|#|figures/|http://127\.0\.0\.1:8642/)|@import|url\("""
+        r"""|<script|<link(?! rel="icon")""",
         text,
     )
     assert page.stat().st_size < 4_000_000
@@ -136,16 +139,17 @@ def test_its_contents_lead_to_every_section(page: Path) -> None:
     text = page.read_text("utf-8")
     contents = text.split('aria-label="Contents"')[1].split("</nav>")[0]
     assert re.findall(r'href="#([^"]+)"', contents) == re.findall(r'<h2 id="([^"]+)"', text)
-    assert text.count("<h2") == text.count('<h2 id="') == contents.count("<li>") > 5
+    # The first figure has a heading without an entry.
+    assert text.count("<h2") - 1 == text.count('<h2 id="') == contents.count("<li>") > 5
 
 
 def test_figures_are_numbered_as_they_stand_and_lead_to_their_files(page: Path) -> None:
     text = page.read_text("utf-8")
     assert re.findall(r'href="#figure-([\w-]+)">Figure\xa0(\d)</a>', text) == [
-        ("networks", "1"),
-        ("senses", "2"),
-        ("maps", "3"),
-        ("fitness", "4"),
+        ("fitness", "1"),
+        ("networks", "2"),
+        ("senses", "3"),
+        ("maps", "4"),
         ("final-fitness", "5"),
         ("emergence", "6"),
     ]
@@ -344,7 +348,13 @@ def test_on_paper_no_page_is_empty(browser: Browser, page: Path) -> None:
         "[...document.querySelectorAll('figure')].map(one => one.getBoundingClientRect().height)"
     )
     assert max(heights) < 265 * 96 / 25.4  # what A4 leaves between its margins, in CSS pixels
-    assert opened.pdf(format="A4").count(b"/Type /Page\n") <= 14
+    # All settings of six conditions take about five pages.
+    assert opened.pdf(format="A4").count(b"/Type /Page\n") <= 20
+    n_hidden = opened.evaluate(
+        "[...document.querySelectorAll('main details *')]"
+        ".filter(part => !part.closest('figure') && !part.checkVisibility()).length"
+    )
+    assert n_hidden == 0
     opened.close()
 
 
@@ -457,3 +467,86 @@ def test_survival_is_reported_as_restricted_means_because_medians_can_differ_in_
         describe_comparison(finding)
         == "ERL 6,002, B 8,343 (steps that the population survives; medians)"
     )
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)], ids=["desk", "phone"])
+def test_the_first_screen_has_question_answer_effect_and_a_link_to_watch(
+    browser: Browser, page: Path, width: int, height: int
+) -> None:
+    opened = browser.new_page(viewport={"width": width, "height": height})
+    opened.goto(page.as_uri())
+    for part in (".question", ".lead", ".effect", ".first > div > .watch a", ".first figure h2"):
+        bottom = opened.evaluate(
+            "part => document.querySelector(part).getBoundingClientRect().bottom", part
+        )
+        assert bottom <= height, part
+    if width == 1280:
+        image = "document.querySelector('.first img').getBoundingClientRect().bottom"
+        assert opened.evaluate(image) <= height
+    assert opened.evaluate("document.documentElement.scrollHeight") <= 6000
+    opened.close()
+
+
+def test_the_contents_stay_in_sight_and_are_folded_on_a_phone(browser: Browser, page: Path) -> None:
+    opened = browser.new_page(viewport={"width": 1280, "height": 800})
+    opened.goto(page.as_uri())
+    opened.evaluate("scrollTo(0, 900)")
+    link = opened.get_by_role("link", name="Experiments", exact=True)
+    assert opened.evaluate("scrollY") > 300
+    assert 0 < link.bounding_box()["y"] < 800  # type: ignore[index]
+    opened.set_viewport_size({"width": 390, "height": 844})
+    assert not link.is_visible()
+    opened.get_by_role("button", name="Contents").click()
+    link.click()
+    # A link opens its topic.
+    assert opened.get_by_text("All settings of each condition.").is_visible()
+    opened.close()
+
+
+def test_on_a_phone_a_figure_has_one_panel_per_row(browser: Browser, page: Path) -> None:
+    opened = browser.new_page(viewport={"width": 1280, "height": 800})
+    opened.goto(page.as_uri())
+    shape = (
+        "(box => box.width / box.height)"
+        "(document.querySelector('.first img').getBoundingClientRect())"
+    )
+    # Two rows of two panels, then four rows.
+    assert opened.evaluate(shape) > 1
+    opened.set_viewport_size({"width": 390, "height": 844})
+    assert opened.evaluate(shape) < 0.5
+    opened.close()
+
+
+def test_every_figure_has_its_data_and_every_result_a_lifetime_to_watch(page: Path) -> None:
+    parts = page.read_text("utf-8").split('<figure id="figure-')[1:]
+    for part in parts:
+        name, text = part.split('"')[0], part.split("</figure>")[0]
+        assert all(f"figures/{name}.{ending}" in text for ending in ("svg", "png", "csv")), name
+        assert ("http://127.0.0.1:8642/#/world?" in text) == (name not in SETUP_FIGURES), name
+
+
+def test_the_first_screen_of_a_custom_study_states_its_comparison(tmp_path: Path) -> None:
+    data = study({"mine": range(8), "yours": range(20, 28)})
+    contrasts = compare_conditions(data)
+    headline = compose_headline(report_data(data, tmp_path, contrasts=contrasts))
+    assert headline.question == "Do mine and yours differ in fitness?"
+    assert headline.answer == ["The average agent of yours has a higher fitness than that of mine."]
+    assert headline.effect.startswith("+20.0 [") and headline.test.endswith("8 and 8 runs")
+    assert headline.commands == [
+        f"baldwinlab watch . --condition {name} --run 3 --generation 11"
+        for name in ("yours", "mine")
+    ]
+
+
+def test_the_first_screen_of_one_condition_states_its_fitness(tmp_path: Path) -> None:
+    headline = compose_headline(report_data(study({"mine": range(8)}), tmp_path))
+    assert headline.question == "How fit do the agents of mine become?"
+    assert "the median of 8 runs." in headline.answer[0] and headline.effect == ""
+
+
+def test_a_caption_describes_only_the_p_values_that_the_figure_has() -> None:
+    data = study(AS_THE_PAPER)
+    assert describe_p_values(data, evaluate_claims(data)).startswith("Brackets show ")
+    assert describe_p_values(data, []) == ""
+    other = study({"mine": range(8), "yours": range(8)})
+    assert describe_p_values(other, evaluate_claims(data)) == ""

@@ -49,15 +49,15 @@ def compare_counts(data: xr.Dataset) -> Contrasts:
 def test_a_sentence_about_a_point_has_its_test_its_interval_and_its_runs() -> None:
     sentences = list(describe_effects(compute_finals(grid(runs=12)), compare_counts(grid(runs=12))))
     assert re.fullmatch(
-        r"In the fitness of the average agent, \d of 5 points differ from point 0 with a "
+        r"In the fitness of the average agent, \d of 5 conditions differ from point 0 with a "
         r"corrected p below 0.05\.",
         sentences[0],
     )
     assert len(sentences) > 1
     for sentence in sentences[1:]:
         assert re.fullmatch(
-            r"point \d is (higher|lower) than point 0: \S+ \[\S+, \S+\], corrected p \S+, "
-            r"12 and 12 runs\.",
+            r"The average agent of point \d has a (higher|lower) fitness than that of point 0: "
+            r"\S+ \[\S+, \S+\], corrected p \S+, 12 and 12 runs\.",
             sentence,
         )
 
@@ -65,7 +65,7 @@ def test_a_sentence_about_a_point_has_its_test_its_interval_and_its_runs() -> No
 def test_no_point_is_named_without_a_test() -> None:
     few = list(describe_effects(compute_finals(grid()), compare_counts(grid())))
     assert few == [
-        "In the fitness of the average agent, none of 5 points differ from point 0 with a "
+        "In the fitness of the average agent, none of 5 conditions differ from point 0 with a "
         "corrected p below 0.05."
     ]
     assert list(describe_effects(compute_finals(grid()), None)) == [

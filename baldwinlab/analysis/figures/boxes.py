@@ -1,0 +1,268 @@
+"""Draw final fitness: a box per condition and a point per run, with p-values of claims."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from baldwinlab.analysis.claim_results import ClaimResult, Finding
+from baldwinlab.analysis.figures.fitness import (
+    LETTER_INCHES,
+    MEASURE_TITLES,
+    PANEL_HEIGHT,
+    make_panels,
+    panel_top,
+    plotted_conditions,
+)
+from baldwinlab.analysis.figures.style import (
+    BLACK,
+    FIGURE_WIDTH,
+    GRAY,
+    SeriesStyle,
+    spread_points,
+    styled,
+)
+from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
+
+# Largest number of brackets above each other. More would hide the boxes.
+MAX_BRACKETS = 6
+# Number of letters of horizontal labels that fit below a panel.
+MAX_LABEL_LETTERS = 48
+# Largest number of boxes in a panel of half the width of the figure. With more, the panels of both
+# measures are below each other, so that the labels do not overlap.
+MAX_BOXES_OF_HALF_WIDTH = 24
+# Height of the titles and the margins in the figure of boxes, in inches.
+BOX_MARGIN_HEIGHT = 0.9
+# Widths of a box, and of its points, if the distance of two boxes is 1.
+BOX_WIDTH = 0.55
+POINT_SPREAD = 0.36
+# Vertical distance of two brackets, as a share of the height of the panel.
+BRACKET_DISTANCE = 0.13
+
+
+@styled
+def draw_fitness_boxes(
+    dataset: xr.Dataset, results: Sequence[ClaimResult], last: int = 10
+) -> Figure:
+    """Draw final fitness: a box per condition and a point per run.
+
+    Parameters
+    ----------
+    dataset
+        Runs as (condition, run, generation, agent).
+    results
+        Evaluated claims. Brackets join the conditions that they compare, with the p-value corrected
+        for all claims.
+    last
+        Number of final generations over which a run is averaged.
+
+    Returns
+    -------
+    Figure
+        A row per map, a column for best and mean fitness; with many conditions, a row for each.
+        Boxes show quartiles; whiskers reach to the farthest run within 1.5 times the interquartile
+        range.
+    """
+    labels = _labels_by_map(dataset)
+    n_boxes = Counter(condition.map_name for condition in plotted_conditions(dataset))
+    is_single_column = max(n_boxes.values()) > MAX_BOXES_OF_HALF_WIDTH
+    n_rows = len(labels) * (len(MEASURE_TITLES) if is_single_column else 1)
+    label_heights = {
+        map_name: 0 if _fit_horizontally(names) else LETTER_INCHES * max(map(len, names))
+        for map_name, names in labels.items()
+    }
+    label_height = sum(label_heights.values()) * (n_rows // len(labels))
+    figure = Figure((FIGURE_WIDTH, BOX_MARGIN_HEIGHT + PANEL_HEIGHT * n_rows + label_height))
+    tables = {measure: fitness.final(dataset, measure, last) for measure in MEASURE_TITLES}
+    for axes, measure, conditions_on_map in make_panels(figure, dataset, is_single_column):
+        for position, condition in enumerate(conditions_on_map):
+            sample = tables[measure].sel(condition=condition.name).dropna("run").values
+            if sample.size:
+                draw_box(axes, position, sample, condition.style)
+        map_name = conditions_on_map[0].map_name
+        rotation = 90 if label_heights[map_name] else 0
+        learners = [condition.learner for condition in conditions_on_map]
+        axes.set_xticks(range(len(conditions_on_map)), learners, rotation=rotation)
+        axes.tick_params(labelbottom=bool(labels[map_name]))
+        axes.set_xlim(-0.6, len(conditions_on_map) - 0.4)
+        axes.grid(visible=False, axis="x")
+        names = [condition.name for condition in conditions_on_map]
+        _draw_brackets(axes, names, _select_findings(results, measure))
+    return figure
+
+
+def _labels_by_map(dataset: xr.Dataset) -> dict[str, list[str]]:
+    """Return the labels below the panels of each map.
+
+    If all maps have the same learners and the labels are vertical, only the last map has labels.
+    """
+    labels: dict[str, list[str]] = {}
+    for condition in plotted_conditions(dataset):
+        labels.setdefault(condition.map_name, []).append(condition.learner)
+    *upper_maps, last_map = labels
+    is_shared = all(labels[map_name] == labels[last_map] for map_name in upper_maps)
+    if is_shared and not _fit_horizontally(labels[last_map]):
+        return labels | {map_name: [] for map_name in upper_maps}
+    return labels
+
+
+def _fit_horizontally(labels: Sequence[str]) -> bool:
+    """Return whether labels fit next to each other below a panel."""
+    pair_lengths = [len(left) + len(right) for left, right in pairwise(labels)]
+    # Neighbors share the space of two boxes.
+    letters_per_box = max(pair_lengths, default=0) / 2
+    return letters_per_box * len(labels) <= MAX_LABEL_LETTERS
+
+
+def draw_box(axes: Axes, position: int, sample: np.ndarray, style: SeriesStyle) -> None:
+    """Draw a box plot, and a point per run."""
+    line = {"color": style.color, "linewidth": 1.1}
+    axes.boxplot(
+        [sample],
+        positions=[position],
+        widths=BOX_WIDTH,
+        showfliers=False,
+        manage_ticks=False,
+        boxprops=line,
+        whiskerprops=line,
+        capprops=line,
+        medianprops=line | {"linewidth": 2.2},
+    )
+    offsets = POINT_SPREAD * spread_points(sample.size)
+    axes.plot(
+        position + offsets,
+        sample,
+        style.marker,
+        color=style.color,
+        ms=3.2,
+        alpha=0.6,
+        mew=0,
+        clip_on=False,
+    )
+
+
+def _select_findings(results: Sequence[ClaimResult], measure: str) -> list[Finding]:
+    findings = (finding for result in results for finding in result.findings)
+    return [finding for finding in findings if finding.comparison.measure == measure]
+
+
+class _Bracket(NamedTuple):
+    """The p-value of two conditions, by their positions in a panel."""
+
+    left: int
+    right: int
+    p: float
+
+    @property
+    def color(self) -> str:
+        """Black if the difference is significant, else gray."""
+        return BLACK if self.p < SIGNIFICANCE_LEVEL else GRAY
+
+
+def _make_brackets(names: list[str], findings: list[Finding]) -> list[_Bracket]:
+    brackets = []
+    for finding in findings:
+        compared = (finding.comparison.a, finding.comparison.b)
+        positions = [names.index(name) for name in compared if name in names]
+        # A bracket joins two conditions of the panel.
+        if len(positions) == len(compared):
+            brackets.append(_Bracket(min(positions), max(positions), finding.p_holm))
+    return brackets
+
+
+def _draw_brackets(axes: Axes, names: list[str], findings: list[Finding]) -> None:
+    """Draw brackets above the boxes, short ones below long ones."""
+    brackets = _make_brackets(names, findings)
+    top = panel_top(axes)
+    if len(brackets) > MAX_BRACKETS:
+        _draw_against_baseline(axes, brackets, top)
+        return
+    ordered = sorted(brackets, key=lambda bracket: (bracket.right - bracket.left, bracket.left))
+    for level, bracket in enumerate(ordered):
+        height = top * (1.06 + BRACKET_DISTANCE * level)
+        foot = height - 0.02 * top
+        left = bracket.left + 0.04
+        right = bracket.right - 0.04
+        x = [left, left, right, right]
+        axes.plot(x, [foot, height, height, foot], color=BLACK, lw=0.8)
+        axes.text(
+            (bracket.left + bracket.right) / 2,
+            height + 0.01 * top,
+            format_p_label(bracket.p),
+            ha="center",
+            va="bottom",
+            color=bracket.color,
+        )
+    if brackets:
+        axes.set_ylim(top=top * (1.1 + BRACKET_DISTANCE * len(brackets)))
+
+
+def describe_p_values(dataset: xr.Dataset, results: Sequence[ClaimResult]) -> str:
+    """Describe the p-values that `draw_fitness_boxes` draws, for a caption.
+
+    Parameters
+    ----------
+    dataset
+        Runs as (condition, run, generation, agent).
+    results
+        Evaluated claims.
+
+    Returns
+    -------
+    str
+        A sentence, or "" if the figure has no p-values.
+    """
+    has_brackets = False
+    baselines: dict[str, None] = {}
+    for names in _names_by_map(dataset):
+        for measure in MEASURE_TITLES:
+            brackets = _make_brackets(names, _select_findings(results, measure))
+            is_crowded = len(brackets) > MAX_BRACKETS
+            has_brackets |= bool(brackets) and not is_crowded
+            if is_crowded:
+                baselines |= dict.fromkeys(names[index] for index in _find_baselines(brackets))
+    correction = "the Mann-Whitney p-value, corrected for all claims (Holm)"
+    texts = [f"Brackets show {correction}."] if has_brackets else []
+    if baselines:
+        texts.append(f"The text above a box is {correction}, against {' or '.join(baselines)}.")
+    return " ".join(texts)
+
+
+def _names_by_map(dataset: xr.Dataset) -> list[list[str]]:
+    names: dict[str, list[str]] = {}
+    for condition in plotted_conditions(dataset):
+        names.setdefault(condition.map_name, []).append(condition.name)
+    return list(names.values())
+
+
+def _find_baselines(brackets: Sequence[_Bracket]) -> set[int]:
+    """Return the position that is part of all brackets. Empty if there is none."""
+    return set.intersection(*({bracket.left, bracket.right} for bracket in brackets))
+
+
+def _draw_against_baseline(axes: Axes, brackets: list[_Bracket], top: float) -> None:
+    """Write each p-value above its box, if all comparisons share a condition."""
+    vertical: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "bottom"}
+    for baseline in _find_baselines(brackets):
+        axes.text(baseline, 1.03 * top, "against", **vertical)
+        for bracket in brackets:
+            # The end of the bracket that is not the baseline.
+            position = bracket.left + bracket.right - baseline
+            label = format_p_label(bracket.p)
+            axes.text(position, 1.03 * top, label, **vertical, color=bracket.color)
+        axes.set_ylim(top=1.7 * top)
+
+
+def format_p_label(p: float) -> str:
+    """Return a p-value as text, such as "p = 0.013"."""
+    if p < 0.001:
+        return "p < 0.001"
+    return f"p = {p:.2g}" if p < 0.995 else "p = 1"
