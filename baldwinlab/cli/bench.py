@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from baldwinlab.api.benchmark import measure_cases
 from baldwinlab.api.machine import describe_machine
-from baldwinlab.cli.options import FLAG, OVERWRITE_FORCE, Backend, Json, Parts
+from baldwinlab.cli.options import FLAG, OVERWRITE_FORCE, Backend, Parts
 from baldwinlab.core import console
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.output_paths import require_writable
@@ -30,7 +30,6 @@ def bench(
         Path | None, Parameter(help="JSON file for the measured values. Default: no file.")
     ] = None,
     force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
-    json: Json = False,
 ) -> None:
     """Measure this machine in agent-steps per second: a study, each condition, and large worlds.
 
@@ -45,8 +44,6 @@ def bench(
     if out:
         # Every file of this command contains this key.
         require_writable("--out", out, b"agent_steps_per_second", force=force)
-    if json:
-        console.reserve_stdout()
     records = []
     console.info(
         f"{'case':<22} {'million agent-steps/s':>22} {'seconds':>9} {'compile s':>10} "
@@ -60,9 +57,7 @@ def bench(
             f"{record.case:<22} {million_steps_per_second:>22.1f} {record.seconds:>9.2f} "
             f"{record.compile_seconds:>10.2f} {peak_mib:>9} {record.threads:>8}"
         )
-    content = {"machine": describe_machine(), "records": records}
-    if json:
-        console.print_json(content)
     if out:
-        write_atomically(out, f"{dumps(content, indent=2)}\n".encode())
+        content = dumps({"machine": describe_machine(), "records": records}, indent=2)
+        write_atomically(out, f"{content}\n".encode())
         console.info(f"records: {out}")

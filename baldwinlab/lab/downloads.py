@@ -16,6 +16,7 @@ from starlette.routing import BaseRoute, Route
 from baldwinlab._version import __version__
 from baldwinlab.analysis.movie import write_scenes
 from baldwinlab.analysis.scene import Scene
+from baldwinlab.core.lab_address import DEFAULT_LAB_PORT, LAB_HOST
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.lab import Lab, MissingError, life_query, single_page, study_access
@@ -57,11 +58,16 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         ticket = read_text(request.query_params, "ticket")
         return JSONResponse({"share": lab.movie_progress.get(ticket, 0.0)})
 
-    def report(request: Request) -> FileResponse:
-        path = find_report(lab, request.path_params["path"])
+    def report(request: Request) -> Response:
+        name = request.path_params["path"]
+        path = find_report(lab, name)
         # The browser shows CSV files as text, because a sandboxed page cannot start downloads.
         media_type = "text/plain" if path.suffix == ".csv" else None
         headers = {"Content-Security-Policy": REPORT_POLICY}
+        if path.suffix == ".html":
+            study_name = name.rpartition("/")[0] or "."
+            page = link_lifetimes(path.read_text("utf-8"), study_name)
+            return Response(page, headers=headers, media_type="text/html")
         return FileResponse(path, headers=headers, media_type=media_type)
 
     endpoints = {
@@ -216,6 +222,15 @@ def _make_scene(life: Life) -> Scene:
     fitness = life.load_start_data().fitness
     trace = replay(experiment, seed=seed, run=run, generation=generation, energy=fitness)
     return Scene(trace, experiment.world.width, experiment.world.height)
+
+
+def link_lifetimes(page: str, study_name: str) -> str:
+    """Return a report whose links to lifetimes open this lab, at any port.
+
+    The links of a report name the study ".", for a lab that serves its directory.
+    """
+    page = page.replace(f'href="http://{LAB_HOST}:{DEFAULT_LAB_PORT}/#/', 'href="/#/')
+    return page.replace("study=.&amp;", f"study={quote(study_name)}&amp;")
 
 
 def find_report(lab: Lab, name: str) -> Path:

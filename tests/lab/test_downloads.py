@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import html
 import json
 import re
 import shutil
@@ -19,12 +20,15 @@ import xarray as xr
 from PIL import Image
 
 from baldwinlab.analysis.movie import SCENE_GAP
+from baldwinlab.analysis.report import render
+from baldwinlab.analysis.report.replays import find_typical_lives, make_link
 from baldwinlab.analysis.scene import CAPTION_HEIGHT, Scene
 from baldwinlab.cli import main
 from baldwinlab.core.extras import installation_command
 from baldwinlab.lab import binary_frames, downloads, single_page
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.store import StudyStore
+from tests.analysis.statistics.studies import study
 from tests.lab.client import SMALL, LabServer, get_error, get_json, get_response
 
 MEGABYTE = 1_000_000
@@ -226,6 +230,18 @@ def test_a_report_is_served_with_a_policy_against_scripts(lab_server: LabServer)
         assert response.text == path.read_text()
     finally:
         path.unlink()
+
+
+def test_the_lifetimes_of_a_report_open_in_the_lab_that_serves_it() -> None:
+    data = study({"mine": [1, 2], "yours": [3, 4]}, generations=2)
+    lives = find_typical_lives(data)
+    page = render("report/watch.html", links=[make_link([lives["mine"], lives["yours"]])])
+    linked = downloads.link_lifetimes(page, "a folder/small")
+    (address,) = re.findall(r'href="([^"]+)"', linked)
+    assert html.unescape(address) == (
+        "/#/world?study=a%20folder/small&condition=mine&run=0&generation=1"
+        "&b.study=a%20folder/small&b.condition=yours&b.run=0&b.generation=1"
+    )
 
 
 def test_only_the_files_that_a_report_links_to_are_served(lab_server: LabServer) -> None:
