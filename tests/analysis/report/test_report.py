@@ -548,5 +548,5 @@ def test_a_caption_describes_only_the_p_values_that_the_figure_has() -> None:
     data = study(AS_THE_PAPER)
     assert describe_p_values(data, evaluate_claims(data)).startswith("Brackets show ")
     assert describe_p_values(data, []) == ""
-    other = study({"mine": range(8), "yours": range(8)})
-    assert describe_p_values(other, evaluate_claims(data)) == ""
+    custom = study({"mine": range(8), "yours": range(8)})
+    assert describe_p_values(custom, evaluate_claims(data)) == ""
