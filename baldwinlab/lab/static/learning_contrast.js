@@ -45,7 +45,6 @@ export class LearningContrast {
     Object.assign(this, { lab, experiments, seed, lives: [], feeds: [] });
     this.player = new Player((time) => this.draw(time));
     this.player.changed = () => this.bar.showTime();
-    this.player.ended = () => this.lead.showEnd(this.panels, 0);
     this.bar = new TimeBar(this.player, "contrast");
     this.lead = new Lead(guide, () => {});
     this.figures = experiments.map(
