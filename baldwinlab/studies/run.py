@@ -9,6 +9,7 @@ from contextlib import AbstractContextManager, closing
 from datetime import UTC, datetime
 from typing import Final
 
+from baldwinlab.engine.threads import use_threads
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.memory import runs_per_file
@@ -18,6 +19,7 @@ from baldwinlab.studies.checkpoints import (
     read_stored_lengths,
 )
 from baldwinlab.studies.executors import THREADS, Executor, available_cores
+from baldwinlab.studies.executors.threads import count_threads_per_task
 from baldwinlab.studies.progress import ProcessProgress, ProgressFile
 from baldwinlab.studies.record_checks import DamagedRecordError, RunLengths
 from baldwinlab.studies.record_files import RecordFile, assign_runs
@@ -218,7 +220,9 @@ def run_study(
     study.sweep()
     tasks = plan_tasks(study, missing, workers, backend.worlds, checkpoint_interval, callback)
     tasks = [task._replace(observe=observe) for task in tasks]
-    compile_seconds = compile_experiments((task.experiment for task in tasks), backend, log)
+    # Large worlds have other code if several threads simulate them.
+    with use_threads(count_threads_per_task(workers, len(tasks))):
+        compile_seconds = compile_experiments((task.experiment for task in tasks), backend, log)
     log(f"Engine ({backend.name}) ready after {compile_seconds:.1f} s.")
     start_seconds = time.perf_counter()
     start_time = datetime.now(UTC)

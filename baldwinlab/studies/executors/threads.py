@@ -14,6 +14,11 @@ from baldwinlab.studies.executors.tasks import Done, Executor, StoppedError, Tas
 from baldwinlab.studies.store import StudyStore
 
 
+def count_threads_per_task(workers: int, tasks: int) -> int:
+    """Return the number of threads of each task, above 1 if there are fewer tasks than workers."""
+    return max(1, workers // max(1, tasks))
+
+
 def run_on_threads(
     study: StudyStore, tasks: Sequence[Task], workers: int, backend: Backend, done: Done
 ) -> Generator[int, None, None]:
@@ -21,7 +26,7 @@ def run_on_threads(
 
     If there are fewer tasks than workers, each task uses several threads.
     """
-    threads_per_task = max(1, workers // max(1, len(tasks)))
+    threads_per_task = count_threads_per_task(workers, len(tasks))
     stop = threading.Event()
     events: queue.SimpleQueue[int | Future[Any]] = queue.SimpleQueue()
 

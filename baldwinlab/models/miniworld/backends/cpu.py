@@ -19,7 +19,7 @@ from baldwinlab.models.miniworld.allocation import (
     make_model,
     make_state,
 )
-from baldwinlab.models.miniworld.backends.team import TeamSimulation, is_large, team_hooks
+from baldwinlab.models.miniworld.backends.team import TeamSimulation, team_hooks, uses_team
 from baldwinlab.models.miniworld.learning.control import choose_control
 from baldwinlab.models.miniworld.lookup import choose_lookup
 from baldwinlab.models.miniworld.parallel_step import simulate_in_team
@@ -40,14 +40,14 @@ def code_key(experiment: Experiment) -> tuple[Any, ...]:
         choose_control(experiment),
         choose_population(experiment),
         experiment.lifetime.update,
-        is_large(experiment, count_worlds(experiment)),
+        uses_team(experiment, count_worlds(experiment)),
     )
 
 
 def is_compiled(experiment: Experiment) -> bool:
     """Return whether the code of an experiment is in the cache."""
     state = make_state(experiment, 1)
-    if is_large(experiment, count_worlds(experiment)):
+    if uses_team(experiment, count_worlds(experiment)):
         return is_cached(simulate_in_team, team_hooks(state))
     return is_cached(_entry_point(experiment), list_hooks(state))
 
@@ -104,7 +104,7 @@ class CpuBatch(PopulationView):
         super().__init__(model, make_state(experiment, n_worlds), self._layout.shape)
         self.state.keys[:] = self._layout.keys
         self._dispatcher: Any = None
-        if is_large(experiment, n_worlds):
+        if uses_team(experiment, n_worlds):
             self._function: Any = TeamSimulation(self.model, self.state)
         else:
             self._dispatcher = cached_jit(
