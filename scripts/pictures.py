@@ -22,7 +22,6 @@ PHONE = (390, 844)
 # State and window of each picture.
 WORLDS: Final = {
     "world": (LIFE, DESK),
-    "guide": (f"{LIFE}&guide=open", DESK),
     "inside": (f"{LIFE}&agent=12", DESK),
     "ancestors": (f"{LIFE}&agent=12&inside=ancestors", DESK),
     "beside": (f"{LIFE}&b.condition=evo/B", DESK),
