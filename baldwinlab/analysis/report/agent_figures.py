@@ -12,7 +12,7 @@ from baldwinlab.analysis.report.figure_data import (
     tabulate_maps,
     tabulate_sectors,
 )
-from baldwinlab.analysis.report.replays import Life, format_replay_command, make_link
+from baldwinlab.analysis.report.replays import StoredLife, format_replay_command, make_link
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import read_factors
@@ -63,7 +63,7 @@ def draw_emergence(report: ReportData) -> ReportFigure | None:
         eaters = int((trace["eaten"].sum("step") > 0).sum())
         counts.append(f"generation {trace.attrs['generation']}: {eaters} of {trace.sizes['agent']}")
     rows = tabulate_generations(report.data, "share")
-    lives = [Life(condition, run, int(trace.attrs["generation"])) for trace in report.traces]
+    lives = [StoredLife(condition, run, int(trace.attrs["generation"])) for trace in report.traces]
     return ReportFigure(
         name="emergence",
         title="The emergence of foraging",

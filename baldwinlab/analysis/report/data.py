@@ -13,7 +13,7 @@ import xarray as xr
 from baldwinlab.analysis import figures
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import ModelMeasure
-from baldwinlab.analysis.report.replays import Life, find_typical_lives
+from baldwinlab.analysis.report.replays import StoredLife, find_typical_lives
 from baldwinlab.analysis.statistics.contrasts import Contrasts
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import Paper
@@ -75,6 +75,6 @@ class ReportData:
     instruction: str = ""
 
     @cached_property
-    def lives(self) -> dict[str, Life]:
+    def lives(self) -> dict[str, StoredLife]:
         """A typical lifetime of each condition."""
         return find_typical_lives(self.data)

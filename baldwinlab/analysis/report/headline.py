@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from baldwinlab.analysis.report.content import describe_verdicts
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.replays import Life, Link, format_watch_command, make_link
+from baldwinlab.analysis.report.replays import Link, StoredLife, format_watch_command, make_link
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrast_sentences import (
     format_effect,
@@ -114,7 +114,7 @@ def _describe_conditions(report: ReportData) -> list[str]:
     ]
 
 
-def _select_lives(report: ReportData, contrast: Contrast | None) -> list[Life]:
+def _select_lives(report: ReportData, contrast: Contrast | None) -> list[StoredLife]:
     """Return typical lifetimes of the compared conditions, or of the first condition."""
     names = [contrast.condition, contrast.reference] if contrast else list(report.lives)[:1]
     return [report.lives[name] for name in names if name in report.lives]

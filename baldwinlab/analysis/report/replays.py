@@ -15,7 +15,7 @@ from baldwinlab.core.lab_address import DEFAULT_LAB_PORT, LAB_HOST
 MAX_LINKED_LIVES: Final = 8
 
 
-class Life(NamedTuple):
+class StoredLife(NamedTuple):
     """A stored lifetime."""
 
     condition: str
@@ -35,7 +35,7 @@ class Link(NamedTuple):
     address: str
 
 
-def find_typical_lives(data: xr.Dataset) -> dict[str, Life]:
+def find_typical_lives(data: xr.Dataset) -> dict[str, StoredLife]:
     """Return by condition the last generation of a typical run. Conditions without runs have none.
 
     Parameters
@@ -49,18 +49,18 @@ def find_typical_lives(data: xr.Dataset) -> dict[str, Life]:
         is_stored = has_data.sel(condition=name)
         if bool(is_stored.any()):
             last_generation = int(is_stored["generation"][is_stored][-1])
-            lives[name] = Life(name, fitness.typical_run(data, name), last_generation)
+            lives[name] = StoredLife(name, fitness.typical_run(data, name), last_generation)
     return lives
 
 
-def make_link(lives: Sequence[Life], label: str = "") -> Link:
+def make_link(lives: Sequence[StoredLife], label: str = "") -> Link:
     """Return the link to one lifetime, or to two that the lab shows next to each other.
 
     The lab serves the directory of the study, so the address contains no name of a directory.
 
     Parameters
     ----------
-    lives : sequence of Life
+    lives : sequence of StoredLife
         One or two lifetimes.
     label : str
         Text of the link. By default the conditions.
@@ -73,21 +73,21 @@ def make_link(lives: Sequence[Life], label: str = "") -> Link:
     return Link(label or " and ".join(life.condition for life in lives), address)
 
 
-def link_conditions(lives: Mapping[str, Life]) -> list[Link]:
+def link_conditions(lives: Mapping[str, StoredLife]) -> list[Link]:
     """Return a link to a typical lifetime of each condition, at most `MAX_LINKED_LIVES`."""
     return [make_link([life]) for life in [*lives.values()][:MAX_LINKED_LIVES]]
 
 
-def list_replay_commands(lives: Mapping[str, Life]) -> list[str]:
+def list_replay_commands(lives: Mapping[str, StoredLife]) -> list[str]:
     """Return the commands that write the lifetimes as movies, in the directory of the study."""
     return [format_replay_command(life) for life in lives.values()]
 
 
-def format_replay_command(life: Life) -> str:
+def format_replay_command(life: StoredLife) -> str:
     """Return the command that writes a lifetime as a movie, in the directory of the study."""
     return f"baldwinlab replay . {life.options} --out life.mp4"
 
 
-def format_watch_command(life: Life) -> str:
+def format_watch_command(life: StoredLife) -> str:
     """Return the command that draws a lifetime in the terminal, in the directory of the study."""
     return f"baldwinlab watch . {life.options}"
