@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import select
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
@@ -39,15 +41,11 @@ def read_keys() -> Iterator[Callable[[float], str]]:
 
 
 def _wait(seconds: float) -> str:
-    import time
-
     time.sleep(seconds)
     return ""
 
 
 def _read_key(seconds: float) -> str:
-    import os
-
     descriptor = sys.stdin.fileno()
     is_pressed, _, _ = select.select([descriptor], [], [], seconds)
     if not is_pressed:

@@ -81,7 +81,7 @@ def _compose_question(report: ReportData) -> str:
     names = list(report.experiments)
     if len(names) == 1:
         return f"How fit do the agents of {names[0]} become?"
-    if len(names) == MAX_NAMED_AUTHORS:
+    if len(names) == 2:
         return f"Do {names[0]} and {names[1]} differ in fitness?"
     return f"Which of {len(names)} conditions differ in fitness?"
 

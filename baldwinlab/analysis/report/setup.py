@@ -73,7 +73,7 @@ def summarize_setup(
 
 
 def abridge_setup(data: xr.Dataset, conditions: Experiments) -> str:
-    """Return the size of a study, such as "6 conditions, 30 runs, 100 generations".
+    """Return the size of a study, such as "6 conditions; runs: 30; generations: 100".
 
     Parameters
     ----------

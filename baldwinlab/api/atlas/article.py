@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
@@ -125,9 +124,9 @@ def _describe_share(result: MapResults) -> dict[str, str] | None:
     ]
     if not rows:
         return None
-    cells = list(list_cells(result.outcomes))
+    settings = dict(zip(result.cells, list_cells(result.outcomes), strict=True))
     lowest, highest = (
-        (row["mean"], describe_settings(cells[_cell_number(row)], result.planned.atlas_map.axes))
+        (row["mean"], describe_settings(settings[row["cell"]], result.planned.atlas_map.axes))
         for row in (choose(rows, key=lambda row: row["mean"]) for choose in (min, max))
     )
     return {
@@ -136,11 +135,6 @@ def _describe_share(result: MapResults) -> dict[str, str] | None:
         "lowest": f"{lowest[0]:.2f} ({lowest[1]})",
         "highest": f"{highest[0]:.2f} ({highest[1]})",
     }
-
-
-def _cell_number(row: Mapping[str, Any]) -> int:
-    """Return the position of the cell of a row of the table of all outcomes."""
-    return int(row["cell"].rpartition("-")[2])
 
 
 def _describe_fit(result: MapResults) -> dict[str, str] | None:
