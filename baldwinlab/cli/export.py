@@ -48,18 +48,21 @@ FORMATS_OF_OPTION: Final[Mapping[str, tuple[Format, ...]]] = {
     "--at": ("onnx",),
     "--author": ("ro-crate",),
     "--license": ("ro-crate",),
-    "--out": ("csv", "parquet", "zarr", "phylogeny", "tskit", "onnx", "page"),
+    "--out": ("csv", "parquet", "zarr", "phylogeny", "tskit", "onnx", "page", "lesson"),
 }
+# The formats that have a default output.
+FORMATS_WITH_DEFAULT_OUTPUT: Final[tuple[Format, ...]] = ("ro-crate", "lesson")
 
 
 def export(
     source: Annotated[
         str,
+        HIDE_DEFAULT,
         Parameter(
             help="Directory of a study; for a page also a preset, such as evo+self-taught/B, or an "
-            "experiment file (.toml)."
+            "experiment file (.toml). No default; lesson has none."
         ),
-    ],
+    ] = "",
     /,
     *,
     format: Annotated[
@@ -67,14 +70,16 @@ def export(
         Parameter(
             help="csv, parquet or zarr: all results. phylogeny: the parents of every agent. "
             "tskit: the ancestry of every gene. onnx: the network of an agent. ro-crate: metadata "
-            "of the study. page: a laboratory. Default: by the ending of --out."
+            "of the study. page: a laboratory. lesson: the teaching pack. Default: by the ending "
+            "of --out."
         ),
     ] = None,
     out: Annotated[
         Path | None,
         Parameter(
-            help="File to write: .csv, .parquet, .zarr, .trees, .onnx or .html. No default, except "
-            "for ro-crate, which writes ro-crate-metadata.json into the study."
+            help="File to write: .csv, .parquet, .zarr, .trees, .onnx or .html; for lesson, a "
+            "folder, by default lessons. No default for other formats, except for ro-crate, which "
+            "writes ro-crate-metadata.json into the study."
         ),
     ] = None,
     part: Parts = None,
@@ -138,6 +143,7 @@ def export(
 
     A table (csv, parquet) has one row per agent. A phylogeny is CSV in the ALife data standard. A
     page is one HTML file that needs no server. Its results are bit-identical to those in Python.
+    A lesson is a folder of pages: lessons, worksheets, answers, and two pages that simulate.
 
     For example:
 
@@ -146,8 +152,10 @@ def export(
         baldwinlab export results/evo-A --run 0 --out ancestry.trees
         baldwinlab export results/evo-A --run 0 --generation 99 --agent 3 --out network.onnx
         baldwinlab export evo+self-taught/B --out lab.html
+        baldwinlab export --format lesson
     """
     export_format = format or _find_format(out)
+    _require_source(source, export_format)
     _require_applicable(
         export_format,
         {
@@ -201,6 +209,16 @@ def _find_format(out: Path | None) -> Format:
     return FORMAT_OF_ENDING[out.suffix]
 
 
+def _require_source(source: str, export_format: Format) -> None:
+    """Raise RefusedError if a study or preset is missing, or has no effect."""
+    if export_format == "lesson" and source:
+        raise RefusedError(f"{source} does not apply to --format lesson: its presets are fixed")
+    if export_format != "lesson" and not source:
+        raise RefusedError(
+            f"SOURCE is missing: --format {export_format} needs the directory of a study"
+        )
+
+
 def _require_applicable(export_format: Format, values: Mapping[str, Any]) -> None:
     """Raise RefusedError for an option that the format does not use, and for a wrong --out.
 
@@ -213,11 +231,10 @@ def _require_applicable(export_format: Format, values: Mapping[str, Any]) -> Non
             raise RefusedError(
                 f"{option} applies to --format {' or '.join(formats)}, not {export_format}"
             )
-        if option == "--out" and not is_given and export_format in formats:
-            raise RefusedError(
-                f"--out is missing: --format {export_format} needs the name of a file"
-            )
     out = values["--out"]
+    if out is None and export_format not in FORMATS_WITH_DEFAULT_OUTPUT:
+        raise RefusedError(f"--out is missing: --format {export_format} needs the name of a file")
+
     ending = ENDING_OF_FORMAT.get(export_format)
     if ending and out.suffix != ending:
         raise RefusedError(f"--out {out} must end in {ending}, as --format {export_format} needs")

@@ -17,7 +17,12 @@ from baldwinlab.papers.presets import LoadedExperiment, load_with_origin
 from baldwinlab.studies.store import StudyStore
 
 Moment = Literal["birth", "death"]
-Format = Literal["csv", "parquet", "zarr", "phylogeny", "tskit", "onnx", "ro-crate", "page"]
+Format = Literal[
+    "csv", "parquet", "zarr", "phylogeny", "tskit", "onnx", "ro-crate", "page", "lesson"
+]
+
+
+DEFAULT_LESSON_FOLDER: Final = Path("lessons")
 
 
 class ExportOptions(NamedTuple):
@@ -146,6 +151,42 @@ def _write_stored_page(options: ExportOptions) -> None:
     console.info(f"{options.out}: stored results of {options.source}; {len(page):,} bytes")
 
 
+def _write_lessons(options: ExportOptions) -> None:
+    """Write the folder of the teaching pack."""
+    folder = options.out or DEFAULT_LESSON_FOLDER
+    _require_lesson_folder(folder, force=options.force)
+    # Imported late: loading the engine takes a while.
+    from baldwinlab.lab.lesson_pack import STUDENTS_FOLDER, render_lesson_pack
+
+    pages = render_lesson_pack()
+    for path, content in pages.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(folder / path, content)
+    console.info(f"{folder}: {len(pages)} pages. Open {folder / 'index.html'}")
+    console.info(f"Students need only the folder {folder / STUDENTS_FOLDER}")
+
+
+def _require_lesson_folder(folder: Path, *, force: bool) -> None:
+    """Raise RefusedError for a file, a study, and a folder with files of another program."""
+    if folder.is_file() or is_study(folder):
+        kind = "file" if folder.is_file() else "study"
+        raise RefusedError(f"--out {folder} is a {kind}. Give the path of another folder.")
+    if not folder.parent.is_dir():
+        raise RefusedError(
+            f"--out {folder}: the folder {folder.parent} does not exist. Create it or choose "
+            "another path."
+        )
+    first_page = folder / "index.html"
+    if not folder.exists():
+        return
+    if any(folder.iterdir()) and not first_page.exists() and not force:
+        raise RefusedError(
+            f"--out {folder} contains files that this command did not write. Choose another path "
+            "or add --force."
+        )
+    require_writable("--out", first_page, EXPORT_MARK.encode(), force=force)
+
+
 def _load_experiments(source: str, assignments: list[str]) -> tuple[list[Experiment], int]:
     """Return the experiments and the seed of a study; or a single experiment and the seed 0."""
     if is_study(Path(source)):
@@ -170,4 +211,5 @@ WRITERS: Final[Mapping[Format, Callable[[ExportOptions], None]]] = {
     "onnx": _write_onnx,
     "ro-crate": _write_crate,
     "page": _write_page,
+    "lesson": _write_lessons,
 }
