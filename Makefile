@@ -7,6 +7,7 @@ PYTHON ?= $(shell /usr/bin/python3 -c 'import sys; sys.exit(sys.version_info < (
 unexport PYTHONDONTWRITEBYTECODE
 VENV ?= .venv
 BIN := $(VENV)/bin
+DENO := DENO_DIR=$(VENV)/deno DENO_NO_UPDATE_CHECK=1 $(BIN)/deno
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps
 # $(call check,PYTHON): check that the installed versions are compatible. Versions of an earlier lock may not be.
 check = $(1) -m pip check --disable-pip-version-check || { echo "run 'make clean', then the same command again"; exit 1; }
@@ -28,7 +29,7 @@ help:
 	@echo "make docs        build the documentation as a site (site/index.html) that needs no server"
 	@echo "make nightly     run the slow tests that make test skips"
 	@echo "make faults      run tests with killed processes, damaged files, odd inputs and floods of requests"
-	@echo "make lint        check style, docstrings, prose, imports and types"
+	@echo "make lint        check style, docstrings, prose, imports, types and JavaScript"
 	@echo "make prose       report words that the project does not use, and what to say instead (WHERE=FOLDER)"
 	@echo "make docstrings  check the docstrings of public functions and classes"
 	@echo "make format      format the code"
@@ -71,6 +72,8 @@ lint: $(VENV)/.dev
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/python -m scripts.docstrings
 	$(BIN)/python -m scripts.prose
+	$(DENO) lint --quiet baldwinlab/lab/static
+	$(DENO) check --quiet baldwinlab/lab/static
 	$(BIN)/mypy
 
 # make prose WHERE="docs baldwinlab/engine" checks these folders only.

@@ -60,12 +60,12 @@ export class AlleleBars {
 
   /**
    * Set the data.
-   * @param {{alleles: string[], first: number}} header alleles in stacking order, and the first
-   *   generation
-   * @param {{share: Float32Array}} arrays [generation, locus, allele]
+   * @param {Object<string, any>} header alleles in stacking order, and the first generation
+   * @param {Object<string, any>} arrays share [generation, locus, allele]
    */
   setData({ alleles, first, arrays: [{ shape }] }, { share }) {
-    Object.assign(this, { shares: share, first });
+    this.shares = share;
+    this.first = first;
     const drawn = this.loci.length === shape[1] && String(this.alleles) === String(alleles);
     if (!drawn) this.buildBars(alleles, shape[1]);
   }

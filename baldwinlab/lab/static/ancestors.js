@@ -46,7 +46,8 @@ export class Ancestors {
     const requested = `${createLifetimeQuery(source)}&agent=${agent}`;
     if (requested === this.requested) return;
     this.cancel();
-    Object.assign(this, { requested, source });
+    this.requested = requested;
+    this.source = source;
     this.stop = new AbortController();
     this.root.classList.add("waiting");
     try {

@@ -16,6 +16,7 @@ import { findChanges, applyChanges } from "./experiment_changes.js";
  * @property {object[]} schemas
  * @property {{name: string, when: Object<string, any>, module: string, plan: object}[]} programs
  * @property {object[]} rules
+ * @property {number} seed
  * @property {number[]} quantiles of Student's t, by the number of runs
  */
 export class BrowserLab {
@@ -148,7 +149,7 @@ export class BrowserLab {
   }
 
   /** For scripts: simulate a run, bit-identical to `bl.simulate`. Rejects with a message. */
-  async simulate({ seed, run = 0, generations, experiment = {} }) {
+  async simulate({ seed, run = 0, generations, experiment = /** @type {any} */ ({}) }) {
     const base = this.findPreset(experiment.name).experiment;
     const length = generations === undefined ? {} : { evolution: { generations } };
     const completed = mergeTables(mergeTables(base, experiment), length);

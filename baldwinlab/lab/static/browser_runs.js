@@ -14,7 +14,12 @@ export class BrowserFeed extends Feed {
    */
   constructor(id, lab, order) {
     super(id);
-    Object.assign(this, { lab, order, steps: 0, history: [], wakeUp: () => {} });
+    this.lab = lab;
+    this.order = order;
+    this.steps = 0;
+    this.history = [];
+    /** @type {(value?: any) => void} */
+    this.wakeUp = () => {};
   }
 
   connect() {
@@ -93,7 +98,8 @@ export class BrowserFeed extends Feed {
   }
 
   setState(state, message = "") {
-    Object.assign(this, { state, message });
+    this.state = state;
+    this.message = message;
     this.onUpdate();
   }
 
@@ -244,7 +250,10 @@ function readWindow(source, { width, height }) {
   );
 }
 
-/** Return best fitness, mean fitness and the share of agents that eat, as bands over runs. */
+/**
+ * Return best fitness, mean fitness and the share of agents that eat, as bands over runs.
+ * @returns {Object<string, import("./live_feed.js").Band>}
+ */
 function computeBands(results, quantiles) {
   const measures = {
     best: results.map(({ energy }) => Math.max(...energy)),

@@ -68,7 +68,8 @@ export function readKey({ key }, chart, series, selectedColumn) {
 }
 
 /** Return the text of a keyboard target for screen readers. */
-export function describeTarget({ index, curve }, chart, { names, xLabel = "" }) {
+export function describeTarget({ index, curve }, chart, options) {
+  const { names, xLabel = "" } = options;
   const position = `${xLabel} ${names?.[index] ?? chart.data[0][index]}`;
   if (!curve) return position;
   const run = curve.run === undefined ? "" : `, run ${curve.run}`;

@@ -43,7 +43,7 @@ export function createPlotOptions(plot, series, hidden, options, showValues) {
       focus: {
         prox: 24,
         // Ignore the edges of bands.
-        dist: (_, column, index, value, cursor) => (isCurve(column) ? value - cursor : Infinity),
+        dist: (_, column, _index, value, cursor) => (isCurve(column) ? value - cursor : Infinity),
       },
       // uPlot would treat a click near an edge as a drag, because its cursor snaps to the edge.
       drag: { x: false, y: false, click() {} },

@@ -31,9 +31,10 @@ export class ChartSlider {
 
   /**
    * Return the text for a position, as a share of the width. It can be below 0 or above 1.
+   * @param {number} _share
    * @returns {string|null}
    */
-  describeAt() {
+  describeAt(_share) {
     return null;
   }
 

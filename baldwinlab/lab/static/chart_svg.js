@@ -134,7 +134,7 @@ function findDefinedRanges(x, ...edges) {
   return ranges.filter((range) => range.length);
 }
 
-function drawBand(scale, x, { low, high, color }) {
+function drawBand(scale, x, /** @type {import("./charts.js").Series} */ { low, high, color }) {
   const point = (values) => (index) =>
     `${round(scale.x(x[index]))} ${round(scale.y(values[index]))}`;
   const areas = low && high ? findDefinedRanges(x, low, high) : [];

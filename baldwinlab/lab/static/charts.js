@@ -1,5 +1,6 @@
 /** Charts with curves and bands (uPlot). See box_chart.js for box plots. */
 
+// @ts-types="./vendor/uPlot.d.ts"
 import uPlot from "./vendor/uPlot.esm.js";
 import {
   bindPick,
@@ -55,7 +56,10 @@ export class LineChart {
    *   [options.onPick] called for a click, a tap or Enter on a curve
    */
   constructor(root, options) {
-    Object.assign(this, { root, options, x: options.x, series: options.series });
+    this.root = root;
+    this.options = options;
+    this.x = options.x;
+    this.series = options.series;
     this.hidden = new Set(options.hidden ?? []);
     this.chart = null;
     // The column of the curve that the keyboard has selected.
@@ -195,7 +199,8 @@ export class LineChart {
           line.label === this.series[number].label &&
           line.runs?.length === this.series[number].runs?.length,
       );
-    Object.assign(this, { x, series });
+    this.x = x;
+    this.series = series;
     if (hasSameCurves) this.chart.setData(collectColumns(x, series));
     else this.build();
   }

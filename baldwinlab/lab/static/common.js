@@ -2,10 +2,11 @@
 
 /**
  * Create an element. Attributes that start with "on" are listeners. `null` and `false` are omitted.
- * @param {string} tag
+ * @template {keyof HTMLElementTagNameMap} Tag
+ * @param {Tag} tag
  * @param {Object<string, any>} [attributes]
- * @param {...(Node|string|number|null)} children
- * @returns {HTMLElement}
+ * @param {...any} children nodes, texts and arrays of them; null and false are omitted
+ * @returns {HTMLElementTagNameMap[Tag]}
  */
 export function el(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
@@ -57,6 +58,15 @@ export function isServerless() {
   return localServer !== null;
 }
 
+/**
+ * Return the parameters of a request or an address.
+ * @param {Object<string, any>} parameters
+ */
+export function createQuery(parameters) {
+  const texts = Object.entries(parameters).map(([name, value]) => [name, String(value)]);
+  return new URLSearchParams(texts);
+}
+
 /** @returns {Promise<any>} */
 export async function getJSON(path, signal) {
   if (localServer) return localServer.get(path, signal);
@@ -74,7 +84,7 @@ export async function postJSON(path, body, signal) {
 
 /**
  * Request a binary container (binary_frames.py).
- * @returns {Promise<{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}>}
+ * @returns {Promise<{header: Object<string, any>, arrays: Object<string, any>}>}
  */
 export async function getBinary(path, signal) {
   if (localServer) return localServer.get(path, signal);
@@ -101,6 +111,7 @@ export function unpack(buffer) {
     throw new Error("The server sent data that is not a recording.");
   const length = new DataView(buffer).getUint32(4, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 8, length)));
+  /** @type {Object<string, any>} */
   const arrays = {};
   for (const { name, dtype, shape, offset, differences } of header.arrays) {
     const count = shape.reduce((product, size) => product * size, 1);

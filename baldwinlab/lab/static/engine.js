@@ -36,20 +36,19 @@ export class Engine {
   constructor({ plan, code }) {
     this.plan = plan;
     this.memory = allocateOrThrow(() => new WebAssembly.Memory({ initial: 16 }));
+    /** @type {Object<string, any>} */
     this.functions = new WebAssembly.Instance(code, { env: { memory: this.memory } }).exports;
     this.heapStart = this.functions.__heap_base.value;
   }
 
   /** Allocate the memory of a run, and write its constants. */
   prepare(experiment, { seed, run }) {
-    Object.assign(this, {
-      experiment,
-      parameters: { seed, run },
-      free: this.heapStart,
-      measured: {},
-      tuples: {},
-      arrays: {},
-    });
+    this.experiment = experiment;
+    this.parameters = { seed, run };
+    this.free = this.heapStart;
+    this.measured = {};
+    this.tuples = {};
+    this.arrays = {};
     this.allocateTuple("setting");
     this.call("measure");
     const measured = this.array("setting.measured");
@@ -123,7 +122,8 @@ export class Engine {
   }
 
   /** Return the initial values of an array that the layout lists. */
-  resolveContent({ values, table, columns, added_rows: addedRows }) {
+  resolveContent(/** @type {Object<string, any>} */ spec) {
+    const { values, table, columns, added_rows: addedRows } = spec;
     if (values) return values.flatMap((value) => this.resolveValue(value));
     if (!table) return null;
     const rows = lookUp(this.experiment, table).map((row) =>

@@ -21,7 +21,12 @@ export class Frame {
    * @param {Object<string, ArrayLike<number>>} items as `agents`
    */
   constructor(header, step, eaten, agents, items) {
-    Object.assign(this, { header, step, eaten, agents, items, first: 0 });
+    this.header = header;
+    this.step = step;
+    this.eaten = eaten;
+    this.agents = agents;
+    this.items = items;
+    this.first = 0;
     this.interval = header.interval;
     this.window = header.window;
   }
@@ -45,7 +50,7 @@ export class Frame {
   }
 
   /** Return the number of items that a visible agent has eaten. */
-  countEaten(step, index) {
+  countEaten(_step, index) {
     return this.agents.agent_eaten[index];
   }
 
@@ -72,6 +77,7 @@ export function readFrames({ header, arrays }) {
   let [agentStart, itemStart] = [0, 0];
   return header.frames.map((step, number) => {
     const eaten = { items: arrays.eaten[number], eaters: arrays.eaters[number] };
+    /** @type {Object<string, any>} */
     const agents = {};
     if (arrays.agent_counts)
       agents.counts = arrays.agent_counts.subarray(number * squares, (number + 1) * squares);
@@ -81,6 +87,7 @@ export function readFrames({ header, arrays }) {
         agents[name] = arrays[name]?.subarray(agentStart, stop);
       agentStart = stop;
     }
+    /** @type {Object<string, any>} */
     const items = {};
     if (arrays.item_counts) {
       const size = kinds * squares;

@@ -13,7 +13,9 @@ const PIECE_AGENT_STEPS = 1_000_000;
 export class WorldCursor {
   /** @param {import("./simulation.js").Run} run prepared, with the genomes of the generation */
   constructor(run, generation) {
-    Object.assign(this, { run, generation, snapshots: new Map() });
+    this.run = run;
+    this.generation = generation;
+    this.snapshots = new Map();
     const { lifetime, population } = run.experiment;
     this.steps = lifetime.steps;
     this.agents = population.size;

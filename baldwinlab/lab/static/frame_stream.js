@@ -23,7 +23,9 @@ export class FrameStream {
    * @param {(fault: Error) => void} failed called after an error
    */
   constructor(fetchFrames, changed, failed) {
-    Object.assign(this, { fetchFrames, changed, failed });
+    this.fetchFrames = fetchFrames;
+    this.changed = changed;
+    this.failed = failed;
     // A stream has no recordings, so the timeline marks no meals.
     this.parts = new Map();
     this.header = null;

@@ -10,7 +10,8 @@ export class GenerationPlayer {
    * @param {(last: number) => number[]} stops the generations to show, up to the last
    */
   constructor(callbacks, stops = (last) => [...FIRST_STOPS, last]) {
-    Object.assign(this, { callbacks, stops });
+    this.callbacks = callbacks;
+    this.stops = stops;
     this.isPlaying = false;
   }
 

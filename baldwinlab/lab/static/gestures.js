@@ -93,8 +93,14 @@ function bindPointers(canvas, tracker) {
 
 /** The pressed pointers, and the distance that they have moved. */
 class PointerTracker {
-  constructor(canvas, view, { changed, picked, hovered }) {
-    Object.assign(this, { canvas, view, changed, picked, hovered, distance: 0 });
+  constructor(canvas, view, /** @type {Object<string, Function>} */ callbacks) {
+    const { changed, picked, hovered } = callbacks;
+    this.canvas = canvas;
+    this.view = view;
+    this.changed = changed;
+    this.picked = picked;
+    this.hovered = hovered;
+    this.distance = 0;
     // The position of each pressed pointer, by id.
     this.positions = new Map();
   }

@@ -68,7 +68,8 @@ export class GridView {
       },
     ] = header.arrays;
     const first = !this.life;
-    Object.assign(this, { title, life: { ...header, ...arrays, steps, rows, columns } });
+    this.title = title;
+    this.life = { ...header, ...arrays, steps, rows, columns };
     this.canvas.hidden = false;
     this.canvas.style.aspectRatio = `${columns} / ${rows}`;
     const mark = (name, color, shape = "") =>

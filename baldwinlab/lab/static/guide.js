@@ -61,7 +61,8 @@ export class Guide {
    * @param {Topic[]} [topics] details, which are folded
    */
   setTexts(summary, topics = []) {
-    Object.assign(this, { summary, topics });
+    this.summary = summary;
+    this.topics = topics;
     this.show();
   }
 

@@ -145,7 +145,10 @@ export class Inspector {
     const requested = `${createLifetimeQuery(source)}&agent=${agent}`;
     this.root.hidden = false;
     if (requested === this.requested && (first === null || first === this.first)) return;
-    Object.assign(this, { requested, first: first ?? 0, source, agent });
+    this.requested = requested;
+    this.first = first ?? 0;
+    this.source = source;
+    this.agent = agent;
     this.stop?.abort();
     this.stop = new AbortController();
     this.title.textContent = `Agent ${agent}`;

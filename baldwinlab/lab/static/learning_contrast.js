@@ -42,7 +42,11 @@ export class LearningContrast {
    * @param {import("./guide.js").Guide} guide
    */
   constructor(lab, experiments, seed, guide) {
-    Object.assign(this, { lab, experiments, seed, lives: [], feeds: [] });
+    this.lab = lab;
+    this.experiments = experiments;
+    this.seed = seed;
+    this.lives = [];
+    this.feeds = [];
     this.player = new Player((time) => this.draw(time));
     this.player.changed = () => this.bar.showTime();
     this.bar = new TimeBar(this.player, "contrast");

@@ -10,7 +10,7 @@ const MAX_SAVED_POINTS = 1000;
 const MARGIN = { left: 40, right: 6, top: 6, bottom: 6 };
 
 /**
- * @typedef {{x: ArrayLike<number>|null, values: ArrayLike<number>, first?: number,
+ * @typedef {{x?: ArrayLike<number>|null, values: ArrayLike<number>, first?: number,
  *   stride?: number, offset?: number, color: string, alpha?: number, label?: string}} Line
  */
 
@@ -44,7 +44,11 @@ export class LifetimeChart {
 
   /** @param {Line[]} lines over steps 0 to `steps`, between two values */
   set(lines, steps, low, high) {
-    Object.assign(this, { lines, steps, low, high: high > low ? high : low + 1, key: "" });
+    this.lines = lines;
+    this.steps = steps;
+    this.low = low;
+    this.high = high > low ? high : low + 1;
+    this.key = "";
   }
 
   /** Return one row per point. */
@@ -131,7 +135,8 @@ export class LifetimeChart {
     for (const line of this.lines) this.drawLine(pen, line, width, yAt);
   }
 
-  drawLine(pen, { x, values, first = 0, stride = 1, offset = 0, color, alpha = 1 }, width, yAt) {
+  drawLine(pen, /** @type {Line} */ line, width, yAt) {
+    const { x, values, first = 0, stride = 1, offset = 0, color, alpha = 1 } = line;
     const count = Math.floor((values.length - offset - 1) / stride) + 1;
     const interval = Math.max(1, Math.floor(count / (2 * width)));
     pen.strokeStyle = palette[color];
@@ -158,7 +163,7 @@ export function createColorKey(...colors) {
 }
 
 /** Return the steps and values of a line. */
-function listPoints({ x, values, first = 0, stride = 1, offset = 0 }) {
+function listPoints(/** @type {Line} */ { x, values, first = 0, stride = 1, offset = 0 }) {
   const count = Math.floor((values.length - offset - 1) / stride) + 1;
   return Array.from({ length: count }, (_, index) => [
     x ? x[index] : first + index,

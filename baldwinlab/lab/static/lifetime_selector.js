@@ -21,10 +21,14 @@ export class LifetimeSelector {
   /**
    * @param {string} name "a" or "b"
    * @param {object[]} studies the readable studies of /api/studies
-   * @param {{invalidate: () => void, chosen: () => void, playAllClicked: () => void}} callbacks
+   * @param {Object<string, (...values: any[]) => void>} callbacks `invalidate`, `chosen` and
+   *   `playAllClicked`, and those of the subclass
    */
   constructor(name, studies, callbacks) {
-    Object.assign(this, { name, studies, callbacks, source: null });
+    this.name = name;
+    this.studies = studies;
+    this.callbacks = callbacks;
+    this.source = null;
     this.pickers = this.buildControls();
   }
 
@@ -128,11 +132,18 @@ export class LifetimeSelector {
   }
 
   /**
-   * Return whether the source has changed.
+   * Show a lifetime. Subclasses load it.
+   * @param {import("./sources.js").Source} _source
+   * @returns {void|Promise<void>}
+   */
+  choose(_source) {}
+
+  /**
+   * Set the source, and return whether it has changed.
    * @param {import("./sources.js").Source} source
    * @returns {boolean}
    */
-  choose(source) {
+  setSource(source) {
     if (
       this.source &&
       String(createLifetimeQuery(source)) === String(createLifetimeQuery(this.source))

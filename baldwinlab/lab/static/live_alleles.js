@@ -1,7 +1,7 @@
 /** The alleles of a live run of a model without a world: newest or selected generation. */
 
 import { AlleleBars } from "./allele_bars.js";
-import { el, getBinary, showMessage } from "./common.js";
+import { createQuery, el, getBinary, showMessage } from "./common.js";
 import { createRunPicker, parseWholeNumber } from "./run_picker.js";
 
 export class LiveAlleles {
@@ -12,15 +12,13 @@ export class LiveAlleles {
    * @param {(patch: Object<string, any>) => void} navigate
    */
   constructor(id, runs, state, navigate) {
-    Object.assign(this, {
-      id,
-      navigate,
-      generationsDone: 0,
-      requestedUrl: "",
-      isLoading: false,
-      savedStudy: null,
-      stop: new AbortController(),
-    });
+    this.id = id;
+    this.navigate = navigate;
+    this.generationsDone = 0;
+    this.requestedUrl = "";
+    this.isLoading = false;
+    this.savedStudy = null;
+    this.stop = new AbortController();
     this.run = Math.min(parseWholeNumber(state.run) ?? 0, runs - 1);
     this.picked = parseWholeNumber(state.generation);
     this.bars = new AlleleBars();
@@ -69,7 +67,8 @@ export class LiveAlleles {
 
   /** Show a generation of a run, or the newest one (null). */
   pick(generation, run = this.run) {
-    Object.assign(this, { picked: generation, run });
+    this.picked = generation;
+    this.run = run;
     if (this.picker) this.picker.value = String(run);
     this.navigate({ generation, run: run || null });
     this.showState();
@@ -79,9 +78,10 @@ export class LiveAlleles {
   /** Load the current generation. Only one request is active at a time. */
   async load() {
     const { id, run, generation } = this;
-    const url = `/api/alleles?${new URLSearchParams({ live: id, run, generation })}`;
+    const url = `/api/alleles?${createQuery({ live: id, run, generation })}`;
     if (this.isLoading || generation < 0 || url === this.requestedUrl) return;
-    Object.assign(this, { requestedUrl: url, isLoading: true });
+    this.requestedUrl = url;
+    this.isLoading = true;
     try {
       const { header, arrays } = await getBinary(url, this.stop.signal);
       this.bars.setData(header, arrays);
@@ -96,10 +96,10 @@ export class LiveAlleles {
   }
 
   showState() {
-    this.newest.setAttribute("aria-pressed", this.picked === null);
+    this.newest.setAttribute("aria-pressed", String(this.picked === null));
     this.open.hidden = !this.savedStudy;
     const { savedStudy, run, generation } = this;
-    this.open.href = `#/world?${new URLSearchParams({ ...savedStudy, run, generation })}`;
+    this.open.href = `#/world?${createQuery({ ...savedStudy, run, generation })}`;
   }
 
   /** Set the study that the run was saved as. The World tab can then show it. */

@@ -30,7 +30,10 @@ export class LiveCurves {
    * @param {{name: string, values: number[]}[]} earlierRuns
    */
   constructor(feed, fitnessRoot, shareRoot, countRoot, runSwitch, pick, earlierRuns) {
-    Object.assign(this, { feed, runSwitch, pick, earlierRuns });
+    this.feed = feed;
+    this.runSwitch = runSwitch;
+    this.pick = pick;
+    this.earlierRuns = earlierRuns;
     const { generations } = feed.summary.experiment.evolution;
     // The axis covers all generations from the start.
     this.x = Array.from({ length: generations }, (_, generation) => generation);

@@ -25,6 +25,19 @@ export function openFeed(id) {
 }
 
 /**
+ * @typedef {object} Summary of a run
+ * @property {string} id
+ * @property {Object<string, any>} experiment
+ * @property {number} runs
+ * @property {number} seed
+ * @property {number} seconds least duration of a generation
+ * @property {string} saved_as the study, or empty
+ * @property {boolean} [alleles] whether the model has alleles instead of a world
+ * @property {object[]} [species]
+ * @property {object[]} [species_curves]
+ */
+
+/**
  * @typedef {{mean: number[], low?: number[], high?: number[], runs?: number[][]}} Band one entry
  *   per generation; with several runs also the 95 % interval of the mean, and the values of all
  *   runs
@@ -32,15 +45,12 @@ export function openFeed(id) {
 export class Feed {
   constructor(id) {
     this.id = id;
-    /**
-     * @type {{experiment: Object<string, any>, runs: number, seed: number, seconds: number,
-     *   saved_as: string}|null}
-     */
+    /** @type {Summary|null} */
     this.summary = null;
     this.state = "preparing";
     this.message = "";
     this.onUpdate = () => {};
-    this.onError = () => {};
+    this.onError = (/** @type {string} */ _message) => {};
     this.closed = false;
     this.reset();
     feeds.set(id, this);
@@ -92,10 +102,11 @@ export class Feed {
   }
 
   /** Add generations to the bands of all measures. Species have measures such as `mean:prey`. */
-  add({ type, first, ...measures }) {
-    for (const [name, update] of Object.entries(measures)) {
+  add(/** @type {Object<string, any>} */ update) {
+    const { type: _type, first: _first, ...measures } = update;
+    for (const [name, added] of Object.entries(measures)) {
       const band = (this.bands[name] ??= { mean: [] });
-      for (const [part, values] of Object.entries(update)) (band[part] ??= []).push(...values);
+      for (const [part, values] of Object.entries(added)) (band[part] ??= []).push(...values);
     }
   }
 

@@ -21,7 +21,7 @@ export function openPage(root, laboratory, code) {
   const lab = new BrowserLab(laboratory, code);
   useLocalServer(lab);
   setFeedFactory((id) => lab.openFeed(id));
-  window.baldwinlab = { simulate: (options) => lab.simulate(options) };
+  Object.assign(globalThis, { baldwinlab: { simulate: (options) => lab.simulate(options) } });
   addEventListener("unhandledrejection", (event) => {
     event.preventDefault();
     if (event.reason?.name !== "AbortError")

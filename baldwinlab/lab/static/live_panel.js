@@ -54,11 +54,11 @@ export class LivePanel {
       fitness,
       share,
       counts,
-      runSwitch.firstChild,
+      runSwitch.querySelector("input"),
       (generation, run) => this.world.pick(generation, run),
       listEarlierRuns(),
     );
-    curves.lastChild.hidden = !counts.hasChildNodes();
+    counts.closest("section").hidden = !counts.hasChildNodes();
     this.showName();
     this.update();
   }
@@ -138,7 +138,8 @@ function selectView(experiment, alleles) {
 }
 
 /** Return the number of agents of one world. */
-function countAgents({ population: { size, worlds = 1 } }) {
+function countAgents(experiment) {
+  const { size, worlds = 1 } = experiment.population;
   return Math.floor(size / worlds);
 }
 

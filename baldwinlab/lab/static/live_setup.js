@@ -42,7 +42,10 @@ export class Setup {
    * @param {AbortSignal} signal
    */
   constructor(state, navigate, listener, signal) {
-    Object.assign(this, { state, navigate, listener, signal });
+    this.state = state;
+    this.navigate = navigate;
+    this.listener = listener;
+    this.signal = signal;
     this.numbers = {
       runs: parseNumber(state.runs, 5),
       seed: parseNumber(state.seed, 0),
@@ -165,7 +168,12 @@ export class Setup {
     this.heading = el("h1", { tabindex: -1 }, "Live run");
     const element = el(
       "form",
-      { id: FORM_ID, class: "card live-setup", novalidate: true, "aria-label": "Settings of the live run" },
+      {
+        id: FORM_ID,
+        class: "card live-setup",
+        novalidate: true,
+        "aria-label": "Settings of the live run",
+      },
       this.heading,
       this.begin,
       fault,
@@ -243,9 +251,8 @@ export class Setup {
 
   /** Replace the form. Open groups stay open, and the focus stays on its field. */
   replaceForm(form) {
-    const open = new Set(
-      [...this.body.querySelectorAll("details[open]")].map((group) => group.dataset.testid),
-    );
+    const openGroups = [...this.body.querySelectorAll("details[open]")];
+    const open = new Set(openGroups.map((group) => group.getAttribute("data-testid")));
     const focused = document.activeElement?.id;
     this.form = form;
     this.body.replaceChildren(form.element);

@@ -1,6 +1,6 @@
 /** The world of a live run: the newest generation, or a selected one. */
 
-import { el, showMessage } from "./common.js";
+import { createQuery, el, showMessage } from "./common.js";
 import { Inspector } from "./inspector.js";
 import { Legend } from "./legend.js";
 import { openLifetime } from "./lifetimes.js";
@@ -26,18 +26,16 @@ export class LiveWorld {
    * @param {number} agents of the world
    */
   constructor(id, runs, state, navigate, agents) {
-    Object.assign(this, {
-      id,
-      agents,
-      navigate,
-      generationsDone: 0,
-      life: null,
-      loadingLife: null,
-      generation: null,
-      savedStudy: null,
-      displayStart: 0,
-      newestTimer: 0,
-    });
+    this.id = id;
+    this.agents = agents;
+    this.navigate = navigate;
+    this.generationsDone = 0;
+    this.life = null;
+    this.loadingLife = null;
+    this.generation = null;
+    this.savedStudy = null;
+    this.displayStart = 0;
+    this.newestTimer = 0;
     this.run = Math.min(parseWholeNumber(state.run) ?? 0, runs - 1);
     this.initial = {
       generation: parseWholeNumber(state.generation),
@@ -53,6 +51,7 @@ export class LiveWorld {
     this.figure.agent = parseWholeNumber(state.agent);
     this.bar = new TimeBar(this.player, "live", () => this.stopFollowing());
     this.legend = new Legend();
+    this.share = null;
     this.inspector = new Inspector({
       open: (source, agent) => this.openRelative(source, agent),
       close: () => this.figure.pick(null),
@@ -191,12 +190,10 @@ export class LiveWorld {
     if (!life.isLoaded) return;
     const isFirst = this.generation === null;
     this.life?.close();
-    Object.assign(this, {
-      life,
-      source,
-      generation: source.generation,
-      displayStart: performance.now(),
-    });
+    this.life = life;
+    this.source = source;
+    this.generation = source.generation;
+    this.displayStart = performance.now();
     this.share ??= mountShare(document.getElementById("actions"), () => this.describeShared());
     this.title.textContent = `Generation ${source.generation.toLocaleString("en")}`;
     this.figure.show(life);
@@ -225,7 +222,7 @@ export class LiveWorld {
   }
 
   /** Open the lifetime of a parent or a child. */
-  openRelative({ generation }, agent) {
+  openRelative(/** @type {import("./sources.js").Source} */ { generation }, agent) {
     this.followsNewest = false;
     this.figure.agent = agent;
     this.load(generation, 0);
@@ -253,7 +250,7 @@ export class LiveWorld {
 
   /** Write the generation and the step to the address. */
   remember() {
-    this.newest.setAttribute("aria-pressed", this.followsNewest);
+    this.newest.setAttribute("aria-pressed", String(this.followsNewest));
     if (this.generation === null) return;
     const { generation, run, player, figure } = this;
     const position = this.followsNewest
@@ -268,7 +265,7 @@ export class LiveWorld {
       speed: player.speed === DEFAULT_SPEED ? null : player.speed,
     });
     this.open.hidden = !this.savedStudy;
-    this.open.href = `#/world?${new URLSearchParams({ ...this.savedStudy, run, generation })}`;
+    this.open.href = `#/world?${createQuery({ ...this.savedStudy, run, generation })}`;
   }
 
   /** Return the state for the share menu. */

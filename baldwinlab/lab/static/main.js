@@ -54,7 +54,7 @@ async function show() {
     target.state = current?.name === target.name ? current.state : restoreState(target.name);
   const { name, state } = target;
   for (const tab of document.querySelectorAll("[data-view]")) {
-    if (tab.dataset.view === name) tab.setAttribute("aria-current", "page");
+    if (tab.getAttribute("data-view") === name) tab.setAttribute("aria-current", "page");
     else tab.removeAttribute("aria-current");
   }
   if (shown?.name === name) {

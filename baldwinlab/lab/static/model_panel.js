@@ -3,7 +3,7 @@
 import { AlleleBars } from "./allele_bars.js";
 import { GridView } from "./grid_view.js";
 import { LifetimeSelector } from "./lifetime_selector.js";
-import { el, getBinary } from "./common.js";
+import { createQuery, el, getBinary } from "./common.js";
 import { MatrixView } from "./matrix_view.js";
 import { PathView } from "./path_view.js";
 
@@ -28,7 +28,10 @@ export class ModelPanel extends LifetimeSelector {
    */
   constructor(studies, callbacks) {
     super("a", studies, callbacks);
-    Object.assign(this, { header: null, drawer: null, view: null, agent: null });
+    this.header = null;
+    this.drawer = null;
+    this.view = null;
+    this.agent = null;
     const selectView = () => {
       this.choose(this.source, {
         view: this.viewList.value,
@@ -82,13 +85,11 @@ export class ModelPanel extends LifetimeSelector {
    * @param {import("./sources.js").Source} source
    */
   async choose(source, { view, agent } = { view: this.view?.name, agent: this.agent }) {
-    super.choose(source);
+    this.setSource(source);
     const { study, condition, run, generation } = source;
     this.view = this.views.find(({ name }) => name === view) ?? this.views[0];
-    this.agent =
-      this.view.has_agent_choice && /^\d+$/.test(agent ?? "") && Number(agent) < this.condition.agents
-        ? agent
-        : null;
+    const isAgent = /^\d+$/.test(agent ?? "") && Number(agent) < this.condition.agents;
+    this.agent = this.view.has_agent_choice && isAgent ? agent : null;
     this.showViewLists();
     const runQuery = { study, condition, run };
     const viewQuery = {
@@ -99,11 +100,13 @@ export class ModelPanel extends LifetimeSelector {
     };
     const url =
       this.view.name === ALLELES
-        ? `api/alleles?${new URLSearchParams(runQuery)}`
-        : `api/view?${new URLSearchParams(viewQuery)}`;
+        ? `api/alleles?${createQuery(runQuery)}`
+        : `api/view?${createQuery(viewQuery)}`;
     if (url === this.requestedUrl) return this.header && this.show();
     this.stop?.abort();
-    Object.assign(this, { requestedUrl: url, header: null, stop: new AbortController() });
+    this.requestedUrl = url;
+    this.header = null;
+    this.stop = new AbortController();
     delete this.root.dataset.ready;
     try {
       this.setData(await getBinary(url, this.stop.signal));

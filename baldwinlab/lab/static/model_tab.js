@@ -16,9 +16,15 @@ import { GenerationPlayer } from "./generation_player.js";
 const DISPLAY_TIME = 200;
 
 export class ModelTab {
-  /** @param {{studies: object[], worldless: object[]}} stored from `loadStudies` */
-  constructor(root, navigate, guide, { studies, worldless }) {
-    Object.assign(this, { root, navigate, guide, studies, worldless, latestRequest: 0, timer: 0 });
+  constructor(root, navigate, guide, /** @type {import("./sources.js").Stored} */ stored) {
+    const { studies, worldless } = stored;
+    this.root = root;
+    this.navigate = navigate;
+    this.guide = guide;
+    this.studies = studies;
+    this.worldless = worldless;
+    this.latestRequest = 0;
+    this.timer = 0;
     this.panel = new ModelPanel(studies, {
       invalidate: () => requestAnimationFrame(() => this.panel.curve.draw()),
       chosen: () => this.remember(this.generationPlayer.isPlaying),

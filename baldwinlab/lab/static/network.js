@@ -36,7 +36,8 @@ function measureLabels(pen, names, actions) {
   );
 }
 
-function placeUnits(sizes, { left, top, width, height }, [leftWidth, rightWidth]) {
+function placeUnits(sizes, { left, top, width, height }, labelWidths) {
+  const [leftWidth, rightWidth] = labelWidths;
   const inner = left + leftWidth;
   const innerWidth = width - leftWidth - rightWidth;
   return sizes.map((count, layer) => {

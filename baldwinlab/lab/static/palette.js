@@ -15,7 +15,7 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (col
 export const palette = new Proxy(
   {},
   {
-    get: (_, name) =>
+    get: (_, /** @type {string} */ name) =>
       (colors[name] ??= getComputedStyle(document.documentElement)
         .getPropertyValue(`--${name}`)
         .trim()),

@@ -120,7 +120,7 @@ export class PlaybackBar {
     const { playing, speed } = this.player;
     this.play.replaceChildren(createIcon(ICONS[playing ? "pause" : "play"]));
     this.play.setAttribute("aria-label", playing ? "Pause (space)" : "Play (space)");
-    this.play.dataset.playing = playing;
+    this.play.dataset.playing = String(playing);
     this.speed.value = String(speed);
   }
 

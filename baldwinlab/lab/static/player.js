@@ -30,6 +30,7 @@ export class Player {
     this.playing = false;
     this.changed = () => {};
     // Called after the last step.
+    /** @type {(value?: any) => void} */
     this.ended = () => {};
     // Minimum time between two pictures, in milliseconds.
     this.frameInterval = 0;

@@ -35,7 +35,9 @@ export class Population {
     )
       return;
     if (recording !== this.recording) this.buildLines(recording, totals);
-    Object.assign(this, { recording, step, drawn: now });
+    this.recording = recording;
+    this.step = step;
+    this.drawn = now;
     this.rows.forEach(({ agent, bar, number, line }) => {
       const eaten = recording.countEaten(step + 1, agent);
       if (number.textContent === String(eaten)) return;
@@ -77,8 +79,9 @@ export class Population {
       );
       return { agent, bar, number, line };
     });
+    const { activeElement } = document;
     const focused =
-      this.list.contains(document.activeElement) && document.activeElement.dataset.testid;
+      this.list.contains(activeElement) && activeElement.getAttribute("data-testid");
     this.list.replaceChildren(...this.rows.map(({ line }) => line));
     // Keep the focus on the same agent.
     if (focused) this.rows.find(({ line }) => line.dataset.testid === focused)?.line.focus();
@@ -93,5 +96,6 @@ function createMark(recording, agent) {
 
 /** Return a label such as: agent 3, 12 items eaten. */
 export function formatAgent(recording, agent, eaten) {
-  return `${recording.describeAgent(agent)}, ${eaten.toLocaleString("en")} ${eaten === 1 ? "item" : "items"} eaten`;
+  const items = eaten === 1 ? "1 item" : `${eaten.toLocaleString("en")} items`;
+  return `${recording.describeAgent(agent)}, ${items} eaten`;
 }

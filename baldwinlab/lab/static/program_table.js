@@ -3,8 +3,14 @@
 import { lookUp } from "./engine.js";
 
 /**
+ * @typedef {object} Program a compiled module of a page
+ * @property {string} name
+ * @property {Object<string, any>} when the settings that select it
+ */
+
+/**
  * Return the compiled module for an experiment, or undefined if the page does not contain it.
- * @param {{when: Object<string, any>}[]} programs
+ * @param {Program[]} programs
  */
 export function matchProgram(programs, experiment) {
   return programs.find(({ when }) =>
@@ -14,7 +20,8 @@ export function matchProgram(programs, experiment) {
 
 /**
  * Return the compiled module for an experiment. Throw an Error if the page does not contain it.
- * @param {{when: Object<string, any>}[]} programs
+ * @param {Program[]} programs
+ * @returns {Program}
  */
 export function findProgram(programs, experiment) {
   const program = matchProgram(programs, experiment);

@@ -7,17 +7,15 @@ const MAX_PARTS = 4;
 
 /** The steps from `first` up to, but not including, `last`: the container of /api/recording. */
 export class Recording {
-  /** @param {{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}} container */
+  /** @param {{header: Object<string, any>, arrays: Object<string, any>}} container */
   constructor({ header, arrays }) {
     this.header = header;
     this.arrays = arrays;
-    ({
-      first: this.first,
-      last: this.last,
-      steps: this.steps,
-      agents: this.agents,
-      items: this.items,
-    } = header);
+    this.first = header.first;
+    this.last = header.last;
+    this.steps = header.steps;
+    this.agents = header.agents;
+    this.items = header.items;
     const { inputs, sectors, is_continuous: isContinuous } = header.appearance;
     this.inputs = inputs.map((name, input) => ({
       name,
@@ -151,7 +149,7 @@ function countMovesUntil(moveStep, step) {
 }
 
 /** Return the number of items that all agents eat in each step. */
-function countMeals({ agents, first, arrays: { eaten_in_life: eaten } }) {
+function countMeals(/** @type {Recording} */ { agents, first, arrays: { eaten_in_life: eaten } }) {
   const meals = new Uint16Array(eaten.length / agents);
   let previous = null;
   for (let row = 0; row < meals.length; row++) {
@@ -173,7 +171,9 @@ export class Lifetime {
    * @param {(fault: Error) => void} failed called after an error
    */
   constructor(fetchPart, changed, failed) {
-    Object.assign(this, { fetchPart, changed, failed });
+    this.fetchPart = fetchPart;
+    this.changed = changed;
+    this.failed = failed;
     // By number. The most recently used part is the last.
     this.parts = new Map();
     // Steps of a part, or 0 until the first part is loaded.

@@ -19,15 +19,17 @@ export class Responses {
     );
   }
 
-  /**
-   * @param {{header: Object<string, any>, arrays: Object<string, ArrayLike<number>>}} container
-   *   of /api/agent
-   */
-  set({ header: { appearance }, arrays: { responses, sample_step: samples } }) {
+  /** Show the responses of the container of /api/agent. */
+  set(/** @type {Object<string, any>} */ { header: { appearance }, arrays }) {
+    const { responses, sample_step: samples } = arrays;
     this.root.hidden = !responses;
     if (!responses) return;
     const codes = responses.length / samples.length;
-    Object.assign(this, { actions: appearance.actions, responses, samples, codes, shown: -1 });
+    this.actions = appearance.actions;
+    this.responses = responses;
+    this.samples = samples;
+    this.codes = codes;
+    this.shown = -1;
     const inputNames = (code) =>
       appearance.inputs.filter((_, input) => (code >> input) & 1).join(", ") || "nothing";
     this.now = Array.from({ length: codes }, () => el("td", {}));

@@ -56,7 +56,9 @@ export class ResultsCurves {
    * @param {(labels: string) => void} setHidden called with the hidden labels, joined by commas
    */
   constructor(root, view, setHidden) {
-    Object.assign(this, { view, setHidden, isDestroyed: false });
+    this.view = view;
+    this.setHidden = setHidden;
+    this.isDestroyed = false;
     this.series = createMeanSeries(view);
     const plot = el("div");
     this.chart = this.createChart(plot);
@@ -92,7 +94,7 @@ export class ResultsCurves {
   }
 
   /** Open the lifetime of a picked curve, or the conditions of a curve that combines several. */
-  openPick({ x, label, run }) {
+  openPick(/** @type {{x: number, label: string, run?: number}} */ { x, label, run }) {
     const { study, results, by, groups, choose } = this.view;
     const { conditions } = groups.find((group) => group.label === label);
     if (conditions.length > 1) return choose({ [`only.${by}`]: label, group: null, hidden: null });

@@ -44,7 +44,10 @@ function listRunRows(results, runs) {
 
 class RunTable {
   constructor(rows, measures, formatAddress) {
-    Object.assign(this, { rows, formatAddress, sortColumn: "mean", isAscending: false });
+    this.rows = rows;
+    this.formatAddress = formatAddress;
+    this.sortColumn = "mean";
+    this.isAscending = false;
     this.body = el("tbody");
     this.heads = COLUMNS.map((column) => this.createHead(column, measures[column]));
     this.element = el("table", {}, el("thead", {}, el("tr", {}, ...this.heads)), this.body);

@@ -1,7 +1,7 @@
 /** The generation slider of a run, over a curve of its best and its average agent. */
 
 import { ChartSlider } from "./chart_slider.js";
-import { formatNumber, getJSON } from "./common.js";
+import { createQuery, formatNumber, getJSON } from "./common.js";
 import { palette } from "./palette.js";
 import { PRESETS } from "./sources.js";
 
@@ -14,13 +14,11 @@ export class RunCurve extends ChartSlider {
    */
   constructor({ go, settled, invalidate }) {
     super("run-curve plain", { "aria-label": "Generation" });
-    Object.assign(this, {
-      invalidate,
-      isDragging: false,
-      requested: null,
-      curve: null,
-      stop: null,
-    });
+    this.invalidate = invalidate;
+    this.isDragging = false;
+    this.requested = null;
+    this.curve = null;
+    this.stop = null;
     this.slider.addEventListener("input", () => {
       // Intermediate generations are not history entries.
       this.isDragging = true;
@@ -43,11 +41,12 @@ export class RunCurve extends ChartSlider {
     this.setLast(last);
     this.show(generation);
     const requested =
-      study === PRESETS ? null : String(new URLSearchParams({ study, condition, run }));
+      study === PRESETS ? null : String(createQuery({ study, condition, run }));
     if (requested === this.requested) return this.updateValueText();
     this.close();
     // The old curve stays visible until the new one is loaded.
-    Object.assign(this, { requested, curve: null });
+    this.requested = requested;
+    this.curve = null;
     try {
       this.setCurve(requested && (await getJSON(`api/run?${requested}`, this.stop.signal)));
     } catch (error) {

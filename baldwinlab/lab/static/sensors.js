@@ -27,7 +27,7 @@ export function drawSensors(view, recording, step, selectedAgent) {
     pen.beginPath();
     for (const agent of visible) forEachCopy(view, agent, farthest, (x, y) => draw(agent, x, y));
   };
-  drawShape((agent, x, y) => {
+  drawShape((_agent, x, y) => {
     pen.moveTo(x + farthest, y);
     pen.arc(x, y, farthest, 0, 2 * Math.PI);
   });

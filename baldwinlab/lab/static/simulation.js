@@ -25,7 +25,10 @@ export class Run {
   constructor(program, experiment, seed, run) {
     this.engine = new Engine(program);
     this.engine.prepare(experiment, { seed, run });
-    Object.assign(this, { experiment, seed, run, generationsDone: 0 });
+    this.experiment = experiment;
+    this.seed = seed;
+    this.run = run;
+    this.generationsDone = 0;
     this.generations = experiment.evolution.generations;
     this.engine.call("init_founders");
     this.parents = this.teachers = this.engine.array("population.parents").fill(-1).slice();
@@ -34,7 +37,9 @@ export class Run {
   /** Continue another run that has genomes of the same size. */
   continueFrom({ engine, generationsDone, parents, teachers }) {
     this.engine.array("population.genome").set(engine.array("population.genome"));
-    Object.assign(this, { generationsDone, parents, teachers });
+    this.generationsDone = generationsDone;
+    this.parents = parents;
+    this.teachers = teachers;
   }
 
   /** Simulate the next generation and its reproduction. Throw an Error for invalid results. */

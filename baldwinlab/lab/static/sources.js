@@ -1,20 +1,28 @@
 /** Lifetimes by study, condition, run and generation. */
 
-import { getJSON } from "./common.js";
+import { createQuery, getJSON } from "./common.js";
 
 // Instead of a study: the built-in presets.
 export const PRESETS = "@presets";
 
 /**
- * @typedef {{study: string, condition: string, run: number, generation: number}} StoredSource
- * @typedef {{live: string, run: number, generation: number}} LiveSource
- * @typedef {StoredSource|LiveSource} Source
+ * @typedef {object} Source a lifetime of a live run, or of a study
+ * @property {string} [live]
+ * @property {string} [study]
+ * @property {string} [condition]
+ * @property {number} [run]
+ * @property {number} [generation]
  */
 
-/** Return the query of a lifetime for /api/recording and similar routes. */
+/** @typedef {{studies: object[], worldless: object[]}} Stored the studies of `loadStudies` */
+
+/**
+ * Return the query of a lifetime for /api/recording and similar routes.
+ * @param {Source} source
+ */
 export function createLifetimeQuery({ live, study, condition, run, generation }) {
   const stored = study === PRESETS ? { preset: condition } : { study, condition };
-  return new URLSearchParams({ ...(live ? { live } : stored), run, generation });
+  return createQuery({ ...(live ? { live } : stored), run, generation });
 }
 
 /**
@@ -22,7 +30,7 @@ export function createLifetimeQuery({ live, study, condition, run, generation })
  * @param {Source} life
  */
 export function formatLifetimeAddress(life) {
-  return `#/world?${new URLSearchParams(life)}`;
+  return `#/world?${createQuery(life)}`;
 }
 
 /** Return whether the World tab can show a condition: a world, alleles or views. */
@@ -41,7 +49,7 @@ export function hasWorld(studies, requested) {
 /** Return the nearest available lifetime. With `strict`, throw an Error for an unknown one. */
 export function findNearestLifetime(
   studies,
-  { study, condition, run, generation },
+  /** @type {Source} */ { study, condition, run, generation },
   strict = false,
 ) {
   const match =

@@ -24,7 +24,13 @@ export function openSweepDialog(order, swept, listOptions, changed, started) {
 
 class SweepDialog {
   constructor(order, swept, listOptions, changed, started) {
-    Object.assign(this, { order, listOptions, changed, started, timer: 0, latestRequest: 0, toml: "" });
+    this.order = order;
+    this.listOptions = listOptions;
+    this.changed = changed;
+    this.started = started;
+    this.timer = 0;
+    this.latestRequest = 0;
+    this.toml = "";
     this.createControls(swept);
     const form = this.createForm();
     this.element = el(

@@ -20,7 +20,9 @@ export class SweepPanel {
    * @param {() => void} onGone called when the server has another sweep
    */
   constructor(root, name, onGone) {
-    Object.assign(this, { name, onGone, aborted: new AbortController() });
+    this.name = name;
+    this.onGone = onGone;
+    this.aborted = new AbortController();
     this.createElements();
     root.replaceChildren(this.createCard());
     this.poll();

@@ -16,7 +16,8 @@ export class TimeBar {
    * @param {() => void} [onUserAction] called before the user plays, pauses or moves
    */
   constructor(player, testid, onUserAction = () => {}) {
-    Object.assign(this, { player, onUserAction });
+    this.player = player;
+    this.onUserAction = onUserAction;
     const userAction = (action) => () => {
       onUserAction();
       action();

@@ -12,9 +12,10 @@ export class Tooltip {
 
   /**
    * @param {string|null} text null hides the tooltip
-   * @param {number} x CSS pixels from the left of `root`
+   * @param {number} [x] CSS pixels from the left of `root`
+   * @param {number} [y] CSS pixels from its top
    */
-  show(text, x, y) {
+  show(text, x = 0, y = 0) {
     this.element.hidden = text === null;
     if (text === null) return;
     this.element.textContent = text;

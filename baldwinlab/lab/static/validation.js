@@ -3,6 +3,7 @@
 import { lookUp } from "./engine.js";
 import { resolve } from "./form_schema.js";
 
+/** @type {Object<string, [(value: any, limit: any) => boolean, string]>} */
 const LIMITS = {
   minimum: [(value, limit) => value >= limit, "greater than or equal to"],
   exclusiveMinimum: [(value, limit) => value > limit, "greater than"],

@@ -20,8 +20,8 @@ const EMPTY_STATE = {
 };
 
 /**
- * Mount the view: show `state`, and report changes with `navigate` (see main.js). `opening` replaces
- * the map until the first run or change.
+ * Mount the view: show `state`, and report changes with `navigate` (see main.js). `opening`
+ * replaces the map until the first run or change.
  * @param {import("./learning_contrast.js").LearningContrast|null} [opening]
  */
 export function mount(root, state, navigate, guide, opening = null) {
@@ -32,7 +32,13 @@ export function mount(root, state, navigate, guide, opening = null) {
 
 class LiveView {
   constructor(root, state, navigate, guide, opening) {
-    Object.assign(this, { root, state, navigate, guide, opening, feed: null, panel: null });
+    this.root = root;
+    this.state = state;
+    this.navigate = navigate;
+    this.guide = guide;
+    this.opening = opening;
+    this.feed = null;
+    this.panel = null;
     // The id of the visible run or sweep, or "".
     this.shownId = null;
     this.aborted = new AbortController();

@@ -8,7 +8,7 @@ const COPY_ICON = "M7 7V3h10v10h-4M3 7h10v10H3z";
 /**
  * Mount the view (see main.js). The address can name a `paper`, whose card is scrolled into view.
  */
-export function mount(root, state, navigate, guide) {
+export function mount(root, state, _navigate, guide) {
   const lead = el(
     "div",
     { class: "lead" },
@@ -27,7 +27,9 @@ export function mount(root, state, navigate, guide) {
     );
     cards.replaceChildren(...papers.map(createCard));
     if (problem) showMessage(problem, "error");
-    const target = [...cards.children].find(({ dataset }) => dataset.paper === paper);
+    /** @type {NodeListOf<HTMLElement>} */
+    const items = cards.querySelectorAll("[data-paper]");
+    const target = [...items].find(({ dataset }) => dataset.paper === paper);
     target?.scrollIntoView({ block: "center" });
     target?.focus({ preventScroll: true });
   };

@@ -23,6 +23,7 @@ import { formatLifetimeAddress } from "./sources.js";
 // With more curves, the lines of single runs cannot be distinguished.
 const MAX_CURVES = 8;
 // The measures with a box plot.
+/** @type {("best"|"mean")[]} */
 const BOX_MEASURES = ["best", "mean"];
 
 /**
@@ -170,7 +171,7 @@ class ResultsView {
 /** Return a function that moves the focus back to the focused control of a redrawn page. */
 function rememberFocus(page) {
   const focused = page.contains(document.activeElement)
-    ? document.activeElement.dataset.testid
+    ? document.activeElement.getAttribute("data-testid")
     : undefined;
   if (!focused) return () => {};
   const selector = `[data-testid="${CSS.escape(focused)}"]`;

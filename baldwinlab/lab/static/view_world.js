@@ -55,7 +55,7 @@ export function mount(root, state, navigate, guide) {
     if (studies[0].id === PRESETS)
       showMessage(`${why} The lab simulates built-in presets instead.`);
     available = { studies, worldless };
-    const { guide: shownText, ...rest } = requested;
+    const { guide: _guide, ...rest } = requested;
     update(Object.keys(rest).length ? requested : { ...requested, ...chooseOpening(studies) });
   };
   begin();

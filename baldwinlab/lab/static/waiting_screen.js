@@ -33,7 +33,8 @@ export async function waitForEngine(root, isCurrent) {
 
 class WaitingScreen {
   constructor(root) {
-    Object.assign(this, { root, initialClass: root.className });
+    this.root = root;
+    this.initialClass = root.className;
     this.player = new Player((time) => this.draw(time));
     this.player.setSpeed(SPEED);
     this.figure = new WorldFigure("A recorded lifetime", "first-canvas", {

@@ -49,7 +49,10 @@ export class WorkerPool {
 /** The page's side of a worker: requests and their responses. */
 class WorkerClient {
   constructor(worker) {
-    Object.assign(this, { worker, waiting: new Map(), programs: {}, ticket: 0 });
+    this.worker = worker;
+    this.waiting = new Map();
+    this.programs = {};
+    this.ticket = 0;
     worker.onmessage = ({ data: { ticket, answer, error } }) => {
       const { resolve, reject } = this.waiting.get(ticket);
       this.waiting.delete(ticket);

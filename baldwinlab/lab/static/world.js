@@ -127,8 +127,8 @@ export class WorldView {
 
   /**
    * Set the drawn agents of a world with many agents. null: none.
-   * @param {{agent: Uint32Array, x: Float32Array, y: Float32Array, heading: ArrayLike<number>}|null}
-   *   agents
+   * @param {{agent: Uint32Array, x: Float32Array, y: Float32Array,
+   *   heading: ArrayLike<number>}|null} agents
    * @param {number} headings of a full turn
    */
   setAgents(agents, headings) {
@@ -195,8 +195,9 @@ export class WorldView {
   }
 
   /** Set the size and the marks of the world. */
-  setWorld({ world: { width, height }, appearance: { marks } }) {
-    this.world = { width, height, marks };
+  setWorld(header) {
+    const { width, height } = header.world;
+    this.world = { width, height, marks: header.appearance.marks };
   }
 
   drawMap(scale) {
@@ -227,7 +228,8 @@ export class WorldView {
     share,
   ) {
     if (this.ids || this.count !== agents) {
-      Object.assign(this, { ids: null, count: agents });
+      this.ids = null;
+      this.count = agents;
       for (const name of ["x", "y", "angle"]) this[name] = new Float32Array(agents);
     }
     const { width, height } = this.world;

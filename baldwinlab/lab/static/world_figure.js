@@ -9,7 +9,7 @@ import { createZoomButtons } from "./zoom_tools.js";
 /** Return a single recording as a complete lifetime. */
 export function createLifetime(recording) {
   const { header, steps } = recording;
-  return { header, steps, parts: new Map([[0, recording]]), findPart: () => recording };
+  return { header, steps, parts: new Map([[0, recording]]), findPart: (_step) => recording };
 }
 
 export class WorldFigure {
@@ -19,7 +19,10 @@ export class WorldFigure {
    * @param {{invalidate: () => void, picked?: (agent: number|null) => void}} callbacks
    */
   constructor(label, testid, { invalidate, picked = () => {} }) {
-    Object.assign(this, { invalidate, picked, life: null, agent: null });
+    this.invalidate = invalidate;
+    this.picked = picked;
+    this.life = null;
+    this.agent = null;
     this.canvas = el("canvas", {
       tabindex: 0,
       role: "img",

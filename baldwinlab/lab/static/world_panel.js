@@ -71,7 +71,7 @@ export class WorldPanel extends LifetimeSelector {
    * @param {import("./sources.js").Source} source
    */
   choose(source) {
-    if (!super.choose(source)) return;
+    if (!this.setSource(source)) return;
     this.loadingLife?.close();
     const started = performance.now();
     this.loadingLife = openLifetime(

@@ -25,21 +25,21 @@ import { PlaybackBar } from "./playback_bar.js";
 import { WHOLE_MAP, readSecondLifetime, readOptions, writeOptions } from "./world_address.js";
 
 export class WorldTab {
-  /** @param {{studies: object[], worldless: object[]}} stored from `loadStudies` */
-  constructor(root, navigate, guide, { studies, worldless }) {
-    Object.assign(this, {
-      root,
-      navigate,
-      guide,
-      studies,
-      worldless,
-      panels: [],
-      agent: null,
-      side: "a",
-      latestRequest: 0,
-      closed: false,
-    });
-    Object.assign(this, { trails: "recent", sight: true, listing: false });
+  constructor(root, navigate, guide, /** @type {import("./sources.js").Stored} */ stored) {
+    const { studies, worldless } = stored;
+    this.root = root;
+    this.navigate = navigate;
+    this.guide = guide;
+    this.studies = studies;
+    this.worldless = worldless;
+    this.panels = [];
+    this.agent = null;
+    this.side = "a";
+    this.latestRequest = 0;
+    this.closed = false;
+    this.trails = "recent";
+    this.sight = true;
+    this.listing = false;
     this.player = new Player((time) => this.draw(time));
     this.player.changed = () => this.showTime();
     this.generationPlayer = new GenerationPlayer({
@@ -170,7 +170,10 @@ export class WorldTab {
   removeSecond() {
     this.panels.splice(1).forEach((panel) => panel.close());
     this.root.classList.remove("comparing");
-    if (this.side === "b") Object.assign(this, { side: "a", agent: null });
+    if (this.side === "b") {
+      this.side = "a";
+      this.agent = null;
+    }
   }
 
   toggleComparison() {
@@ -333,7 +336,8 @@ export class WorldTab {
     const wasOpen = this.agent !== null;
     const isOpen = agent !== null;
     if (isOpen && !wasOpen) this.opener = document.activeElement;
-    Object.assign(this, { side, agent });
+    this.side = side;
+    this.agent = agent;
     this.inspect();
     if (isOpen) this.inspector.root.focus();
     else if (wasOpen)

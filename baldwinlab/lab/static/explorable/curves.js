@@ -15,7 +15,8 @@ export class Curves {
    * @param {number} generations of the x axis
    */
   constructor(root, strings, title, names, generations) {
-    Object.assign(this, { strings, names });
+    this.strings = strings;
+    this.names = names;
     this.x = Array.from({ length: generations }, (_, generation) => generation);
     this.clear();
     const { x_label: xLabel, y_label: yLabel } = strings;

@@ -9,7 +9,10 @@ export class Dials {
     /** @type {Map<string, HTMLInputElement>} */
     this.inputs = new Map();
     this.format = format;
-    for (const input of section.querySelectorAll("[data-dial]")) {
+    const inputs = /** @type {NodeListOf<HTMLInputElement>} */ (
+      section.querySelectorAll("[data-dial]")
+    );
+    for (const input of inputs) {
       this.inputs.set(input.dataset.dial, input);
       input.addEventListener("input", () => this.show(input));
       this.show(input);

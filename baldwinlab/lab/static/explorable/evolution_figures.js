@@ -86,7 +86,8 @@ export class EvolutionFigure extends Figure {
 class CurvesFigure extends Figure {
   constructor(root, context, names, generations) {
     super(root, context);
-    Object.assign(this, { names, generations });
+    this.names = names;
+    this.generations = generations;
     const chart = el("div");
     root.append(chart, this.bar);
     const title = formatText(this.strings.curves_title, { runs: this.data.runs });
@@ -131,7 +132,7 @@ class CurvesFigure extends Figure {
   }
 
   /** Change a population before a generation. Overridden. */
-  async beforeGeneration(populations, name, generation) {}
+  async beforeGeneration(_populations, _name, _generation) {}
 
   /** Show the newest values in the text. */
   showValues(generation) {

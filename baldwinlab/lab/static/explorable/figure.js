@@ -19,7 +19,14 @@ export class Figure {
    * @param {Context} context
    */
   constructor(root, context) {
-    Object.assign(this, { root, ...context, isInSight: false, hasEnded: false });
+    this.root = root;
+    this.source = context.source;
+    this.recorded = context.recorded;
+    this.data = context.data;
+    this.dials = context.dials;
+    this.setValue = context.setValue;
+    this.isInSight = false;
+    this.hasEnded = false;
     this.labels = this.data.strings.labels;
     this.strings = this.data.strings.figures;
     this.wantsPlay = !matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -106,12 +113,12 @@ export class Figure {
 
   /**
    * Simulate and draw. Overridden.
-   * @param {() => Promise<boolean>} mayContinue waits while the figure is paused
+   * @param {() => Promise<boolean>} _mayContinue waits while the figure is paused
    */
-  async run(mayContinue) {}
+  async run(_mayContinue) {}
 
   /** React to play and pause. Overridden. */
-  onPlaying(isPlaying) {}
+  onPlaying(_isPlaying) {}
 
   /** Show a still picture: recorded results, for paper and reduced motion. Overridden. */
   async showStill() {}

@@ -51,6 +51,27 @@ class LifeFigure extends Figure {
     return this.population;
   }
 
+  /**
+   * Return the simulated lifetimes, one per map.
+   * @abstract
+   * @returns {Promise<import("../recording.js").Recording[]>}
+   */
+  loadLives() {
+    throw new Error("A subclass defines the lifetimes.");
+  }
+
+  /**
+   * Return the recorded lifetimes, one per map.
+   * @abstract
+   * @returns {Promise<import("../recording.js").Recording[]>}
+   */
+  loadRecordedLives() {
+    throw new Error("A subclass defines the lifetimes.");
+  }
+
+  /** Show the numbers of a moment in the text. */
+  showValues(_time) {}
+
   async run() {
     const round = this.round;
     const recordings = await this.loadLives();

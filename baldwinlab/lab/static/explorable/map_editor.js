@@ -17,7 +17,10 @@ export class MapEditor {
    * @param {() => void} changed
    */
   constructor(map, strings, changed) {
-    Object.assign(this, { map, strings, changed, start: null });
+    this.map = map;
+    this.strings = strings;
+    this.changed = changed;
+    this.start = null;
     this.tools = KINDS.map((kind, index) =>
       el("input", { type: "radio", name: "map-tool", value: kind, checked: index === 0 }),
     );
@@ -25,7 +28,11 @@ export class MapEditor {
       el("label", { class: `tool ${input.value}` }, input, strings[input.value]),
     );
     const addButton = el("button", { type: "button", onclick: () => this.add(FIRST_SHAPE) });
-    const clearButton = el("button", { type: "button", onclick: () => this.clear() }, strings.clear);
+    const clearButton = el(
+      "button",
+      { type: "button", onclick: () => this.clear() },
+      strings.clear,
+    );
     const showTool = () =>
       (addButton.textContent = formatText(strings.add, { tool: strings[this.kind] }));
     for (const input of this.tools) input.addEventListener("change", showTool);
@@ -61,7 +68,8 @@ export class MapEditor {
       canvas.setPointerCapture(event.pointerId);
     });
     canvas.addEventListener("pointermove", (event) => {
-      if (this.start) this.map.showSketch(COLORS[this.kind], createShape(this.start, locate(event)));
+      if (this.start)
+        this.map.showSketch(COLORS[this.kind], createShape(this.start, locate(event)));
     });
     canvas.addEventListener("pointerup", (event) => {
       if (this.start) this.add(createShape(this.start, locate(event)));

@@ -106,7 +106,8 @@ export class MapFigure extends EvolutionFigure {
   startPopulation() {
     const { experiment, settings } = this;
     const program = findProgram(this.data.programs, experiment);
-    return this.source.startExperiment(
+    const source = /** @type {import("./source.js").LiveSource} */ (this.source);
+    return source.startExperiment(
       experiment,
       createMapAppearance(this.scene.appearance, settings),
       [0],

@@ -46,7 +46,11 @@ export function createMapSettings({ world, learning, population, evolution }, se
   };
 }
 
-/** Return a rectangle between two points, on the grid and on the map. */
+/**
+ * Return a rectangle between two points, on the grid and on the map.
+ * @param {number[]} from x and y
+ * @param {number[]} to x and y
+ */
 export function createShape([x1, y1], [x2, y2]) {
   return [...createSpan(x1, x2), ...createSpan(y1, y2)];
 }

@@ -25,7 +25,9 @@ export class MapView {
    * @param {() => void} invalidate called when the map must be drawn again
    */
   constructor(strings, caption, invalidate) {
-    Object.assign(this, { strings, recording: null, agent: null });
+    this.strings = strings;
+    this.recording = null;
+    this.agent = null;
     const label = formatText(strings.map, { name: caption });
     this.canvas = el("canvas", { role: "img", "aria-label": label });
     this.view = new WorldView(this.canvas);
@@ -44,7 +46,8 @@ export class MapView {
    * @param {number|null} agent gets a ring
    */
   show(recording, agent = null) {
-    Object.assign(this, { recording, agent });
+    this.recording = recording;
+    this.agent = agent;
   }
 
   /** Show a world without agents. */
@@ -55,8 +58,13 @@ export class MapView {
     this.draw(0);
   }
 
-  /** Draw a shape on the map that is not part of the world yet. */
-  showSketch(color, [left, right, upper, lower]) {
+  /**
+   * Draw a shape on the map that is not part of the world yet.
+   * @param {string} color
+   * @param {number[]} shape its left, right, upper and lower edge
+   */
+  showSketch(color, shape) {
+    const [left, right, upper, lower] = shape;
     const { marks } = this.view.world;
     const sketch = { kind: "rectangle", x: left, y: upper, color, label: "", solid: false };
     this.view.world.marks = [...marks, { ...sketch, width: right - left, height: lower - upper }];

@@ -30,8 +30,11 @@ export function openEssay(data, code) {
   const recorded = new RecordedSource(data);
   const source = hasEngine() ? new LiveSource(data, code) : recorded;
   document.getElementById("no-engine").hidden = source.isLive;
-  window.baldwinlab = { simulate: (options) => source.simulate(options) };
-  const figures = [...document.querySelectorAll(".step")].map((section) => {
+  if (source instanceof LiveSource)
+    Object.assign(globalThis, { baldwinlab: { simulate: (options) => source.simulate(options) } });
+  /** @type {NodeListOf<HTMLElement>} */
+  const sections = document.querySelectorAll(".step");
+  const figures = [...sections].map((section) => {
     const dials = new Dials(section, (name, value) => formatDial(data, name, value));
     if (!source.isLive && section.id !== "needle") dials.disable();
     connectQuestion(section.querySelector(".question"));

@@ -58,8 +58,8 @@ export class LiveSource {
 
   /** Start runs of an experiment. `program` is chosen by its settings, unless it is given. */
   async startExperiment(experiment, appearance, runs, seed = this.data.seed, program = null) {
-    const population = new LivePopulation(this, { experiment, appearance, runs, seed });
-    population.program = program ?? findProgram(this.data.programs, experiment);
+    program ??= findProgram(this.data.programs, experiment);
+    const population = new LivePopulation(this, { program, experiment, appearance, runs, seed });
     await population.request("begin", { runs });
     return population;
   }
@@ -79,8 +79,14 @@ export class LiveSource {
 
 /** Some runs of an experiment that evolve together. */
 class LivePopulation {
-  constructor(source, settings) {
-    Object.assign(this, { source, ...settings, generation: 0 });
+  constructor(source, { program, experiment, appearance, runs, seed }) {
+    this.source = source;
+    this.program = program;
+    this.experiment = experiment;
+    this.appearance = appearance;
+    this.runs = runs;
+    this.seed = seed;
+    this.generation = 0;
     this.group = `population ${++source.populations}`;
   }
 
@@ -139,8 +145,8 @@ export class RecordedSource {
     this.isLive = false;
   }
 
-  async start(scene, changes, runs) {
-    return new RecordedPopulation(this, scene, runs);
+  start(scene, _changes, runs) {
+    return Promise.resolve(new RecordedPopulation(this, scene, runs));
   }
 
   /** Return a recorded lifetime: "learning", "off" or "alone". */
@@ -152,7 +158,11 @@ export class RecordedSource {
 class RecordedPopulation {
   constructor(source, scene, runs, generation = 0) {
     const curves = source.data.recordings.curves[scene];
-    Object.assign(this, { source, scene, runs, curves, generation });
+    this.source = source;
+    this.scene = scene;
+    this.runs = runs;
+    this.curves = curves;
+    this.generation = generation;
   }
 
   async next() {
@@ -162,13 +172,16 @@ class RecordedPopulation {
     return means;
   }
 
-  async fork() {
+  fork() {
     const scene = this.scene === "learning" ? "forked" : this.scene;
-    return new RecordedPopulation(this.source, scene, this.runs, this.generation);
+    return Promise.resolve(
+      new RecordedPopulation(this.source, scene, this.runs, this.generation),
+    );
   }
 
-  recordLife(run, generation, { "learning.rate": rate } = {}) {
-    return this.source.loadLife(rate === 0 ? "off" : this.scene);
+  /** @param {Object<string, any>} [changes] */
+  recordLife(_run, _generation, changes = {}) {
+    return this.source.loadLife(changes["learning.rate"] === 0 ? "off" : this.scene);
   }
 
   close() {}

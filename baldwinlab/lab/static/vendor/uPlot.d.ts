@@ -1,0 +1,3 @@
+// The library has no types of its own here.
+declare const uPlot: any;
+export default uPlot;
