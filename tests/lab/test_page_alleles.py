@@ -82,14 +82,14 @@ def test_generations_play_and_stop_at_the_last_one(
     alleles_page: Page, strings_server: LabServer
 ) -> None:
     page = alleles_page
-    tour = page.get_by_test_id("tour-a")
+    play_all = page.get_by_test_id("play-all-a")
     page.keyboard.press("g")
-    expect(tour).to_have_attribute("aria-pressed", "true")
+    expect(play_all).to_have_attribute("aria-pressed", "true")
     for generation in range(5):
         expect(page.get_by_test_id("alleles-heading")).to_have_text(
             f"Alleles by locus, generation {generation}"
         )
-    expect(tour).to_have_attribute("aria-pressed", "false")
+    expect(play_all).to_have_attribute("aria-pressed", "false")
     check_alleles(page, strings_server, 4)
 
 

@@ -53,13 +53,13 @@ def test_the_next_and_the_previous_meals_are_those_of_the_replay(
 def test_generations_play_and_stop_at_the_last_one(page: Page) -> None:
     page.goto(f"/#/world?{LIFE}&step=200&speed=1000")
     expect(page.locator("[data-ready]")).to_have_count(1)
-    tour = page.get_by_test_id("tour-a")
+    play_all = page.get_by_test_id("play-all-a")
     with (
         page.expect_response(re.compile("recording.*generation=0")),
         page.expect_response(re.compile("recording.*generation=2")),
     ):
-        tour.click()
-    expect(tour).to_have_attribute("aria-pressed", "false")
+        play_all.click()
+    expect(play_all).to_have_attribute("aria-pressed", "false")
     expect(page.get_by_test_id("generation-a")).to_have_value("2")
     expect(page.get_by_test_id("step")).to_have_text("299 / 299")
 

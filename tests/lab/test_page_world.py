@@ -254,27 +254,24 @@ def test_a_delayed_update_of_the_address_does_not_return_from_another_tab(
     expect(page.get_by_test_id("step")).to_be_visible()
 
 
-def test_an_unknown_study_shows_no_picture_of_another_study(page: Page) -> None:
-    page.goto("/#/world?study=nowhere")
-    expect(find(page, "unknown-study")).to_contain_text("There is no readable study nowhere")
-    expect(page.locator("canvas")).to_have_count(0)
-    page.get_by_role("link", name="small", exact=True).click()
-    expect(page.locator("[data-ready]")).to_have_count(1)
-
-
 @pytest.mark.parametrize(
-    ("state", "message"),
+    ("state", "message", "link"),
     [
-        ("study=small&condition=evo/B", "no finished runs of evo/B"),
-        ("study=small&condition=evo/A&generation=99", "its generations are 0 to 2"),
-        ("study=small&condition=evo/A&run=7", "no run 7 of evo/A"),
+        ("study=nowhere", "There is no study nowhere", "small"),
+        ("study=small&condition=evo/B", "no finished runs of evo/B", "evo/A"),
+        ("study=small&condition=evo/A&generation=99", "its generations are 0 to 2", "generation 2"),
+        ("study=small&condition=evo/A&run=7", "no run 7 of evo/A", "run 1"),
+        (f"{SELF_TAUGHT}&b.condition=evo/B", "no finished runs of evo/B", "evo/A"),
     ],
 )
-def test_an_unknown_address_shows_a_message_and_a_world(
-    page: Page, state: str, message: str
+def test_a_wrong_address_shows_a_message_links_and_no_picture(
+    page: Page, state: str, message: str, link: str
 ) -> None:
-    open_world(page, state)
-    expect(find(page, "message-error")).to_contain_text(message)
+    page.goto(f"/#/world?{state}")
+    expect(find(page, "missing-lifetime")).to_contain_text(message)
+    expect(page.locator("main canvas")).to_have_count(0)
+    page.get_by_role("link", name=link, exact=True).click()
+    expect(page.locator("[data-ready]")).to_have_count(1)
 
 
 def test_a_lost_connection_shows_a_message_until_it_is_restored(

@@ -32,9 +32,13 @@ export class Lead {
     if (!(step > 0 && step < Infinity)) return;
     player.seek(step);
     this.note.replaceChildren(
-      `${prefix}Starts at step ${formatNumber(step)}`,
-      el("span", { class: "wide" }, ", just before the first meal"),
-      ".",
+      el(
+        "span",
+        { class: "lead-start" },
+        `${prefix}Starts at step ${formatNumber(step)}`,
+        el("span", { class: "wide" }, ", just before the first meal"),
+        ".",
+      ),
     );
   }
 

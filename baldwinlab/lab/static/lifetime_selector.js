@@ -3,6 +3,7 @@
  * slider.
  */
 
+import { announce } from "./activity.js";
 import { el, createIcon } from "./common.js";
 import { RunCurve } from "./run_curve.js";
 import {
@@ -74,7 +75,7 @@ export class LifetimeSelector {
     const { invalidate, chosen: settled } = this.callbacks;
     this.curve = new RunCurve({ go: (generation) => this.goTo(generation), settled, invalidate });
     this.playButton = createIconButton(PLAY_ALL, "M3 5l6 5-6 5zM10 5l6 5-6 5z", {
-      "data-testid": `tour-${this.name}`,
+      "data-testid": `play-all-${this.name}`,
       "aria-pressed": "false",
       onclick: this.callbacks.playAllClicked,
     });
@@ -129,6 +130,7 @@ export class LifetimeSelector {
     if (target === this.source.generation) return this.showSource();
     this.choose({ ...this.source, generation: target });
     this.callbacks.chosen();
+    announce("change-generation");
   }
 
   /**

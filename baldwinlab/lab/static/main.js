@@ -1,9 +1,11 @@
 /** The page: select the view from the address. */
 
+import { announce } from "./activity.js";
 import { formatAddress, readAddress, setCurrentView, getCurrentView, navigate } from "./address.js";
 import { showMessage } from "./common.js";
 import { Guide } from "./guide.js";
 import { PRESETS } from "./sources.js";
+import { Tour } from "./tour.js";
 import { LIVE, LIVE_TOPICS, PAPERS, RESULTS, RESULTS_TOPICS, WORLD } from "./topics.js";
 
 const VIEWS = {
@@ -33,7 +35,9 @@ const VIEWS = {
 };
 
 const root = document.getElementById("view");
-const guide = new Guide(document.getElementById("about"));
+const about = document.getElementById("about");
+const tour = new Tour(about);
+const guide = new Guide(about, tour);
 // The state and scroll position of each view, by name. The last entry is the most recent.
 const savedViews = new Map();
 // {name, view}
@@ -63,6 +67,7 @@ async function show() {
     return;
   }
   setCurrentView(null);
+  tour.leaveView();
   shown?.view.unmount();
   scrollObserver?.disconnect();
   document.getElementById("actions").replaceChildren();
@@ -78,6 +83,8 @@ async function show() {
   if (shown !== instance) return;
   root.prepend(guide.root);
   instance.view = mount(root, getCurrentView().state, navigate, guide);
+  // The World tab announces itself, if it shows a world.
+  if (name !== "world") announce(`open-${name}`);
   if (state.study === savedViews.get(name)?.state.study) restoreScroll(savedViews.get(name)?.top);
 }
 

@@ -5,7 +5,6 @@ import { handleGenerationKey } from "./keys.js";
 import { ModelPanel } from "./model_panel.js";
 import {
   findNearestLifetime,
-  requireViewable,
   formatLifetimeTitle,
   addTypicalRun,
 } from "./sources.js";
@@ -17,12 +16,11 @@ const DISPLAY_TIME = 200;
 
 export class ModelTab {
   constructor(root, navigate, guide, /** @type {import("./sources.js").Stored} */ stored) {
-    const { studies, worldless } = stored;
+    const { studies } = stored;
     this.root = root;
     this.navigate = navigate;
     this.guide = guide;
     this.studies = studies;
-    this.worldless = worldless;
     this.latestRequest = 0;
     this.timer = 0;
     this.panel = new ModelPanel(studies, {
@@ -80,21 +78,12 @@ export class ModelTab {
     if (request !== this.latestRequest || this.leaving.signal.aborted) return;
     // If undefined, a lifetime plays from its beginning.
     this.startAt = state.step;
-    try {
-      requireViewable(this, completeState);
-      this.panel.choose(findNearestLifetime(this.studies, completeState, true), {
-        view: state.look,
-        agent: state.agent ?? null,
-      });
-      const missing = this.panel.explainMissing(state);
-      if (missing) throw new Error(missing);
-    } catch (error) {
-      showMessage(error.message, "error");
-      if (!this.panel.source)
-        this.panel.choose(
-          findNearestLifetime(this.studies, { study: state.study, condition: state.condition }),
-        );
-    }
+    this.panel.choose(findNearestLifetime(this.studies, completeState), {
+      view: state.look,
+      agent: state.agent ?? null,
+    });
+    const missing = this.panel.explainMissing(state);
+    if (missing) showMessage(missing, "error");
     this.remember();
   }
 

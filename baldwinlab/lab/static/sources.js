@@ -4,6 +4,8 @@ import { createQuery, getJSON } from "./common.js";
 
 // Instead of a study: the built-in presets.
 export const PRESETS = "@presets";
+// The number of links of a message about a missing lifetime.
+const MAX_CHOICES = 12;
 
 /**
  * @typedef {object} Source a lifetime of a live run, or of a study
@@ -46,7 +48,22 @@ export function hasWorld(studies, requested) {
   );
 }
 
-/** Return the nearest available lifetime. With `strict`, throw an Error for an unknown one. */
+/** An address that names no lifetime. `choices` are the nearest addresses that exist. */
+export class MissingLifetimeError extends Error {
+  /**
+   * @param {string} message
+   * @param {{label: string, life: Partial<StoredSource>}[]} choices
+   */
+  constructor(message, choices) {
+    super(message);
+    this.choices = choices;
+  }
+}
+
+/**
+ * Return the nearest available lifetime. With `strict`, throw MissingLifetimeError for an unknown
+ * one.
+ */
 export function findNearestLifetime(
   studies,
   /** @type {Source} */ { study, condition, run, generation },
@@ -55,35 +72,52 @@ export function findNearestLifetime(
   const match =
     studies.find(({ id }) => id === study) ?? (strict && study !== undefined ? null : studies[0]);
   if (!match)
-    throw new Error(
-      `There is no study ${study} in this folder.` +
-        ` Available: ${studies.map(({ id }) => id).join(", ")}.`,
+    throw new MissingLifetimeError(
+      `There is no study ${study} in this folder.`,
+      listChoices("study", studies.map(({ id }) => id)),
     );
   const named = match.conditions.find(({ name }) => name === condition);
   if (strict && condition !== undefined && !named)
-    throw new Error(`The study ${match.id} has no finished runs of ${condition}.`);
+    throw new MissingLifetimeError(
+      `The study ${match.id} has no finished runs of ${condition}.`,
+      listChoices("condition", match.conditions.map(({ name }) => name), { study: match.id }),
+    );
   const selected = named ?? match.conditions.find(({ shown }) => shown) ?? match.conditions[0];
   const last = selected.generations - 1;
-  const requestedGeneration = Number(generation ?? selected.generations - 1);
-  if (
-    strict &&
-    !(
-      Number.isInteger(requestedGeneration) &&
-      requestedGeneration >= 0 &&
-      requestedGeneration <= last
-    )
-  )
-    throw new Error(
-      `${selected.name} has no generation ${generation}: its generations are 0 to ${last}.`,
-    );
-  if (strict && run !== undefined && !selected.runs.includes(Number(run)))
-    throw new Error(`The study ${match.id} has no run ${run} of ${selected.name}.`);
+  const requestedGeneration = Number(generation ?? last);
+  if (strict) requireGenerationAndRun(match, selected, generation, run);
   return {
     study: match.id,
     condition: selected.name,
     run: selected.runs.includes(Number(run)) ? Number(run) : selected.runs[0],
     generation: Math.min(requestedGeneration, last),
   };
+}
+
+/** Throw MissingLifetimeError if a condition has no such generation or run. */
+function requireGenerationAndRun(study, { name, generations, runs }, generation, run) {
+  const base = { study: study.id, condition: name };
+  const last = generations - 1;
+  const number = Number(generation ?? last);
+  if (!(Number.isInteger(number) && number >= 0 && number <= last))
+    throw new MissingLifetimeError(
+      `${name} has no generation ${generation}: its generations are 0 to ${last}.`,
+      listChoices("generation", last ? [0, last] : [0], base),
+    );
+  if (run !== undefined && !runs.includes(Number(run)))
+    throw new MissingLifetimeError(
+      `The study ${study.id} has no run ${run} of ${name}.`,
+      listChoices("run", runs, base),
+    );
+}
+
+/** Return a choice per value of a part of a lifetime. */
+function listChoices(part, values, base = {}) {
+  const hasName = part === "study" || part === "condition";
+  return values.slice(0, MAX_CHOICES).map((value) => ({
+    label: hasName ? String(value) : `${part} ${value}`,
+    life: { ...base, [part]: value },
+  }));
 }
 
 /** Add the typical run to a state without a run. */
@@ -175,13 +209,16 @@ export async function loadStudies() {
   return { studies: stored.length ? stored : [await loadPresets()], worldless, problems };
 }
 
-/** Throw an Error if the address names a condition that cannot be shown. */
+/** Throw MissingLifetimeError if the address names a condition that cannot be shown. */
 export function requireViewable({ studies, worldless }, state) {
   const match = worldless.find(
     ({ study, condition }) => study === state.study && condition === (state.condition ?? condition),
   );
   if (match && (state.condition || studies.every(({ id }) => id !== state.study)))
-    throw new Error(`The model of ${match.condition} in ${state.study} has no world to show.`);
+    throw new MissingLifetimeError(
+      `The model of ${match.condition} in ${state.study} has no world to show.`,
+      listChoices("study", studies.map(({ id }) => id)),
+    );
 }
 
 /**

@@ -1,6 +1,7 @@
 /** The Live run tab: settings on the left, the run on the right. */
 
 import { getCurrentView } from "./address.js";
+import { announce } from "./activity.js";
 import { el, getJSON, showMessage } from "./common.js";
 import { openFeed } from "./live_feed.js";
 import { LivePanel } from "./live_panel.js";
@@ -55,7 +56,10 @@ class LiveView {
   /** @returns {import("./live_setup.js").Listener} */
   createListener() {
     return {
-      started: (id) => this.showStarted({ id }),
+      started: (id) => {
+        this.showStarted({ id });
+        announce("start-run");
+      },
       swept: (sweep) => this.showStarted({ sweep }),
       paced: (seconds) => {
         if (this.feed && !this.feed.ended) this.feed.send({ command: "pace", seconds });

@@ -1,8 +1,16 @@
 /** The World tab: worlds, or alleles and views for models without a world. */
 
-import { el, showMessage } from "./common.js";
-import { PRESETS, chooseOpening, hasWorld, loadStudies } from "./sources.js";
+import { announce } from "./activity.js";
+import { showMessage } from "./common.js";
+import { createMissingNotice, requireLifetimes } from "./missing_notice.js";
 import { ModelTab } from "./model_tab.js";
+import {
+  MissingLifetimeError,
+  PRESETS,
+  chooseOpening,
+  hasWorld,
+  loadStudies,
+} from "./sources.js";
 import { WorldTab } from "./world_tab.js";
 
 export function mount(root, state, navigate, guide) {
@@ -13,30 +21,23 @@ export function mount(root, state, navigate, guide) {
   const update = (state) => {
     requested = state;
     if (!available) return;
-    const { study } = state;
-    const isKnown = ({ id, study: name = id }) => name === study;
-    if (study && ![...available.studies, ...available.worldless].some(isKnown))
-      return showUnknownStudy(study);
+    try {
+      requireLifetimes(available, state);
+    } catch (error) {
+      if (!(error instanceof MissingLifetimeError)) throw error;
+      closeTab();
+      // No picture, because it would be the picture of another lifetime.
+      root.append(createMissingNotice(error));
+      return;
+    }
     const Tab = hasWorld(available.studies, state) ? WorldTab : ModelTab;
-    if (tab instanceof Tab) return tab.show(state);
+    if (tab instanceof Tab) {
+      tab.show(state);
+      return;
+    }
     closeTab();
     tab = new Tab(root, navigate, guide, available);
     tab.start(state);
-  };
-  /** Show no picture of another study. */
-  const showUnknownStudy = (name) => {
-    closeTab();
-    const links = available.studies.map(({ id }) =>
-      el("li", {}, el("a", { href: `#/world?${new URLSearchParams({ study: id })}` }, id)),
-    );
-    root.append(
-      el(
-        "div",
-        { class: "empty", "data-testid": "unknown-study" },
-        el("h1", {}, `There is no readable study ${name} in this folder`),
-        el("ul", {}, ...links),
-      ),
-    );
   };
   const closeTab = () => {
     tab?.close();
@@ -44,6 +45,8 @@ export function mount(root, state, navigate, guide) {
     guide.setTexts("");
     root.className = "view-world";
     root.replaceChildren(guide.root);
+    // A tab with a world announces itself.
+    announce("open-model");
   };
   const begin = async () => {
     const { studies, worldless, problems } = await loadStudies();

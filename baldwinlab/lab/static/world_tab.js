@@ -1,5 +1,6 @@
 /** The World tab of models with a world: one or two synchronized worlds, playback and inspector. */
 
+import { announce } from "./activity.js";
 import { el, showMessage } from "./common.js";
 import { Inspector } from "./inspector.js";
 import { handleWorldKey } from "./keys.js";
@@ -13,7 +14,6 @@ import {
   PRESETS,
   findNearestLifetime,
   createLifetimeQuery,
-  requireViewable,
   chooseComparison,
   formatLifetimeTitle,
   addTypicalRun,
@@ -26,12 +26,11 @@ import { WHOLE_MAP, readSecondLifetime, readOptions, writeOptions } from "./worl
 
 export class WorldTab {
   constructor(root, navigate, guide, /** @type {import("./sources.js").Stored} */ stored) {
-    const { studies, worldless } = stored;
+    const { studies } = stored;
     this.root = root;
     this.navigate = navigate;
     this.guide = guide;
     this.studies = studies;
-    this.worldless = worldless;
     this.panels = [];
     this.agent = null;
     this.side = "a";
@@ -71,6 +70,7 @@ export class WorldTab {
 
   async start(state) {
     this.build();
+    announce("open-world");
     await this.show(state);
     if (state.step === undefined && !this.closed) {
       this.skipsToMeal = true;
@@ -113,20 +113,11 @@ export class WorldTab {
 
   /** Apply a state. Missing options get their defaults. */
   applyState(state) {
-    try {
-      requireViewable(this, state);
-      const first = findNearestLifetime(this.studies, state, true);
-      this.requirePanel(0).choose(first);
-      const second = readSecondLifetime(state, first);
-      if (second) this.requirePanel(1).choose(findNearestLifetime(this.studies, second, true));
-      else this.removeSecond();
-    } catch (error) {
-      showMessage(error.message, "error");
-      if (!this.panels[0]?.source)
-        this.requirePanel(0).choose(
-          findNearestLifetime(this.studies, { study: state.study, condition: state.condition }),
-        );
-    }
+    const first = findNearestLifetime(this.studies, state);
+    this.requirePanel(0).choose(first);
+    const second = readSecondLifetime(state, first);
+    if (second) this.requirePanel(1).choose(findNearestLifetime(this.studies, second));
+    else this.removeSecond();
     this.defaultSpeed = chooseSpeed(this.panels[0].condition.steps);
     const { speed, camera, step, showsAncestors, ...options } = readOptions(
       state,
@@ -181,6 +172,7 @@ export class WorldTab {
     else this.requirePanel(1).choose(chooseComparison(this.panels[0]));
     this.loaded();
     this.onSourceChosen();
+    announce("compare");
   }
 
   onSourceChosen() {
@@ -344,6 +336,7 @@ export class WorldTab {
       (this.opener?.checkVisibility() ? this.opener : this.panels[0].canvas).focus();
     this.remember();
     this.player.invalidate();
+    if (isOpen) announce("select-agent");
   }
 
   inspect() {
