@@ -1,13 +1,14 @@
 /** What the user does, announced to the tour. A page without a tour ignores it. */
 
-const activities = new EventTarget();
+/** @type {Set<(act: string) => void>} */
+const listeners = new Set();
 
 /** Announce an act, for example "compare". */
 export function announce(act) {
-  activities.dispatchEvent(new CustomEvent("act", { detail: act }));
+  for (const listener of listeners) listener(act);
 }
 
 /** @param {(act: string) => void} listener */
 export function listenToActs(listener) {
-  activities.addEventListener("act", ({ detail }) => listener(detail));
+  listeners.add(listener);
 }

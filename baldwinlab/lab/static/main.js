@@ -35,9 +35,9 @@ const VIEWS = {
 };
 
 const root = document.getElementById("view");
-const about = document.getElementById("about");
-const tour = new Tour(about);
-const guide = new Guide(about, tour);
+const opener = document.getElementById("about");
+const tour = new Tour(opener);
+const guide = new Guide(opener, tour);
 // The state and scroll position of each view, by name. The last entry is the most recent.
 const savedViews = new Map();
 // {name, view}

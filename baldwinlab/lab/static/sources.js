@@ -52,7 +52,7 @@ export function hasWorld(studies, requested) {
 export class MissingLifetimeError extends Error {
   /**
    * @param {string} message
-   * @param {{label: string, life: Partial<StoredSource>}[]} choices
+   * @param {{label: string, life: Partial<Source>}[]} choices
    */
   constructor(message, choices) {
     super(message);
