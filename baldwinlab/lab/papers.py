@@ -40,8 +40,11 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         return JSONResponse({"papers": cards, "problem": problem})
 
     def picture(request: Request) -> FileResponse:
-        paper_by_name = _load_papers(lab, _find_paper_studies(lab))
         name = read_text(request.query_params, "paper")
+        paper_by_name = papers.built_in()
+        if name not in paper_by_name:
+            # Only users' papers need a look at all studies.
+            paper_by_name = _load_papers(lab, _find_paper_studies(lab))
         if name not in paper_by_name:
             raise MissingError(_format_unknown_paper(name, paper_by_name))
         path = paper_by_name[name].folder / CARD_FILE
@@ -89,8 +92,9 @@ def _load_stored_paper(lab: Lab, study: StudyStore) -> Paper:
     paper = papers.load_stored_paper(study.directory, study.paper)
     for path in (paper.folder, *paper.folder.rglob("*")):
         study_access.require_inside(lab.root, path)
-    # Reading the claims checks them. The paper caches them.
+    # Reading the claims and the card checks them. The paper caches them.
     paper.claims  # noqa: B018
+    paper.card  # noqa: B018
     return paper
 
 
@@ -108,7 +112,14 @@ def _make_card(lab: Lab, paper: Paper, paper_studies: Studies) -> dict[str, Any]
         for name, study in paper_studies.items()
         if study.paper == paper.name
     ]
-    return metadata | contents | {"preset": _choose_live_preset(paper), "studies": summaries}
+    card = paper.card
+    return {
+        **metadata,
+        **contents,
+        "card": card.model_dump(by_alias=True, mode="json") if card else None,
+        "preset": _choose_live_preset(paper),
+        "studies": summaries,
+    }
 
 
 def _summarize_study(lab: Lab, name: str, study: StudyStore) -> dict[str, Any]:

@@ -47,6 +47,12 @@ def check_paper(paper: Paper) -> Paper:
             _require_field(choice.field, experiments, location)
     # Reading the texts checks them.
     paper.texts  # noqa: B018
+    if paper.card:
+        exercise = paper.card.exercise
+        path = f"{paper.folder / 'card.toml'}: try"
+        _require_names([exercise.preset], names, f"{path} names a preset")
+        for field in exercise.changes:
+            _require_field(field, [paper.experiment(exercise.preset)], path)
     return paper
 
 

@@ -9,6 +9,7 @@
     words.toml            texts of the report
     README.md             the page of the paper
     card.png              a small picture, twice as wide as high
+    card.toml             texts of the card in the lab
 
 An experiment is named CONDITION/MAP, or CONDITION if the paper has no maps. Only paper.toml and
 conditions/ are required. The folder contains no code.
@@ -31,6 +32,7 @@ from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.fields import renamed_message
 from baldwinlab.experiment.renamed import new_condition, upgrade
+from baldwinlab.papers.cards import PaperCard, read_card
 from baldwinlab.papers.claims import (
     Claim,
     read_claims,
@@ -126,6 +128,10 @@ class Paper:
     @cached_property
     def texts(self) -> ReportTexts:
         return read_texts(self.folder / "words.toml")
+
+    @cached_property
+    def card(self) -> PaperCard | None:
+        return read_card(self.folder / "card.toml")
 
     @cached_property
     def _names_by_kind(self) -> dict[str, list[str]]:

@@ -57,9 +57,9 @@ export const VIEWS = {
 };
 
 export const PAPERS =
-  "Each card is a publication that you can reproduce. Run live starts one condition in this lab," +
-  " and the command runs the complete paper. If this folder contains a study of the paper, its" +
-  " card shows the verdicts.";
+  "Each card is a publication that you can reproduce. An open card says what to notice, to try and" +
+  " to extend, and has the command of the complete paper. If this folder contains a study of the" +
+  " paper, its card shows the verdicts.";
 
 export const RESULTS =
   "Each curve is the mean of one condition over its runs, and the band is the 95 % confidence" +

@@ -6,7 +6,7 @@ import { el, formatNumber, getJSON, createIcon, showMessage } from "./common.js"
 const COPY_ICON = "M7 7V3h10v10h-4M3 7h10v10H3z";
 
 /**
- * Mount the view (see main.js). The address can name a `paper`, whose card is scrolled into view.
+ * Mount the view (see main.js). The address can name a `paper`, whose card is open.
  */
 export function mount(root, state, _navigate, guide) {
   const lead = el(
@@ -30,8 +30,10 @@ export function mount(root, state, _navigate, guide) {
     /** @type {NodeListOf<HTMLElement>} */
     const items = cards.querySelectorAll("[data-paper]");
     const target = [...items].find(({ dataset }) => dataset.paper === paper);
-    target?.scrollIntoView({ block: "center" });
-    target?.focus({ preventScroll: true });
+    if (!target) return;
+    target.querySelector("details").open = true;
+    target.scrollIntoView({ block: "start" });
+    target.focus({ preventScroll: true });
   };
   const update = (next) =>
     show(next).catch((error) => aborted.signal.aborted || showMessage(error.message, "error"));
@@ -39,25 +41,54 @@ export function mount(root, state, _navigate, guide) {
   return { update, unmount: () => aborted.abort() };
 }
 
+/** Return a card. It is closed at first, and shows a picture, the question and the verdicts. */
 function createCard(paper) {
-  const { name, title, authors, year, published, description, link, picture } = paper;
-  const image =
-    picture &&
-    el("img", {
-      src: `api/papers/picture?${new URLSearchParams({ paper: name })}`,
-      alt: "",
-      width: 640,
-      height: 320,
-      loading: "lazy",
-    });
+  const { name, title, card } = paper;
+  const summary = el(
+    "summary",
+    { "data-testid": `open-${name}` },
+    createPicture(paper),
+    el("h2", {}, card?.question ?? title),
+    createCount(paper),
+  );
+  return el(
+    "li",
+    { class: "card paper-card", "data-paper": name, tabindex: -1, "data-testid": `paper-${name}` },
+    el("details", {}, summary, createDetails(paper)),
+  );
+}
+
+/** Return the number of claims that hold in the first study of the unchanged model, or "". */
+function createCount({ studies }) {
+  const study = studies.find(({ changes, verdicts }) => !changes.length && Object.keys(verdicts).length);
+  if (!study) return "";
+  const counts = Object.values(study.verdicts).flatMap(Object.entries);
+  const sum = (entries) => entries.reduce((total, [, count]) => total + count, 0);
+  const holding = sum(counts.filter(([verdict]) => verdict === "holds"));
+  const text = `${holding}/${sum(counts)} hold`;
+  return el("span", { class: "badge", title: "Claims that hold, of all claims" }, text);
+}
+
+function createPicture({ name, picture }) {
+  if (!picture) return "";
+  return el("img", {
+    src: `api/papers/picture?${new URLSearchParams({ paper: name })}`,
+    alt: "",
+    width: 640,
+    height: 320,
+    loading: "lazy",
+  });
+}
+
+function createDetails(paper) {
+  const { title, authors, year, published, description, link, card } = paper;
   // The link of a third-party paper may be a script.
   const isAddress = /^https?:\/\//i.test(link);
   const source = [`${authors.join(", ")}, ${year}`, published].filter(Boolean).join(" · ");
   return el(
-    "li",
-    { class: "card paper-card", "data-paper": name, tabindex: -1, "data-testid": `paper-${name}` },
-    image ?? "",
-    el("h2", {}, title),
+    "div",
+    { class: "paper-details" },
+    el("h3", {}, title),
     el(
       "p",
       { class: "soft" },
@@ -68,8 +99,27 @@ function createCard(paper) {
     ),
     el("p", { class: "paper-summary" }, capitalize(description), "."),
     el("p", { class: "soft" }, describeSize(paper)),
+    card ? createActivities(card) : "",
     ...paper.studies.map(createStudyRow),
     el("div", { class: "paper-run" }, ...createRunLinks(paper)),
+  );
+}
+
+/** Return what to notice, to try and to extend. */
+function createActivities({ notice, try: exercise, extend }) {
+  const changes = Object.keys(exercise.changes).length
+    ? { set: JSON.stringify(exercise.changes) }
+    : {};
+  const address = `#/live?${new URLSearchParams({ preset: exercise.preset, ...changes })}`;
+  const start = el("a", { href: address, "data-testid": "exercise" }, "Open this live run");
+  const rows = { Notice: [notice], Try: [exercise.text, " ", start], Extend: [extend] };
+  return el(
+    "dl",
+    { class: "paper-activities" },
+    ...Object.entries(rows).flatMap(([term, content]) => [
+      el("dt", {}, term),
+      el("dd", {}, ...content),
+    ]),
   );
 }
 
