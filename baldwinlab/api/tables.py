@@ -11,9 +11,12 @@ from rich.text import Text
 
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.multiverse.records import Multiverse
-from baldwinlab.analysis.statistics.contrast_sentences import AGENT_NAMES, format_effect
+from baldwinlab.analysis.statistics.contrast_table import (
+    HEADINGS,
+    format_cells,
+    summarize_contrasts,
+)
 from baldwinlab.analysis.statistics.contrasts import Contrasts
-from baldwinlab.analysis.statistics.numbers import format_p_value
 from baldwinlab.analysis.statistics.rules import VERDICT_MARKS
 from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS
 from baldwinlab.core import console
@@ -21,6 +24,8 @@ from baldwinlab.papers.claims import KINDS
 
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
 LABEL_STYLE = VERDICT_STYLE | {TOO_FEW_RUNS: "yellow", "higher": "green", "lower": "red"}
+# Columns of numbers, which have one line.
+UNWRAPPED = ("effect", "p", "a12", "runs")
 MAX_COMPARISONS = 20
 """Maximum number of printed comparisons. The report shows all."""
 
@@ -48,25 +53,18 @@ def make_contrasts_table(contrasts: Contrasts) -> Table:
         title_style="bold",
         caption_justify="left",
         box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
+        padding=0,
     )
-    # The longest verdict has two lines.
-    table.add_column("verdict", width=9)
-    table.add_column("comparison", overflow="fold")
-    for heading in ("effect [95 % interval]", "corrected p", "runs"):
-        table.add_column(heading, no_wrap=True)
+    # Longer verdicts and headings have two lines, so that names fit into 80 columns.
+    widths = {"verdict": 9, "p_holm": 9}
+    for key, heading in HEADINGS.items():
+        table.add_column(heading, overflow="fold", width=widths.get(key), no_wrap=key in UNWRAPPED)
     for contrast in contrasts.rows[:MAX_COMPARISONS]:
-        numbers = contrast.numbers
-        table.add_row(
-            Text(contrast.verdict, style=LABEL_STYLE[contrast.verdict]),
-            Text.assemble(
-                f"{contrast.condition} against {contrast.reference}",
-                (f"\n{AGENT_NAMES[contrast.measure]}", "dim"),
-            ),
-            format_effect(contrast),
-            format_p_value(contrast.p_holm),
-            f"{numbers.n_a}, {numbers.n_b}",
-        )
+        cells = format_cells(contrast)
+        name = Text.assemble(cells["condition"], (f"\n{cells['context']}", "dim"))
+        verdict = Text(cells["verdict"], style=LABEL_STYLE[contrast.verdict])
+        styled_cells = cells | {"condition": name, "verdict": verdict}
+        table.add_row(*(styled_cells[key] for key in HEADINGS))
     return table
 
 
@@ -79,13 +77,13 @@ def show_contrasts(contrasts: Contrasts) -> None:
         The comparisons.
     """
     if contrasts.rows:
+        for sentence in summarize_contrasts(contrasts):
+            console.info(sentence)
         console.console.print(make_contrasts_table(contrasts))
         for contrast in contrasts.rows[:MAX_COMPARISONS]:
             if contrast.note:
-                agent = AGENT_NAMES[contrast.measure]
-                console.info(
-                    f"{contrast.condition} against {contrast.reference}, {agent}: {contrast.note}"
-                )
+                cells = format_cells(contrast)
+                console.info(f"{cells['condition']}, {cells['context']}: {contrast.note}")
         console.info_if_any(contrasts.too_few)
 
 

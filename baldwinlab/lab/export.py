@@ -12,6 +12,7 @@ from baldwinlab.evolution import has_parent_teachers
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.class_builder import choosing_fields
+from baldwinlab.experiment.outcome import describe_experiment_measures
 from baldwinlab.experiment.paths import look_up
 from baldwinlab.experiment.several_worlds import count_worlds
 from baldwinlab.lab import single_page
@@ -204,6 +205,7 @@ def _make_preset(experiment: Experiment) -> dict[str, Any]:
         "appearance": make_appearance_template(experiment),
         "has_parent_teachers": has_parent_teachers(experiment),
         "topics": [topic._asdict() for topic in list_topics(experiment)],
+        "measures": describe_experiment_measures(experiment),
     }
 
 

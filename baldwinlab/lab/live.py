@@ -24,6 +24,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from baldwinlab.core.files import parse_json
 from baldwinlab.experiment import Experiment, validate
+from baldwinlab.experiment.outcome import describe_experiment_measures
 from baldwinlab.experiment.species_measures import list_species_curves
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.limits import check_size, estimate_memory
@@ -212,6 +213,7 @@ def _summarize_run(run: LiveRun) -> dict[str, Any]:
         "alleles": list(read_alleles(run.experiment)),
         **describe_species(run.experiment),
         "species_curves": list_species_curves(run.experiment),
+        "measures": describe_experiment_measures(run.experiment),
         "seed": run.seed,
         "runs": run.n_runs,
         "seconds": run.seconds_per_generation,

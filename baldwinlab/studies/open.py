@@ -19,6 +19,7 @@ from baldwinlab.core.variables import (
     GENERATION_COUNT_ATTRIBUTES,
 )
 from baldwinlab.experiment.factors import factor_coordinates
+from baldwinlab.experiment.outcome import name_outcome
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.studies.run_samples import sample_runs
 from baldwinlab.studies.store import StudyStore
@@ -48,7 +49,8 @@ def open_runs(directory: str | Path, conditions: Sequence[str] | None = None) ->
         (condition, run) is the number of simulated generations. `experiment` is each condition as
         TOML. `learner`, `map` and `variant` are coordinates of `condition` if a condition has them.
         Write `data["map"]`: `data.map` is a method of xarray. The attributes of a variable are its
-        `units` and `long_name`.
+        `units` and `long_name`. The attributes of the dataset are the `seed` of the study and the
+        `outcome`, the name of the fitness, for example "items eaten".
 
     Raises
     ------
@@ -157,7 +159,10 @@ def _label_conditions(
     # The encoding of the records has integer types, which cannot store missing values.
     data = data.drop_encoding()
     experiment_texts = [to_toml(study.experiment(name)) for name in names]
-    return data.assign(experiment=("condition", experiment_texts)).assign_attrs(seed=study.seed)
+    experiments = [study.experiments[name] for name in names]
+    outcome = name_outcome(str(data["energy"].attrs.get("long_name", "")), experiments)
+    data = data.assign(experiment=("condition", experiment_texts))
+    return data.assign_attrs(seed=study.seed, outcome=outcome)
 
 
 def _common_attributes(

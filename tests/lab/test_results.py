@@ -67,7 +67,7 @@ def test_reaction_norms_are_the_medians_of_the_assay_with_the_evolved_value(
         assay = assign_to_study(reaction("evo/A", 60), study, "evo/A")
         (folder / "A.nc").write_bytes(to_bytes(assay))
         response = get_json(server.address, "results/reaction", study="it")
-        assert response["unit"] == "fitness (energy)"
+        assert response["unit"] == "items eaten"
         panels = {panel["field"]: panel for panel in response["panels"]}
         count = panels["world.food.0.count"]
         assert (count["map"], count["values"], count["evolved"]) == (

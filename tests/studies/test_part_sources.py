@@ -80,7 +80,7 @@ def test_a_study_can_be_read_without_its_part(study: Path) -> None:
         "guesses": 50,
         "guessing": True,
     }
-    assert "Fitness of the best agent and of the average agent" in opened.report().read_text()
+    assert "Fitness of the best agent and the average agent" in opened.report().read_text()
     with pytest.raises(
         bl.ExperimentError,
         match="model = 'bit-strings' is a model that is not here: give it by --part FILE",

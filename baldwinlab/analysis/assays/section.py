@@ -77,7 +77,7 @@ def make_section(
     order = list(dict.fromkeys(name for stored in assays.values() for name in stored))
     overview_figure = overview.draw_overview(analysis, order) if is_large else None
     inlined_overview = save_and_inline(overview_figure, figure_folder) if overview_figure else None
-    assay_figures = draw_assay_figures(assays, analysis, is_foraging)
+    assay_figures = draw_assay_figures(assays, analysis)
     paper_comparison = ""
     if inference is not None and analysis.results and is_foraging:
         paper_comparison = headlines.compare_with_paper(analysis, inference)

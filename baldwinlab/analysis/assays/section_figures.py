@@ -16,10 +16,11 @@ from baldwinlab.analysis.assays import (
 )
 from baldwinlab.analysis.assays.analysis import Analysis
 from baldwinlab.analysis.assays.reaction_norms import PARAMETERS, QUANTITY_PREFIX
-from baldwinlab.analysis.assays.values import Assays
+from baldwinlab.analysis.assays.values import Assays, parse_experiments
 from baldwinlab.analysis.report.embedding import ReportFigure
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_median
 from baldwinlab.analysis.statistics.numbers import format_number
+from baldwinlab.experiment.outcome import name_food_outcome
 
 MEASURE_NAMES: Final = {
     "off": "fitness, learning off (innate fitness)",
@@ -160,9 +161,7 @@ ASSAY_FIGURES: Final = (
 )
 
 
-def draw_assay_figures(
-    assays: Assays, analysis: Analysis, is_foraging: bool
-) -> Iterator[ReportFigure]:
+def draw_assay_figures(assays: Assays, analysis: Analysis) -> Iterator[ReportFigure]:
     """Draw the figures of the stored assays, in the order of the report.
 
     Parameters
@@ -171,15 +170,13 @@ def draw_assay_figures(
         Stored assays by assay and condition.
     analysis : Analysis
         Their analysis.
-    is_foraging : bool
-        Whether any condition uses the MiniWorld model, whose unit of fitness is energy.
 
     Yields
     ------
     ReportFigure
         The figures.
     """
-    unit = "fitness (energy)" if is_foraging else "fitness"
+    unit = name_food_outcome(list(parse_experiments(assays).values()))
     is_large = overview.is_large(analysis)
     for figure in ASSAY_FIGURES:
         stored = assays.get(figure.assay, {})

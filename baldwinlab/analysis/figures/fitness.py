@@ -16,6 +16,7 @@ from baldwinlab.analysis.figures.style import (
     SeriesStyle,
     choose_style,
     styled,
+    wrap_label,
 )
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
@@ -81,8 +82,7 @@ def make_panels(
         for axes, (measure, measure_title) in zip(row, MEASURE_TITLES.items(), strict=True):
             title = f"Map {map_name}, {measure_title}" if map_name else measure_title.capitalize()
             axes.set_title(title, loc="left", fontweight="bold")
-            is_energy = dataset["energy"].attrs.get("units") == "energy"
-            axes.set_ylabel("fitness (energy)" if is_energy else "fitness")
+            axes.set_ylabel(wrap_label(fitness.outcome(dataset)))
             yield _Panel(axes, measure, conditions_on_map)
             # The caller has drawn the panel now, so its limit is known.
             top = panel_top(axes)

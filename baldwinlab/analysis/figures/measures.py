@@ -15,9 +15,10 @@ from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.figures.boxes import draw_box
 from baldwinlab.analysis.figures.fitness import plotted_conditions
-from baldwinlab.analysis.figures.style import FIGURE_WIDTH, choose_style, styled
+from baldwinlab.analysis.figures.style import FIGURE_WIDTH, choose_style, styled, wrap_label
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
+from baldwinlab.experiment.outcome import name_outcome_of
 
 # Largest number of panels in a row.
 MAX_COLUMNS = 3
@@ -118,7 +119,10 @@ def draw_fitness_by_evaluations(dataset: xr.Dataset, evaluations: str) -> Figure
         by_generation.plot(dataset["generation"], average, label=condition.name, **line)
         by_evaluation.plot(total_evaluations.where(average.notnull()), average, **line)
     by_evaluation.set_xscale("log")
-    by_generation.set(xlabel="generation", ylabel="fitness, average agent")
+    by_generation.set(
+        xlabel="generation",
+        ylabel=wrap_label(name_outcome_of(fitness.outcome(dataset), "average agent")),
+    )
     by_evaluation.set_xlabel("evaluations by all agents of a run until then")
     figure.legend(*by_generation.get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure

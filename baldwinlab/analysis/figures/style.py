@@ -8,6 +8,7 @@ is smaller than 8 points.
 from __future__ import annotations
 
 import io
+import textwrap
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
@@ -38,6 +39,8 @@ __all__ = ["BLACK", "BLUE", "BROWN", "DARK_GRAY", "GRAY", "GREEN", "ORANGE", "PA
 
 # Width of a figure, in inches.
 FIGURE_WIDTH = 7.2
+# Largest number of letters in a line of a label.
+LABEL_LETTERS = 30
 LINE_STYLES = ("-", "--", "-.", ":")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 # Multiples of the golden ratio, modulo 1, spread points evenly and reproducibly.
@@ -95,6 +98,11 @@ def choose_style(series_index: int) -> SeriesStyle:
     # The same color has another line style in each round.
     line_index = (color_index + round_index) % len(LINE_STYLES)
     return SeriesStyle(SERIES_COLORS[color_index], LINE_STYLES[line_index], MARKERS[color_index])
+
+
+def wrap_label(label: str) -> str:
+    """Return the label of an axis in lines that fit beside a panel."""
+    return textwrap.fill(label, LABEL_LETTERS)
 
 
 def spread_points(n_points: int) -> np.ndarray:

@@ -22,7 +22,8 @@ from baldwinlab.analysis.report.sections import (
     render,
     write_page,
 )
-from baldwinlab.analysis.statistics.contrast_sentences import summarize_contrasts
+from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics.contrast_table import summarize_contrasts
 from baldwinlab.analysis.statistics.summary import summarize_conditions
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.papers.claims import KINDS
@@ -102,7 +103,7 @@ def draw_report(report: ReportData) -> dict[str, Any]:
         "setup_note": setup.abridge_setup(report.data, report.experiments),
         "comparison_note": summarize_contrasts(contrasts)[0] if contrasts else "",
         "condition_links": link_conditions(report.lives),
-        "measures": name_measures("food_eaten" in report.data),
+        "measures": name_measures(fitness.outcome(report.data)),
         "last": report.last,
         "changed_settings": _list_changed_settings(report),
         "summary": summarize_conditions(report.data, report.last),

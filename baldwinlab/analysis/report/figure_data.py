@@ -11,6 +11,7 @@ from baldwinlab.analysis.figures import AgentKind, SensorSector
 from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.experiment.miniworld_tables import World
+from baldwinlab.experiment.outcome import capitalize, name_outcome_of
 
 
 def tabulate_generations(data: xr.Dataset, measure: str) -> list[dict[str, Any]]:
@@ -25,14 +26,9 @@ def tabulate_generations(data: xr.Dataset, measure: str) -> list[dict[str, Any]]
 
 
 def name_fitness(data: xr.Dataset, *agents: str) -> str:
-    """Return the name of fitness, for example "Energy of the items eaten by the best agent"."""
-    gain = str(data["energy"].attrs.get("long_name", "fitness"))
-    # The text of earlier versions ends differently.
-    if "energy of the items" in gain:
-        names = " and by ".join(f"the {agent} agent" for agent in agents)
-        return f"Energy of the items eaten by {names}"
-    names = " and of ".join(f"the {agent} agent" for agent in agents)
-    return f"{gain[0].upper()}{gain[1:]} of {names}"
+    """Return the name of the outcome, for example "Items eaten by the best agent"."""
+    name = name_outcome_of(fitness.outcome(data), " agent and the ".join(agents) + " agent")
+    return capitalize(name)
 
 
 def tabulate_runs(data: xr.Dataset, last: int) -> list[dict[str, Any]]:
@@ -61,7 +57,7 @@ def describe_final_medians(data: xr.Dataset, last: int) -> str:
         f"{name} {format_number(float(medians.sel(condition=name)))}"
         for name in medians["condition"].values
     ]
-    return f"Final fitness of the average agent, median over runs: {', '.join(values)}."
+    return f"{name_fitness(data, 'average')} at the end, median over runs: {', '.join(values)}."
 
 
 def tabulate_evaluations(data: xr.Dataset, evaluation_variable: str) -> list[dict[str, Any]]:

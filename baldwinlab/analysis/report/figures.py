@@ -81,7 +81,7 @@ def _draw_overview(report: ReportData) -> ReportFigure:
     )
     return ReportFigure(
         name="overview",
-        title="Fitness by learner and map",
+        title="Learners and maps",
         caption=(
             f"{measure}, mean over the last {report.last} generations, median over runs. Darker "
             f"cells are closer to the highest value of their map.{triangles}"
@@ -117,7 +117,8 @@ def _draw_final_fitness(report: ReportData) -> ReportFigure:
         name="final-fitness",
         title=f"Fitness in the last {report.last} generations",
         caption=(
-            f"Fitness, averaged over the last {report.last} generations of each run. "
+            f"{name_fitness(report.data, 'best', 'average')}, averaged over the last "
+            f"{report.last} generations of each run. "
             f"{' '.join(filter(None, [BOXES_NOTE, p_values]))}"
         ),
         alternative=(
@@ -199,9 +200,9 @@ def _draw_fitness_by_evaluations(report: ReportData) -> ReportFigure | None:
         name="clocks",
         title="Fitness by generations and by evaluations",
         caption=(
-            "Fitness of the average agent, mean over runs. The horizontal axis is the generation, "
-            "or the total number of evaluations by all agents of a run. Learning uses many "
-            "evaluations within one generation."
+            f"{name_fitness(report.data, 'average')}, mean over runs. The horizontal axis is the "
+            "generation, or the total number of evaluations by all agents of a run. Learning uses "
+            "many evaluations within one generation."
         ),
         alternative=(
             "The same curves of fitness by generation and by evaluations. "

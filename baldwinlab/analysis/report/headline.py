@@ -9,13 +9,15 @@ from baldwinlab.analysis.report.content import describe_verdicts
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.replays import Link, StoredLife, format_watch_command, make_link
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.contrast_sentences import (
+from baldwinlab.analysis.statistics.contrast_table import (
     format_effect,
     format_test,
     state_verdict,
+    summarize_contrasts,
 )
-from baldwinlab.analysis.statistics.contrasts import Contrast
+from baldwinlab.analysis.statistics.contrasts import Contrast, Contrasts
 from baldwinlab.analysis.statistics.numbers import format_number
+from baldwinlab.experiment.outcome import name_outcome_of
 from baldwinlab.papers import Paper
 
 MAX_NAMED_AUTHORS = 2
@@ -53,7 +55,8 @@ def compose_headline(report: ReportData) -> Headline:
     verdicts = describe_verdicts(report.results) if _has_findings(report) else ""
     answer = [f"{verdicts}."] if verdicts else []
     if contrast:
-        answer.append(f"{state_verdict(contrast)}.")
+        assert report.contrasts
+        answer.append(_state_answer(report.contrasts))
     elif not verdicts:
         answer += _describe_conditions(report)
     return Headline(
@@ -64,6 +67,13 @@ def compose_headline(report: ReportData) -> Headline:
         watch=make_link(lives) if lives else None,
         commands=[format_watch_command(life) for life in lives],
     )
+
+
+def _state_answer(contrasts: Contrasts) -> str:
+    """Return the verdict of the only pair, or the number of pairs that differ."""
+    if len(contrasts.rows_by_pair) == 1:
+        return f"{state_verdict(contrasts.rows[0])}."
+    return summarize_contrasts(contrasts)[0]
 
 
 def _has_findings(report: ReportData) -> bool:
@@ -107,9 +117,10 @@ def _describe_conditions(report: ReportData) -> list[str]:
     if not values.size:
         return [f"No run of {name} is stored."]
     low, high = format_number(float(values.min())), format_number(float(values.max()))
+    outcome = name_outcome_of(fitness.outcome(report.data), "average agent")
     return [
-        f"In the last {report.last} generations, the fitness of the average agent of {name} is "
-        f"{format_number(float(values.median()))}, the median of {values.size} runs.",
+        f"In the last {report.last} generations, the median of {outcome} is "
+        f"{format_number(float(values.median()))} in {values.size} runs of {name}.",
         f"The runs are between {low} and {high}.",
     ]
 

@@ -6,11 +6,12 @@ import math
 
 from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.statistics.numbers import format_number, format_signed
+from baldwinlab.experiment.outcome import FOOD_OUTCOMES, name_share
 
 MEASURE_NAMES = {
     "best": "best agent",
     "mean": "average agent",
-    "share": "share of agents that ate",
+    "share": "share of agents that eat",
     "most": "highest number of items that an agent ate",
     "unseen-maps": "average agent on unseen maps",
 }
@@ -22,25 +23,21 @@ RULE_AGGREGATES = {
 }
 
 
-def name_measures(food: bool) -> dict[str, str]:
+def name_measures(outcome: str) -> dict[str, str]:
     """Return the name of each measure.
 
     Parameters
     ----------
-    food : bool
-        Whether the agents eat food. Otherwise, the names contain "fitness" instead.
+    outcome : str
+        Name of the fitness, from `name_outcome`.
 
     Returns
     -------
     dict of str to str
         Names by measure.
     """
-    if food:
-        return MEASURE_NAMES
-    return MEASURE_NAMES | {
-        "share": "share of agents with fitness above 0",
-        "most": "highest fitness of any agent",
-    }
+    most = MEASURE_NAMES["most"] if outcome in FOOD_OUTCOMES else "highest fitness of any agent"
+    return MEASURE_NAMES | {"share": name_share(outcome), "most": most}
 
 
 def format_effect(finding: Finding) -> str:
@@ -84,7 +81,7 @@ def describe_finding(finding: Finding) -> str:
         aggregate = RULE_AGGREGATES.get(comparison.rule, ", median over runs")
         return f"{comparison.a}: {measure}{aggregate}: {effect}"
     if not comparison.b:
-        return f"{comparison.a}: share of agents that ate in the last generations: {effect}"
+        return f"{comparison.a}: share of agents that eat in the last generations: {effect}"
     if comparison.rule == "survives_longer":
         signed = format_signed(finding.numbers.effect)
         return (

@@ -13,7 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from baldwinlab.analysis import palette
 from baldwinlab.analysis.report import content, phrases
-from baldwinlab.analysis.statistics import numbers
+from baldwinlab.analysis.statistics import contrast_table, numbers
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import is_local
 
@@ -33,6 +33,9 @@ TEMPLATE_FILTERS: Final[dict[str, Callable[..., Any]]] = {
     "comparison": phrases.describe_comparison,
     "finding": phrases.describe_finding,
     "distance": phrases.describe_distance,
+    "cells": contrast_table.format_cells,
+    "summary": contrast_table.summarize_contrasts,
+    "method": contrast_table.describe_method,
     "weakest": content.find_weakest_findings,
 }
 
@@ -83,6 +86,7 @@ def render(template: str, **values: Any) -> str:
     )
     environment.filters |= TEMPLATE_FILTERS
     environment.globals |= {"measures": phrases.MEASURE_NAMES, "colours": palette.report_css()}
+    environment.globals["contrast_headings"] = contrast_table.HEADINGS
     return environment.get_template(template).render(**values)
 
 

@@ -49,6 +49,8 @@ class Contrast(NamedTuple):
         Names of the conditions.
     measure : str
         One of `COMPARED_MEASURES`.
+    outcome : str
+        Name of the compared quantity, from `name_outcome`.
     numbers : Comparison
         The comparison of the condition with the reference.
     p_holm : float
@@ -62,6 +64,7 @@ class Contrast(NamedTuple):
     condition: str
     reference: str
     measure: str
+    outcome: str
     numbers: statistics.Comparison
     p_holm: float
     smallest_p_holm: float
@@ -188,7 +191,7 @@ def final_values(dataset: xr.Dataset, last: int = 10) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        The averages of `COMPARED_MEASURES`, (condition, run).
+        The averages of `COMPARED_MEASURES`, (condition, run), with the attribute `outcome`.
 
     Raises
     ------
@@ -196,7 +199,8 @@ def final_values(dataset: xr.Dataset, last: int = 10) -> xr.Dataset:
         If `last` is below 1.
     """
     values = {measure: fitness.final(dataset, measure, last) for measure in COMPARED_MEASURES}
-    return xr.Dataset(values).reset_coords(drop=True)
+    attributes = {"outcome": fitness.outcome(dataset)}
+    return xr.Dataset(values, attrs=attributes).reset_coords(drop=True)
 
 
 def compare_conditions(dataset: xr.Dataset, last: int = 10, baseline: str = "") -> Contrasts:
@@ -255,17 +259,18 @@ def compare_final_values(
         name: levels for name, levels in factors.items() if bool(has_runs.sel(condition=name))
     }
     pairs = find_references(factors_with_runs, baseline)
-    tests = [(*pair, measure) for pair in pairs.items() for measure in COMPARED_MEASURES]
+    outcome = fitness.outcome(finals)
+    tests = [(*pair, measure, outcome) for pair in pairs.items() for measure in COMPARED_MEASURES]
     numbers = [
         _compare_runs(finals[measure], condition, reference)
-        for condition, reference, measure in tests
+        for condition, reference, measure, _ in tests
     ]
     corrected = statistics.holm([comparison.p for comparison in numbers])
     smallest = smallest_corrected_p(
         [PlannedTest(comparison.n_a, comparison.n_b) for comparison in numbers]
     )
     levels = [level_of_next_test(corrected)] * len(tests)
-    # Each row has the fields of a `Contrast`, of which the first three are a test.
+    # Each row has the fields of a `Contrast`, of which the first four are a test.
     rows = zip(tests, numbers, corrected.tolist(), smallest.tolist(), levels, strict=True)
     return Contrasts(
         pairing=describe_pairing(pairs, factors),

@@ -23,6 +23,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.core.variables import GENERATION_COUNT
+from baldwinlab.experiment.outcome import FITNESS
 
 AgentValues = npt.NDArray[Any]  # [generation, agent]
 Curve = Callable[[xr.Dataset], xr.DataArray]
@@ -161,6 +162,17 @@ def gain(dataset: xr.Dataset) -> xr.DataArray:
     """
     energy = dataset["energy"]
     return dataset["food_eaten"].fillna(energy) if "food_eaten" in dataset else energy
+
+
+def outcome(dataset: xr.Dataset) -> str:
+    """Return the name of the fitness in a dataset, for example "items eaten".
+
+    Parameters
+    ----------
+    dataset
+        Dataset as `open_runs` returns it, or values computed from it.
+    """
+    return str(dataset.attrs.get("outcome", FITNESS))
 
 
 MEASURES: Mapping[str, Curve] = {"best": best, "mean": mean, "share": share}

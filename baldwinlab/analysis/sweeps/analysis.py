@@ -79,7 +79,7 @@ def compute_finals(sweep: xr.Dataset, last: int = 10) -> xr.Dataset:
     Parameters
     ----------
     sweep : xr.Dataset
-        A sweep as `open_sweep` returns it.
+        A sweep as `open_sweep` returns it, with its outcome as an attribute.
     last : int
         Number of final generations to average in each run, at least 1.
 
@@ -94,7 +94,7 @@ def compute_finals(sweep: xr.Dataset, last: int = 10) -> xr.Dataset:
         `last` is less than 1.
     """
     averages = {measure: fitness.final(sweep, measure, last) for measure in fitness.MEASURES}
-    finals = xr.Dataset(averages, attrs=sweep.attrs | {"food": "food_eaten" in sweep})
+    finals = xr.Dataset(averages, attrs=sweep.attrs)
     if "point" not in finals.dims:
         finals = _stack_grid(finals, sweep)
     return finals.transpose("point", "run")

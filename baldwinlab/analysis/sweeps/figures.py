@@ -18,11 +18,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullLocator
 
-from baldwinlab.analysis.figures.style import BLACK, BLUE, FIGURE_WIDTH, GRAY, styled
+from baldwinlab.analysis.figures.style import (
+    BLACK,
+    BLUE,
+    FIGURE_WIDTH,
+    GRAY,
+    styled,
+    wrap_label,
+)
+from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.analysis import Group, Response
 
-MEASURE_TITLES: Final = {"best": "Best agent", "mean": "Average agent", "share": "Share that ate"}
+MEASURE_TITLES: Final = {"best": "Best agent", "mean": "Average agent", "share": "Share that eats"}
 MAX_TICKS: Final = 8
 # Smallest ratio of the largest to the smallest value on a log scale.
 MIN_LOG_RANGE: Final = 10
@@ -99,7 +107,7 @@ def draw_response_curves(finals: xr.Dataset) -> Figure:
         row[0].set_xlabel(
             textwrap.fill(describe_field(finals, field), LONG_LINE_LENGTH), loc="left"
         )
-        row[0].set_ylabel(_fitness_label(finals))
+        row[0].set_ylabel(wrap_label(fitness.outcome(finals)))
     for axes, (measure, title) in zip(grid[0], MEASURE_TITLES.items(), strict=True):
         axes.set_title(title, loc="left", fontweight="bold")
         top = _axis_top(axes, measure)
@@ -111,10 +119,6 @@ def _axis_top(axes: Axes, measure: str) -> float:
     """Return the upper limit of an axis: 1 for shares, or if no value is above 0."""
     has_values = axes.dataLim.y1 > 0
     return axes.get_ylim()[1] if has_values and measure != "share" else 1.0
-
-
-def _fitness_label(finals: xr.Dataset) -> str:
-    return "fitness (energy)" if finals.attrs["food"] else "fitness"
 
 
 def describe_field(finals: xr.Dataset, field: str) -> str:
@@ -204,7 +208,7 @@ def draw_heat_maps(finals: xr.Dataset, row: str, column: str) -> Figure:
         is_share = measure == "share"
         top = 1.0 if is_share else max(float(np.nanmax(values, initial=0.0)), MIN_TOP)
         image = axes.imshow(values, cmap="cividis", vmin=0, vmax=top, origin="lower", aspect="auto")
-        label = "share of agents" if is_share else _fitness_label(finals)
+        label = "share of agents" if is_share else fitness.outcome(finals)
         figure.colorbar(image, ax=axes, location="top", label=label, aspect=30)
         axes.set_title(title, loc="left", fontweight="bold")
         axes.grid(visible=False)

@@ -14,7 +14,7 @@ from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.phrases import name_measures
 from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.contrast_sentences import SUMMARY_MEASURE
+from baldwinlab.analysis.statistics.contrast_table import SUMMARY_MEASURE
 from baldwinlab.analysis.statistics.contrasts import Contrasts
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.analysis.sweeps import analysis, figures
@@ -107,7 +107,7 @@ def make_section(
     body = render(
         "sweeps/section.html",
         overview=summarize_design(finals),
-        findings=list(describe_effects(finals, shown_contrasts)),
+        findings=list(describe_effects(finals)),
         contrasts=shown_contrasts,
         figures=[save_and_inline(figure, directory / "figures") for figure in draw_figures(finals)],
         sampled=is_sampled,
@@ -116,7 +116,7 @@ def make_section(
         correlations=correlations,
         points=analysis.tabulate_points(finals),
         format_value=analysis.format_value,
-        measures=name_measures(finals.attrs["food"]),
+        measures=name_measures(fitness.outcome(finals)),
         provenance=provenance,
         timing=content.format_timing(provenance),
     )

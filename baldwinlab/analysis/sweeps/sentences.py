@@ -8,35 +8,29 @@ from operator import attrgetter
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.statistics.contrast_sentences import (
-    SUMMARY_MEASURE,
-    summarize_contrasts,
-)
-from baldwinlab.analysis.statistics.contrasts import Contrasts
+from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics.contrast_table import AGENT_NAMES, SUMMARY_MEASURE
 from baldwinlab.analysis.statistics.numbers import format_number, format_p_value, format_signed
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.sweeps import analysis
 from baldwinlab.analysis.sweeps.analysis import Response
+from baldwinlab.experiment.outcome import name_outcome_of
 
 
-def describe_effects(finals: xr.Dataset, contrasts: Contrasts | None) -> Iterator[str]:
-    """Yield sentences on the significant effects on the fitness of the average agent.
+def describe_effects(finals: xr.Dataset) -> Iterator[str]:
+    """Yield sentences on a sweep whose points are not compared with each other.
 
     Parameters
     ----------
     finals : xr.Dataset
         The result of `compute_finals`.
-    contrasts : Contrasts or None
-        Comparisons of the points. None if the points are not compared.
 
     Yields
     ------
     str
         Sentences.
     """
-    if contrasts and contrasts.rows:
-        yield from summarize_contrasts(contrasts)
-    elif analysis.is_sampled(finals):
+    if analysis.is_sampled(finals):
         yield from _describe_correlations(finals)
     else:
         yield "This report compares no points by a test."
@@ -49,17 +43,19 @@ def _describe_correlations(finals: xr.Dataset) -> Iterator[str]:
         if correlation.measure == SUMMARY_MEASURE and correlation.p_holm < SIGNIFICANCE_LEVEL
     ]
     for correlation in correlations:
-        verb = "rises" if correlation.rho > 0 else "falls"
         yield (
-            f"The fitness of the average agent {verb} with {correlation.field}: rank correlation "
+            f"{correlation.field} is correlated with {_name_outcome(finals)}: rank correlation "
             f"{format_signed(correlation.rho)}, corrected p {format_p_value(correlation.p_holm)}, "
             f"{correlation.points} points."
         )
     if not correlations:
         yield (
-            "The fitness of the average agent has no significant rank correlation with a field of "
-            "numbers."
+            f"No field of numbers has a significant rank correlation with {_name_outcome(finals)}."
         )
+
+
+def _name_outcome(finals: xr.Dataset) -> str:
+    return name_outcome_of(fitness.outcome(finals), AGENT_NAMES[SUMMARY_MEASURE])
 
 
 def describe_ranges(finals: xr.Dataset) -> Iterator[str]:
@@ -85,7 +81,7 @@ def describe_ranges(finals: xr.Dataset) -> Iterator[str]:
             lowest = min(responses, key=attrgetter("mean"))
             highest = max(responses, key=attrgetter("mean"))
             yield (
-                f"By {field}, the mean fitness of the average agent is between "
+                f"By {field}, the mean of {_name_outcome(finals)} is between "
                 f"{_format_response(lowest)} and {_format_response(highest)}."
             )
 

@@ -6,10 +6,15 @@ from dataclasses import replace
 from math import isnan
 from typing import Any, Final
 
-from baldwinlab.analysis.assays.phrases import has_foragers
 from baldwinlab.analysis.assays.reaction import Panel, make_reaction_panels
 from baldwinlab.analysis.statistics import curve_intervals, fitness
-from baldwinlab.analysis.statistics.contrast_sentences import describe_contrast
+from baldwinlab.analysis.statistics.contrast_table import (
+    HEADINGS,
+    describe_contrast,
+    describe_method,
+    format_cells,
+    summarize_contrasts,
+)
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, final_values
 from baldwinlab.analysis.statistics.csv import finite_or_none
 from baldwinlab.analysis.statistics.species import compute_species_curves
@@ -17,6 +22,7 @@ from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
 from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.factors import MULTIVERSE, SWEEP, Factors
+from baldwinlab.experiment.outcome import combine_outcomes, describe_measures, name_food_outcome
 from baldwinlab.experiment.species_measures import list_species_curves
 from baldwinlab.studies.assays.storage import read_assays
 from baldwinlab.studies.open import open_conditions, open_sample
@@ -66,8 +72,7 @@ def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[s
     if data is None or data["condition"].values.tolist() != names:
         data = open_sample(study, names)
     data = fitness.cache_measures(data)
-    # The lab names fitness "food" only in models with food.
-    results["food"] = "food_eaten" in data
+    results["measures"] = describe_measures(fitness.outcome(data))
     results["generation"] = data["generation"].values.tolist()
     for measure, compute in fitness.MEASURES.items():
         average, low, high = curve_intervals.interval_of_mean(compute(data))
@@ -139,19 +144,21 @@ def compare_study(study: StudyStore, last: int = 10, baseline: str = "") -> Cont
     require_baseline(study, baseline)
     names = [name for name in study.experiments if study.runs(name)]
     finals = [final_values(open_sample(study, [name]), last) for name in names]
-    return _compare_finals(study, xr.concat(finals, "condition", join="outer"), last, baseline)
+    combined = xr.concat(finals, "condition", join="outer")
+    combined.attrs["outcome"] = combine_outcomes({fitness.outcome(values) for values in finals})
+    return _compare_finals(study, combined, last, baseline)
 
 
 def _comparison_record(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
     """Return the comparisons that the report of the study shows, as plain data."""
     is_large_sweep = study.kind == SWEEP and not has_comparisons(study)
     if study.kind == MULTIVERSE or is_large_sweep:
-        return {"pairing": "", "too_few": "", "rows": []}
+        return record_contrasts(Contrasts("", DEFAULT_LAST, ()))
     return record_contrasts(_compare_finals(study, final_values(data), DEFAULT_LAST))
 
 
 def record_contrasts(contrasts: Contrasts) -> dict[str, Any]:
-    """Return comparisons as plain data, with a sentence for each.
+    """Return comparisons as plain data: numbers, and the texts of `contrast_table`.
 
     Parameters
     ----------
@@ -161,13 +168,22 @@ def record_contrasts(contrasts: Contrasts) -> dict[str, Any]:
     Returns
     -------
     dict
-        `pairing`, `too_few` and `rows`. An undefined number is None.
+        The sentences `summary`, `pairing`, `too_few` and `method`, the `headings` of the table,
+        and `rows` with numbers, `cells`, a `note` and a `sentence`. An undefined number is None.
     """
     rows = []
     for contrast in contrasts.rows:
         row = {name: _finite_or_none(value) for name, value in contrast.row().items()}
-        rows.append(row | {"note": contrast.note, "sentence": describe_contrast(contrast)})
-    return {"pairing": contrasts.pairing, "too_few": contrasts.too_few, "rows": rows}
+        texts = {"note": contrast.note, "sentence": describe_contrast(contrast)}
+        rows.append(row | texts | {"cells": format_cells(contrast)})
+    return {
+        "summary": summarize_contrasts(contrasts),
+        "pairing": contrasts.pairing,
+        "too_few": contrasts.too_few,
+        "method": describe_method(contrasts),
+        "headings": dict(HEADINGS),
+        "rows": rows,
+    }
 
 
 def _finite_or_none(value: Any) -> Any:
@@ -272,8 +288,8 @@ def read_reaction_norms(study: StudyStore) -> dict[str, Any]:
         panel._asdict() | {"evolved": sorted(panel.evolved), "norms": _summarize_norms(panel)}
         for panel in panels
     ]
-    is_foraging = has_foragers(study.experiments[name] for name in assays["reaction"])
-    return {"unit": "fitness (energy)" if is_foraging else "fitness", "panels": records}
+    experiments = [study.experiments[name] for name in assays["reaction"]]
+    return {"unit": name_food_outcome(experiments), "panels": records}
 
 
 def _summarize_norms(panel: Panel) -> dict[str, dict[str, list[float | None]]]:

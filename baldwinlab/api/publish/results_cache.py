@@ -1,7 +1,7 @@
 """Cache of the results that the lab shows, in `results.json` next to the report.
 
-Reading a large study takes seconds. The cache is valid only for the version of baldwinlab that
-wrote it, and only for the same stored records.
+Reading a large study takes seconds. The cache is valid only for the version of baldwinlab and the
+format that wrote it, and only for the same stored records.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from baldwinlab.studies.claims_file import digest_records
 from baldwinlab.studies.store import StudyStore
 
 CACHE_FILE: Final = "results.json"
+FORMAT: Final = 2
+"""Number of the format of the results. It changes with their keys."""
 MAX_CONDITIONS: Final = 1000
 """Larger studies have no cache, because the file would be slow to load."""
 
@@ -44,6 +46,7 @@ def cache_results(study: StudyStore, data: xr.Dataset | None = None) -> None:
         return
     record = {
         "version": __version__,
+        "format": FORMAT,
         "records": digest_records(study),
         "results": compute_results(study, data),
     }
@@ -69,6 +72,7 @@ def load_cached_results(study: StudyStore) -> dict[str, Any] | None:
         checksum = record.pop("checksum")
         is_valid = (
             record["version"] == __version__
+            and record["format"] == FORMAT
             and record["records"] == digest_records(study)
             and checksum == _checksum(record)
         )

@@ -12,7 +12,7 @@ import { findChanges, applyChanges } from "./experiment_changes.js";
  * @typedef {object} Laboratory the data that Python writes into the page
  * @property {{name: string, description: string, experiment: object, schema: number,
  *   appearance: object, has_parent_teachers: boolean,
- *   topics: import("./guide.js").Topic[]}[]} presets
+ *   topics: import("./guide.js").Topic[], measures: object}[]} presets
  * @property {object[]} schemas
  * @property {{name: string, when: Object<string, any>, module: string, plan: object}[]} programs
  * @property {object[]} rules

@@ -32,7 +32,8 @@ export class BrowserFeed extends Feed {
       : [{ message: "This link is damaged and does not describe a run" }];
     if (errors.length) return this.setState("removed", `${errors[0].message}.`);
     const { experiment, runs, seed, seconds = 0 } = this.order;
-    this.summary = { id: this.id, experiment, runs, seed, seconds, saved_as: "" };
+    const { measures } = this.lab.findPreset(experiment.name);
+    this.summary = { id: this.id, experiment, measures, runs, seed, seconds, saved_as: "" };
     this.onUpdate();
     try {
       await this.prepare(experiment, runs, seed);

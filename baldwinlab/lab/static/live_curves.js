@@ -37,7 +37,6 @@ export class LiveCurves {
     const { generations } = feed.summary.experiment.evolution;
     // The axis covers all generations from the start.
     this.x = Array.from({ length: generations }, (_, generation) => generation);
-    this.hasWorld = Boolean(feed.summary.experiment.world);
     this.frame = 0;
     this.species = feed.summary.species ?? [];
     /** @type {{chart: LineChart, listSeries: () => import("./charts.js").Series[]}[]} */
@@ -51,18 +50,18 @@ export class LiveCurves {
   createFitnessChart(root) {
     const { runs } = this.feed.summary;
     const suffix = runs > 1 ? `, mean of ${runs} runs with 95 % interval` : "";
-    const title = this.species.length ? "Fitness of the average agent" : "Fitness";
+    const { axis, heading, title } = this.feed.summary.measures.mean;
     this.createChart(root, "fitness", () => this.listFitnessSeries(), {
-      title: `${title}${suffix}`,
-      yLabel: this.hasWorld ? "fitness (energy)" : "fitness",
+      title: `${this.species.length ? title : heading}${suffix}`,
+      yLabel: axis,
       height: 210,
     });
   }
 
   createShareChart(root) {
-    const countsMeals = this.hasWorld && !this.species.length;
+    const { title } = this.feed.summary.measures.share;
     this.createChart(root, "share", () => this.listShareSeries(), {
-      title: countsMeals ? "Share of agents that eat" : "Share of agents with fitness above 0",
+      title: this.species.length ? "Share of agents with fitness above 0" : title,
       yLabel: "share",
       height: 150,
     });
@@ -117,8 +116,8 @@ export class LiveCurves {
 
   listShareSeries() {
     if (this.species.length) return this.listSpeciesSeries("share");
-    const label = this.hasWorld ? "share of agents that eat" : "share above 0";
-    return [this.createSeries(label, "share", selectSeriesStyle(2))];
+    const { name } = this.feed.summary.measures.share;
+    return [this.createSeries(name, "share", selectSeriesStyle(2))];
   }
 
   /** Return a series for each species, in its color on the map. */

@@ -6,7 +6,6 @@ import { el } from "./common.js";
 import { createChartDownloads } from "./downloads.js";
 import {
   createGenerationLookup,
-  describeMeasures,
   findRuns,
   hasWorldView,
 } from "./results_measures.js";
@@ -22,7 +21,7 @@ const CSV_COLUMNS = ["box", "condition", "run", "value"];
  * @returns {{drawFile: () => string, destroy: () => void}}
  */
 export function drawBoxes(root, view, measure) {
-  const { name, axis } = describeMeasures(view.results)[measure];
+  const { name, axis } = view.results.measures[measure];
   const boxes = view.groups.map((group, number) => createBox(view, measure, group, number));
   const plot = el("div");
   const chart = drawBoxChart(plot, {
@@ -39,10 +38,10 @@ export function drawBoxes(root, view, measure) {
 /** Return the box of a group. Its points link to lifetimes if the conditions have a world. */
 function createBox(view, measure, { label, conditions }, number) {
   const points = listPoints(view, measure, conditions);
-  const unit = view.results.food ? " energy" : "";
+  const { axis } = view.results.measures[measure];
   const describe = (index) => {
     const { condition, run, value } = points[index];
-    return `${condition}, run ${run}: ${value.toFixed(1)}${unit}`;
+    return `${condition}, run ${run}: ${value.toFixed(1)} ${axis}`;
   };
   const box = {
     label,

@@ -5,7 +5,7 @@ import { LineChart } from "./charts.js";
 import { el, showMessage } from "./common.js";
 import { createChartDownloads, createDownloadButton, formatCsv } from "./downloads.js";
 import { combineCurves } from "./results_factors.js";
-import { describeMeasures, hasWorldView } from "./results_measures.js";
+import { hasWorldView } from "./results_measures.js";
 import { formatLifetimeAddress } from "./sources.js";
 
 const MEAN_COLUMNS = ["curve", "generation", "mean", "low", "high"];
@@ -74,7 +74,7 @@ export class ResultsCurves {
 
   createChart(plot) {
     const { results, measure, hidden } = this.view;
-    const { title, axis } = describeMeasures(results)[measure];
+    const { title, axis } = results.measures[measure];
     return new LineChart(plot, {
       title,
       x: results.generation,

@@ -1,7 +1,6 @@
 /** The controls at the top of the Results tab: study, report and measure. */
 
 import { el } from "./common.js";
-import { describeMeasures } from "./results_measures.js";
 
 export function createHeading({ study, studies, choose }) {
   const seed = el("span", { class: "badge" }, `seed ${study.seed}`);
@@ -57,7 +56,7 @@ export function createStudyPicker(studies, id, choose) {
 }
 
 export function createMeasureSwitch(results, measure, choose) {
-  const buttons = Object.entries(describeMeasures(results)).map(([key, { name }]) =>
+  const buttons = Object.entries(results.measures).map(([key, { name }]) =>
     el(
       "button",
       {

@@ -1,32 +1,9 @@
-/** The measures of a study: their names, runs, and last generations. */
+/** The measures of a study, its runs, and its last generations. */
 
 import { isViewable } from "./sources.js";
 
-const WITHOUT_FOOD = {
-  best: { name: "Best agent", axis: "fitness", title: "Fitness of the best agent" },
-  mean: { name: "Average agent", axis: "fitness", title: "Fitness of the average agent" },
-  share: {
-    name: "Share above 0",
-    axis: "share of the agents",
-    title: "Share of agents with fitness above 0",
-  },
-};
-
-// For foragers, fitness is the energy of the eaten items.
-export const MEASURES = {
-  best: { ...WITHOUT_FOOD.best, axis: "fitness (energy)" },
-  mean: { ...WITHOUT_FOOD.mean, axis: "fitness (energy)" },
-  share: {
-    name: "Share that eats",
-    axis: "share of the agents",
-    title: "Share of agents that eat",
-  },
-};
-
-/** Return the labels of the measures of a study. */
-export function describeMeasures(results) {
-  return results.food ? MEASURES : WITHOUT_FOOD;
-}
+// The measures of a study. The server names them.
+export const MEASURES = ["best", "mean", "share"];
 
 export function findRuns(study, name) {
   return study.conditions.find((condition) => condition.name === name).runs;

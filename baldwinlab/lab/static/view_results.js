@@ -12,7 +12,6 @@ import { createHeading, createMeasureSwitch, createStudyPicker } from "./results
 import {
   MEASURES,
   createGenerationLookup,
-  describeMeasures,
   findRuns,
   hasWorldView,
 } from "./results_measures.js";
@@ -31,7 +30,7 @@ const BOX_MEASURES = ["best", "mean"];
  * @property {object} study of /api/studies
  * @property {object[]} studies all studies
  * @property {object} results of /api/results
- * @property {string} measure a key of `MEASURES`
+ * @property {string} measure one of `MEASURES`
  * @property {string} hidden labels of hidden curves, joined by commas
  * @property {string} [norm] the changed setting of the reaction norms
  * @property {string|null} by the factor that groups conditions
@@ -95,7 +94,7 @@ class ResultsView {
     this.studies ??= (await getJSON("/api/studies", signal)).studies;
     const study = this.findStudy(requested.study);
     if (!study) return this.showNoStudy(requested.study);
-    const measure = requested.measure in MEASURES ? requested.measure : "best";
+    const measure = MEASURES.includes(requested.measure) ? requested.measure : "best";
     const { hidden = "", ...rest } = requested;
     const formatStateKey = (labels) =>
       new URLSearchParams({ ...rest, study: study.id, measure, hidden: labels }).toString();
@@ -310,7 +309,7 @@ function createTables(view, norms) {
       : null;
   const findTypicalRun = (condition) => results.typical_run[condition];
   return [
-    createRunTable(results, runs, describeMeasures(results), formatAddress),
+    createRunTable(results, runs, results.measures, formatAddress),
     norms,
     createClaimList(results.claims, study, findTypicalRun, findLastGeneration, results.problem),
   ];

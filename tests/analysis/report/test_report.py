@@ -409,8 +409,7 @@ def test_the_comparison_of_the_conditions_stands_first(tmp_path: Path) -> None:
     assert "Each condition is compared with evo/B." in section
     assert section.count("</span> higher</span>") == 2  # in the average and in the best agent
     assert (
-        "<strong>+20.0</strong>" in section
-        and '<td class="plain" data-label="runs">8, 8</td>' in section
+        "<strong>+20.0 [" in section and '<td class="plain" data-label="runs">8, 8</td>' in section
     )
 
 
@@ -530,7 +529,7 @@ def test_the_first_screen_of_a_custom_study_states_its_comparison(tmp_path: Path
     contrasts = compare_conditions(data)
     headline = compose_headline(report_data(data, tmp_path, contrasts=contrasts))
     assert headline.question == "Do mine and yours differ in fitness?"
-    assert headline.answer == ["The average agent of yours has a higher fitness than that of mine."]
+    assert headline.answer == ["yours is higher than mine in fitness of the average agent."]
     assert headline.effect.startswith("+20.0 [") and headline.test.endswith("8 and 8 runs")
     assert headline.commands == [
         f"baldwinlab watch . --condition {name} --run 3 --generation 11"
@@ -541,7 +540,7 @@ def test_the_first_screen_of_a_custom_study_states_its_comparison(tmp_path: Path
 def test_the_first_screen_of_one_condition_states_its_fitness(tmp_path: Path) -> None:
     headline = compose_headline(report_data(study({"mine": range(8)}), tmp_path))
     assert headline.question == "How fit do the agents of mine become?"
-    assert "the median of 8 runs." in headline.answer[0] and headline.effect == ""
+    assert "3.50 in 8 runs of mine." in headline.answer[0] and headline.effect == ""
 
 
 def test_a_caption_describes_only_the_p_values_that_the_figure_has() -> None:

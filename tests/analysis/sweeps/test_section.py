@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from playwright.sync_api import Browser
 
+from baldwinlab.analysis.statistics.contrast_table import summarize_contrasts
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values
 from baldwinlab.analysis.sweeps.analysis import compute_finals
 from baldwinlab.analysis.sweeps.section import summarize_design, write_sweep_report
@@ -47,41 +48,40 @@ def compare_counts(data: xr.Dataset) -> Contrasts:
 
 
 def test_a_sentence_about_a_point_has_its_test_its_interval_and_its_runs() -> None:
-    sentences = list(describe_effects(compute_finals(grid(runs=12)), compare_counts(grid(runs=12))))
+    sentences = summarize_contrasts(compare_counts(grid(runs=12)))
     assert re.fullmatch(
-        r"In the fitness of the average agent, \d of 5 conditions differ from point 0 with a "
-        r"corrected p below 0.05\.",
+        r"\d of 5 conditions differ from point 0 in fitness of the average agent, with a corrected "
+        r"p below 0.05\.",
         sentences[0],
     )
     assert len(sentences) > 1
     for sentence in sentences[1:]:
         assert re.fullmatch(
-            r"The average agent of point \d has a (higher|lower) fitness than that of point 0: "
+            r"point \d is (higher|lower) than point 0 in fitness of the average agent: "
             r"\S+ \[\S+, \S+\], corrected p \S+, 12 and 12 runs\.",
             sentence,
         )
 
 
 def test_no_point_is_named_without_a_test() -> None:
-    few = list(describe_effects(compute_finals(grid()), compare_counts(grid())))
-    assert few == [
-        "In the fitness of the average agent, none of 5 conditions differ from point 0 with a "
+    assert summarize_contrasts(compare_counts(grid())) == [
+        "None of 5 conditions differ from point 0 in fitness of the average agent, with a "
         "corrected p below 0.05."
     ]
-    assert list(describe_effects(compute_finals(grid()), None)) == [
+    assert list(describe_effects(compute_finals(grid()))) == [
         "This report compares no points by a test."
     ]
 
 
 def test_a_sample_states_its_significant_rank_correlations() -> None:
-    sentences = list(describe_effects(compute_finals(sample(40)), None))
-    (sentence,) = (text for text in sentences if "rises with world.food.0.count" in text)
+    sentences = list(describe_effects(compute_finals(sample(40))))
+    (sentence,) = (text for text in sentences if text.startswith("world.food.0.count is corr"))
     assert ": rank correlation +" in sentence and sentence.endswith(", 40 points.")
 
 
 def test_the_text_of_the_figure_has_intervals() -> None:
     assert next(describe_ranges(compute_finals(grid()))).startswith(
-        "By learning.rate, the mean fitness of the average agent is between 3.83 ["
+        "By learning.rate, the mean of fitness of the average agent is between 3.83 ["
     )
 
 

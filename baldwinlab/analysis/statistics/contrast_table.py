@@ -1,24 +1,76 @@
-"""Sentences on comparisons of conditions, the same in reports, tables, the lab and terminals."""
+"""The table and the sentences of comparisons, the same in reports, the lab and terminals."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 from baldwinlab.analysis.statistics.contrasts import Contrast, Contrasts
 from baldwinlab.analysis.statistics.numbers import (
     format_interval,
+    format_number,
     format_p_value,
     format_signed,
 )
 from baldwinlab.analysis.statistics.sample_sizes import TOO_FEW_RUNS
+from baldwinlab.experiment.outcome import name_outcome_of
 
-# Measure of the sentences about several conditions: fitness of the average agent.
+# Measure of the sentences about several conditions: the average agent.
 SUMMARY_MEASURE: Final = "mean"
-# The agent whose fitness is compared, by measure.
+# The agent whose outcome is compared, by measure.
 AGENT_NAMES: Final = {"mean": "average agent", "best": "best agent"}
 # Largest number of conditions with a sentence of their own.
 MAX_SENTENCES: Final = 3
+# The columns of a table of comparisons, by key of `format_cells`. The first column also has the
+# cell "context".
+HEADINGS: Final[Mapping[str, str]] = {
+    "condition": "Condition",
+    "verdict": "Verdict",
+    "effect": "Effect [95 % interval]",
+    "p": "p",
+    "p_holm": "Corrected p",
+    "a12": "A12",
+    "runs": "Runs",
+}
+
+
+def format_cells(contrast: Contrast) -> dict[str, str]:
+    """Return the cells of a comparison as text, by the keys of `HEADINGS` and "context".
+
+    Parameters
+    ----------
+    contrast
+        The comparison.
+    """
+    numbers = contrast.numbers
+    return {
+        "condition": contrast.condition,
+        "context": f"compared with {contrast.reference}, {AGENT_NAMES[contrast.measure]}",
+        "verdict": contrast.verdict,
+        "effect": format_effect(contrast),
+        "p": format_p_value(numbers.p),
+        "p_holm": format_p_value(contrast.p_holm),
+        "a12": format_number(numbers.a12),
+        "runs": f"{numbers.n_a}, {numbers.n_b}",
+    }
+
+
+def describe_method(contrasts: Contrasts) -> str:
+    """Return sentences that explain the columns of a table of comparisons.
+
+    Parameters
+    ----------
+    contrasts
+        The comparisons.
+    """
+    return (
+        f"The value of a run is its average over the last {contrasts.last} generations. The effect "
+        "is the difference between the medians of the runs, with its 95 % bootstrap interval. p is "
+        f"from the Mann-Whitney test; Holm's method corrects it for {len(contrasts.rows)} tests. "
+        "The verdict is higher or lower if the corrected p is below 0.05, even if the interval of "
+        "this comparison alone says otherwise. A12 is the probability that a run of the condition "
+        "is higher than a run of the other condition."
+    )
 
 
 def describe_contrast(contrast: Contrast) -> str:
@@ -45,15 +97,13 @@ def state_verdict(contrast: Contrast) -> str:
     contrast
         The comparison.
     """
-    agent = AGENT_NAMES[contrast.measure]
+    outcome = name_outcome_of(contrast.outcome, AGENT_NAMES[contrast.measure])
     condition, reference = contrast.condition, contrast.reference
     if contrast.verdict == TOO_FEW_RUNS:
-        return f"The runs are too few to compare the {agent}s of {condition} and {reference}"
+        return f"The runs are too few to compare {condition} and {reference} in {outcome}"
     if contrast.verdict in ("higher", "lower"):
-        return (
-            f"The {agent} of {condition} has a {contrast.verdict} fitness than that of {reference}"
-        )
-    return f"Whether the {agent}s of {condition} and {reference} differ in fitness is undecided"
+        return f"{condition} is {contrast.verdict} than {reference} in {outcome}"
+    return f"It is undecided whether {condition} and {reference} differ in {outcome}"
 
 
 def format_effect(contrast: Contrast) -> str:
@@ -98,9 +148,10 @@ def summarize_contrasts(contrasts: Contrasts) -> list[str]:
         return [describe_contrast(row) for row in rows]
     significant = [row for row in rows if row.verdict in ("higher", "lower")]
     significant.sort(key=lambda row: -abs(row.numbers.effect))
+    outcome = name_outcome_of(rows[0].outcome, AGENT_NAMES[SUMMARY_MEASURE])
     count = (
-        f"In the fitness of the average agent, {len(significant) or 'none'} of {len(rows)} "
-        f"conditions differ from {_name_references(rows)} with a corrected p below 0.05."
+        f"{len(significant) or 'None'} of {len(rows)} conditions differ from "
+        f"{_name_references(rows)} in {outcome}, with a corrected p below 0.05."
     )
     return [count, *(describe_contrast(row) for row in significant[:MAX_SENTENCES])]
 

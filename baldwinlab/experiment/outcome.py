@@ -1,0 +1,170 @@
+"""The name of the quantity that a study measures in each agent, the same in all outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence, Set
+from typing import Final
+
+from baldwinlab.core.variables import RECORD_VARIABLES, record_variables
+from baldwinlab.experiment import registry
+from baldwinlab.experiment.base import BaseExperiment
+from baldwinlab.experiment.miniworld import Experiment
+
+ITEMS: Final = "items eaten"
+ENERGY: Final = "energy"
+FITNESS: Final = "fitness"
+# Outcomes of agents that eat, whose share is that of agents that eat.
+FOOD_OUTCOMES: Final = (ITEMS, ENERGY)
+
+
+def name_outcome(meaning: str, experiments: Sequence[BaseExperiment]) -> str:
+    """Return the name of the fitness of several conditions.
+
+    Parameters
+    ----------
+    meaning
+        Meaning of the recorded variable `energy`, "" if it differs between the conditions.
+    experiments
+        The conditions.
+
+    Returns
+    -------
+    str
+        "items eaten" if each item gives 1 and nothing costs energy, else "energy". The payoff of
+        a model without food. "fitness" if the conditions or a part define another fitness.
+    """
+    if not meaning or meaning.startswith(FITNESS + " "):
+        return FITNESS
+    # Records of earlier versions end differently.
+    if not meaning.startswith(RECORD_VARIABLES["energy"].meaning.partition(" in life")[0]):
+        return meaning
+    return ITEMS if all(map(_counts_items, experiments)) else ENERGY
+
+
+def name_food_outcome(experiments: Sequence[BaseExperiment]) -> str:
+    """Return the name of the fitness of conditions without reading a record.
+
+    Parameters
+    ----------
+    experiments
+        The conditions.
+
+    Returns
+    -------
+    str
+        As `name_outcome`, but "fitness" for a model without food.
+    """
+    is_energy = all(
+        isinstance(experiment, Experiment) and segment.evolution.fitness == "energy"
+        for experiment in experiments
+        for _, segment in experiment.segments()
+    )
+    return name_outcome(RECORD_VARIABLES["energy"].meaning if is_energy else "", experiments)
+
+
+def combine_outcomes(outcomes: Set[str]) -> str:
+    """Return the outcome of several conditions from the outcome of each.
+
+    Parameters
+    ----------
+    outcomes
+        Results of `name_outcome`.
+    """
+    if len(outcomes) == 1:
+        return next(iter(outcomes))
+    return ENERGY if outcomes <= set(FOOD_OUTCOMES) else FITNESS
+
+
+def _counts_items(experiment: BaseExperiment) -> bool:
+    """Return whether the fitness of an agent is the number of its eaten items."""
+    if members := experiment.species_experiments():
+        return all(map(_counts_items, members))
+    return all(
+        isinstance(segment, Experiment)
+        and all(region.energy == 1 for region in segment.world.food)
+        and not segment.eats.prey
+        and _has_plain_features(segment)
+        and segment.learning.cost_per_step == segment.learning.cost_per_change == 0
+        for _, segment in experiment.segments()
+    )
+
+
+def _has_plain_features(experiment: Experiment) -> bool:
+    """Return whether all world features are built-in, and all their items give 1."""
+    if not registry.package_parts("world feature").keys() >= set(experiment.world.features):
+        return False
+    features = experiment.parts("world.features")
+    return all(item.energy == 1 for feature in features for item in feature.items())
+
+
+def name_outcome_of(outcome: str, agent: str) -> str:
+    """Return the outcome of an agent, such as "items eaten by the average agent".
+
+    Parameters
+    ----------
+    outcome
+        The result of `name_outcome`.
+    agent
+        For example "average agent".
+    """
+    preposition = "by" if outcome == ITEMS else "of"
+    return f"{outcome} {preposition} the {agent}"
+
+
+def name_share(outcome: str) -> str:
+    """Return the name of the share of agents with a positive outcome.
+
+    Parameters
+    ----------
+    outcome
+        The result of `name_outcome`.
+    """
+    if outcome in FOOD_OUTCOMES:
+        return "share of agents that eat"
+    return "share of agents with fitness above 0"
+
+
+def describe_measures(outcome: str) -> dict[str, dict[str, str]]:
+    """Return the texts of the measures `best`, `mean` and `share`: name, axis, heading and title.
+
+    Parameters
+    ----------
+    outcome
+        The result of `name_outcome`.
+    """
+    share = name_share(outcome)
+    agents = {"best": "best agent", "mean": "average agent"}
+    texts = {
+        measure: {
+            "name": agent.capitalize(),
+            "axis": outcome,
+            "heading": capitalize(outcome),
+            "title": capitalize(name_outcome_of(outcome, agent)),
+        }
+        for measure, agent in agents.items()
+    }
+    share_name = "Share that eats" if outcome in FOOD_OUTCOMES else "Share above 0"
+    texts["share"] = {
+        "name": share_name,
+        "axis": "share of the agents",
+        "heading": capitalize(share),
+        "title": capitalize(share),
+    }
+    return texts
+
+
+def describe_experiment_measures(experiment: BaseExperiment) -> dict[str, dict[str, str]]:
+    """Return the texts of the measures of an experiment, as `describe_measures` does.
+
+    Parameters
+    ----------
+    experiment
+        The experiment. The part of its model must be available.
+    """
+    meaning = record_variables(experiment)["energy"].meaning
+    return describe_measures(name_outcome(meaning, [experiment]))
+
+
+def capitalize(text: str) -> str:
+    """Return a text with an upper-case first letter. The other letters do not change."""
+    return f"{text[:1].upper()}{text[1:]}"

@@ -1,0 +1,66 @@
+"""The comparison of a study is the same in the lab, the report, the table, Python and terminals."""
+
+from __future__ import annotations
+
+import html
+import re
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import baldwinlab as bl
+from baldwinlab.analysis.statistics.contrast_table import HEADINGS
+from baldwinlab.api.publish.lab_results import compute_results
+from baldwinlab.core import console
+from baldwinlab.studies.store import StudyStore
+
+SHORT = {"evolution.generations": 3, "lifetime.steps": 200, "world.start.x": 400}
+
+
+def run_conditions(out: Path) -> bl.Study:
+    return bl.run(["evo/A", "evo+self-taught/A"], runs=5, out=out, set=SHORT)
+
+
+def run_sweep(out: Path) -> bl.Study:
+    fields = {"learning.rule": ["self-taught", "hebb"]}
+    plan = {"experiment": "evo+self-taught/A", "runs": 5, "set": SHORT, "fields": fields}
+    return bl.sweep(plan, out=out)
+
+
+@pytest.mark.usefixtures("placeholder_figures")
+@pytest.mark.parametrize("make_study", [run_conditions, run_sweep])
+def test_all_outputs_have_the_same_rows_columns_and_sentences(
+    make_study: object,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert callable(make_study)
+    study: bl.Study = make_study(tmp_path / "it")
+    monkeypatch.setattr(console.console, "width", 200)
+    capsys.readouterr()
+    page = html.unescape(study.report().read_text("utf-8"))
+    terminal = capsys.readouterr().out
+    comparison = compute_results(StudyStore(study.directory))["comparison"]
+    in_python = study.compare()
+    in_table = pd.read_csv(study.directory / "statistics.csv")
+    assert len(comparison["rows"]) == len(in_python) == len(in_table) == 2
+    numbers = pd.DataFrame(comparison["rows"])[in_table.columns.intersection(in_python.columns)]
+    for name in numbers:
+        assert numbers[name].tolist() == in_python[name].tolist() == in_table[name].tolist()
+    assert comparison["headings"] == dict(HEADINGS)
+    (summary,) = comparison["summary"]
+    assert "in items eaten by the average agent" in summary
+    for sentence in (summary, comparison["pairing"]):
+        assert sentence in page and sentence in re.sub(r"\s+", " ", terminal)
+    cells_of_page = [
+        re.sub(r"<[^>]+>", "", cell).strip() for cell in re.findall(r"<td[^>]*>(.*?)</td>", page)
+    ]
+    for row in comparison["rows"]:
+        for key in HEADINGS:
+            text = row["cells"][key]
+            assert text in terminal
+            assert key == "condition" or any(text in cell for cell in cells_of_page), key
+    for heading in HEADINGS.values():
+        assert f'<th scope="col">{heading}</th>' in page and heading in terminal
