@@ -25,7 +25,7 @@ from tests.lab.test_page_live import QUICK, expect_state, start_live_run
 from tests.lab.test_page_results import open_results, read_query
 
 SVG = "{http://www.w3.org/2000/svg}"
-BEST = "Fitness of the best agent"
+BEST = "Items eaten by the best agent"
 EXCESS_WIDTHS = """[document.getElementById("view"), document.documentElement]
     .map(element => element.scrollWidth - element.clientWidth)"""
 
@@ -64,7 +64,7 @@ def test_downloaded_curves_have_title_axes_legend_bands_and_visible_lines(
     assert means == curves["evo/A"]["best"]["mean"]
     svg = download_picture(page, "curves.svg")
     assert texts_of(svg)[0] == BEST
-    assert {"generation", "fitness (energy)", "0", "1", "2", "evo/A", "evo+self-taught/A"} <= set(
+    assert {"generation", "items eaten", "0", "1", "2", "evo/A", "evo+self-taught/A"} <= set(
         texts_of(svg)
     )
     bands = [path for path in svg.iter(f"{SVG}path") if path.get("fill-opacity")]
@@ -85,7 +85,7 @@ def test_downloaded_box_plots_have_a_row_and_a_point_per_run(
     assert [float(row["value"]) for row in rows] == expected
     svg = download_picture(page, "final-mean.svg")
     assert len([*svg.iter(f"{SVG}circle")]) == 4
-    assert texts_of(svg)[0] == "Average agent at the end of each run, fitness (energy)"
+    assert texts_of(svg)[0] == "Average agent at the end of each run, items eaten"
 
 
 @pytest.mark.nightly

@@ -66,7 +66,7 @@ def test_a_stored_study_is_shown_without_its_part_but_not_simulated(server: LabS
     results = get_json(server.address, "results", study="bits")
     run = get_json(server.address, "run", study="bits", condition="bit-strings", run=0)
     assert run["measure"] == "fitness"
-    assert not results["food"]
+    assert results["measures"]["best"]["axis"] == run["measure"]
     assert len(results["curves"]["bit-strings"]["best"]["mean"]) == 5
     query = {"study": "bits", "condition": "bit-strings", "run": 0, "generation": 0}
     assert "load its file with --part FILE" in get_error(server.address, "recording", 400, **query)

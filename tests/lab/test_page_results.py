@@ -81,7 +81,7 @@ def test_a_click_on_a_curve_opens_that_generation_of_the_typical_run(
 @pytest.mark.nightly
 def test_the_keyboard_opens_a_generation_of_a_curve(page: Page) -> None:
     open_results(page)
-    plot = page.get_by_role("group", name="Fitness of the best agent")
+    plot = page.get_by_role("group", name="Items eaten by the best agent")
     plot.press("Home")
     plot.press("ArrowRight")
     plot.press("Enter")
@@ -156,7 +156,7 @@ def test_many_conditions_are_grouped_filtered_and_separated(page: Page, large_st
 @pytest.mark.nightly
 def test_a_group_curve_opens_the_curves_of_its_conditions(page: Page, large_study: str) -> None:
     open_results(page, f"study={large_study}&measure=mean")
-    plot = page.get_by_role("group", name="Fitness of the average agent")
+    plot = page.get_by_role("group", name="Items eaten by the average agent")
     plot.press("Home")
     plot.press("Enter")
     keys = page.get_by_test_id("curves").locator(".chart-key")

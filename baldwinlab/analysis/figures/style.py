@@ -101,7 +101,7 @@ def choose_style(series_index: int) -> SeriesStyle:
 
 
 def wrap_label(label: str) -> str:
-    """Return the label of an axis in lines that fit beside a panel."""
+    """Return the label of an axis in lines that fit next to a panel."""
     return textwrap.fill(label, LABEL_LETTERS)
 
 

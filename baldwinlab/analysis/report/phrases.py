@@ -36,8 +36,10 @@ def name_measures(outcome: str) -> dict[str, str]:
     dict of str to str
         Names by measure.
     """
-    most = MEASURE_NAMES["most"] if outcome in FOOD_OUTCOMES else "highest fitness of any agent"
-    return MEASURE_NAMES | {"share": name_share(outcome), "most": most}
+    names = MEASURE_NAMES | {"share": name_share(outcome)}
+    if outcome in FOOD_OUTCOMES:
+        return names
+    return names | {"most": "highest fitness of any agent"}
 
 
 def format_effect(finding: Finding) -> str:

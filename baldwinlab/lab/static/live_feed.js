@@ -30,6 +30,7 @@ export function openFeed(id) {
  * @property {Object<string, any>} experiment
  * @property {number} runs
  * @property {number} seed
+ * @property {Object<string, Object<string, string>>} measures texts by measure: best, mean and share
  * @property {number} seconds least duration of a generation
  * @property {string} saved_as the study, or empty
  * @property {boolean} [alleles] whether the model has alleles instead of a world
