@@ -17,6 +17,7 @@ from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import parse_location
 from baldwinlab.core.output_paths import FREEZE_MARK, is_study, require_writable
+from baldwinlab.evolution import Genome
 from baldwinlab.evolution.genome_file import decode_genomes, encode_genomes, require_fit
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.studies.creation import require_available
@@ -154,16 +155,59 @@ def encode_population(population: StoredPopulation, agent: int | None = None) ->
     genomes = [
         read_genomes(study, condition, run_index, generation, agents).values for run_index in runs
     ]
+    return encode_agents(
+        np.stack(genomes),
+        experiment,
+        condition=condition,
+        seed=study.seed,
+        generation=generation,
+        runs=runs,
+        agent=agent,
+    )
+
+
+def encode_agents(
+    genome: Genome,
+    experiment: BaseExperiment,
+    *,
+    condition: str,
+    seed: int,
+    generation: int,
+    runs: Sequence[int],
+    agent: int | None = None,
+) -> bytes:
+    """Return the bytes of a genome file with genomes at birth and their origin.
+
+    Parameters
+    ----------
+    genome
+        Genomes, [run, agent, module, weight].
+    experiment
+        The experiment of the agents.
+    condition
+        Name of the condition.
+    seed, generation
+        Seed and generation of the lifetimes.
+    runs
+        Number of the run of each population.
+    agent
+        Number of the agent, if `genome` has a single one of the population.
+
+    Returns
+    -------
+    bytes
+        The genome file, see `baldwinlab.evolution.genome_file`.
+    """
     origin: dict[str, Any] = {
         "condition": condition,
-        "seed": study.seed,
+        "seed": seed,
         "generation": generation,
         "runs": np.array(runs, np.int32),
         "baldwinlab": __version__,
     }
     if agent is not None:
         origin["agent"] = agent
-    return encode_genomes(np.stack(genomes), experiment, origin)
+    return encode_genomes(genome, experiment, origin)
 
 
 def parse_population(reference: str) -> StoredPopulation:

@@ -50,7 +50,7 @@ def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> No
         raise RefusedError(f"{option} {path} is inside the study {folder}. Choose another path.")
     if path.is_dir():
         raise RefusedError(f"{option} {path} is a folder. Give the path of a file.")
-    if path.exists() and not force and not _has_mark(path, mark):
+    if path.exists() and not force and not has_mark(path, mark):
         raise RefusedError(
             f"{option} {path} exists and was not written by this command. Choose another path or "
             "add --force."
@@ -72,8 +72,16 @@ def enclosing_study(path: Path) -> Path | None:
     return None
 
 
-def _has_mark(path: Path, mark: bytes) -> bool:
-    """Return whether a file is empty or has a mark near one of its ends."""
+def has_mark(path: Path, mark: bytes) -> bool:
+    """Return whether a file is empty or has a mark near one of its ends.
+
+    Parameters
+    ----------
+    path
+        The file.
+    mark
+        Bytes that all files of a command contain.
+    """
     size = path.stat().st_size
     with path.open("rb") as file:
         start = file.read(_MARK_RANGE)

@@ -13,6 +13,7 @@ from starlette.routing import BaseRoute, Route
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, validate
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.lab import Lab
+from baldwinlab.lab.freezer import require_usable_founders
 from baldwinlab.lab.limits import check_size
 from baldwinlab.lab.query import read_body, read_body_number
 from baldwinlab.lab.schema import make_schema
@@ -30,7 +31,9 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
 
     async def check(request: Request) -> JSONResponse:
         body = await read_body(request)
-        errors = find_errors(body.get("experiment")) or _find_limit_errors(body)
+        errors = find_errors(body.get("experiment")) or await run_in_threadpool(
+            _find_limit_errors, lab, body
+        )
         note = "" if errors else await run_in_threadpool(_describe_sample_size, body)
         return JSONResponse({"errors": errors, "note": note})
 
@@ -132,16 +135,20 @@ def find_errors(tree: Any) -> list[dict[str, str]]:
     return []
 
 
-def _find_limit_errors(body: dict[str, Any]) -> list[dict[str, str]]:
-    """Return why a valid experiment cannot be a live run: its size or its seed."""
+def _find_limit_errors(lab: Lab, body: dict[str, Any]) -> list[dict[str, str]]:
+    """Return why a valid experiment cannot be a live run: its size, its seed or its founders."""
     if "runs" not in body:
         return []
     try:
         n_runs = read_body_number(body, "runs", 1)
         check_seed(read_body_number(body, "seed", 0))
-        check_size(validate(body["experiment"]), n_runs)
+        experiment = validate(body["experiment"])
+        check_size(experiment, n_runs)
+        require_usable_founders(lab, experiment, n_runs)
     except ValueError as error:
-        return [{"path": _find_error_path(str(error), body), "message": str(error)}]
+        message = str(error)
+        path = _find_error_path(message, body) or _find_error_path(message, body["experiment"])
+        return [{"path": path, "message": message}]
     return []
 
 

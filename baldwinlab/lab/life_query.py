@@ -135,7 +135,7 @@ def find_life(lab: Lab, query: Query) -> Life:
     Raise MissingError if the lifetime does not exist or if its model has no world, and ValueError
     if a parameter is missing.
     """
-    life = _find_life_of_any_model(lab, query)
+    life = find_life_of_any_model(lab, query)
     # A query can name any model, but the type of `Life` allows only models with a world.
     if not isinstance(life.experiment, Experiment):
         raise MissingError(
@@ -163,7 +163,8 @@ def require_generation(experiment: BaseExperiment, generation: int) -> None:
         )
 
 
-def _find_life_of_any_model(lab: Lab, query: Query) -> Life:
+def find_life_of_any_model(lab: Lab, query: Query) -> Life:
+    """Return the lifetime that a query names, as `find_life`. Its model may have no world."""
     generation = read_number(query, "generation")
     if "study" in query:
         return _find_stored_life(lab, query, generation)

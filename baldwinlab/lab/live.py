@@ -27,6 +27,7 @@ from baldwinlab.experiment import Experiment, validate
 from baldwinlab.experiment.outcome import describe_experiment_measures
 from baldwinlab.experiment.species_measures import list_species_curves
 from baldwinlab.lab import Lab, MissingError
+from baldwinlab.lab.freezer import require_usable_founders
 from baldwinlab.lab.limits import check_size, estimate_memory
 from baldwinlab.lab.live_run import LiveRun, read_seconds
 from baldwinlab.lab.memory import release_memory
@@ -295,6 +296,7 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         n_runs = read_body_number(body, "runs", 1)
         seed = read_body_number(body, "seed", 0)
         experiment = validate(body.get("experiment", {}))
+        await run_in_threadpool(require_usable_founders, lab, experiment, n_runs)
         run = lab.live.start(experiment, seed, n_runs, read_seconds(body))
         return JSONResponse({"id": run.id}, HTTPStatus.CREATED)
 

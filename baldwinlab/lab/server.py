@@ -25,9 +25,11 @@ from baldwinlab.lab import (
     MissingError,
     agent_inspector,
     alleles,
+    competition,
     downloads,
     experiment_form,
     frames,
+    freezer,
     history,
     live,
     live_sweep,
@@ -58,6 +60,8 @@ ROUTE_MODULES = (
     views,
     live,
     downloads,
+    freezer,
+    competition,
 )
 
 

@@ -9,12 +9,12 @@ import { el } from "./common.js";
 import {
   createCheckbox,
   createChoice,
-  createEntryInput,
   createNumberInput,
   createSlider,
   createTextInput,
 } from "./form_inputs.js";
-import { chooseNewEntry, formatName, resolve } from "./form_schema.js";
+import { createList } from "./form_lists.js";
+import { formatName, resolve } from "./form_schema.js";
 
 /**
  * @typedef {object} Form
@@ -36,15 +36,19 @@ import { chooseNewEntry, formatName, resolve } from "./form_schema.js";
  * @param {(value: Object<string, any>) => void} onChange called after a change
  * @param {(value: Object<string, any>) => void} onChoose called instead if other fields depend on
  *   the change
+ * @param {Object<string, (value: any, set: (value: any) => void) => HTMLElement>} [custom] the
+ *   inputs of fields with their own controls, by path
  * @returns {Form}
  */
-export function createForm(schema, start, onChange, onChoose) {
+export function createForm(schema, start, onChange, onChoose, custom = {}) {
   const value = structuredClone(start);
   /** @type {Map<string, FieldElements>} */
   const fields = new Map();
   const form = {
     schema,
     fields,
+    custom,
+    createGroup,
     changed: () => onChange(value),
     chosen: () => onChoose(value),
   };
@@ -136,6 +140,7 @@ function createConstantField(title, value, path) {
 
 /** Return the element of `holder[key]`, which it updates. A group can have its own title. */
 function createField(form, node, holder, key, path, title) {
+  if (form.custom[path]) return createCustomField(form, node, holder, key, path);
   if (node.const !== undefined) return createConstantField(formatName(key), node.const, path);
   if (node.type === "object")
     return createGroup(form, node, holder[key], path, title ?? formatName(key));
@@ -170,6 +175,25 @@ function createField(form, node, holder, key, path, title) {
     path,
     formatName(key),
     slider ? [slider, number] : [number],
+  );
+}
+
+/** Return a field whose inputs another module creates. */
+function createCustomField(form, node, holder, key, path) {
+  const title = formatName(key);
+  const fault = el("p", { class: "fault", hidden: true });
+  form.fields.set(path, { fault, input: null });
+  const inputs = form.custom[path](holder[key], (value) => {
+    holder[key] = value;
+    form.changed();
+  });
+  return el(
+    "div",
+    { class: "form-field", role: "group", "aria-label": title, "data-testid": `custom-${path}` },
+    el("span", { class: "form-name" }, title),
+    el("span", { class: "hint" }, node.description),
+    inputs,
+    fault,
   );
 }
 
@@ -215,86 +239,4 @@ function createNumberInputs(form, node, values, path, title) {
     form.fields.set(`${path}.${number}`, { fault: null, input });
     return input;
   });
-}
-
-/** Return a list that can grow and shrink: numbers in a row, or groups. */
-function createList(form, node, holder, key, path) {
-  const item = resolve(form, node.items);
-  // A list that is not set is null, and stays null while it has no entries.
-  const emptyList = holder[key] === null ? null : [];
-  const listed = () => holder[key] ?? [];
-  const title = formatName(key);
-  const fault = el("p", { class: "fault", hidden: true });
-  const entries = el("div", { class: item.type === "object" ? "form-groups" : "form-row" });
-  const add = el(
-    "button",
-    { type: "button", class: "quiet", "data-testid": `add-${path}` },
-    item.type === "object" ? `Add a ${formatName(item.title)}` : "Add",
-  );
-  const draw = () => {
-    for (const old of [...form.fields.keys()])
-      if (old.startsWith(`${path}.`)) form.fields.delete(old);
-    entries.replaceChildren(
-      ...listed().map((_, number) =>
-        createEntry(form, item, holder, key, number, path, title, redraw),
-      ),
-    );
-    add.disabled = node.maxItems !== undefined && listed().length >= node.maxItems;
-  };
-  const redraw = (values) => {
-    holder[key] = values.length > 0 ? values : emptyList;
-    draw();
-    if (item["x-chooses"]) form.chosen();
-    else form.changed();
-  };
-  // There are no options.
-  add.hidden = item.enum?.length === 0;
-  add.addEventListener("click", () =>
-    redraw([...listed(), chooseNewEntry(form, item, listed())]),
-  );
-  form.fields.set(path, { fault, input: null });
-  draw();
-  return el(
-    "div",
-    { class: "form-field", role: "group", "aria-label": title, "data-testid": `list-${path}` },
-    el("span", { class: "form-name" }, title),
-    node.description ? el("span", { class: "hint" }, node.description) : null,
-    entries,
-    add,
-    fault,
-  );
-}
-
-function createEntry(form, item, holder, key, number, path, title, redraw) {
-  const entryLabel = `${title} ${number + 1}`;
-  const remove = el(
-    "button",
-    {
-      type: "button",
-      class: "quiet",
-      "aria-label": `Remove ${entryLabel}`,
-      "data-testid": `remove-${path}.${number}`,
-    },
-    item.type === "object" ? `Remove ${entryLabel}` : "×",
-  );
-  remove.addEventListener("click", () =>
-    redraw(holder[key].filter((_, index) => index !== number)),
-  );
-  if (item.type === "object") {
-    const entryGroup = createGroup(
-      form,
-      item,
-      holder[key][number],
-      `${path}.${number}`,
-      entryLabel,
-    );
-    entryGroup.open = true;
-    entryGroup.append(remove);
-    return entryGroup;
-  }
-  const input = createEntryInput(form, item, holder[key], number);
-  input.setAttribute("aria-label", entryLabel);
-  input.setAttribute("data-testid", `field-${path}.${number}`);
-  form.fields.set(`${path}.${number}`, { fault: null, input });
-  return el("span", { class: "form-entry" }, input, remove);
 }

@@ -4,6 +4,7 @@
 
 import { Ancestors } from "./ancestors.js";
 import { el, formatNumber, getBinary, createIcon, showMessage } from "./common.js";
+import { createKeepButton } from "./keep_button.js";
 import { drawModules } from "./modules_view.js";
 import { findLargestOutput } from "./network.js";
 import { createRelatives } from "./relatives.js";
@@ -98,6 +99,10 @@ export class Inspector {
       },
       "Ancestors",
     );
+    const keepButton = createKeepButton("Keep this agent", "keep-agent", () => ({
+      source: this.source,
+      agent: this.agent,
+    }));
     const closeButton = el(
       "button",
       {
@@ -114,6 +119,7 @@ export class Inspector {
       { class: "row" },
       el("div", {}, this.title, this.facts),
       this.ancestorsButton,
+      keepButton,
       closeButton,
     );
   }

@@ -24,7 +24,8 @@ const KEYS = {
  * @param {import("./world_tab.js").WorldTab} view
  */
 export function handleWorldKey(event, view) {
-  if (view.playbackBar?.help.open || !view.panels.length) return;
+  // The keys of a dialog do not control the world.
+  if (document.querySelector("dialog[open]") || !view.panels.length) return;
   const { player } = view;
   handleKey(event, view.timeline.slider, {
     " ": () => player.toggle(),

@@ -189,7 +189,12 @@ class RunButtons {
   openSaveDialog() {
     const { experiment, seed } = this.feed.summary;
     const initialName = `live/${experiment.name.replace(/[^A-Za-z0-9+_-]+/g, "-")}-${seed}`;
-    openSaveDialog(initialName, (name) => this.saveStudy(name));
+    openSaveDialog(
+      "Save this run as a study",
+      "Name of the study in the folder of this lab",
+      initialName,
+      (name) => this.saveStudy(name),
+    );
   }
 
   async saveStudy(name) {

@@ -3,6 +3,8 @@
 import { el, getJSON, isServerless, postJSON } from "./common.js";
 import { applyChanges, findChanges, parseChanges } from "./experiment_changes.js";
 import { createForm } from "./form.js";
+import { createFoundersField } from "./founders_field.js";
+import { createScheduleField, listSettings } from "./schedule_field.js";
 import {
   DEFAULT_SPEED,
   createNumberField,
@@ -142,19 +144,25 @@ export class Setup {
     this.signal.addEventListener("abort", () => dialog.close(), { once: true });
   }
 
+  /** Load a preset with changes into the form. */
+  async loadPreset(name, changes) {
+    this.preset.value = name;
+    this.navigate({ preset: name });
+    await this.load(changes);
+    this.root.replaceChildren(this.createElement());
+    this.heading.focus();
+    this.heading.scrollIntoView({ block: "nearest" });
+  }
+
   /** Load the settings of a run into the form, to change it and start it again. */
   async editRun({ experiment, runs, seed, seconds }) {
     const name = this.presets.some((preset) => preset.name === experiment.name)
       ? experiment.name
       : this.preset.value;
-    this.preset.value = name;
     this.numbers = { runs, seed, pace: String(seconds) };
-    this.navigate({ preset: name, ...this.numbers });
+    this.navigate(this.numbers);
     const base = await getJSON(`/api/preset?${new URLSearchParams({ name })}`, this.signal);
-    await this.load(findChanges(experiment, base));
-    this.root.replaceChildren(this.createElement());
-    this.heading.focus();
-    this.heading.scrollIntoView({ block: "nearest" });
+    await this.loadPreset(name, findChanges(experiment, base));
   }
 
   createElement() {
@@ -237,12 +245,14 @@ export class Setup {
       // The changes during the request.
       const currentChanges = changes ?? findChanges(this.form.value, submitted);
       this.shape = shape;
+      const initial = applyChanges(experiment, currentChanges);
       this.replaceForm(
         createForm(
           schema,
-          applyChanges(experiment, currentChanges),
+          initial,
           () => this.changed(),
           (value) => this.buildForm(value),
+          isServerless() ? {} : createCustomFields(schema, initial),
         ),
       );
     }
@@ -336,6 +346,15 @@ export class Setup {
       this.start.disabled = false;
     }
   }
+}
+
+/** Return the inputs of the fields that need more than a number, a choice or a list. */
+function createCustomFields(schema, experiment) {
+  const settings = listSettings(schema, experiment);
+  return {
+    "evolution.founders": createFoundersField,
+    schedule: (value, set) => createScheduleField(value, set, settings),
+  };
 }
 
 /** Return the elements of the main settings. They are moved out of their groups. */

@@ -2,6 +2,7 @@
 
 import { createQuery, el, showMessage } from "./common.js";
 import { Inspector } from "./inspector.js";
+import { createKeepButton } from "./keep_button.js";
 import { Legend } from "./legend.js";
 import { openLifetime } from "./lifetimes.js";
 import { Player } from "./player.js";
@@ -78,6 +79,7 @@ export class LiveWorld {
         this.newest,
         el("span", { class: "spread" }),
         this.picker,
+        this.keep,
         this.open,
       ),
       stage,
@@ -113,6 +115,10 @@ export class LiveWorld {
       { class: "button quiet", hidden: true, "data-testid": "live-open-world" },
       "Open in World",
     );
+    this.keep = createKeepButton("Keep this population", "keep-live", () => ({
+      source: this.source,
+    }));
+    if (this.keep) this.keep.hidden = true;
     this.picker = createRunPicker(runs, this.run, (run) => {
       this.run = run;
       if (this.generation !== null) this.load(this.generation);
@@ -192,6 +198,7 @@ export class LiveWorld {
     this.life?.close();
     this.life = life;
     this.source = source;
+    if (this.keep) this.keep.hidden = false;
     this.generation = source.generation;
     this.displayStart = performance.now();
     this.share ??= mountShare(document.getElementById("actions"), () => this.describeShared());

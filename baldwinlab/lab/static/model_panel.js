@@ -2,6 +2,7 @@
 
 import { AlleleBars } from "./allele_bars.js";
 import { GridView } from "./grid_view.js";
+import { createKeepButton } from "./keep_button.js";
 import { LifetimeSelector } from "./lifetime_selector.js";
 import { createQuery, el, getBinary } from "./common.js";
 import { MatrixView } from "./matrix_view.js";
@@ -50,6 +51,8 @@ export class ModelPanel extends LifetimeSelector {
       onchange: selectView,
     });
     this.lists.run.closest("label").after(this.viewList, this.agents);
+    const keepButton = createKeepButton("Keep this population", "keep-a", () => ({ source: this.source }));
+    if (keepButton) this.pickers.append(keepButton);
     this.body = el("div", { class: "model-view" });
     this.root = el(
       "section",

@@ -1,13 +1,15 @@
-/** The dialog that saves a live run as a study. */
+/** The dialog that asks for the name of a study or a file. */
 
 import { el } from "./common.js";
 
 /**
- * Open a dialog that asks for the name of a study until `save` succeeds.
+ * Open a dialog that asks for a name until `save` succeeds.
+ * @param {string} title
+ * @param {string} label of the name
  * @param {string} initialName
  * @param {(name: string) => Promise<void>} save
  */
-export function openSaveDialog(initialName, save) {
+export function openSaveDialog(title, label, initialName, save) {
   const name = el("input", {
     value: initialName,
     spellcheck: "false",
@@ -25,7 +27,7 @@ export function openSaveDialog(initialName, save) {
     { type: "submit", class: "primary", "data-testid": "save-submit" },
     "Save",
   );
-  const form = createForm(name, fault, saveButton, () => dialog.close());
+  const form = createForm(title, label, name, fault, saveButton, () => dialog.close());
   const dialog = el("dialog", {}, form);
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
@@ -45,17 +47,12 @@ export function openSaveDialog(initialName, save) {
   name.select();
 }
 
-function createForm(name, fault, saveButton, cancel) {
+function createForm(title, label, name, fault, saveButton, cancel) {
   return el(
     "form",
     { class: "live-save" },
-    el("h2", {}, "Save this run as a study"),
-    el(
-      "label",
-      { class: "field" },
-      el("span", {}, "Name of the study in the folder of this lab"),
-      name,
-    ),
+    el("h2", {}, title),
+    el("label", { class: "field" }, el("span", {}, label), name),
     fault,
     el(
       "div",

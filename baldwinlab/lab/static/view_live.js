@@ -2,7 +2,8 @@
 
 import { getCurrentView } from "./address.js";
 import { announce } from "./activity.js";
-import { el, getJSON, showMessage } from "./common.js";
+import { el, getJSON, isServerless, showMessage } from "./common.js";
+import { createFreezerButton } from "./freezer_panel.js";
 import { openFeed } from "./live_feed.js";
 import { LivePanel } from "./live_panel.js";
 import { Setup } from "./live_setup.js";
@@ -50,7 +51,18 @@ class LiveView {
     root.append(this.columns);
     const { signal } = this.aborted;
     this.setup = new Setup(state, navigate, this.createListener(), signal);
+    if (!isServerless()) {
+      const useFounders = (preset, file) => this.useFounders(preset, file);
+      this.setup.begin.append(createFreezerButton(useFounders, signal));
+    }
     this.setup.show(side).catch((error) => signal.aborted || showMessage(error.message, "error"));
+  }
+
+  /** Fill the form with a preset whose first generation has stored genomes. */
+  useFounders(preset, { name, path }) {
+    this.setup
+      .loadPreset(preset, { "evolution.founders": [{ path, share: 1 }] })
+      .then(() => showMessage(`${name} is the first generation. Press Start.`));
   }
 
   /** @returns {import("./live_setup.js").Listener} */

@@ -1,0 +1,74 @@
+/** The competition of two files of the freezer. */
+
+import { el, formatNumber, postJSON } from "./common.js";
+import { createNumberField } from "./setup_fields.js";
+
+const INITIAL_LIVES = 20;
+const MAX_LIVES = 200;
+const OWN_CONDITION = "";
+
+/**
+ * Return a form that lets the agents of two files compete.
+ * @param {import("./freezer_panel.js").FrozenFile[]} files
+ */
+export function createCompetition(files) {
+  let lives = INITIAL_LIVES;
+  const first = createFileList("First file", "compete-a", files);
+  const second = createFileList("Second file", "compete-b", files);
+  second.value = (files[1] ?? files[0]).name;
+  const condition = el("select", { "aria-label": "Condition", "data-testid": "compete-condition" });
+  const listConditions = () => {
+    const { conditions } = files.find(({ name }) => name === first.value);
+    condition.replaceChildren(
+      el("option", { value: OWN_CONDITION }, "in the condition of the first file"),
+      ...conditions.map((name) => el("option", { value: name }, `in ${name}`)),
+    );
+  };
+  first.addEventListener("change", listConditions);
+  listConditions();
+  const result = el("p", { role: "status", "data-testid": "competition" });
+  const button = el("button", { type: "submit", "data-testid": "compete" }, "Compete");
+  const form = el(
+    "form",
+    { class: "freezer-competition", "aria-label": "Competition" },
+    el("h2", {}, "Let two files compete"),
+    first,
+    second,
+    condition,
+    createNumberField("Lives", "lives", lives, 1, MAX_LIVES, (value) => (lives = value)),
+    button,
+    result,
+  );
+  form.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    button.disabled = true;
+    result.textContent = "Simulating …";
+    try {
+      const order = { a: first.value, b: second.value, condition: condition.value, lives };
+      result.textContent = describeCompetition(await postJSON("/api/compete", order), order);
+    } catch (error) {
+      result.textContent = error.message;
+    }
+    button.disabled = false;
+  });
+  return form;
+}
+
+function createFileList(label, testId, files) {
+  return el(
+    "select",
+    { "aria-label": label, "data-testid": testId },
+    files.map(({ name }) => el("option", { value: name }, name)),
+  );
+}
+
+/** Return the result in two sentences. Without an interval, it is only the difference. */
+function describeCompetition({ energy, difference, low, high, lives }, { a, b }) {
+  const [energyA, energyB] = energy.map(formatNumber);
+  const means = `Mean energy: ${a} ${energyA}, ${b} ${energyB}.`;
+  if (low === null) return `${means} Difference ${formatNumber(difference)}, one life.`;
+  const interval = `${formatNumber(low)} to ${formatNumber(high)}`;
+  const numbers = `difference ${formatNumber(difference)}, 95 % interval ${interval}, ${lives} lives`;
+  if (low <= 0 && high >= 0) return `${means} Undecided: ${numbers}.`;
+  return `${means} ${difference > 0 ? a : b} has more energy: ${numbers}.`;
+}

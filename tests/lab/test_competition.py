@@ -1,0 +1,67 @@
+"""Tests of competitions in the lab: the same numbers as in Python, within the lab's limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+import baldwinlab as bl
+from tests.lab.client import CLIENT, LabServer
+from tests.lab.conftest import run_server
+from tests.small_studies import make_small_study
+
+
+@pytest.fixture(scope="module")
+def freezer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+    """Yield a lab with two genome files of the same run."""
+    root = tmp_path_factory.mktemp("competition")
+    make_small_study(root / "small", runs=1)
+    for generation in (0, 2):
+        bl.freeze(f"{root}/small:evo+self-taught/A@{generation}[0]", out=root / f"{generation}.nc")
+    with run_server(root) as server:
+        yield server
+
+
+def compete(server: LabServer, **body: Any) -> dict[str, Any]:
+    files = {"a": "2.nc", "b": "0.nc"}
+    response = CLIENT.post(f"{server.address}/api/compete", json=files | body)
+    result: dict[str, Any] = response.json()
+    return result
+
+
+def test_a_competition_has_the_numbers_of_python(freezer: LabServer) -> None:
+    expected = bl.compete(freezer.root / "2.nc", freezer.root / "0.nc", lives=4, seed=3)
+    result = compete(freezer, lives=4, seed=3)
+    assert result["energy"] == [expected.energy_a, expected.energy_b]
+    assert [result[name] for name in ("difference", "low", "high")] == [
+        expected.difference,
+        expected.low,
+        expected.high,
+    ]
+
+
+def test_agents_compete_in_another_condition(freezer: LabServer) -> None:
+    result = compete(freezer, lives=1, condition="evo+self-taught/B")
+    assert result["condition"] == "evo+self-taught/B"
+    # One life has no interval.
+    assert result["low"] is None
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"a": "../2.nc"}, "outside"),
+        ({"a": "none.nc"}, "there is no genome file"),
+        ({"b": "small/study.toml"}, "there is no genome file"),
+        ({"lives": 0}, "lives = 0 must be"),
+        ({"lives": 201}, "at most 200"),
+        ({"condition": "/etc/hostname"}, "must be a preset"),
+        ({"condition": "evo/A"}, "do not fit evo/A"),
+    ],
+)
+def test_an_invalid_competition_is_an_error(
+    freezer: LabServer, change: dict[str, Any], message: str
+) -> None:
+    assert message in compete(freezer, **change)["error"]

@@ -1,0 +1,134 @@
+"""Tests of the freezer in the page: keep agents, use them as founders, let them compete."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from urllib.parse import parse_qs, urlsplit
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+import baldwinlab as bl
+from tests.axe import find_violations
+from tests.lab.client import LabServer
+from tests.lab.conftest import run_server
+from tests.small_studies import make_small_study
+
+LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2&step=0"
+
+
+@pytest.fixture(scope="module")
+def freezer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+    """Yield a lab with a study and with two genome files of the command line."""
+    root = tmp_path_factory.mktemp("freezer")
+    make_small_study(root / "small", runs=2)
+    for generation in (0, 2):
+        reference = f"{root}/small:evo+self-taught/A@{generation}[0]"
+        bl.freeze(reference, out=root / f"generation-{generation}.nc")
+    with run_server(root) as server:
+        yield server
+
+
+@pytest.fixture
+def page(browser: Browser, freezer: LabServer) -> Iterator[Page]:
+    with freezer.context(browser, viewport={"width": 1280, "height": 800}) as context:
+        yield context.new_page()
+
+
+def read_changes(page: Page) -> dict[str, object]:
+    """Return the changed settings in the address."""
+    expect(page).to_have_url(re.compile("set="))
+    query = parse_qs(urlsplit(page.url).fragment.partition("?")[2])
+    changes: dict[str, object] = json.loads(query["set"][0])
+    return changes
+
+
+def store(page: Page, test_id: str, name: str) -> None:
+    page.get_by_test_id(test_id).click()
+    page.get_by_test_id("save-name").fill(name)
+    page.get_by_test_id("save-submit").click()
+
+
+def test_agents_and_populations_are_kept_from_the_world_and_from_a_live_run(
+    page: Page, freezer: LabServer
+) -> None:
+    page.goto(f"/#/world?{LIFE}&agent=4")
+    expect(page.get_by_test_id("relatives")).to_contain_text("parents")
+    store(page, "keep-agent", "agent")
+    store(page, "keep-a", "population")
+    expect(page.get_by_test_id("message-done")).to_have_count(2)
+    store(page, "keep-a", "population")
+    expect(page.get_by_test_id("save-fault")).to_contain_text("exists already")
+    page.keyboard.press("Escape")
+    changes = json.dumps({"evolution.generations": 2, "lifetime.steps": 50})
+    page.goto(f"/#/live?runs=1&pace=0&set={changes}")
+    page.get_by_test_id("start").click()
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
+    store(page, "keep-live", "live-population")
+    expect(page.get_by_test_id("message-done").last).to_contain_text("live-population.nc")
+    for name, n_agents in (("agent", 1), ("population", 20), ("live-population", 20)):
+        trace = bl.replay_genome_file(freezer.root / "freezer" / f"{name}.nc")
+        assert trace.sizes["agent"] == n_agents
+
+
+def test_stored_agents_become_the_founders_of_a_run_in_another_condition(page: Page) -> None:
+    page.goto("/#/live?runs=1")
+    page.get_by_test_id("freezer").click()
+    entry = page.get_by_test_id("frozen-file").filter(has_text="generation-2.nc")
+    expect(entry).to_contain_text("evo+self-taught/A, generation 2, run 0, 20 agents")
+    assert find_violations(page) == []
+    entry.get_by_test_id("freezer-condition").select_option("evo+self-taught/B")
+    entry.get_by_test_id("use-founders").click()
+    expect(page.get_by_test_id("preset")).to_have_value("evo+self-taught/B")
+    (founders,) = read_changes(page)["evolution.founders"]  # type: ignore[misc]
+    assert founders["path"].endswith("generation-2.nc")
+    page.get_by_test_id("start").click()
+    expect(page.get_by_test_id("live-canvas-count")).to_contain_text("of 20 ate")
+
+
+def test_two_files_compete(page: Page) -> None:
+    page.goto("/#/live")
+    page.get_by_test_id("freezer").click()
+    page.get_by_test_id("compete-a").select_option("generation-0.nc")
+    page.get_by_test_id("compete-b").select_option("generation-0.nc")
+    page.get_by_test_id("setup-lives").fill("3")
+    page.get_by_test_id("compete").click()
+    # A file against itself.
+    expect(page.get_by_test_id("competition")).to_contain_text(
+        "Undecided: difference 0, 95 % interval 0 to 0, 3 lives."
+    )
+
+
+def test_founders_have_equal_shares_in_the_form(page: Page) -> None:
+    page.goto("/#/live")
+    page.get_by_test_id("group-evolution").locator("summary").first.click()
+    for _ in range(2):
+        page.get_by_test_id("add-founders").click()
+    expect(page.get_by_test_id("share-1")).to_have_value("0.5")
+    page.get_by_role("button", name="Remove founders 2").click()
+    expect(page.get_by_test_id("share-0")).to_have_value("1")
+    expect(page.get_by_test_id("start")).to_be_enabled()
+
+
+def test_a_schedule_is_rows_of_generation_setting_and_value(page: Page) -> None:
+    page.goto("/#/live")
+    for _ in range(2):
+        page.get_by_test_id("add-schedule").click()
+    page.get_by_test_id("schedule-generation-1").fill("5")
+    page.get_by_test_id("schedule-value-1").select_option("none")
+    page.get_by_test_id("schedule-path-0").select_option("learning.rate")
+    page.get_by_test_id("schedule-value-0").fill("0.2")
+    page.get_by_test_id("schedule-value-0").blur()
+    expected = [
+        {"generation": 0, "learning.rate": 0.2},
+        {"generation": 5, "learning.rule": "none"},
+    ]
+    expect(page.get_by_test_id("start")).to_be_enabled()
+    expect(page).to_have_url(re.compile("0.2"))
+    assert read_changes(page)["schedule"] == expected
+    # A link restores the rows.
+    page.reload()
+    expect(page.get_by_test_id("schedule-generation-1")).to_have_value("5")
+    expect(page.get_by_test_id("schedule-value-1")).to_have_value("none")
