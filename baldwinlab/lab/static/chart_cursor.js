@@ -2,6 +2,9 @@
 
 import { collectCurves } from "./chart_series.js";
 
+// The word before the number of a run.
+export const RUN_LABEL = "run";
+
 /** Call `onPick` for a click on a curve. */
 export function bindPick(chart, currentSeries, onPick) {
   if (!onPick) return;
@@ -69,10 +72,10 @@ export function readKey({ key }, chart, series, selectedColumn) {
 
 /** Return the text of a keyboard target for screen readers. */
 export function describeTarget({ index, curve }, chart, options) {
-  const { names, xLabel = "" } = options;
+  const { names, xLabel = "", runLabel = RUN_LABEL } = options;
   const position = `${xLabel} ${names?.[index] ?? chart.data[0][index]}`;
   if (!curve) return position;
-  const run = curve.run === undefined ? "" : `, run ${curve.run}`;
+  const run = curve.run === undefined ? "" : `, ${runLabel} ${curve.run}`;
   return `${curve.label}${run}, ${position}: ${formatShort(curve.value)}`;
 }
 

@@ -3,6 +3,7 @@
 // @ts-types="./vendor/uPlot.d.ts"
 import uPlot from "./vendor/uPlot.esm.js";
 import {
+  RUN_LABEL,
   bindPick,
   describePick,
   describeTarget,
@@ -48,6 +49,7 @@ export class LineChart {
    * @param {Series[]} options.series
    * @param {string} [options.xLabel]
    * @param {string} [options.yLabel]
+   * @param {string} [options.runLabel] the word before the number of a run
    * @param {number} [options.height] of the plot, in CSS pixels
    * @param {string[]} [options.hidden] labels of series that are hidden at first
    * @param {(hidden: string[]) => void} [options.onHidden] called when the user hides or shows a
@@ -169,7 +171,7 @@ export class LineChart {
       collectCurves(this.series).find(({ columns: [column] }) => column === focusedColumn) ?? {};
     const hasRunValue = run !== undefined && values[index] != null;
     this.pointedRun.textContent = hasRunValue
-      ? `${label}, run ${run}: ${formatShort(values[index])}`
+      ? `${label}, ${this.options.runLabel ?? RUN_LABEL} ${run}: ${formatShort(values[index])}`
       : "";
   }
 

@@ -19,8 +19,8 @@ export class Curves {
     this.names = names;
     this.x = Array.from({ length: generations }, (_, generation) => generation);
     this.clear();
-    const { x_label: xLabel, y_label: yLabel } = strings;
-    const options = { title, xLabel, yLabel, height: HEIGHT };
+    const { x_label: xLabel, y_label: yLabel, run: runLabel } = strings;
+    const options = { title, xLabel, yLabel, runLabel, height: HEIGHT };
     this.chart = new LineChart(root, { ...options, x: this.x, series: this.listSeries() });
     this.frame = 0;
   }

@@ -70,14 +70,14 @@ export class Figure {
     this.play();
   }
 
-  /** Run a new round, and show its error. */
+  /** Run a new round, and show that it failed. */
   async play() {
     this.isNew = false;
     const round = ++this.round;
     try {
       await this.run(() => this.whenPlaying(round));
-    } catch (error) {
-      if (round === this.round) this.setStatus(error.message);
+    } catch {
+      if (round === this.round) this.setStatus(this.strings.failed);
     }
   }
 
