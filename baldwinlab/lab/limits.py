@@ -1,4 +1,4 @@
-"""Limits of live runs and of sweeps from the page.
+"""Limits of live runs and of comparisons from the page.
 
 They are lower than those of `baldwinlab run` and `baldwinlab sweep`, because a user waits.
 """
@@ -25,11 +25,11 @@ MAX_UNINTERRUPTED_WORK: Final = 30_000_000
 # Size of the fitness, the parents and the eaten items of one agent.
 BYTES_PER_AGENT: Final = 32
 FLOAT32_BYTES: Final = 4
-# Runs of all points.
-MAX_SWEEP_RUNS: Final = 1_000
+# Runs of all conditions.
+MAX_COMPARISON_RUNS: Final = 1_000
 # Weights x agent-steps of all runs, which take up to an hour.
-MAX_SWEEP_WORK: Final = 1_000_000_000_000
-MAX_SWEEP_DISK_BYTES: Final = 1_000_000_000
+MAX_COMPARISON_WORK: Final = 1_000_000_000_000
+MAX_COMPARISON_DISK_BYTES: Final = 1_000_000_000
 # The number of generations whose genomes are in memory during simulation and reproduction.
 GENERATIONS_IN_USE: Final = 5
 
@@ -90,38 +90,42 @@ def _check_run_limit(value: int, limit: int, unit: str) -> None:
         )
 
 
-def check_sweep_runs(n_runs: int) -> None:
-    """Raise ValueError if a sweep has too many runs, over all points, for the page."""
-    _check_sweep_limit(n_runs, MAX_SWEEP_RUNS, "runs over all points")
+def check_comparison_runs(n_runs: int) -> None:
+    """Raise ValueError if all conditions together have too many runs for the page."""
+    _check_comparison_limit(n_runs, MAX_COMPARISON_RUNS, "runs of all conditions")
 
 
-def check_sweep(points: Sequence[Experiment], runs_per_point: int, disk_bytes: int) -> None:
-    """Raise ValueError if a sweep is too large for the page.
+def check_comparison(
+    experiments: Sequence[Experiment], runs_per_experiment: int, disk_bytes: int
+) -> None:
+    """Raise ValueError if a comparison is too large for the page.
 
     Parameters
     ----------
-    points
-        The experiments of the sweep.
-    runs_per_point
-        The number of runs of each point.
+    experiments
+        The compared experiments.
+    runs_per_experiment
+        The number of runs of each experiment.
     disk_bytes
         The required disk space.
 
     """
-    for point in points:
-        check_size(point, runs_per_point)
-    work_per_run = sum(count_agent_steps(point) * point.weight_count for point in points)
-    _check_sweep_limit(
-        runs_per_point * work_per_run,
-        MAX_SWEEP_WORK,
+    for experiment in experiments:
+        check_size(experiment, runs_per_experiment)
+    work_per_run = sum(
+        count_agent_steps(experiment) * experiment.weight_count for experiment in experiments
+    )
+    _check_comparison_limit(
+        runs_per_experiment * work_per_run,
+        MAX_COMPARISON_WORK,
         "runs x generations x agents x steps x weights",
     )
-    _check_sweep_limit(disk_bytes, MAX_SWEEP_DISK_BYTES, "bytes of disk space")
+    _check_comparison_limit(disk_bytes, MAX_COMPARISON_DISK_BYTES, "bytes of disk space")
 
 
-def _check_sweep_limit(value: int, limit: int, unit: str) -> None:
+def _check_comparison_limit(value: int, limit: int, unit: str) -> None:
     if value > limit:
         raise ValueError(
-            f"a sweep from the page can have at most {limit:,} {unit}, and this one would have"
-            f" {value:,}; use `baldwinlab sweep`"
+            f"a comparison from the page can have at most {limit:,} {unit}, and this one would have"
+            f" {value:,}; use `baldwinlab run` or `baldwinlab sweep`"
         )

@@ -32,7 +32,7 @@ from baldwinlab.lab import (
     freezer,
     history,
     live,
-    live_sweep,
+    live_comparison,
     papers,
     presets,
     recording,
@@ -81,18 +81,18 @@ def make_app(
 
     """
     lab = Lab(root.resolve(), live.Live(), is_engine_ready=is_engine_ready)
-    sweeps = live_sweep.Sweeps()
+    comparisons = live_comparison.Comparisons()
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         yield
         lab.live.close()
-        sweeps.close()
+        comparisons.close()
 
     static_files = Mount("/", StaticFiles(directory=STATIC_FOLDER, html=True))
     return Starlette(
         routes=[
-            *_make_all_routes(lab, sweeps),
+            *_make_all_routes(lab, comparisons),
             WebSocketRoute("/{path:path}", _reject_websocket),
             static_files,
         ],
@@ -110,7 +110,7 @@ def make_app(
     )
 
 
-def _make_all_routes(lab: Lab, sweeps: live_sweep.Sweeps) -> list[BaseRoute]:
+def _make_all_routes(lab: Lab, comparisons: live_comparison.Comparisons) -> list[BaseRoute]:
     """Return the routes of all modules, of the engine's state, and of the colors."""
 
     def engine(request: Request) -> JSONResponse:
@@ -121,7 +121,7 @@ def _make_all_routes(lab: Lab, sweeps: live_sweep.Sweeps) -> list[BaseRoute]:
     return [
         *module_routes,
         *presets.make_routes(),
-        *live_sweep.make_routes(lab, sweeps),
+        *live_comparison.make_routes(lab, comparisons),
         Route("/api/engine", engine),
         Route("/palette.css", _respond_palette),
     ]

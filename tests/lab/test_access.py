@@ -73,7 +73,7 @@ def test_a_client_without_the_token_starts_no_run_and_writes_no_study(
     sweep = {"name": "intruder", "fields": {"learning.rate": [0.1, 0.2]}}
     before = get_json(lab_server.address, "live"), set(lab_server.root.iterdir())
     assert other_user.post("/api/live", json=order).status_code == 401
-    assert other_user.post("/api/sweep", json={**order, **sweep}).status_code == 401
+    assert other_user.post("/api/comparison", json={**order, **sweep}).status_code == 401
     assert (get_json(lab_server.address, "live"), set(lab_server.root.iterdir())) == before
 
 

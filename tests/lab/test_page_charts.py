@@ -256,15 +256,16 @@ def test_charts_are_not_wider_than_the_window_and_controls_are_reachable(
             page.get_by_test_id(control).scroll_into_view_if_needed()
             expect(page.get_by_test_id(control)).to_be_in_viewport(ratio=1)
         assert page.evaluate(EXCESS_WIDTHS) == [0, 0]
-        fields = json.dumps({"learning.rate": [0.1, 1], "population.size": [5, 10]})
-        page.goto(f"/#/live?{urlencode({'fields': fields})}")
-        # The size of the sweep moves the controls below it.
-        expect(page.get_by_test_id("sweep-size")).to_contain_text("4 points", timeout=60_000)
-        for control in ("sweep-values-1", "sweep-name", "sweep-start"):
+        fields = {"learning.rate": [0.1, 1], "population.size": [5, 10]}
+        compared = json.dumps({"fields": fields})
+        page.goto(f"/#/live?{urlencode({'compare': compared})}")
+        # The size of the comparison moves the controls below it.
+        expect(page.get_by_test_id("compare-size")).to_contain_text("4 conditions", timeout=60_000)
+        for control in ("compare-values-1", "compare-name", "compare-start"):
             page.get_by_test_id(control).scroll_into_view_if_needed()
             expect(page.get_by_test_id(control)).to_be_in_viewport(ratio=1)
         assert page.evaluate(EXCESS_WIDTHS) == [0, 0]
-        dialog = page.get_by_test_id("sweep-dialog")
+        dialog = page.get_by_test_id("compare-dialog")
         assert dialog.evaluate("dialog => dialog.scrollWidth - dialog.clientWidth") == 0
         cancel = page.get_by_role("button", name="Cancel")
         press = cancel.tap if touch else cancel.click

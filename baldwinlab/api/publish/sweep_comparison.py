@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -49,8 +50,22 @@ def describe_too_few_runs(sweep: Sweep, points: int, instruction: str = SWEEP_IN
     if not are_compared(sweep, points):
         return ""
     factors = {str(point): Factors() for point in range(points)}
-    tests = planned_tests(factors, sweep.runs)
-    return describe_too_few(tests, instruction=instruction)
+    return describe_planned(factors, sweep.runs, instruction)
+
+
+def describe_planned(factors: Mapping[str, Factors], runs: int, instruction: str) -> str:
+    """Return sentences if the planned runs of conditions are too few to compare them, else "".
+
+    Parameters
+    ----------
+    factors
+        The factors of each condition.
+    runs
+        Number of runs of each condition.
+    instruction
+        A sentence that says how to add runs, with "{runs}" for their number.
+    """
+    return describe_too_few(planned_tests(factors, runs), instruction=instruction)
 
 
 def has_comparisons(study: StudyStore) -> bool:

@@ -45,7 +45,7 @@ export class BrowserLab {
     if (pathname === "/api/preset")
       return structuredClone(this.findPreset(parameters.name).experiment);
     if (pathname === "/api/live") return { runs: [] };
-    if (pathname === "/api/sweep") return { sweep: null };
+    if (pathname === "/api/comparison") return { comparison: null };
     const feed = this.feeds.get(parameters.live);
     const number = (name) =>
       parameters[name] === undefined ? undefined : Number(parameters[name]);

@@ -1,6 +1,7 @@
 /** The settings of a live run: preset, changed parameters, number of runs, seed and speed. */
 
 import { el, getJSON, isServerless, postJSON } from "./common.js";
+import { openCompareDialog } from "./compare_dialog.js";
 import { applyChanges, findChanges, parseChanges } from "./experiment_changes.js";
 import { createForm } from "./form.js";
 import { createFoundersField } from "./founders_field.js";
@@ -10,8 +11,8 @@ import {
   createNumberField,
   createSpeedPicker,
   groupPresets,
+  matchesWords,
 } from "./setup_fields.js";
-import { openSweepDialog } from "./sweep_dialog.js";
 
 // Milliseconds after the last change.
 const VALIDATION_DELAY = 200;
@@ -30,7 +31,8 @@ const MIN_SEARCHED = 20;
 /**
  * @typedef {object} Listener
  * @property {(id: string) => void} started called after a live run started
- * @property {(name: string) => void} swept called after a sweep started, with the name of its study
+ * @property {(name: string) => void} compared called after a comparison started, with the name of
+ *   its study
  * @property {(seconds: number) => void} paced called when the user changes the speed
  * @property {(preview: {world: object, appearance: object}) => void} valid called with the world
  *   of a valid experiment
@@ -38,7 +40,7 @@ const MIN_SEARCHED = 20;
 export class Setup {
   /**
    * @param {Object<string, string>} state of the address: preset, set (changes, JSON), runs, seed,
-   *   pace, fields (of a planned sweep, JSON)
+   *   pace, compare (a planned comparison, JSON)
    * @param {(patch: Object<string, any>) => void} navigate
    * @param {Listener} listener
    * @param {AbortSignal} signal
@@ -71,18 +73,18 @@ export class Setup {
       { type: "submit", class: "primary", form: FORM_ID, disabled: true, "data-testid": "start" },
       "Start",
     );
-    this.sweep = el(
+    this.compare = el(
       "button",
       {
         type: "button",
-        "data-testid": "sweep",
+        "data-testid": "compare-open",
         hidden: isServerless(),
-        onclick: () => this.openSweepDialog({}),
+        onclick: () => this.openCompareDialog({}),
       },
-      "Compare values …",
+      "Compare …",
     );
     // The view places the start button here or on the map.
-    this.begin = el("div", { class: "row live-begin" }, this.sweep);
+    this.begin = el("div", { class: "row live-begin" }, this.compare);
     this.reset = el(
       "button",
       { type: "button", class: "quiet", hidden: true, "data-testid": "reset" },
@@ -112,34 +114,30 @@ export class Setup {
     this.reset.addEventListener("click", () => this.resetToPreset());
     await this.load(parseChanges(this.state.set));
     root.replaceChildren(this.createElement());
-    if (this.state.fields && !isServerless()) this.openSweepDialog(parseChanges(this.state.fields));
+    const { compare } = this.state;
+    if (compare && !isServerless()) this.openCompareDialog(parseChanges(compare));
   }
 
   /** List the presets whose name, paper or description contains the words of the search. */
   filterPresets() {
-    const words = this.search.value.toLowerCase().split(/\s+/);
-    const isMatch = ({ name, paper = "", description }) =>
-      words.every((word) => `${name} ${paper} ${description}`.toLowerCase().includes(word));
     const { value } = this.preset;
-    const matches = this.presets.filter((preset) => preset.name === value || isMatch(preset));
+    const matches = this.presets.filter((preset) => preset.name === value || matchesWords(preset, this.search.value));
     this.preset.replaceChildren(...groupPresets(matches));
     this.preset.value = value;
   }
 
-  /** Open the dialog of a sweep. */
-  openSweepDialog(fields) {
+  /** Open the dialog of a comparison. */
+  openCompareDialog(compared) {
     const { runs, seed } = this.numbers;
-    const remember = (fields) => this.navigate({ fields: fields && JSON.stringify(fields) });
+    const { presets } = this;
     const listOptions = (path) =>
       [...(this.form.findField(path)?.querySelector("select")?.options ?? [])].map(
         ({ value }) => value,
       );
-    const dialog = openSweepDialog(
-      { preset: this.preset.value, experiment: this.form.value, runs, seed },
-      fields,
-      listOptions,
-      remember,
-      (name) => this.listener.swept(name),
+    const order = { preset: this.preset.value, experiment: this.form.value, runs, seed };
+    const remember = (compared) => this.navigate({ compare: compared && JSON.stringify(compared) });
+    const dialog = openCompareDialog({ order, presets, listOptions }, compared, remember, (name) =>
+      this.listener.compared(name),
     );
     this.signal.addEventListener("abort", () => dialog.close(), { once: true });
   }

@@ -19,7 +19,7 @@ export function createHeading({ study, studies, choose }) {
     el(
       "a",
       {
-        class: "button spread",
+        class: "button",
         target: "_blank",
         rel: "noopener",
         "data-testid": "report-link",
@@ -33,7 +33,20 @@ export function createHeading({ study, studies, choose }) {
     createStudyPicker(studies, study.id, choose),
     seed,
     runsBadge,
+    el("span", { class: "spread" }),
+    createCompareLink(study),
     report,
+  );
+}
+
+/** Return a link to the dialog of comparisons. The presets of the study are ticked. */
+function createCompareLink({ conditions }) {
+  const presets = conditions.map(({ name }) => name);
+  const query = new URLSearchParams({ compare: JSON.stringify({ presets }) });
+  return el(
+    "a",
+    { class: "button", "data-testid": "compare-link", href: `#/live?${query}` },
+    "Compare …",
   );
 }
 

@@ -48,6 +48,15 @@ export function groupPresets(presets) {
   );
 }
 
+/** Return whether the name, paper or description of a preset contains all words of a search. */
+export function matchesWords({ name, paper = "", description }, search) {
+  const text = `${name} ${paper} ${description}`.toLowerCase();
+  return search
+    .toLowerCase()
+    .split(/\s+/)
+    .every((word) => text.includes(word));
+}
+
 function shorten(text) {
   return text.length > MAX_CAPTION ? `${text.slice(0, MAX_CAPTION).trimEnd()} …` : text;
 }

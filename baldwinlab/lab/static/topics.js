@@ -24,7 +24,7 @@ export const LIVE_TOPICS = [
   {
     title: "Next steps",
     text:
-      "Compare values runs the experiment with several values of one setting. Save as a study" +
+      "Compare runs several presets, or several values of a setting, and shows which is higher. Save as a study" +
       " stores a live run. The Results tab shows both.",
   },
 ];

@@ -3,18 +3,18 @@
 import { getCurrentView } from "./address.js";
 import { announce } from "./activity.js";
 import { el, getJSON, isServerless, showMessage } from "./common.js";
+import { ComparePanel } from "./compare_panel.js";
 import { createFreezerButton } from "./freezer_panel.js";
 import { openFeed } from "./live_feed.js";
 import { LivePanel } from "./live_panel.js";
 import { Setup } from "./live_setup.js";
-import { SweepPanel } from "./sweep_panel.js";
 import { WorldView } from "./world.js";
 
-// Removes the state of the previous run or sweep.
+// Removes the state of the previous run or comparison.
 const EMPTY_STATE = {
   id: null,
-  sweep: null,
-  fields: null,
+  comparison: null,
+  compare: null,
   run: null,
   generation: null,
   step: null,
@@ -41,7 +41,7 @@ class LiveView {
     this.opening = opening;
     this.feed = null;
     this.panel = null;
-    // The id of the visible run or sweep, or "".
+    // The id of the visible run or comparison, or "".
     this.shownId = null;
     this.aborted = new AbortController();
     this.stage = el("div", { class: "live-stage", "data-testid": "live-stage" });
@@ -72,7 +72,7 @@ class LiveView {
         this.showStarted({ id });
         announce("start-run");
       },
-      swept: (sweep) => this.showStarted({ sweep }),
+      compared: (comparison) => this.showStarted({ comparison }),
       paced: (seconds) => {
         if (this.feed && !this.feed.ended) this.feed.send({ command: "pace", seconds });
       },
@@ -82,13 +82,13 @@ class LiveView {
 
   update(state) {
     this.state = state;
-    const { id = "", sweep = "" } = state;
-    if (id + sweep === this.shownId) return;
-    this.shownId = id + sweep;
+    const { id = "", comparison = "" } = state;
+    if (id + comparison === this.shownId) return;
+    this.shownId = id + comparison;
     this.columns.classList.toggle("shown", this.shownId !== "");
     (this.shownId ? this.setup.begin : this.startOnMap).prepend(this.setup.start);
     this.leave();
-    if (sweep) this.showSweep(sweep);
+    if (comparison) this.showComparison(comparison);
     else if (id) this.showRun(id);
     else if (this.opening) this.showOpening();
     else this.showQuestion();
@@ -115,9 +115,9 @@ class LiveView {
     drawPreview(this.stage, preview);
   }
 
-  showSweep(name) {
-    this.panel = new SweepPanel(this.stage, name, () =>
-      this.showEmpty("This sweep has ended", "Its runs are stored. Open them in Results."),
+  showComparison(name) {
+    this.panel = new ComparePanel(this.stage, name, () =>
+      this.showEmpty("This comparison has ended", "Its runs are stored. Open them in Results."),
     );
   }
 
@@ -149,7 +149,7 @@ class LiveView {
     return showEmpty(this.stage, title, content, this.aborted.signal);
   }
 
-  /** Close the panel of the visible run or sweep. */
+  /** Close the panel of the visible run or comparison. */
   leave() {
     if (this.feed) {
       this.feed.onUpdate = () => {};
@@ -185,18 +185,18 @@ async function showEmpty(stage, title, content, signal) {
       activeList,
     ),
   );
-  const [{ runs }, { sweep }] = await Promise.all([
+  const [{ runs }, { comparison }] = await Promise.all([
     getJSON("/api/live", signal),
-    getJSON("/api/sweep", signal),
+    getJSON("/api/comparison", signal),
   ]);
   activeList.replaceChildren(
-    ...(sweep ? [createSweepLink(sweep)] : []),
+    ...(comparison ? [createComparisonLink(comparison)] : []),
     ...runs.map(createRunLink),
   );
 }
 
-function createSweepLink({ name, stored, runs, state }) {
-  const address = `#/live?${new URLSearchParams({ sweep: name })}`;
+function createComparisonLink({ name, stored, runs, state }) {
+  const address = `#/live?${new URLSearchParams({ comparison: name })}`;
   return createLinkEntry(address, `${name}, ${stored} of ${runs} runs, ${state}`);
 }
 

@@ -1,4 +1,7 @@
-"""Sweeps from the page, one at a time, on a thread. They are stored as by `baldwinlab sweep`."""
+"""Comparisons from the page, one at a time, on a thread.
+
+Presets are stored as by `baldwinlab run`, and values as by `baldwinlab sweep`.
+"""
 
 from __future__ import annotations
 
@@ -16,11 +19,10 @@ from starlette.responses import JSONResponse
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.lab import Lab
+from baldwinlab.lab.comparison_plan import WORKERS, ComparisonPlan, make_comparison_plan
 from baldwinlab.lab.live import choose_study_directory
 from baldwinlab.lab.query import read_body
-from baldwinlab.lab.sweep_plan import WORKERS, SweepPlan, make_sweep_plan
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors.tasks import StoppedError
 from baldwinlab.studies.run import find_missing_runs, run_study
@@ -28,21 +30,21 @@ from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME
 
 
-class LiveSweep:
-    """A sweep that starts on its own thread when the object is created.
+class LiveComparison:
+    """A comparison that starts on its own thread when the object is created.
 
     Attributes
     ----------
     state
         preparing, running, done, stopped or failed.
     message
-        The error if the sweep failed.
+        The error if the comparison failed.
     agent_steps_done
         The number of simulated agent-steps.
 
     """
 
-    def __init__(self, plan: SweepPlan, study: StudyStore, name: str) -> None:
+    def __init__(self, plan: ComparisonPlan, study: StudyStore, name: str) -> None:
         self.plan = plan
         self.study = study
         self.name = name
@@ -51,15 +53,15 @@ class LiveSweep:
         self.agent_steps_done = 0
         self._is_stopping = False
         self._start_time = time.monotonic()
-        threading.Thread(target=self._simulate, name=f"sweep {name}", daemon=True).start()
+        threading.Thread(target=self._simulate, name=f"comparison {name}", daemon=True).start()
 
     @property
     def has_ended(self) -> bool:
-        """Return whether the sweep is done, stopped or failed."""
+        """Return whether the comparison is done, stopped or failed."""
         return self.state in ("done", "stopped", "failed")
 
     def stop(self) -> None:
-        """Stop the sweep after the current generations. Finished runs stay stored."""
+        """Stop the comparison after the current generations. Finished runs stay stored."""
         self._is_stopping = True
 
     def summarize(self) -> dict[str, Any]:
@@ -74,8 +76,7 @@ class LiveSweep:
             "name": self.name,
             "state": self.state,
             "message": self.message,
-            "fields": list(self.plan.sweep.fields),
-            "points": len(self.plan.points),
+            "subject": self.plan.subject,
             "runs": self.plan.n_runs,
             "stored": sum(len(self.study.runs(condition)) for condition in self.study.experiments),
             "share": share_done,
@@ -84,7 +85,7 @@ class LiveSweep:
 
     def _simulate(self) -> None:
         try:
-            missing_runs = find_missing_runs(self.study, self.plan.sweep.runs, _ignore_message)
+            missing_runs = find_missing_runs(self.study, self.plan.runs, _ignore_message)
             run_study(
                 self.study,
                 missing_runs,
@@ -97,7 +98,7 @@ class LiveSweep:
             self.state = "stopped"
         except Exception as error:
             # Watching pages must show any error.
-            self.message = f"the sweep failed: {error or type(error).__name__}"
+            self.message = f"the comparison failed: {error or type(error).__name__}"
             self.state = "failed"
 
     @contextmanager
@@ -113,84 +114,82 @@ class LiveSweep:
 
 
 def _ignore_message(message: str) -> None:
-    """Ignore a log message, because the page shows the state of a sweep."""
+    """Ignore a log message, because the page shows the state of a comparison."""
 
 
-class Sweeps:
-    """The sweeps of one server, one at a time. The last one stays available until the next."""
+class Comparisons:
+    """The comparisons of one server, one at a time. The last one stays available until the next."""
 
     def __init__(self) -> None:
-        self.last: LiveSweep | None = None
+        self.last: LiveComparison | None = None
         self._lock = threading.Lock()
 
-    def start(self, plan: SweepPlan, root: Path, name: str) -> LiveSweep:
-        """Start a sweep and store it as a study of this name in `root`.
+    def start(self, plan: ComparisonPlan, root: Path, name: str) -> LiveComparison:
+        """Start a comparison and store it as a study of this name in `root`.
 
-        Raise ValueError if another sweep is active, and StudyError for a name that is not valid.
+        Raise ValueError if another comparison is active, and StudyError for an invalid name.
         """
         with self._lock:
             if self.last and not self.last.has_ended:
                 raise ValueError(
-                    f"the sweep {self.last.name} is active; stop it first, or wait until it is done"
+                    f"the comparison {self.last.name} is active; stop it first, or wait until it is"
+                    " done"
                 )
             directory = choose_study_directory(root, name)
-            study = create_study(directory, plan.points, plan.sweep.seed, SWEEP)
-            write_atomically(directory / SWEEP_FILE_NAME, plan.toml.encode())
-            self.last = LiveSweep(plan, study, name)
+            study = create_study(
+                directory, plan.experiments, plan.seed, plan.kind, factors=plan.factors
+            )
+            if plan.toml:
+                write_atomically(directory / SWEEP_FILE_NAME, plan.toml.encode())
+            self.last = LiveComparison(plan, study, name)
         return self.last
 
     def close(self) -> None:
-        """Stop the active sweep."""
+        """Stop the active comparison."""
         if self.last:
             self.last.stop()
 
 
-def make_routes(lab: Lab, sweeps: Sweeps) -> list[BaseRoute]:
+def make_routes(lab: Lab, comparisons: Comparisons) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def plan(request: Request) -> JSONResponse:
         try:
-            plan = await run_in_threadpool(make_sweep_plan, await read_body(request))
+            plan = await run_in_threadpool(make_comparison_plan, await read_body(request))
         except ValueError as error:
-            # The user is still typing, so an invalid sweep is not an error of the request.
+            # The user is still typing, so an invalid comparison is not an error of the request.
             return JSONResponse({"problem": str(error)})
-        # This import takes time.
-        from baldwinlab.api.publish.sweep_comparison import describe_too_few_runs
-
         return JSONResponse(
             {
-                "points": len(plan.points),
+                "conditions": len(plan.experiments),
                 "runs": plan.n_runs,
                 "workers": min(WORKERS, plan.n_runs),
                 "disk": plan.disk_bytes,
                 "seconds": await run_in_threadpool(plan.estimate_seconds),
+                "command": plan.command,
                 "toml": plan.toml,
-                "note": await run_in_threadpool(
-                    describe_too_few_runs,
-                    plan.sweep,
-                    len(plan.points),
-                    "Set the number of runs to {runs}.",
-                ),
+                "note": await run_in_threadpool(plan.describe_too_few_runs),
             }
         )
 
     async def start(request: Request) -> JSONResponse:
         body = await read_body(request)
-        plan = await run_in_threadpool(make_sweep_plan, body)
-        sweep = await run_in_threadpool(sweeps.start, plan, lab.root, str(body.get("name", "")))
-        return JSONResponse({"name": sweep.name}, HTTPStatus.CREATED)
+        plan = await run_in_threadpool(make_comparison_plan, body)
+        name = str(body.get("name", ""))
+        comparison = await run_in_threadpool(comparisons.start, plan, lab.root, name)
+        return JSONResponse({"name": comparison.name}, HTTPStatus.CREATED)
 
     def last(request: Request) -> JSONResponse:
-        summary = sweeps.last.summarize() if sweeps.last else None
-        return JSONResponse({"sweep": summary})
+        summary = comparisons.last.summarize() if comparisons.last else None
+        return JSONResponse({"comparison": summary})
 
     def stop(request: Request) -> JSONResponse:
-        sweeps.close()
+        comparisons.close()
         return last(request)
 
     return [
-        Route("/api/sweep/plan", plan, methods=["POST"]),
-        Route("/api/sweep", start, methods=["POST"]),
-        Route("/api/sweep", last),
-        Route("/api/sweep/stop", stop, methods=["POST"]),
+        Route("/api/comparison/plan", plan, methods=["POST"]),
+        Route("/api/comparison", start, methods=["POST"]),
+        Route("/api/comparison", last),
+        Route("/api/comparison/stop", stop, methods=["POST"]),
     ]

@@ -1,7 +1,8 @@
-/** The panel of a sweep: progress, Stop, and a link to the results. */
+/** The panel of a comparison: progress, and at the end its result. */
 
 import { el, getJSON, showMessage, postJSON } from "./common.js";
-import { formatDuration } from "./sweep_dialog.js";
+import { formatDuration } from "./compare_dialog.js";
+import { createComparisonTable, formatAnswer } from "./comparison.js";
 
 // Milliseconds between two requests.
 const POLL_INTERVAL = 500;
@@ -13,11 +14,11 @@ const STATES = {
   failed: ["Failed", "warm"],
 };
 
-export class SweepPanel {
+export class ComparePanel {
   /**
    * @param {HTMLElement} root is filled
    * @param {string} name of the study
-   * @param {() => void} onGone called when the server has another sweep
+   * @param {() => void} onGone called when the server has another comparison
    */
   constructor(root, name, onGone) {
     this.name = name;
@@ -25,42 +26,42 @@ export class SweepPanel {
     this.aborted = new AbortController();
     this.createElements();
     root.replaceChildren(this.createCard());
-    this.poll();
+    this.poll().catch((error) => this.aborted.signal.aborted || showMessage(error.message, "error"));
   }
 
   createElements() {
     this.title = el("h1");
-    this.badge = el("span", { "data-testid": "sweep-state" });
+    this.badge = el("span", { "data-testid": "compare-state" });
     this.stop = el(
       "button",
       {
         type: "button",
         class: "danger",
-        "data-testid": "sweep-stop",
-        onclick: () => this.stopSweep(),
+        "data-testid": "compare-stop",
+        onclick: () => this.stopRuns(),
       },
       "Stop",
     );
     this.open = el(
       "a",
-      { class: "button primary", "data-testid": "sweep-results", hidden: true },
+      { class: "button primary", "data-testid": "compare-results", hidden: true },
       "Open in Results",
     );
-    this.progress = el("progress", { "aria-label": "Progress of the sweep", max: 1 });
-    this.count = el("span", { class: "number", "data-testid": "sweep-count" });
+    this.progress = el("progress", { "aria-label": "Progress of the comparison", max: 1 });
+    this.count = el("span", { class: "number", "data-testid": "compare-count" });
     this.fault = el("p", { class: "fault", role: "status" });
+    this.answer = el("strong", { role: "status", "data-testid": "compare-answer" });
     this.hint = el(
       "p",
       { class: "soft" },
-      "The sweep continues if you leave or close this page. You can open finished runs at " +
-        "any time. If you stop the sweep, finished runs stay stored.",
+      "The comparison continues if you leave this page. If you stop it, finished runs stay stored.",
     );
   }
 
   createCard() {
     return el(
       "section",
-      { class: "card live-head", "data-testid": "sweep-head" },
+      { class: "card live-head", "data-testid": "compare-head" },
       el(
         "div",
         { class: "row" },
@@ -73,30 +74,40 @@ export class SweepPanel {
       ),
       el("div", { class: "row live-progress" }, this.progress, this.count),
       this.fault,
+      this.answer,
       this.hint,
     );
   }
 
-  stopSweep() {
-    postJSON("/api/sweep/stop", {}).catch((error) => showMessage(error.message, "error"));
+  stopRuns() {
+    postJSON("/api/comparison/stop", {}).catch((error) => showMessage(error.message, "error"));
   }
 
-  /** Request the state of the sweep until it ends. */
+  /** Request the state of the comparison until it ends. */
   async poll() {
     const { signal } = this.aborted;
-    const { sweep } = await getJSON("/api/sweep", signal);
-    if (sweep?.name !== this.name) return this.onGone();
-    this.show(sweep);
-    const isActive = ["preparing", "running"].includes(sweep.state);
+    const { comparison } = await getJSON("/api/comparison", signal);
+    if (comparison?.name !== this.name) return this.onGone();
+    this.show(comparison);
+    const isActive = ["preparing", "running"].includes(comparison.state);
     if (isActive) setTimeout(() => signal.aborted || this.poll(), POLL_INTERVAL);
+    else if (comparison.stored) await this.showResult();
   }
 
-  show({ state, message, fields, share, stored, runs, seconds_left: secondsLeft }) {
+  /** Show the answer and the table of the stored runs, as in Results. */
+  async showResult() {
+    const query = new URLSearchParams({ study: this.name });
+    const { comparison } = await getJSON(`/api/results?${query}`, this.aborted.signal);
+    this.answer.textContent = formatAnswer(comparison);
+    this.answer.after(createComparisonTable(comparison));
+  }
+
+  show({ state, message, subject, share, stored, runs, seconds_left: secondsLeft }) {
     const [word, tone] = STATES[state];
     this.badge.className = `badge ${tone}`;
     this.badge.textContent = word;
     this.fault.textContent = message;
-    this.title.textContent = `Sweep of ${fields.join(" and ")}`;
+    this.title.textContent = `Comparison of ${subject}`;
     this.progress.value = share;
     const timeLeft = secondsLeft === null ? "" : `, ${formatDuration(secondsLeft)} left`;
     this.count.textContent = `${stored} of ${runs} runs${timeLeft}`;

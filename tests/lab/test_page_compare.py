@@ -1,0 +1,181 @@
+"""Tests of comparisons: the dialog, the progress and the result, for presets and for values."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import tomllib
+from collections.abc import Iterator
+from urllib.parse import urlencode
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+import baldwinlab as bl
+from baldwinlab.lab import comparison_plan
+from tests.axe import find_violations
+from tests.lab.client import LabServer
+from tests.small_studies import shorten_preset
+
+CHANGES = {"lifetime.steps": 200, "evolution.generations": 2, "world.start.x": 400}
+PRESETS = ["evo/A", "evo+drift/A"]
+
+
+@pytest.fixture
+def short_presets(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shorten the presets of comparisons."""
+    monkeypatch.setattr(comparison_plan, "load_preset", shorten_preset)
+
+
+@pytest.fixture
+def folder(lab_server: LabServer) -> Iterator[str]:
+    """Yield the folder of the studies that a test creates."""
+    yield "compared"
+    shutil.rmtree(lab_server.root / "compared", ignore_errors=True)
+
+
+@pytest.mark.usefixtures("short_presets")
+def test_ticked_presets_are_compared_and_the_page_shows_the_answer_and_the_table(
+    page: Page, lab_server: LabServer, folder: str
+) -> None:
+    page.goto("/#/live?preset=evo/A&runs=2")
+    page.get_by_test_id("compare-open").click()
+    dialog = page.get_by_test_id("compare-dialog")
+    start = page.get_by_test_id("compare-start")
+    # One preset cannot be compared.
+    expect(page.get_by_test_id("compare-selection")).to_have_text("Ticked: evo/A")
+    expect(start).to_be_disabled()
+    page.get_by_test_id("compare-search").fill("drift quarter")
+    expect(dialog.get_by_label("evo+lamarckian/A")).to_be_hidden()
+    dialog.get_by_label("evo+drift/A").check()
+    expect(page.get_by_test_id("compare-size")).to_contain_text("2 conditions, 4 runs in total: ")
+    expect(page.get_by_test_id("compare-note")).to_have_text(
+        "No verdict is possible. With 2 runs and 2 tests, the smallest corrected p-value is 0.67."
+        " At least 5 runs are needed. Set the number of runs to 5."
+    )
+    page.get_by_test_id("setup-compare-runs").fill("5")
+    expect(page.get_by_test_id("compare-note")).to_have_text("")
+    expect(page.get_by_test_id("compare-command")).to_have_text(
+        "baldwinlab run evo/A evo+drift/A --runs 5 --seed 0"
+    )
+    expect(page).to_have_url(re.compile(r"compare=.*evo/A.*drift/A"))
+    assert find_violations(page) == []
+    page.get_by_test_id("compare-name").fill(f"{folder}/presets")
+    start.click()
+    expect(page.get_by_test_id("compare-state")).to_have_text("Done", timeout=60_000)
+    expect(page).to_have_url(re.compile(rf"comparison={folder}/presets$"))
+    rows = bl.open_study(lab_server.root / folder / "presets").compare()
+    expect(page.get_by_test_id("compare-answer")).to_contain_text(
+        f"in items eaten by the average agent: {'+' if rows['effect'][0] > 0 else ''}"
+    )
+    table = page.get_by_test_id("comparison").locator("tbody tr")
+    expect(table.locator(".badge")).to_have_text(rows["verdict"].tolist())
+    expect(table.first).to_contain_text("evo+drift/Acompared with evo/A, average agent")
+    assert find_violations(page) == []
+    page.get_by_test_id("compare-results").click()
+    expect(page.get_by_test_id("curves").locator(".chart-key")).to_have_text(PRESETS)
+    answer = page.get_by_test_id("answer").text_content()
+    page.go_back()
+    expect(page.get_by_test_id("compare-answer")).to_have_text(answer or "")
+
+
+def test_values_are_planned_downloaded_started_and_opened_in_results(
+    page: Page, folder: str
+) -> None:
+    query = {"preset": "evo+self-taught/A", "runs": 2, "set": json.dumps(CHANGES)}
+    page.goto(f"/#/live?{urlencode(query)}")
+    page.get_by_test_id("compare-open").click()
+    page.get_by_test_id("compare-kind-fields").check()
+    field = page.get_by_test_id("compare-field-0")
+    values = page.get_by_test_id("compare-values-0")
+    start = page.get_by_test_id("compare-start")
+    size = page.get_by_test_id("compare-size")
+    expect(start).to_be_disabled()
+    # The values of a choice are ticks. One value cannot be compared.
+    field.select_option("learning.rule")
+    expect(size).to_have_text("")
+    page.get_by_test_id("compare-ticks-0").get_by_label("hebb", exact=True).check()
+    expect(page).to_have_url(re.compile(r"compare=.*fields.*self-taught.*hebb"))
+    field.select_option("learning.rate")
+    expect(values).to_have_value("0.005, 0.01, 0.02")
+    expect(size).to_contain_text("3 conditions, 6 runs in total: ", timeout=60_000)
+    values.fill("0.01, 11")
+    expect(page.get_by_test_id("compare-fault")).to_contain_text("learning.rate = 11")
+    expect(start).to_be_disabled()
+    values.fill("0.01, 0.1")
+    expect(size).to_contain_text("2 conditions, 4 runs in total: ")
+    expect(page.get_by_test_id("compare-note")).to_contain_text("No verdict is possible.")
+    # The address contains the plan.
+    page.reload()
+    expect(values).to_have_value("0.01, 0.1")
+    expect(start).to_be_enabled(timeout=60_000)
+    with page.expect_download() as download:
+        page.get_by_test_id("download-sweep.toml").click()
+    plan = tomllib.loads(download.value.path().read_text())
+    assert plan["fields"] == {"learning.rate": [0.01, 0.1]}
+    page.get_by_test_id("compare-name").fill(f"{folder}/rates")
+    start.click()
+    expect(page.get_by_test_id("compare-dialog")).to_have_count(0)
+    expect(page.get_by_test_id("compare-state")).to_have_text("Done", timeout=60_000)
+    expect(page.get_by_test_id("compare-count")).to_have_text("4 of 4 runs")
+    expect(page.get_by_test_id("compare-answer")).to_contain_text(
+        "The runs are too few to compare learning.rate = 0.1 and learning.rate = 0.01"
+    )
+    page.get_by_test_id("compare-results").click()
+    expect(page.get_by_test_id("curves").locator(".chart-key")).to_have_text(["0.01", "0.1"])
+    page.goto("/#/live?comparison=compared/gone")
+    expect(page.get_by_test_id("live-empty")).to_contain_text("This comparison has ended")
+    expect(page.get_by_role("link", name="compared/rates, 4 of 4 runs, done")).to_be_visible()
+
+
+def test_the_keyboard_ticks_presets_and_escape_removes_the_plan(page: Page) -> None:
+    page.goto("/#/live?preset=evo/A")
+    button = page.get_by_test_id("compare-open")
+    button.focus()
+    page.keyboard.press("Enter")
+    search = page.get_by_test_id("compare-search")
+    search.focus()
+    page.keyboard.type("evo+drift/A")
+    # Two papers match: the ticked preset, then the found one.
+    for _ in range(6):
+        page.keyboard.press("Tab")
+        focused = page.evaluate("document.activeElement.value ?? ''")
+        if focused == "evo+drift/A":
+            break
+    page.keyboard.press("Space")
+    expect(page.get_by_test_id("compare-selection")).to_have_text("Ticked: evo/A, evo+drift/A")
+    expect(page).to_have_url(re.compile("compare="))
+    page.keyboard.press("Escape")
+    expect(page.get_by_test_id("compare-dialog")).to_have_count(0)
+    expect(button).to_be_focused()
+    expect(page).not_to_have_url(re.compile("compare="))
+
+
+def test_results_open_the_dialog_with_the_presets_of_the_study(page: Page) -> None:
+    page.goto("/#/results?study=small")
+    page.get_by_test_id("compare-link").click()
+    expect(page.get_by_test_id("compare-selection")).to_have_text(
+        "Ticked: evo/A, evo+self-taught/A"
+    )
+
+
+@pytest.mark.parametrize("width", [320, pytest.param(390, marks=pytest.mark.nightly)])
+def test_the_dialog_fits_into_a_narrow_window(
+    browser: Browser, lab_server: LabServer, width: int
+) -> None:
+    viewport = {"width": width, "height": 640}
+    with lab_server.context(browser, viewport=viewport) as context:
+        page = context.new_page()
+        page.goto(f"/#/live?{urlencode({'compare': json.dumps({'presets': PRESETS})})}")
+        expect(page.get_by_test_id("compare-start")).to_be_enabled(timeout=60_000)
+        for kind in ("presets", "fields"):
+            page.get_by_test_id(f"compare-kind-{kind}").check()
+            dialog = page.get_by_test_id("compare-dialog")
+            assert (
+                dialog.evaluate("({ scrollWidth, clientWidth }) => scrollWidth - clientWidth") == 0
+            )
+            box = dialog.bounding_box()
+            assert box is not None and box["x"] >= 0 and box["x"] + box["width"] <= width
+        page.get_by_test_id("compare-start").scroll_into_view_if_needed()
+        expect(page.get_by_test_id("compare-start")).to_be_in_viewport(ratio=1)
