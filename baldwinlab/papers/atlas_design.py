@@ -48,6 +48,16 @@ class AtlasMap(DeclaredTable):
     quick: Mapping[str, tuple[Any, ...]] = Field(default_factory=dict)
 
     @property
+    def complete_description(self) -> str:
+        """Return the description, and what the claims use of the map."""
+        if not self.is_exploratory:
+            return self.description
+        return (
+            f"{self.description} The claims do not use this map, which was added after their "
+            "confirmatory runs."
+        )
+
+    @property
     def sweep_file(self) -> Path:
         """Return the file of the sweep."""
         return FOLDER / f"{self.name}.toml"

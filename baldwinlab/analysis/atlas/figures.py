@@ -187,15 +187,13 @@ def draw_laws(points: Sequence[LawPoints]) -> Figure:
         _draw_law(axes, group)
     for axes in panels[len(points) :]:
         axes.set_axis_off()
-    figure.supxlabel("predicted by the law, nothing fitted", fontsize=9)
-    figure.supylabel("measured: mean over runs, 95 % interval", fontsize=9)
     return figure
 
 
 def _draw_law(axes: Axes, group: LawPoints) -> None:
     measured = np.array(group.measured)
     errors = np.abs(np.array([group.low, group.high]) - measured)
-    top = 1.08 * max(*group.predicted, *group.measured)
+    top = 1.08 * np.nanmax([*group.predicted, *group.measured, *group.high])
     axes.plot([0, top], [0, top], color=GRAY, lw=1)
     axes.errorbar(
         group.predicted, measured, yerr=np.nan_to_num(errors), fmt="o", color=BLUE, ms=3, lw=0.8
@@ -203,5 +201,8 @@ def _draw_law(axes: Axes, group: LawPoints) -> None:
     limits = (-0.04 * top, top)
     axes.set(xlim=limits, ylim=limits, aspect="equal")
     axes.locator_params(nbins=3)
-    title = fill(group.title, LAW_TITLE_WIDTH)
-    axes.set_title(f"{title}:\n{group.quantity}", fontsize=7.5)
+    # Each panel has labels, because a narrow page shows the panels below each other.
+    axes.set_xlabel("law", fontsize=8)
+    axes.set_ylabel("measured", fontsize=8)
+    lines = [fill(f"{group.title}:", LAW_TITLE_WIDTH), fill(group.quantity, LAW_TITLE_WIDTH)]
+    axes.set_title("\n".join(lines), fontsize=7.5)

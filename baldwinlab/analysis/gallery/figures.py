@@ -26,7 +26,7 @@ from baldwinlab.analysis.statistics.meta_analysis import RandomEffects
 
 # Widths of the names of systems and of a panel, in inches.
 NAMES_WIDTH: Final = 2.4
-PANEL_WIDTH: Final = 2.2
+PANEL_WIDTH: Final = 1.6
 # Heights of a row, and of the titles, the ticks and the legend together, in inches.
 ROW_HEIGHT: Final = 0.2
 AXES_HEIGHT: Final = 1.7

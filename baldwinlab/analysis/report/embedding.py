@@ -17,6 +17,7 @@ from baldwinlab.core.file_writing import write_atomically
 # Widths in inches, below which the page shows a figure narrower than the text.
 NARROW_WIDTH: Final = 4.0
 SLIM_WIDTH: Final = 6.0
+BROAD_WIDTH: Final = 9.0
 
 
 class ReportFigure(NamedTuple):
@@ -81,5 +82,5 @@ def _name_shape(figure: Drawing) -> str:
     width, height = figure.get_size_inches()
     if width < NARROW_WIDTH:
         return "narrow"
-    classes = {"slim": width < SLIM_WIDTH, "tall": height > width}
+    classes = {"slim": width < SLIM_WIDTH, "broad": width > BROAD_WIDTH, "tall": height > width}
     return " ".join(name for name, applies in classes.items() if applies)

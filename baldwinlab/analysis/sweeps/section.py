@@ -12,6 +12,7 @@ import xarray as xr
 from baldwinlab.analysis.report import content
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.phrases import name_measures
+from baldwinlab.analysis.report.replays import Link
 from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrast_table import SUMMARY_MEASURE
@@ -37,6 +38,7 @@ def write_sweep_report(
     last: int = 10,
     *,
     contrasts: Contrasts | None = None,
+    links: Sequence[Link] = (),
 ) -> Path:
     """Write the page of a sweep, and its figures as SVG and PNG, each atomically.
 
@@ -54,6 +56,8 @@ def write_sweep_report(
         Number of final generations that were averaged in each run.
     contrasts : Contrasts or None
         Comparisons of the points.
+    links : sequence of Link
+        Lifetimes of points, from `link_points`.
 
     Returns
     -------
@@ -67,7 +71,7 @@ def write_sweep_report(
     """
     title = f"{finals.attrs['base']}: sweep of {_join_names(finals.attrs['fields'])}"
     lead = f"The value of a run is its average over the last {last} generations."
-    sections = [make_section(directory, finals, provenance, contrasts)]
+    sections = [make_section(directory, finals, provenance, contrasts, links)]
     return write_page(title, lead, sections, out, directory / "figures")
 
 
@@ -76,6 +80,7 @@ def make_section(
     finals: xr.Dataset,
     provenance: Mapping[str, Any],
     contrasts: Contrasts | None = None,
+    links: Sequence[Link] = (),
 ) -> Section:
     """Make the section of a sweep, and save its figures.
 
@@ -89,6 +94,8 @@ def make_section(
         Known facts about the study, as in `report.ReportData`.
     contrasts : Contrasts or None
         Comparisons of the points.
+    links : sequence of Link
+        Lifetimes of points, from `link_points`.
 
     Returns
     -------
@@ -109,7 +116,11 @@ def make_section(
         overview=summarize_design(finals),
         findings=list(describe_effects(finals)),
         contrasts=shown_contrasts,
-        figures=[save_and_inline(figure, directory / "figures") for figure in draw_figures(finals)],
+        figures=[
+            save_and_inline(figure._replace(links=links), directory / "figures")
+            for figure in draw_figures(finals)
+        ],
+        has_links=bool(links),
         sampled=is_sampled,
         fields=fields,
         responses={field: _responses_of_all_measures(finals, field) for field in fields},

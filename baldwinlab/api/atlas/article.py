@@ -107,8 +107,7 @@ def _describe_map(result: MapResults) -> dict[str, Any]:
     return {
         "name": result.name,
         "title": result.title,
-        "description": atlas_map.description,
-        "is_exploratory": atlas_map.is_exploratory,
+        "description": atlas_map.complete_description,
         "axes": "; ".join(atlas_map.axes.values()),
         "n_cells": len(result.cells),
         "law": result.law.quantity if result.law else "",

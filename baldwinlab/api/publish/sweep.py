@@ -11,6 +11,7 @@ from baldwinlab.analysis.statistics.contrasts import (
 )
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.sweeps import analysis
+from baldwinlab.analysis.sweeps.replays import link_points
 from baldwinlab.analysis.sweeps.section import write_sweep_report
 from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.plan import ReportPlan
@@ -56,8 +57,18 @@ def publish_sweep(plan: ReportPlan, log: Callable[[str], None]) -> Contrasts:
     rows = [contrast.row() for contrast in contrasts.rows]
     write_atomically(study.directory / "statistics.csv", to_csv(COMPARISON_COLUMNS, rows))
     log("drawing the figures")
+    experiments = study.experiments.values()
+    links = link_points(
+        finals, [*study.experiments], [point.evolution.generations for point in experiments]
+    )
     write_sweep_report(
-        study.directory, finals, provenance(study), plan.out, plan.last, contrasts=contrasts
+        study.directory,
+        finals,
+        provenance(study),
+        plan.out,
+        plan.last,
+        contrasts=contrasts,
+        links=links,
     )
     results_cache.cache_results(study, data)
     return contrasts

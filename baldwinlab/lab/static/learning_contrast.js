@@ -14,6 +14,8 @@ const RUNS = 3;
 const MAX_GENERATIONS = 10;
 const MAX_AGENT_STEPS = 10_000_000;
 const NO_LEARNING = { "learning.rule": "none" };
+// Of the experiments of `createContrast`.
+const LABELS = ["With learning", "Without learning"];
 
 /**
  * Return the experiments of a contrast: with the learning rule, and without. Return null if the
@@ -51,11 +53,9 @@ export class LearningContrast {
     this.player.changed = () => this.bar.showTime();
     this.bar = new TimeBar(this.player, "contrast");
     this.lead = new Lead(guide, () => {});
-    this.figures = experiments.map(
-      ({ learning: { rule } }) =>
-        new WorldFigure(rule === "none" ? "Agents that cannot learn" : "Agents that learn", "contrast", {
-          invalidate: () => this.player.invalidate(),
-        }),
+    this.figures = LABELS.map(
+      (label) =>
+        new WorldFigure(label, "contrast", { invalidate: () => this.player.invalidate() }),
     );
     const figures = this.figures.map(({ stage, count }, index) =>
       el(
@@ -65,7 +65,7 @@ export class LearningContrast {
         el(
           "figcaption",
           {},
-          el("strong", {}, experiments[index].learning.rule === "none" ? "cannot learn" : "learns"),
+          el("strong", {}, LABELS[index]),
           " · ",
           count,
         ),
@@ -82,7 +82,7 @@ export class LearningContrast {
 
   get panels() {
     return this.lives.map((life, index) => ({
-      source: { condition: ["With learning", "Without learning"][index], generation: life.header.generation },
+      source: { condition: LABELS[index], generation: life.header.generation },
       life,
     }));
   }
