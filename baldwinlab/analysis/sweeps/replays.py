@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.report.replays import MAX_LINKED_LIVES, Link, StoredLife, make_link
-from baldwinlab.analysis.statistics.contrast_sentences import SUMMARY_MEASURE
+from baldwinlab.analysis.statistics.contrast_table import SUMMARY_MEASURE
 from baldwinlab.analysis.sweeps import analysis
 
 
