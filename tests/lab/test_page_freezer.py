@@ -39,7 +39,7 @@ def page(browser: Browser, freezer: LabServer) -> Iterator[Page]:
 
 def read_changes(page: Page) -> dict[str, object]:
     """Return the changed settings in the address."""
-    expect(page).to_have_url(re.compile("set="))
+    expect(page).to_have_url(re.compile("[?&]set="))
     query = parse_qs(urlsplit(page.url).fragment.partition("?")[2])
     changes: dict[str, object] = json.loads(query["set"][0])
     return changes

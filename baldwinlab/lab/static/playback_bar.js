@@ -15,6 +15,7 @@ const ICONS = {
   fit: "M3 7V3h4M13 3h4v4M17 13v4h-4M7 17H3v-4",
   compare: "M3 4h6v12H3zM11 4h6v12h-6z",
   keys: "M2 6h16v9H2zM5 9h.01M8 9h.01M11 9h.01M14 9h.01M6 12h8",
+  behavior: "M4 3v13h13M8 12h.01M11 9h.01M14 5h.01M9 6h.01",
   agents: "M7 5h10M7 10h10M7 15h10M3 5h.01M3 10h.01M3 15h.01",
 };
 const TRAILS = { off: "no trails", recent: "recent trails", life: "full trails" };
@@ -24,7 +25,8 @@ export class PlaybackBar {
    * @param {import("./player.js").Player} player
    * @param {import("./timeline.js").Timeline} timeline
    * @param {{set: (change: {trails?: string, sight?: boolean, listing?: boolean}) => void,
-   *   toggleComparison: () => void, fit: () => void, goToMeal: (direction: number) => void}}
+   *   toggleComparison: () => void, fit: () => void, goToMeal: (direction: number) => void,
+   *   showBehavior: () => void}}
    *   callbacks
    */
   constructor(player, timeline, callbacks) {
@@ -72,7 +74,7 @@ export class PlaybackBar {
     );
   }
 
-  createControls({ fit, goToMeal }) {
+  createControls({ fit, goToMeal, showBehavior }) {
     const { player } = this;
     const back = createButton(
       "back",
@@ -110,6 +112,7 @@ export class PlaybackBar {
         el("label", { class: "inline recorded" }, this.sight, "sight"),
         this.compare,
         this.agents,
+        createButton("behavior", "Map of behavior: innate and learned", showBehavior),
         createButton("fit", "Show the whole map (0)", fit),
         createButton("keys", "Keyboard shortcuts", () => this.help.showModal()),
       ),

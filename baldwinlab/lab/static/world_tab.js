@@ -1,6 +1,7 @@
 /** The World tab of models with a world: one or two synchronized worlds, playback and inspector. */
 
 import { announce } from "./activity.js";
+import { openBehaviorMap } from "./behavior_map.js";
 import { el, showMessage } from "./common.js";
 import { Inspector } from "./inspector.js";
 import { handleWorldKey } from "./keys.js";
@@ -93,6 +94,7 @@ export class WorldTab {
       toggleComparison: () => this.toggleComparison(),
       fit: () => this.fit(),
       goToMeal: (direction) => this.goToMeal(direction),
+      showBehavior: () => this.showBehavior(),
     };
     this.playbackBar = new PlaybackBar(this.player, this.timeline, callbacks);
     const side = el("div", { class: "side" }, this.population.root, this.inspector.root);
@@ -246,6 +248,17 @@ export class WorldTab {
       );
     this.player.pause();
     this.player.seek(step);
+  }
+
+  /** Show innate and learned behavior of the first world whose agents learn. */
+  showBehavior() {
+    const panel = this.panels.find(({ life }) => life?.header.learns);
+    if (!panel)
+      return showMessage("These agents do not learn. Choose a condition that learns.", "error");
+    openBehaviorMap(panel.source, {
+      agent: (agent) => this.pick(panel.name, agent),
+      generation: (generation) => this.replay(generation),
+    });
   }
 
   /** Update the guide from the recording of the first world. */

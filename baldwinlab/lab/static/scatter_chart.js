@@ -1,0 +1,110 @@
+/** A scatter plot in SVG with the line of equal values. Its points can be pressed. */
+
+import { el } from "./common.js";
+import { chooseTicks, createSvg, drawGridLine, drawTextLabel, formatSvgFile } from "./drawing.js";
+
+// SVG units.
+const SIZE = 420;
+const LEFT = 54;
+const BOTTOM = 46;
+const MARGIN = 12;
+const RADIUS = 6;
+
+/**
+ * @typedef {object} Point
+ * @property {number} x
+ * @property {number} y
+ * @property {string} label for tooltips and screen readers
+ * @property {number} shade from 0 to 1
+ */
+
+/**
+ * Return a plot of points from 0, with the same scale on both axes.
+ * @param {{title: string, xLabel: string, yLabel: string, points: Point[], color: string}} options
+ * @param {(index: number) => void} pick called for a click, or Enter on a point
+ */
+export function createScatterChart(options, pick) {
+  const drawing = drawPlot(options);
+  const dots = [...drawing.querySelectorAll("circle")];
+  dots.forEach((dot, index) => {
+    dot.setAttribute("role", "button");
+    // One stop of the Tab key. The arrow keys move between the points.
+    dot.setAttribute("tabindex", index ? "-1" : "0");
+    dot.setAttribute("aria-label", options.points[index].label);
+    dot.setAttribute("data-testid", `point-${index}`);
+    dot.addEventListener("click", () => pick(index));
+    dot.addEventListener("keydown", (event) => handleKey(event, dots, index, pick));
+  });
+  return el("div", { class: "scatter" }, drawing);
+}
+
+/** Return the text of an SVG file. */
+export function formatScatterFile(options) {
+  return formatSvgFile(options.title, SIZE, SIZE, drawPlot(options));
+}
+
+function handleKey(event, dots, index, pick) {
+  const offset = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+  if (event.key === "Enter" || event.key === " ") pick(index);
+  else if (!offset) return;
+  else {
+    const next = dots[(index + offset + dots.length) % dots.length];
+    dots[index].setAttribute("tabindex", "-1");
+    next.setAttribute("tabindex", "0");
+    next.focus();
+  }
+  event.preventDefault();
+}
+
+function drawPlot({ title, xLabel, yLabel, points, color }) {
+  const highest = Math.max(1e-9, ...points.flatMap(({ x, y }) => [x, y]));
+  const ticks = chooseTicks(highest);
+  const end = Math.max(highest, ticks.at(-1));
+  const length = SIZE - LEFT - MARGIN;
+  const toX = (value) => LEFT + (value / end) * length;
+  const toY = (value) => SIZE - BOTTOM - (value / end) * (SIZE - BOTTOM - MARGIN);
+  const svg = createSvg("svg", {
+    viewBox: `0 0 ${SIZE} ${SIZE}`,
+    role: "group",
+    "aria-label": title,
+  });
+  for (const tick of ticks)
+    svg.append(
+      drawGridLine(LEFT, toY(tick), SIZE - MARGIN, toY(tick)),
+      drawGridLine(toX(tick), MARGIN, toX(tick), SIZE - BOTTOM),
+      drawTextLabel(String(tick), { x: LEFT - 8, y: toY(tick) + 4, "text-anchor": "end" }),
+      drawTextLabel(String(tick), { x: toX(tick), y: SIZE - BOTTOM + 18, "text-anchor": "middle" }),
+    );
+  svg.append(
+    createSvg("line", {
+      x1: toX(0),
+      y1: toY(0),
+      x2: toX(end),
+      y2: toY(end),
+      stroke: "currentColor",
+      "stroke-dasharray": "5 5",
+    }),
+    drawTextLabel(xLabel, { x: LEFT + length / 2, y: SIZE - 6, "text-anchor": "middle" }),
+    drawTextLabel(yLabel, {
+      x: 12,
+      y: SIZE / 2,
+      "text-anchor": "middle",
+      transform: `rotate(-90 12 ${SIZE / 2})`,
+    }),
+    ...points.map(({ x, y, label, shade }) =>
+      createSvg(
+        "circle",
+        {
+          cx: toX(x),
+          cy: toY(y),
+          r: RADIUS,
+          fill: color,
+          "fill-opacity": 0.25 + 0.65 * shade,
+          stroke: color,
+        },
+        createSvg("title", {}, label),
+      ),
+    ),
+  );
+  return svg;
+}
