@@ -267,7 +267,7 @@ def _frame(address: str, first: Experiment) -> str:
     return (
         f'<div class="laboratory"><iframe src="{address}" title="{title}" loading="lazy">'
         "</iframe>\n"
-        "<p>Press <em>start</em> to run evolution in your browser. "
+        "<p>Evolution runs in your browser. Press <em>Start</em> for a complete run. "
         f'<a href="{address}">Open the laboratory as a page</a>.</p></div>\n'
     )
 

@@ -66,6 +66,29 @@ def page(offline_page: Page, exported_file: Path) -> Page:
     return offline_page
 
 
+def test_an_embedded_page_plays_without_a_press_and_only_in_sight(
+    offline_page: Page, exported_file: Path
+) -> None:
+    host = exported_file.parent / "host.html"
+    frame = f'<iframe src="{exported_file.name}" width="900" height="700"></iframe>'
+    host.write_text(f'<div style="height: 3000px"></div>{frame}<div style="height: 3000px"></div>')
+    offline_page.goto(host.as_uri())
+    laboratory = offline_page.frame_locator("iframe")
+    play = laboratory.get_by_test_id("contrast-play")
+    expect(play).to_have_attribute("aria-label", "Play")
+    offline_page.locator("iframe").scroll_into_view_if_needed()
+    expect(play).to_have_attribute("aria-label", "Pause")
+    offline_page.evaluate("scrollTo(0, 0)")
+    expect(play).to_have_attribute("aria-label", "Play")
+    # A pause of the reader remains.
+    offline_page.locator("iframe").scroll_into_view_if_needed()
+    expect(play).to_have_attribute("aria-label", "Pause")
+    play.click()
+    offline_page.evaluate("scrollTo(0, 0)")
+    offline_page.locator("iframe").scroll_into_view_if_needed()
+    expect(play).to_have_attribute("aria-label", "Play")
+
+
 def start_run(page: Page, runs: int = 2, pace: str = "0") -> None:
     page.get_by_test_id("setup-runs").fill(str(runs))
     page.get_by_test_id("pace").select_option(pace)

@@ -53,6 +53,11 @@ export class LearningContrast {
     this.player.changed = () => this.bar.showTime();
     this.bar = new TimeBar(this.player, "contrast");
     this.lead = new Lead(guide, () => {});
+    // Whether the lifetime plays when it comes in sight.
+    this.resumes = true;
+    this.sight = new IntersectionObserver((entries) =>
+      this.setInSight(entries.at(-1).isIntersecting),
+    );
     this.figures = LABELS.map(
       (label) =>
         new WorldFigure(label, "contrast", { invalidate: () => this.player.invalidate() }),
@@ -104,7 +109,18 @@ export class LearningContrast {
     const firstMeal = Math.min(...meals.filter((step) => step >= 0));
     const { generation } = recordings[0].header;
     this.lead.startBefore(firstMeal, this.player, `Generation ${generation}, typical run. `);
-    this.player.autoplay();
+    this.sight.observe(this.element);
+  }
+
+  /** Pause while out of sight. */
+  setInSight(isInSight) {
+    if (isInSight) {
+      if (this.resumes) this.player.autoplay();
+      this.resumes = false;
+    } else if (this.player.playing) {
+      this.player.pause();
+      this.resumes = true;
+    }
   }
 
   /** Return the feed of finished runs. */
@@ -135,6 +151,7 @@ export class LearningContrast {
 
   close() {
     this.closed = true;
+    this.sight.disconnect();
     this.player.close();
     for (const figure of this.figures) figure.close();
     for (const feed of this.feeds) feed.close();
