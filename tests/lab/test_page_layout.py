@@ -106,6 +106,20 @@ def test_maps_are_large_enough_with_two_worlds_an_agent_and_its_ancestors(
         expect(page.get_by_test_id("fit")).to_be_in_viewport()
 
 
+@pytest.mark.parametrize(
+    ("view", "content"),
+    [("papers", ".paper-cards > li"), ("live", "[data-testid=start]"), ("results", "canvas")],
+)
+def test_hidden_texts_scroll_with_their_view(page: Page, view: str, content: str) -> None:
+    page.goto(f"/#/{view}")
+    expect(page.locator(content).first).to_be_visible()
+    # A hidden text that the page positions would make the page longer than the window.
+    parents = page.locator("main .visually-hidden").evaluate_all(
+        "texts => texts.map(text => text.offsetParent?.tagName)"
+    )
+    assert "BODY" not in parents
+
+
 @pytest.mark.nightly
 @pytest.mark.parametrize("n_worlds", [1, 2])
 def test_the_maps_of_a_shared_page_are_large_enough(
