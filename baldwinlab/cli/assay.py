@@ -14,11 +14,14 @@ from baldwinlab.cli.options import (
     Directory,
     Executor,
     Force,
+    Json,
     OptionalInteger,
     Parts,
     Workers,
     load_parts,
 )
+from baldwinlab.cli.results import print_results
+from baldwinlab.core import console
 from baldwinlab.core.assay_variables import FORKS, POPULATION
 from baldwinlab.core.errors import ArgumentError
 from baldwinlab.studies.assays.catalog import ASSAYS, DEFAULT_ASSAYS, NAMED_ASSAYS
@@ -58,6 +61,7 @@ def assay(
     part: Parts = None,
     executor: Executor = "threads",
     force: Force = False,
+    json: Json = False,
 ) -> None:
     """Simulate the stored genomes of a study under changed conditions, and measure what they do.
 
@@ -72,11 +76,15 @@ def assay(
         baldwinlab assay results/evo-A-evo+self-taught-A fork --generations 20
     """
     load_parts(part)
+    if json:
+        console.reserve_stdout()
     study = StudyStore(directory)
     selected_assays = _select_assays(names, assays, start)
     options = RunOptions(workers, executor=executor, force=force)
     run_missing_assays(study, selected_assays, options, generations)
     report(study, force=force)
+    if json:
+        print_results(study)
 
 
 def _select_assays(names: tuple[str, ...], more_names: str | None, start: str) -> list[str]:

@@ -8,7 +8,16 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api.gallery import compare_papers
-from baldwinlab.cli.options import FLAG, OVERWRITE_FORCE, LastGenerations, Parts, load_parts
+from baldwinlab.cli.options import (
+    FLAG,
+    OVERWRITE_FORCE,
+    Json,
+    LastGenerations,
+    Parts,
+    load_parts,
+)
+from baldwinlab.cli.results import print_gallery
+from baldwinlab.core import console
 
 
 def gallery(
@@ -21,6 +30,7 @@ def gallery(
     last_generations: LastGenerations = 10,
     part: Parts = None,
     force: Annotated[bool, FLAG, Parameter(help=OVERWRITE_FORCE)] = False,
+    json: Json = False,
 ) -> None:
     """Compare all papers in a folder on one page, with a table and a figure.
 
@@ -32,4 +42,8 @@ def gallery(
         baldwinlab gallery results
     """
     load_parts(part)
-    compare_papers(folder, out, last=last_generations, force=force)
+    if json:
+        console.reserve_stdout()
+    page = compare_papers(folder, out, last=last_generations, force=force)
+    if json:
+        print_gallery(folder, page)

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
 
+ESCAPE: Final = b"\x1b"
 # The sequences that terminals send for the arrow keys.
 ARROW_KEYS: Final = {"\x1b[D": "left", "\x1b[C": "right"}
 
@@ -50,5 +51,9 @@ def _read_key(seconds: float) -> str:
     is_pressed, _, _ = select.select([descriptor], [], [], seconds)
     if not is_pressed:
         return ""
-    sequence = os.read(descriptor, 3).decode("utf-8", "replace")
-    return ARROW_KEYS.get(sequence, sequence[0])
+    sequence = os.read(descriptor, 1)
+    # The Escape key alone sends no further bytes.
+    if sequence == ESCAPE and select.select([descriptor], [], [], 0)[0]:
+        sequence += os.read(descriptor, 2)
+    text = sequence.decode("utf-8", "replace")
+    return ARROW_KEYS.get(text, text[0])

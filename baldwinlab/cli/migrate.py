@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from baldwinlab.cli.options import FLAG, Directory, Parts, load_parts
+from baldwinlab.cli.options import FLAG, Directory, Json, Parts, load_parts
 from baldwinlab.core import console
 from baldwinlab.studies.migration import migrate_study
 from baldwinlab.studies.store import StudyStore
@@ -20,6 +20,7 @@ def migrate(
         bool, FLAG, Parameter(help="Print the number of files, and write nothing.")
     ] = False,
     part: Parts = None,
+    json: Json = False,
 ) -> None:
     """Merge the files of single small runs of a study into files of many runs.
 
@@ -32,8 +33,13 @@ def migrate(
         baldwinlab migrate results/many --dry-run
     """
     load_parts(part)
+    if json:
+        console.reserve_stdout()
     study = StudyStore(directory)
     result = migrate_study(study, console.warn, is_dry_run=dry_run)
+    if json:
+        console.print_json(result._asdict())
+        return
     verb = "would be merged" if dry_run else "merged"
     console.info(
         f"{directory}: {result.n_merged:,} files of single runs {verb} into "

@@ -17,6 +17,7 @@ from baldwinlab.cli.options import (
     Backend,
     Executor,
     Force,
+    Json,
     LastGenerations,
     Out,
     Parts,
@@ -25,6 +26,7 @@ from baldwinlab.cli.options import (
     Workers,
     load_parts,
 )
+from baldwinlab.cli.results import print_results
 from baldwinlab.core import console
 from baldwinlab.core.errors import require_positive
 from baldwinlab.core.output_paths import is_study
@@ -77,6 +79,7 @@ def multiverse(
     backend: Backend = "auto",
     last_generations: LastGenerations = 10,
     force: Force = False,
+    json: Json = False,
 ) -> None:
     """Test the claims of a paper under every variant of its model.
 
@@ -90,6 +93,8 @@ def multiverse(
         baldwinlab multiverse le-2019 --runs 8
     """
     load_parts(part)
+    if json:
+        console.reserve_stdout()
     require_positive("last", last_generations)
     custom_paper = None if paper == DEFAULT_PAPER else load(paper)
     variants = _list_variants(custom_paper, all_combinations)
@@ -110,6 +115,8 @@ def multiverse(
     if out.name in MULTIVERSE_FOLDERS and is_study(out.parent):
         console.info(f"{out.parent}: writing the report of this study again, with the variants")
         report(StudyStore(out.parent), last=last_generations, force=force)
+    if json:
+        print_results(store, last_generations)
 
 
 def _list_variants(paper: Paper | None, all_combinations: bool) -> list[Variant]:

@@ -8,6 +8,7 @@ from typing import Annotated, Final
 from cyclopts import Parameter
 
 from baldwinlab.api.atlas import reproduce_atlas
+from baldwinlab.api.atlas.reproduce import default_folder
 from baldwinlab.api.gallery import ALL_PAPERS, reproduce_all
 from baldwinlab.api.reproduce import Reproduction, format_length_assignments, run_reproduction
 from baldwinlab.api.run_options import RunOptions
@@ -17,6 +18,7 @@ from baldwinlab.cli.options import (
     Backend,
     Executor,
     Force,
+    Json,
     LastGenerations,
     OptionalInteger,
     Out,
@@ -26,9 +28,12 @@ from baldwinlab.cli.options import (
     Workers,
     load_parts,
 )
+from baldwinlab.cli.results import print_claims, print_gallery, print_results
+from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.papers import DEFAULT_PAPER, load
 from baldwinlab.papers.paper import STANDARD_VARIANT
+from baldwinlab.studies.store import StudyStore
 
 ATLAS: Final = "atlas"
 
@@ -79,6 +84,7 @@ def reproduce(
             "runs for verdicts.",
         ),
     ] = False,
+    json: Json = False,
 ) -> None:
     """Reproduce a paper: its conditions, statistics, assays, figures and report.
 
@@ -92,11 +98,14 @@ def reproduce(
         baldwinlab reproduce hinton-nowlan-1987
     """
     load_parts(part)
+    if json:
+        console.reserve_stdout()
     options = RunOptions(workers, backend=backend, executor=executor, force=force)
     if paper == ALL_PAPERS:
         _require_one_paper(assignments, variant)
-        reproduce_all(
-            out or Path("results"),
+        folder = out or Path("results")
+        page = reproduce_all(
+            folder,
             runs=runs,
             generations=generations,
             steps=steps,
@@ -107,6 +116,8 @@ def reproduce(
             executor=executor,
             force=force,
         )
+        if json:
+            print_gallery(folder, page)
         return
     if paper == ATLAS:
         _require_plain_atlas(assignments, variant, generations, steps)
@@ -120,10 +131,12 @@ def reproduce(
             executor=executor,
             force=force,
         )
+        if json:
+            print_claims(out or default_folder(quick=quick))
         return
     paper_data = load(paper)
     length_assignments = format_length_assignments(paper_data, generations, steps)
-    run_reproduction(
+    study = run_reproduction(
         Reproduction(
             paper_data,
             assignments=(*length_assignments, *(assignments or [])),
@@ -136,6 +149,8 @@ def reproduce(
         ),
         options,
     )
+    if json:
+        print_results(StudyStore(study.directory), last_generations)
 
 
 def _require_one_paper(assignments: list[str] | None, variant: str) -> None:

@@ -1,15 +1,27 @@
-"""The results of a study as JSON."""
+"""The results of a study or of a gallery as JSON."""
 
 from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Final
 
 from baldwinlab.core import console
 from baldwinlab.experiment.factors import MULTIVERSE
 from baldwinlab.studies.claims_file import read_claims
 from baldwinlab.studies.store import StudyStore
 
+# Files with further results of a study, by key.
+STUDY_FILES: Final = {"baldwin": "baldwin.json", "multiverse": "multiverse.json"}
+# Files of a gallery, by key.
+GALLERY_FILES: Final = {"answers": "gallery.json", "papers": "papers.json"}
+
 
 def print_results(study: StudyStore, last: int = 10, baseline: str = "") -> None:
-    """Print the comparisons of the conditions and the stored claims of a study as JSON.
+    """Print the results of a study as JSON.
+
+    These are the comparisons of the conditions, the claims, and the results on the Baldwin effect
+    and of a multiverse, if they are stored.
 
     Parameters
     ----------
@@ -30,4 +42,31 @@ def print_results(study: StudyStore, last: int = 10, baseline: str = "") -> None
     if study.kind != MULTIVERSE:
         contrasts = lab_results.compare_study(study, last, baseline)
         result["comparison"] = lab_results.record_contrasts(contrasts)
-    console.print_json(result | {"claims": read_claims(study)})
+    stored_results = _read_files(study.directory, STUDY_FILES)
+    console.print_json(result | {"claims": read_claims(study)} | stored_results)
+
+
+def print_gallery(folder: Path, page: Path) -> None:
+    """Print the answers and the papers of a gallery as JSON.
+
+    Parameters
+    ----------
+    folder
+        Folder of the studies.
+    page
+        The page that was written.
+    """
+    console.print_json({"page": str(page)} | _read_files(folder, GALLERY_FILES))
+
+
+def print_claims(folder: Path) -> None:
+    """Print the claims of an atlas as JSON."""
+    console.print_json(_read_files(folder, {"claims": "claims.json"}))
+
+
+def _read_files(folder: Path, files: dict[str, str]) -> dict[str, Any]:
+    """Return the content of the JSON files that exist, by key."""
+    paths = {key: folder / name for key, name in files.items()}
+    return {
+        key: json.loads(path.read_text("utf-8")) for key, path in paths.items() if path.exists()
+    }

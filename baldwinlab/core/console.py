@@ -6,12 +6,12 @@ import json
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from html import escape
 from typing import Any
 
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.progress import (
     BarColumn,
     Progress,
@@ -40,15 +40,18 @@ MIN_RATE_WITHOUT_DECIMALS = 100
 MIN_RATE_DURATION = 1e-9
 
 
-class _Outcome(ProgressColumn):
-    """Column with the outcome of the finished work."""
+class _OutcomeProgress(Progress):
+    """Progress bars, and below them the outcome of the finished work.
 
-    def __init__(self, outcome: object) -> None:
-        super().__init__()
-        self._outcome = outcome
+    A column for the outcome would be too narrow in most terminals.
+    """
 
-    def render(self, task: Task) -> Text:
-        return Text(str(self._outcome), style="green")
+    outcome: object = ""
+
+    def get_renderables(self) -> Iterable[RenderableType]:
+        yield from super().get_renderables()
+        if text := str(self.outcome):
+            yield Text(text, style="green", no_wrap=True, overflow="ellipsis")
 
 
 class _Rate(ProgressColumn):
@@ -107,10 +110,10 @@ def progress(
         BarColumn(),
         TaskProgressColumn(),
         _Rate(),
-        _Outcome(outcome),
         TimeRemainingColumn(elapsed_when_finished=True),
     )
-    with Progress(*columns, console=console, speed_estimate_period=10) as bar:
+    with _OutcomeProgress(*columns, console=console, speed_estimate_period=10) as bar:
+        bar.outcome = outcome
         task = bar.add_task(description, total=total, unit=unit)
         yield lambda amount: bar.advance(task, amount)
 

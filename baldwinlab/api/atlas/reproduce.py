@@ -13,6 +13,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+def default_folder(*, quick: bool) -> Path:
+    """Return the folder of the atlas if none is given."""
+    return Path("results") / ("atlas-quick" if quick else "atlas")
+
+
 def reproduce_atlas(
     *,
     quick: bool = False,
@@ -64,7 +69,6 @@ def reproduce_atlas(
     InterruptedStudyError
         A worker or a disk failed. The stored cells remain, and a repeated call continues.
     """
-    folder = Path(out or Path("results") / ("atlas-quick" if quick else "atlas"))
-    request = AtlasRequest(folder, seed, runs, quick)
+    request = AtlasRequest(Path(out or default_folder(quick=quick)), seed, runs, quick)
     run_atlas(request, RunOptions(workers, backend=backend, executor=executor, force=force))
     return {result.name: result.outcomes for result in publish_atlas(request).maps}

@@ -1,0 +1,69 @@
+"""Tests of `--json`: stdout has only data, which are those of the written files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from baldwinlab.studies.store import StudyStore
+from tests.commands import Command
+from tests.papers.test_papers import write_paper
+from tests.small_studies import make_small_study, shorten_preset
+
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
+
+
+def read_json(path: str) -> Any:
+    return json.loads(Path(path).read_text("utf-8"))
+
+
+def test_reproduce_and_gallery_print_their_results(command: Command, tmp_path: Path) -> None:
+    write_paper(tmp_path / "tiny")
+    reproduced = command("reproduce", "tiny", "--out", "results/tiny", "--json")
+    assert reproduced.code == 0 and "simulating" in reproduced.err
+    content = json.loads(reproduced.out)
+    assert content["claims"] == read_json("results/tiny/claims.json")["claims"] != []
+    assert content["runs"] == {"plain/near": 2, "taught/near": 2}
+    gallery = command("gallery", "results", "--json")
+    assert json.loads(gallery.out) == {
+        "page": "results/gallery.html",
+        "answers": read_json("results/gallery.json"),
+        "papers": read_json("results/papers.json"),
+    }
+    assert "gallery: results/gallery.html" in gallery.err
+
+
+def test_assay_prints_the_results_on_the_baldwin_effect(command: Command, tmp_path: Path) -> None:
+    experiments = [
+        shorten_preset(name).replace(lifetime={"steps": 20}, evolution={"generations": 2})
+        for name in ("evo/A", "evo+self-taught/A")
+    ]
+    make_small_study(tmp_path / "study", experiments, runs=1)
+    outcome = command("assay", "study", "innate", "--json")
+    assert outcome.code == 0, outcome.err
+    content = json.loads(outcome.out)
+    assert content["baldwin"] == read_json("study/baldwin.json")
+    assert content["comparison"]["rows"] and "multiverse" not in content
+
+
+def test_multiverse_prints_the_verdicts_of_all_variants(command: Command, tmp_path: Path) -> None:
+    write_paper(tmp_path / "tiny")
+    (tmp_path / "tiny" / "variants" / "slow.toml").write_text(
+        'description = "slow learning"\n[learning]\nrate = 0.001\n'
+    )
+    outcome = command("multiverse", "tiny", "--runs", "2", "--out", "variants", "--json")
+    assert outcome.code == 0, outcome.err
+    content = json.loads(outcome.out)
+    assert content["multiverse"] == read_json("variants/multiverse.json")
+    assert "comparison" not in content
+
+
+def test_migrate_prints_the_numbers_of_files(command: Command, tmp_path: Path) -> None:
+    make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=2)
+    result = json.loads(command("migrate", "study", "--dry-run", "--json").out)
+    assert result.keys() == {"n_merged", "n_batches", "n_files"}
+    assert result["n_files"] == len(list(StudyStore(tmp_path / "study").directory.rglob("0*.nc")))
