@@ -65,7 +65,7 @@ def test_results_as_json_are_alone_on_stdout_and_equal_the_table(command: Comman
     stored_row = dict(zip(header.split(","), line.split(","), strict=True))
     assert stored_row["verdict"] == row["verdict"] == "too few runs"
     assert float(stored_row["effect"]) == row["effect"]
-    assert row["sentence"].startswith("The runs are too few to compare the average agents of ")
+    assert row["sentence"].startswith("The runs are too few to compare ")
     assert content["claims"] == [] and "Comparison of the conditions" in result.err
 
 
