@@ -1,7 +1,8 @@
-"""Record the lifetime that the lab shows while the engine compiles: `python scripts/first_life.py`.
+"""Record the lifetimes that the lab shows until its engine is ready.
 
-The lifetime is generation 20 of a run in which agents eat early. Run the script again if a test
-reports that the engine or the format of recordings changed.
+`python scripts/first_life.py` records generation 20 of a run in which agents eat early: agents that
+learn, and agents that cannot, from the same start. Run the script again if a test reports that the
+engine or the format of recordings changed.
 """
 
 from __future__ import annotations
@@ -13,16 +14,21 @@ from baldwinlab.lab.live import Live
 from baldwinlab.lab.recording import record_life
 from baldwinlab.lab.single_page import STATIC_FOLDER
 
-LIFE_QUERY = {"preset": "evo+self-taught/A", "seed": "0", "run": "3", "generation": "20"}
-RECORDED_STEPS = life_query.Span(0, 1000)
-RECORDING_FILE = STATIC_FOLDER / "first_life.bald"
+PRESETS = {"first_life.bald": "evo+self-taught/A", "first_control.bald": "evo/A"}
+RECORDED_STEPS = life_query.Span(0, 600)
 
 
-def first_life() -> bytes:
-    return record_life(
-        life_query.find_life(Lab(Path(), Live()), LIFE_QUERY), RECORDED_STEPS, LIFE_QUERY
-    )
+def record_lives() -> dict[Path, bytes]:
+    """Return the content of each file."""
+    lab = Lab(Path(), Live())
+    contents = {}
+    for name, preset in PRESETS.items():
+        query = {"preset": preset, "seed": "0", "run": "3", "generation": "20"}
+        life = life_query.find_life(lab, query)
+        contents[STATIC_FOLDER / name] = record_life(life, RECORDED_STEPS, query)
+    return contents
 
 
 if __name__ == "__main__":
-    RECORDING_FILE.write_bytes(first_life())
+    for path, content in record_lives().items():
+        path.write_bytes(content)

@@ -9,10 +9,10 @@ import math
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
-import xarray as xr
 from PIL import ImageColor, ImageDraw
 
 from baldwinlab.analysis.palette import MOVIE_COLORS, choose_species_style, resolve_color
+from baldwinlab.core.deferred import xr
 
 # Angles of the corners of a dart relative to its heading, in radians.
 DART_ANGLES: Final = (0, 2.5, -2.5)

@@ -11,13 +11,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-import xarray as xr
 from PIL import Image
 
 from baldwinlab.analysis.agent_symbols import blend, list_symbols
 from baldwinlab.analysis.palette import MOVIE_COLORS, resolve_color
 from baldwinlab.analysis.scene import Scene, SceneRenderer
 from baldwinlab.analysis.traces import read_appearance
+from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.file_writing import write_atomically

@@ -6,7 +6,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 from PIL import Image, ImageDraw, ImageFont
 
 from baldwinlab.analysis.agent_symbols import (
@@ -19,6 +18,7 @@ from baldwinlab.analysis.agent_symbols import (
 )
 from baldwinlab.analysis.palette import MOVIE_COLORS, resolve_color
 from baldwinlab.analysis.traces import read_appearance
+from baldwinlab.core.deferred import xr
 
 # Length of the longer side of a map, in pixels.
 MAX_SIDE_PIXELS = 640

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-import xarray as xr
+from baldwinlab.core.deferred import xr
 
 APPEARANCE_ATTRIBUTE = "appearance"
 # Names of attributes and keys in traces of earlier versions.

@@ -24,16 +24,15 @@ from baldwinlab.core.files import is_local
 from baldwinlab.core.lab_address import DEFAULT_LAB_PORT, LAB_HOST
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab.access import Access
-from baldwinlab.models.miniworld.backends.cpu import is_compiled
 from baldwinlab.simulation.compilation import compile_experiments
 
 DEFAULT_FOLDER = Path("results")
 MAX_PORT = 65535
 LAB_PACKAGES = ("starlette", "uvicorn", "websockets")
-COMPILER_DELAY_SECONDS = 1.5
-"""Time from the start of the server to the start of the compiler.
+PAGE_SECONDS = 1.5
+"""Time from the start of the server to the start of the engine and of other imports.
 
-The page loads in this time, and shows a recorded life.
+The page loads in this time, and shows recorded lifetimes.
 """
 
 PRESETS_DELAY_SECONDS = 5
@@ -119,13 +118,14 @@ def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
     from baldwinlab.lab.server import make_app
 
     warm_up_thread = threading.Thread(target=_warm_up)
+    has_loaded = threading.Event()
 
     def is_engine_ready() -> bool:
-        return not warm_up_thread.is_alive()
+        return not warm_up_thread.is_alive() and has_loaded.is_set()
 
     server = make_server(make_app(directory, access, is_engine_ready))
     warm_up_thread.start()
-    threading.Thread(target=_preload, daemon=True).start()
+    threading.Thread(target=_preload, args=[has_loaded], daemon=True).start()
     # The server raises KeyboardInterrupt again after its end.
     with suppress(KeyboardInterrupt):
         server.run(sockets=[listener])
@@ -135,8 +135,7 @@ def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
 
 def _warm_up() -> None:
     """Compile the engine, or load the compiled engine."""
-    if not is_compiled(Experiment()):
-        time.sleep(COMPILER_DELAY_SECONDS)
+    time.sleep(PAGE_SECONDS)
     try:
         seconds = compile_experiments([Experiment()])
     except BaldwinLabError as error:
@@ -146,11 +145,15 @@ def _warm_up() -> None:
         console.info(f"Engine ready after {seconds:.1f} s.")
 
 
-def _preload() -> None:
-    """Load what the first page needs, while the browser starts."""
-    # These imports take seconds.
-    import baldwinlab.analysis.statistics.fitness  # noqa: F401
-    from baldwinlab.lab.presets import list_presets
+def _preload(has_loaded: threading.Event) -> None:
+    """Load what the first page needs, while the browser starts. Set the event for its world."""
+    time.sleep(PAGE_SECONDS)
+    try:
+        # These imports take seconds.
+        import baldwinlab.analysis.statistics.fitness  # noqa: F401
+        from baldwinlab.lab.presets import list_presets
+    finally:
+        has_loaded.set()
 
     time.sleep(PRESETS_DELAY_SECONDS)
     list_presets()

@@ -12,7 +12,6 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab.api.compete import run_competition
 from baldwinlab.api.frozen_genomes import choose_experiment, read_genome_file
 from baldwinlab.lab import Lab
 from baldwinlab.lab.freezer import find_file
@@ -52,6 +51,9 @@ def compete(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
 
     Raise MissingError if a file does not exist, and ValueError for other invalid parameters.
     """
+    # This import of SciPy's statistics takes time.
+    from baldwinlab.api.compete import run_competition
+
     path_a, path_b = (find_file(lab, str(body.get(name, ""))) for name in ("a", "b"))
     condition = str(body.get("condition", "")) or None
     lives = read_body_number(body, "lives", 20)

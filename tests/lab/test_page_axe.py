@@ -106,7 +106,7 @@ def test_the_results_tab_has_no_barriers_with_all_verdicts(
 def test_the_page_during_compilation_has_no_barriers(themed_page: Page, tmp_path: Path) -> None:
     with run_server(tmp_path, lambda: False) as server:
         themed_page.goto(server.entry)
-        expect(themed_page.get_by_test_id("first-canvas-count")).to_contain_text("of 20 ate")
+        expect(themed_page.get_by_test_id("first-a-count")).to_contain_text("of 20 ate")
         assert find_violations(themed_page) == []
         themed_page.goto("about:blank")
 

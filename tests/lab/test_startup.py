@@ -17,11 +17,12 @@ from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study
 
 
-def test_the_packaged_lifetime_is_current() -> None:
+def test_the_packaged_lifetimes_are_current() -> None:
     script = runpy.run_path(str(Path(__file__).parents[2] / "scripts/first_life.py"))
-    shipped = script["RECORDING_FILE"].read_bytes()
-    assert script["first_life"]() == shipped, "run `python scripts/first_life.py`"
-    assert len(shipped) < 300_000
+    contents = script["record_lives"]()
+    for path, content in contents.items():
+        assert path.read_bytes() == content, "run `python scripts/first_life.py`"
+    assert sum(map(len, contents.values())) < 350_000
 
 
 def test_the_server_does_not_import_the_libraries_of_reports() -> None:
@@ -42,9 +43,12 @@ def test_the_page_shows_the_packaged_lifetime_until_the_engine_is_ready(
         page = server.context(browser, viewport={"width": 390, "height": 844}).new_page()
         page.goto(f"/#/{view}")
         first = page.get_by_test_id("first-life")
-        expect(first).to_contain_text("The lab compiles its engine for this machine")
+        expect(first).to_contain_text("The lab prepares its engine.")
         expect(first).to_contain_text(re.compile(r"Elapsed: [1-9]\d* s"), timeout=20_000)
-        expect(page.get_by_test_id("first-canvas-count")).to_contain_text("of 20 ate")
+        # Learners and controls are both in sight.
+        for name in "ab":
+            expect(page.get_by_test_id(f"first-{name}-count")).to_contain_text("of 20 ate")
+            expect(page.get_by_test_id(f"first-{name}")).to_be_in_viewport(ratio=0.9)
         # The lifetime plays without a click.
         expect(page.get_by_test_id("first-play")).to_have_attribute("aria-label", "Pause")
         # Results need no engine.
@@ -66,6 +70,6 @@ def test_with_reduced_motion_the_lifetime_starts_with_a_click(
     with run_server(tmp_path, lambda: False) as server:
         page = server.context(browser, reduced_motion="reduce").new_page()
         page.goto("/")
-        expect(page.get_by_test_id("first-step")).to_have_text("step 0 of 1,000")
+        expect(page.get_by_test_id("first-step")).to_have_text(re.compile(r"step \d+ of 600"))
         expect(page.get_by_test_id("first-play")).to_have_attribute("aria-label", "Play")
         page.close()

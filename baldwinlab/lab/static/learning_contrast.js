@@ -3,10 +3,10 @@
 import { el } from "./common.js";
 import { applyChanges } from "./experiment_changes.js";
 import { Lead } from "./lead.js";
-import { Player, chooseSpeed } from "./player.js";
+import { chooseSpeed } from "./player.js";
 import { Recording } from "./recording.js";
-import { TimeBar } from "./time_bar.js";
-import { WorldFigure, createLifetime } from "./world_figure.js";
+import { createLifetime } from "./world_figure.js";
+import { LABELS, WorldPair } from "./world_pair.js";
 
 // The typical one of these runs is shown.
 const RUNS = 3;
@@ -14,8 +14,6 @@ const RUNS = 3;
 const MAX_GENERATIONS = 10;
 const MAX_AGENT_STEPS = 10_000_000;
 const NO_LEARNING = { "learning.rule": "none" };
-// Of the experiments of `createContrast`.
-const LABELS = ["With learning", "Without learning"];
 
 /**
  * Return the experiments of a contrast: with the learning rule, and without. Return null if the
@@ -47,46 +45,25 @@ export class LearningContrast {
     this.lab = lab;
     this.experiments = experiments;
     this.seed = seed;
-    this.lives = [];
     this.feeds = [];
-    this.player = new Player((time) => this.draw(time));
-    this.player.changed = () => this.bar.showTime();
-    this.bar = new TimeBar(this.player, "contrast");
+    this.pair = new WorldPair("contrast");
     this.lead = new Lead(guide, () => {});
     // Whether the lifetime plays when it comes in sight.
     this.resumes = true;
     this.sight = new IntersectionObserver((entries) =>
       this.setInSight(entries.at(-1).isIntersecting),
     );
-    this.figures = LABELS.map(
-      (label) =>
-        new WorldFigure(label, "contrast", { invalidate: () => this.player.invalidate() }),
-    );
-    const figures = this.figures.map(({ stage, count }, index) =>
-      el(
-        "figure",
-        {},
-        stage,
-        el(
-          "figcaption",
-          {},
-          el("strong", {}, LABELS[index]),
-          " · ",
-          count,
-        ),
-      ),
-    );
     this.element = el(
       "section",
       { class: "card contrast", "data-testid": "contrast" },
       this.lead.root,
-      el("div", { class: "contrast-worlds" }, ...figures),
-      this.bar.root,
+      this.pair.root,
+      this.pair.bar.root,
     );
   }
 
   get panels() {
-    return this.lives.map((life, index) => ({
+    return this.pair.lives.map((life, index) => ({
       source: { condition: LABELS[index], generation: life.header.generation },
       life,
     }));
@@ -100,25 +77,25 @@ export class LearningContrast {
     const run = findTypicalRun(feeds[0]);
     const recordings = await Promise.all(feeds.map((feed) => loadLastGeneration(feed, run)));
     if (this.closed) return;
-    this.lives = recordings.map(createLifetime);
-    this.figures.forEach((figure, index) => figure.show(this.lives[index]));
-    this.player.last = this.lives[0].steps - 1;
-    this.player.setSpeed(chooseSpeed(this.lives[0].steps));
+    const { pair } = this;
+    const { player } = pair;
+    pair.show(recordings.map(createLifetime));
+    player.last = pair.lives[0].steps - 1;
+    player.setSpeed(chooseSpeed(pair.lives[0].steps));
     this.lead.ask(this.panels);
-    const meals = recordings.map(({ meals }) => meals.findIndex((count) => count > 0));
-    const firstMeal = Math.min(...meals.filter((step) => step >= 0));
     const { generation } = recordings[0].header;
-    this.lead.startBefore(firstMeal, this.player, `Generation ${generation}, typical run. `);
+    this.lead.startBefore(pair.firstMeal, player, `Generation ${generation}, typical run. `);
     this.sight.observe(this.element);
   }
 
   /** Pause while out of sight. */
   setInSight(isInSight) {
+    const { player } = this.pair;
     if (isInSight) {
-      if (this.resumes) this.player.autoplay();
+      if (this.resumes) player.autoplay();
       this.resumes = false;
-    } else if (this.player.playing) {
-      this.player.pause();
+    } else if (player.playing) {
+      player.pause();
       this.resumes = true;
     }
   }
@@ -138,22 +115,10 @@ export class LearningContrast {
     return feed;
   }
 
-  draw(time) {
-    const isComplete = this.figures.map((figure) => figure.draw(time).ready);
-    const tracks = this.lives.map((life, index) => ({
-      life,
-      selectedAgent: this.figures[index].agent,
-    }));
-    if (tracks.length) this.bar.draw(Math.floor(time), this.player.last + 1, tracks);
-    if (isComplete.includes(false)) this.player.invalidate();
-    return true;
-  }
-
   close() {
     this.closed = true;
     this.sight.disconnect();
-    this.player.close();
-    for (const figure of this.figures) figure.close();
+    this.pair.close();
     for (const feed of this.feeds) feed.close();
   }
 }

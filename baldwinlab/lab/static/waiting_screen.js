@@ -1,15 +1,18 @@
-/** The screen during compilation: a recorded lifetime and the elapsed time. */
+/** The screen until the engine is ready: two recorded lifetimes, and the elapsed time. */
 
 import { el, getBinary, getJSON, showMessage } from "./common.js";
 import { Legend } from "./legend.js";
-import { Player } from "./player.js";
 import { Recording } from "./recording.js";
-import { TimeBar } from "./time_bar.js";
-import { WorldFigure, createLifetime } from "./world_figure.js";
+import { createLifetime } from "./world_figure.js";
+import { WorldPair } from "./world_pair.js";
 
 // Milliseconds between two requests.
 const POLL_INTERVAL = 500;
 const SPEED = 10;
+// Seconds of playback before the first meal.
+const LEAD_TIME = 0.5;
+// Agents that learn, and agents that cannot, from the same start.
+const RECORDINGS = ["first_life.bald", "first_control.bald"];
 
 // The last response of the server. The engine stays ready.
 let engine = { ready: false, seconds: 0 };
@@ -35,13 +38,9 @@ class WaitingScreen {
   constructor(root) {
     this.root = root;
     this.initialClass = root.className;
-    this.player = new Player((time) => this.draw(time));
-    this.player.setSpeed(SPEED);
-    this.figure = new WorldFigure("A recorded lifetime", "first-canvas", {
-      invalidate: () => this.player.invalidate(),
-    });
-    this.bar = new TimeBar(this.player, "first");
-    this.player.changed = () => this.changed();
+    this.pair = new WorldPair("first");
+    this.pair.player.setSpeed(SPEED);
+    this.pair.player.changed = () => this.changed();
     this.legend = new Legend();
     this.seconds = el("span", { class: "number" });
     this.caption = el("p", { class: "soft" });
@@ -51,20 +50,18 @@ class WaitingScreen {
   }
 
   createElement() {
-    const { stage, foot, facts } = this.figure;
+    const { root: worlds, bar } = this.pair;
     const element = el(
       "section",
-      { class: "first", "data-testid": "first-life" },
-      el("h1", {}, "Almost ready"),
-      this.createNotice(),
-      stage,
-      facts,
-      this.bar.root,
-      foot,
+      { class: "first contrast", "data-testid": "first-life" },
+      el("h1", {}, "Do agents that learn during life eat more than agents that cannot?"),
+      worlds,
+      bar.root,
       this.legend.root,
+      this.createNotice(),
       this.caption,
     );
-    element.addEventListener("keydown", (event) => this.bar.handleKey(event));
+    element.addEventListener("keydown", (event) => bar.handleKey(event));
     return element;
   }
 
@@ -77,41 +74,33 @@ class WaitingScreen {
       el(
         "span",
         {},
-        "The lab compiles its engine for this machine. This happens once and takes about " +
-          "as long as the recorded lifetime below. ",
+        "The lab prepares its engine. On a new machine this takes up to 24 seconds. ",
         this.seconds,
       ),
     );
   }
 
-  /** Handle a change of the player. The lifetime is repeated. */
+  /** Handle a change of the player. The recording is repeated. */
   changed() {
-    this.bar.showTime();
-    const hasEnded = this.figure.life && this.player.time >= this.player.last;
-    if (hasEnded && !this.player.playing) this.player.play();
+    const { player, bar, lives } = this.pair;
+    bar.showTime();
+    if (lives.length && player.time >= player.last && !player.playing) player.play();
   }
 
   async load() {
-    const life = createLifetime(new Recording(await getBinary("first_life.bald")));
-    const { header } = life;
-    this.caption.textContent =
-      `Recording: ${header.condition}, run ${header.run}, generation ` +
-      `${header.generation}, first ${header.last.toLocaleString("en")} ` +
-      "steps.";
-    this.figure.show(life);
+    const recordings = await Promise.all(RECORDINGS.map((name) => getBinary(name)));
+    const lives = recordings.map((container) => createLifetime(new Recording(container)));
+    const { pair, caption } = this;
+    const { player } = pair;
+    const [{ header }] = lives;
+    caption.textContent =
+      `Recordings: ${lives.map(({ header: { condition } }) => condition).join(" and ")}, ` +
+      `run ${header.run}, generation ${header.generation}.`;
+    pair.show(lives);
     this.legend.show([header]);
-    this.player.last = header.last - 1;
-    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.player.play();
-    this.player.invalidate();
-  }
-
-  draw(time) {
-    const { life, agent } = this.figure;
-    const { isLoaded, ready } = this.figure.draw(time);
-    if (!ready) this.player.invalidate();
-    if (life)
-      this.bar.draw(Math.floor(time), this.player.last + 1, [{ life, selectedAgent: agent }]);
-    return isLoaded;
+    player.last = header.last - 1;
+    player.seek(Math.max(0, Math.floor(pair.firstMeal - LEAD_TIME * player.pace)));
+    player.autoplay();
   }
 
   showElapsed({ seconds }) {
@@ -119,8 +108,7 @@ class WaitingScreen {
   }
 
   close() {
-    this.player.close();
-    this.figure.close();
+    this.pair.close();
   }
 
   /** Restore the previous state of the page. */
