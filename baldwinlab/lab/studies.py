@@ -73,8 +73,10 @@ def summarize(lab: Lab, name: str) -> dict[str, Any]:
 
 def _summarize_readable(study: StudyStore, name: str) -> dict[str, Any]:
     main_condition = _find_main_condition(study)
+    titles = sweeps.name_points(study)
     conditions = [
-        _summarize_condition(study, experiment) | {"shown": experiment.name == main_condition}
+        _summarize_condition(study, experiment)
+        | {"title": titles[experiment.name], "shown": experiment.name == main_condition}
         for experiment in study.experiments.values()
     ]
     return {

@@ -13,9 +13,11 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.api.sweep import sweep as run_sweep
-from baldwinlab.lab import MissingError, comparison_plan, live_comparison
+from baldwinlab.lab import Lab, MissingError, comparison_plan, live_comparison
 from baldwinlab.lab.comparison_plan import make_comparison_plan
+from baldwinlab.lab.live import Live
 from baldwinlab.lab.live_comparison import Comparisons
+from baldwinlab.lab.studies import summarize
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import CLIENT, get_json
@@ -82,6 +84,12 @@ def test_a_sweep_is_identical_to_that_of_the_command_line_with_its_file(
     assert read_records(tmp_path / "live/rates") == read_records(expected.directory)
     assert StudyStore(tmp_path / "live/rates").experiments["point-0001"].learning.rate == 0.1
     assert (tmp_path / "live/rates/sweep.toml").read_text() == plan.toml
+    # The lists of the World tab show the values instead of the names of points.
+    conditions = summarize(Lab(tmp_path, Live()), "live/rates")["conditions"]
+    assert [condition["title"] for condition in conditions] == [
+        "learning.rate = 0.01",
+        "learning.rate = 0.1",
+    ]
 
 
 def test_presets_are_a_study_as_that_of_the_command_line(

@@ -41,6 +41,7 @@ def test_the_list_of_studies_contains_conditions_and_runs(lab_server: LabServer)
     conditions = [
         {
             "name": f"{name}/A",
+            "title": f"{name}/A",
             "learner": name,
             "learns": name != "evo",
             "map": "A",

@@ -12,7 +12,7 @@ from baldwinlab.api.publish.added_runs import SWEEP_INSTRUCTION
 from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, settings_by_path
+from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, name_points
 from baldwinlab.studies.sweeps.file import Sweep, read_stored_sweep
 
 # With more points, the correction for multiple tests leaves few significant differences.
@@ -110,22 +110,3 @@ def compare_points(
         titles.get(baseline, ""),
     )
     return replace(contrasts, instruction=SWEEP_INSTRUCTION)
-
-
-def name_points(study: StudyStore) -> dict[str, str]:
-    """Return a name for each point of a sweep, such as `learning.rule = hebb`.
-
-    Parameters
-    ----------
-    study
-        The sweep.
-    """
-    settings = settings_by_path(study)
-    columns = [[f"{field} = {value}" for value in values] for field, values in settings.items()]
-    all_names = [", ".join(values) for values in zip(*columns, strict=True)] or list(
-        study.experiments
-    )
-    return {
-        point: name if all_names.count(name) == 1 else f"{name} ({point})"
-        for point, name in zip(study.experiments, all_names, strict=True)
-    }

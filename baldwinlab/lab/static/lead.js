@@ -44,9 +44,10 @@ export class Lead {
 
   /** Say what happened in complete lifetimes, and what to watch next. */
   showEnd(panels, lastGeneration) {
-    const results = panels.map(({ source, life }) => {
+    const results = panels.map((panel) => {
+      const { life } = panel;
       const end = life.findPart(life.steps - 1);
-      return `${source.condition}: ${end.describeEaten(life.steps)}.`;
+      return `${nameCondition(panel)}: ${end.describeEaten(life.steps)}.`;
     });
     const { generation } = panels[0].source;
     const next = generation === 0 ? lastGeneration : 0;
@@ -70,5 +71,9 @@ function formatQuestion(panels) {
     return "Do agents that learn during life eat more than agents that cannot?";
   if (first.source.generation !== second.source.generation)
     return `What has evolved between generations ${first.source.generation} and ${second.source.generation}?`;
-  return `Which agents eat more: ${first.source.condition} or ${second.source.condition}?`;
+  return `Which agents eat more: ${nameCondition(first)} or ${nameCondition(second)}?`;
+}
+
+function nameCondition({ condition, source }) {
+  return condition?.title ?? source.condition;
 }

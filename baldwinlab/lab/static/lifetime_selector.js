@@ -161,9 +161,9 @@ export class LifetimeSelector {
     this.lists.study.hidden = this.studies.length < 2;
     setOptions(
       this.lists.condition,
-      this.conditions.map(({ name }) => name),
+      this.conditions.map(({ name, title }) => [name, title]),
     );
-    setOptions(this.lists.run, this.condition?.runs ?? []);
+    setOptions(this.lists.run, this.condition?.runs.map((stored) => [stored, stored]) ?? []);
     Object.assign(this.lists.study, { value: study });
     Object.assign(this.lists.condition, { value: condition });
     Object.assign(this.lists.run, { value: String(run) });
@@ -173,13 +173,16 @@ export class LifetimeSelector {
   }
 }
 
-/** Set the options of a list. Equal options are not replaced. */
-function setOptions(list, values) {
+/** Set the options of a list, pairs of a value and a text. Equal options are not replaced. */
+function setOptions(list, options) {
   const hasSameOptions =
-    list.options.length === values.length &&
-    values.every((value, index) => list.options[index].value === String(value));
+    list.options.length === options.length &&
+    options.every(
+      ([value, text], index) =>
+        list.options[index].value === String(value) && list.options[index].text === String(text),
+    );
   if (!hasSameOptions)
-    list.replaceChildren(...values.map((value) => el("option", { value }, value)));
+    list.replaceChildren(...options.map(([value, text]) => el("option", { value }, text)));
 }
 
 function createIconButton(label, path, attributes) {

@@ -238,6 +238,6 @@ async function loadPresets() {
     id: PRESETS,
     conditions: presets
       .filter(({ world }) => world)
-      .map(({ world, ...preset }) => ({ ...preset, ...world, runs })),
+      .map(({ world, ...preset }) => ({ ...preset, ...world, title: preset.name, runs })),
   };
 }

@@ -296,6 +296,30 @@ def settings_by_path(study: StudyStore) -> dict[str, list[int | float] | list[st
     }
 
 
+def name_points(study: StudyStore) -> dict[str, str]:
+    """Return a name for each point of a sweep, such as `learning.rule = hebb`.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The sweep. The conditions of any other study keep their names.
+
+    Returns
+    -------
+    dict of str to str
+        The names by condition.
+    """
+    settings = settings_by_path(study)
+    columns = [[f"{field} = {value}" for value in values] for field, values in settings.items()]
+    all_names = [", ".join(values) for values in zip(*columns, strict=True)] or list(
+        study.experiments
+    )
+    return {
+        point: name if all_names.count(name) == 1 else f"{name} ({point})"
+        for point, name in zip(study.experiments, all_names, strict=True)
+    }
+
+
 def _unstack_grid(data: xr.Dataset, fields: Sequence[str]) -> xr.Dataset:
     """Replace the dimension `point` by one dimension per field, in the order of the file."""
     values_in_order = {field: list(dict.fromkeys(data[field].values)) for field in fields}

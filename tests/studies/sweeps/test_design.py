@@ -17,7 +17,7 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep
+from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep, name_points
 from baldwinlab.studies.sweeps.file import Sweep, read_sweep
 from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
 
@@ -125,6 +125,17 @@ def test_missing_runs_are_nan_and_can_be_completed_with_identical_results(
 def test_a_sweep_can_be_opened_as_a_study(grid: StudyStore) -> None:
     study = open_runs(grid.directory)
     assert study["condition"].values.tolist() == [f"point-{number:04d}" for number in range(6)]
+
+
+def test_a_point_is_named_by_the_values_of_its_fields(grid: StudyStore) -> None:
+    names = name_points(grid)
+    assert list(names) == list(grid.experiments)
+    assert names["point-0001"] == "world.food.0.count = 0, evolution.mutation_rate = 0.0"
+
+
+def test_the_conditions_of_a_study_that_is_no_sweep_keep_their_names(tmp_path: Path) -> None:
+    study = make_small_study(tmp_path / "study", runs=1, workers=1)
+    assert name_points(study) == {name: name for name in study.experiments}
 
 
 def test_a_list_design_combines_the_values_of_all_fields_in_order(tmp_path: Path) -> None:
