@@ -36,7 +36,7 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         life_query.require_agent(life.experiment, agent)
 
         def respond() -> Response:
-            parents, eaten = _load_history(lab, query, life)
+            parents, eaten = load_history(lab, query, life)
             return JSONResponse(trace_ancestor_line(life.key.generation, agent, parents, eaten))
 
         return QueuedResponse(lab, respond)
@@ -111,7 +111,7 @@ def trace_ancestor_line(
     }
 
 
-def _load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
+def load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
     """Return the parents and the eaten items of a run, at least up to a lifetime.
 
     The shapes are [generation, agent, 2] and [generation, agent].

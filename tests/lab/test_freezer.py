@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
+from baldwinlab.api.frozen_genomes import read_genome_file
 from baldwinlab.lab.freezer import MAX_FILE_BYTES
 from tests.lab.client import CLIENT, LabServer, get_json
 from tests.lab.conftest import run_server
@@ -37,7 +38,8 @@ def save(server: LabServer, name: str, **body: Any) -> Path:
     """Save agents, and return the path of the file."""
     response = post(server, "freezer", name=name, **({"life": LIFE} | body))
     assert response.status_code == 201, response.text
-    return server.root / response.json()["name"]
+    name: str = response.json()["name"]
+    return server.root / name
 
 
 def test_a_population_of_the_lab_is_the_file_of_the_command_line(
@@ -76,8 +78,8 @@ def test_a_stored_population_starts_a_live_run(freezer: LabServer) -> None:
     life = {"live": id, "run": 0, "generation": 0}
     moved = save(freezer, "moved", life=life)
     assert np.array_equal(
-        bl.api.frozen_genomes.read_genome_file(moved).genome,
-        bl.api.frozen_genomes.read_genome_file(path).genome,
+        read_genome_file(moved).genome,
+        read_genome_file(path).genome,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
+from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
@@ -37,11 +38,11 @@ def page(browser: Browser, freezer: LabServer) -> Iterator[Page]:
         yield context.new_page()
 
 
-def read_changes(page: Page) -> dict[str, object]:
+def read_changes(page: Page) -> dict[str, Any]:
     """Return the changed settings in the address."""
     expect(page).to_have_url(re.compile("[?&]set="))
     query = parse_qs(urlsplit(page.url).fragment.partition("?")[2])
-    changes: dict[str, object] = json.loads(query["set"][0])
+    changes: dict[str, Any] = json.loads(query["set"][0])
     return changes
 
 
@@ -82,7 +83,7 @@ def test_stored_agents_become_the_founders_of_a_run_in_another_condition(page: P
     entry.get_by_test_id("freezer-condition").select_option("evo+self-taught/B")
     entry.get_by_test_id("use-founders").click()
     expect(page.get_by_test_id("preset")).to_have_value("evo+self-taught/B")
-    (founders,) = read_changes(page)["evolution.founders"]  # type: ignore[misc]
+    (founders,) = read_changes(page)["evolution.founders"]
     assert founders["path"].endswith("generation-2.nc")
     page.get_by_test_id("start").click()
     expect(page.get_by_test_id("live-canvas-count")).to_contain_text("of 20 ate")

@@ -11,6 +11,7 @@ from urllib.parse import quote
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from tests.axe import find_violations
 from tests.lab.client import SMALL, LabServer, get_json
 from tests.lab.conftest import run_server
 
@@ -159,3 +160,21 @@ def test_the_inspector_lists_the_ancestors_in_a_live_run(page: Page) -> None:
     expect(page.get_by_test_id("ancestors").locator("tbody tr")).to_have_count(2)
     page.get_by_test_id("ancestor").last.click()
     expect(page.get_by_test_id("live-caption")).to_have_text("Generation 0")
+
+
+def test_the_lineage_tree_opens_the_lifetimes_of_relatives(
+    page: Page, lab_server: LabServer
+) -> None:
+    tree = get_json(lab_server.address, "lineage", **SMALL, agent=3)
+    page.goto(f"/#/world?{LIFE}&agent=3&inside=ancestors")
+    nodes = page.get_by_test_id("lineage").get_by_role("button")
+    expect(nodes).to_have_count(sum(len(row["agents"]) for row in tree["rows"]))
+    assert find_violations(page) == []
+    parent = tree["rows"][-2]["agents"][0]
+    nodes.first.focus()
+    for _ in tree["rows"][0]["agents"]:
+        page.keyboard.press("ArrowRight")
+    # The first agent of the next generation, which is that of the parents.
+    page.keyboard.press("Enter")
+    expect(page.get_by_test_id("agent")).to_have_text(f"Agent {parent}")
+    expect(page.get_by_test_id("generation-a")).to_have_value("1")

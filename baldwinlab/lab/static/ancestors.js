@@ -1,6 +1,7 @@
 /** The ancestors of an agent as a chart and a table, back to the first generation. */
 
-import { el, formatNumber, getJSON, showMessage } from "./common.js";
+import { el, formatNumber, getJSON, isServerless, showMessage } from "./common.js";
+import { createLineageTree } from "./lineage_tree.js";
 import { createLifetimeQuery } from "./sources.js";
 import { LifetimeChart, createColorKey } from "./lifetime_chart.js";
 
@@ -25,6 +26,7 @@ export class Ancestors {
     this.rows = el("tbody");
     const heads = COLUMNS.map((column) => el("th", { scope: "col" }, column));
     this.table = el("table", {}, el("thead", {}, el("tr", {}, heads)), this.rows);
+    this.tree = el("div", { "data-testid": "lineage" });
     this.root = el(
       "div",
       {
@@ -35,6 +37,7 @@ export class Ancestors {
         "data-testid": "ancestors",
         hidden: true,
       },
+      this.tree,
       this.trace.root,
       this.description,
       this.table,
@@ -52,12 +55,25 @@ export class Ancestors {
     this.root.classList.add("waiting");
     try {
       this.setLine(await getJSON(`api/ancestors?${requested}`, this.stop.signal));
+      await this.showTree(requested, agent);
     } catch (error) {
       if (error.name === "AbortError") return;
       this.cancel();
       showMessage(error.message, "error");
     }
     this.root.classList.remove("waiting");
+  }
+
+  /** Draw the lineage tree. An exported page has none. */
+  async showTree(requested, agent) {
+    if (isServerless()) return;
+    const tree = await getJSON(`api/lineage?${requested}`, this.stop.signal);
+    const { source } = this;
+    this.tree.replaceChildren(
+      createLineageTree(tree, { generation: source.generation, agent }, (generation, relative) =>
+        this.open({ ...source, generation }, relative),
+      ),
+    );
   }
 
   /** Cancel the pending request. */

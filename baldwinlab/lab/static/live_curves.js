@@ -4,9 +4,14 @@ import { selectSeriesStyle } from "./chart_series.js";
 import { LineChart } from "./charts.js";
 import { el } from "./common.js";
 import { createChartDownloads } from "./downloads.js";
+import { createQuantileSeries } from "./quantiles.js";
 import { palette, resolveColor } from "./palette.js";
 
-const CSV_COLUMNS = ["curve", "generation", "mean", "low", "high"];
+/** What a curve of several runs shows, by name, with the description in the title. */
+export const STATISTICS = {
+  mean: { name: "mean and 95 % interval", title: "mean of RUNS runs with 95 % interval" },
+  median: { name: "median, 50 % and 90 %", title: "median, 50 % and 90 % of RUNS runs" },
+};
 // The charts of numbers of agents, by measure.
 const COUNT_TITLES = {
   size: "Agents of each species",
@@ -26,12 +31,14 @@ export class LiveCurves {
    * @param {HTMLElement} shareRoot is filled
    * @param {HTMLElement} countRoot is filled with the numbers of agents of each species
    * @param {HTMLInputElement} runSwitch is checked if each run is drawn
+   * @param {"mean"|"median"} statistic of several runs
    * @param {(generation: number, run?: number) => void} pick
    * @param {{name: string, values: number[]}[]} earlierRuns
    */
-  constructor(feed, fitnessRoot, shareRoot, countRoot, runSwitch, pick, earlierRuns) {
+  constructor(feed, fitnessRoot, shareRoot, countRoot, runSwitch, statistic, pick, earlierRuns) {
     this.feed = feed;
     this.runSwitch = runSwitch;
+    this.statistic = statistic;
     this.pick = pick;
     this.earlierRuns = earlierRuns;
     const { generations } = feed.summary.experiment.evolution;
@@ -49,7 +56,8 @@ export class LiveCurves {
 
   createFitnessChart(root) {
     const { runs } = this.feed.summary;
-    const suffix = runs > 1 ? `, mean of ${runs} runs with 95 % interval` : "";
+    const description = STATISTICS[this.statistic].title.replace("RUNS", String(runs));
+    const suffix = runs > 1 ? `, ${description}` : "";
     const { axis, heading, title } = this.feed.summary.measures.mean;
     this.createChart(root, "fitness", () => this.listFitnessSeries(), {
       title: `${this.species.length ? title : heading}${suffix}`,
@@ -90,7 +98,9 @@ export class LiveCurves {
     const rows = () => listSeries().flatMap((line) => this.listRows(line));
     root.append(
       plot,
-      createChartDownloads(name, CSV_COLUMNS, rows, () => chart.drawFile()),
+      createChartDownloads(name, ["curve", "generation", this.statistic, "low", "high"], rows, () =>
+        chart.drawFile(),
+      ),
     );
     this.charts.push({ chart, listSeries });
   }
@@ -98,8 +108,8 @@ export class LiveCurves {
   listFitnessSeries() {
     if (this.species.length) return this.listSpeciesSeries("mean");
     return [
-      this.createSeries("best agent", "best", selectSeriesStyle(0)),
-      this.createSeries("average agent", "mean", selectSeriesStyle(1)),
+      ...this.listMeasureSeries("best agent", "best", selectSeriesStyle(0)),
+      ...this.listMeasureSeries("average agent", "mean", selectSeriesStyle(1)),
       ...this.earlierRuns.map((run, number) => this.createEarlierSeries(run, number)),
     ];
   }
@@ -117,14 +127,26 @@ export class LiveCurves {
   listShareSeries() {
     if (this.species.length) return this.listSpeciesSeries("share");
     const { name } = this.feed.summary.measures.share;
-    return [this.createSeries(name, "share", selectSeriesStyle(2))];
+    return this.listMeasureSeries(name, "share", selectSeriesStyle(2));
   }
 
   /** Return a series for each species, in its color on the map. */
   listSpeciesSeries(measure) {
-    return this.species.map(({ name, color }) =>
-      this.createSeries(name, `${measure}:${name}`, { color: resolveColor(color) }),
+    return this.species.flatMap(({ name, color }) =>
+      this.listMeasureSeries(name, `${measure}:${name}`, { color: resolveColor(color) }),
     );
+  }
+
+  /**
+   * Return the mean of a measure, or its quantiles.
+   * @returns {import("./charts.js").Series[]}
+   */
+  listMeasureSeries(label, measure, style) {
+    if (this.statistic === "mean") return [this.createSeries(label, measure, style)];
+    const runs = this.feed.bands[measure]?.runs ?? [];
+    const padded = this.x.map((generation) => runs[generation] ?? null);
+    const [median, band] = createQuantileSeries(label, style.color, padded);
+    return [{ ...median, runs: this.createSeries(label, measure, style).runs }, band];
   }
 
   /** Return the series of a measure. It is null in generations that are not finished. */
@@ -151,7 +173,7 @@ export class LiveCurves {
     return this.x.slice(0, this.feed.generationsDone).map((generation) => ({
       curve: label,
       generation,
-      mean: values[generation],
+      [this.statistic]: values[generation],
       low: low?.[generation],
       high: high?.[generation],
     }));

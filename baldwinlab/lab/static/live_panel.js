@@ -3,7 +3,7 @@
 import { createRunSwitch } from "./chart_legend.js";
 import { el, isServerless, postJSON, showMessage } from "./common.js";
 import { LiveAlleles } from "./live_alleles.js";
-import { LiveCurves } from "./live_curves.js";
+import { LiveCurves, STATISTICS } from "./live_curves.js";
 import { listEarlierRuns, nameExperiment, rememberRun } from "./earlier_runs.js";
 import { LiveWorld } from "./live_world.js";
 import { openSaveDialog } from "./save_dialog.js";
@@ -48,16 +48,26 @@ export class LivePanel {
       navigate({ lines: isChecked ? "each" : null }, true);
       this.curves.update();
     });
-    if (runs > 1) fitness.after(runSwitch);
-    this.curves = new LiveCurves(
-      feed,
-      fitness,
-      share,
-      counts,
-      runSwitch.querySelector("input"),
-      (generation, run) => this.world.pick(generation, run),
-      listEarlierRuns(),
-    );
+    const drawCurves = (statistic) => {
+      this.curves?.close();
+      for (const chart of [fitness, share, counts]) chart.replaceChildren();
+      this.curves = new LiveCurves(
+        feed,
+        fitness,
+        share,
+        counts,
+        runSwitch.querySelector("input"),
+        statistic,
+        (generation, run) => this.world.pick(generation, run),
+        listEarlierRuns(),
+      );
+    };
+    const statistic = createStatisticPicker(state.statistic, (chosen) => {
+      navigate({ statistic: chosen === "mean" ? null : chosen }, true);
+      drawCurves(chosen);
+    });
+    if (runs > 1) fitness.after(el("div", { class: "row" }, statistic, runSwitch));
+    drawCurves(runs > 1 ? statistic.value : "mean");
     counts.closest("section").hidden = !counts.hasChildNodes();
     this.showName();
     this.update();
@@ -121,6 +131,21 @@ export class LivePanel {
     this.curves.close();
     this.world.close();
   }
+}
+
+/** Return the list of what the curves of several runs show. */
+function createStatisticPicker(initial, changed) {
+  const picker = el(
+    "select",
+    {
+      "aria-label": "Curves of several runs",
+      "data-testid": "statistic",
+      onchange: () => changed(picker.value),
+    },
+    Object.entries(STATISTICS).map(([value, { name }]) => el("option", { value }, name)),
+  );
+  picker.value = initial in STATISTICS ? initial : "mean";
+  return picker;
 }
 
 /** Return a column with a card for each chart. */

@@ -1,6 +1,7 @@
 /** A scatter plot in SVG with the line of equal values. Its points can be pressed. */
 
 import { el } from "./common.js";
+import { bindButtons } from "./svg_buttons.js";
 import { chooseTicks, createSvg, drawGridLine, drawTextLabel, formatSvgFile } from "./drawing.js";
 
 // SVG units.
@@ -26,34 +27,17 @@ const RADIUS = 6;
 export function createScatterChart(options, pick) {
   const drawing = drawPlot(options);
   const dots = [...drawing.querySelectorAll("circle")];
-  dots.forEach((dot, index) => {
-    dot.setAttribute("role", "button");
-    // One stop of the Tab key. The arrow keys move between the points.
-    dot.setAttribute("tabindex", index ? "-1" : "0");
-    dot.setAttribute("aria-label", options.points[index].label);
-    dot.setAttribute("data-testid", `point-${index}`);
-    dot.addEventListener("click", () => pick(index));
-    dot.addEventListener("keydown", (event) => handleKey(event, dots, index, pick));
-  });
+  bindButtons(
+    dots,
+    options.points.map(({ label }) => label),
+    pick,
+  );
   return el("div", { class: "scatter" }, drawing);
 }
 
 /** Return the text of an SVG file. */
 export function formatScatterFile(options) {
   return formatSvgFile(options.title, SIZE, SIZE, drawPlot(options));
-}
-
-function handleKey(event, dots, index, pick) {
-  const offset = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
-  if (event.key === "Enter" || event.key === " ") pick(index);
-  else if (!offset) return;
-  else {
-    const next = dots[(index + offset + dots.length) % dots.length];
-    dots[index].setAttribute("tabindex", "-1");
-    next.setAttribute("tabindex", "0");
-    next.focus();
-  }
-  event.preventDefault();
 }
 
 function drawPlot({ title, xLabel, yLabel, points, color }) {
