@@ -30,7 +30,14 @@ from baldwinlab.simulation.replay import replay
 
 # The module that a replay page starts with.
 REPLAY_MODULE = "replay_page.js"
-STYLES = ("style.css", "world.css", "world_figure.css", "replay_page.css")
+STYLES = (
+    "style.css",
+    "world.css",
+    "inspector.css",
+    "world_windows.css",
+    "world_figure.css",
+    "replay_page.css",
+)
 MOVIE_TYPES = {"mp4": "video/mp4", "gif": "image/gif"}
 # Each agent-step of the trace of a movie needs about 100 bytes of memory.
 MAX_MOVIE_AGENT_STEPS = 2_000_000

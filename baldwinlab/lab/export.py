@@ -39,6 +39,8 @@ STYLES: Final = (
     "vendor/uPlot.min.css",
     "style.css",
     "world.css",
+    "inspector.css",
+    "world_windows.css",
     "world_figure.css",
     "charts.css",
     "live.css",

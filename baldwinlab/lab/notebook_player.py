@@ -20,7 +20,14 @@ from baldwinlab.lab import binary_frames, single_page
 from baldwinlab.lab.species import describe_species
 
 REPLAY_MODULE: Final = "replay_page.js"
-STYLES: Final = ("style.css", "world.css", "world_figure.css", "replay_page.css")
+STYLES: Final = (
+    "style.css",
+    "world.css",
+    "inspector.css",
+    "world_windows.css",
+    "world_figure.css",
+    "replay_page.css",
+)
 # The player shows the beginning of a longer lifetime.
 MAX_AGENT_STEPS: Final = 1_000_000
 DEGREES_OF_CIRCLE: Final = 360

@@ -32,8 +32,8 @@ export function createLineageTree({ rows, links, omitted }, subject, open) {
   const lines = links.map(([generation, child, parent]) =>
     drawLink(find(generation, child), find(generation - 1, parent)),
   );
-  const most = Math.max(1, ...nodes.map(({ eaten }) => eaten));
-  const circles = nodes.map((node) => drawNode(node, most, subject));
+  const maximum = Math.max(1, ...nodes.map(({ eaten }) => eaten));
+  const circles = nodes.map((node) => drawNode(node, maximum, subject));
   bindButtons(
     circles,
     nodes.map(describeNode),
@@ -81,14 +81,14 @@ function drawLink(child, parent) {
   });
 }
 
-function drawNode(node, most, subject) {
+function drawNode(node, maximum, subject) {
   const isSubject = node.generation === subject.generation && node.agent === subject.agent;
   return createSvg(
     "circle",
     {
       cx: node.x,
       cy: node.y,
-      r: MIN_RADIUS + (MAX_RADIUS - MIN_RADIUS) * (node.eaten / most),
+      r: MIN_RADIUS + (MAX_RADIUS - MIN_RADIUS) * (node.eaten / maximum),
       fill: isSubject ? palette.chosen : palette.agent,
       stroke: "currentColor",
       "stroke-width": isSubject ? 2 : 0,

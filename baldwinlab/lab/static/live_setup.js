@@ -3,30 +3,14 @@
 import { el, getJSON, isServerless, postJSON } from "./common.js";
 import { openCompareDialog } from "./compare_dialog.js";
 import { applyChanges, findChanges, parseChanges } from "./experiment_changes.js";
-import { createForm } from "./form.js";
-import { createFoundersField } from "./founders_field.js";
-import { createScheduleField, listSettings } from "./schedule_field.js";
-import {
-  DEFAULT_SPEED,
-  createNumberField,
-  createSpeedPicker,
-  groupPresets,
-  matchesWords,
-} from "./setup_fields.js";
+import { ExperimentFields } from "./experiment_fields.js";
+import { PresetPicker } from "./preset_picker.js";
+import { DEFAULT_SPEED, createNumberField, createSpeedPicker } from "./setup_fields.js";
 
 // Milliseconds after the last change.
 const VALIDATION_DELAY = 200;
 // The start button can be outside the form.
 const FORM_ID = "live-settings";
-// Shown before all parameters.
-const MAIN_SETTINGS = {
-  "learning.rule": "Learning rule",
-  "learning.rate": "Learning rate",
-  "evolution.mutation_size": "Size of mutations",
-  "senses.visual_radius": "Visual range",
-};
-// Fewer presets need no search.
-const MIN_SEARCHED = 20;
 
 /**
  * @typedef {object} Listener
@@ -55,9 +39,7 @@ export class Setup {
       seed: parseNumber(state.seed, 0),
       pace: state.pace ?? DEFAULT_SPEED,
     };
-    this.main = el("div", { class: "live-main", "data-testid": "main-settings" });
-    this.body = el("div", { class: "live-form" });
-    this.description = el("p", { class: "hint" });
+    this.fields = new ExperimentFields(() => this.changed(), signal);
     // Why the run cannot start.
     this.fault = el("p", { class: "fault", role: "status", "data-testid": "setup-fault" });
     // About too few runs.
@@ -98,19 +80,9 @@ export class Setup {
   async show(root) {
     this.root = root;
     const { presets, default: defaultPreset } = await getJSON("/api/presets", this.signal);
-    this.presets = presets;
     const { preset } = this.state;
-    this.preset = el("select", { "data-testid": "preset" }, ...groupPresets(presets));
-    this.search = el("input", {
-      type: "search",
-      placeholder: `Search ${presets.length} presets`,
-      "aria-label": "Search presets",
-      "data-testid": "preset-search",
-      hidden: presets.length < MIN_SEARCHED,
-      oninput: () => this.filterPresets(),
-    });
-    this.preset.value = presets.some(({ name }) => name === preset) ? preset : defaultPreset;
-    this.preset.addEventListener("change", () => this.resetToPreset());
+    this.preset = new PresetPicker(presets, () => this.resetToPreset());
+    this.preset.value = this.preset.has(preset) ? preset : defaultPreset;
     this.reset.addEventListener("click", () => this.resetToPreset());
     await this.load(parseChanges(this.state.set));
     root.replaceChildren(this.createElement());
@@ -118,23 +90,15 @@ export class Setup {
     if (compare && !isServerless()) this.openCompareDialog(parseChanges(compare));
   }
 
-  /** List the presets whose name, paper or description contains the words of the search. */
-  filterPresets() {
-    const { value } = this.preset;
-    const matches = this.presets.filter((preset) => preset.name === value || matchesWords(preset, this.search.value));
-    this.preset.replaceChildren(...groupPresets(matches));
-    this.preset.value = value;
-  }
-
   /** Open the dialog of a comparison. */
   openCompareDialog(compared) {
     const { runs, seed } = this.numbers;
-    const { presets } = this;
+    const { presets } = this.preset;
     const listOptions = (path) =>
-      [...(this.form.findField(path)?.querySelector("select")?.options ?? [])].map(
+      [...(this.fields.form.findField(path)?.querySelector("select")?.options ?? [])].map(
         ({ value }) => value,
       );
-    const order = { preset: this.preset.value, experiment: this.form.value, runs, seed };
+    const order = { preset: this.preset.value, experiment: this.fields.form.value, runs, seed };
     const remember = (compared) => this.navigate({ compare: compared && JSON.stringify(compared) });
     const dialog = openCompareDialog({ order, presets, listOptions }, compared, remember, (name) =>
       this.listener.compared(name),
@@ -154,9 +118,7 @@ export class Setup {
 
   /** Load the settings of a run into the form, to change it and start it again. */
   async editRun({ experiment, runs, seed, seconds }) {
-    const name = this.presets.some((preset) => preset.name === experiment.name)
-      ? experiment.name
-      : this.preset.value;
+    const name = this.preset.has(experiment.name) ? experiment.name : this.preset.value;
     this.numbers = { runs, seed, pace: String(seconds) };
     this.navigate(this.numbers);
     const base = await getJSON(`/api/preset?${new URLSearchParams({ name })}`, this.signal);
@@ -164,7 +126,7 @@ export class Setup {
   }
 
   createElement() {
-    const { numbers, body, fault } = this;
+    const { numbers, fault } = this;
     const remember = (name) => (value) => {
       numbers[name] = value;
       this.navigate({ [name]: value });
@@ -183,8 +145,7 @@ export class Setup {
       this.heading,
       this.begin,
       fault,
-      el("label", { class: "field" }, el("span", {}, "Preset"), this.preset, this.description),
-      this.search,
+      ...this.preset.elements,
       el(
         "div",
         { class: "live-numbers" },
@@ -193,7 +154,7 @@ export class Setup {
         createSpeedPicker(numbers.pace, remember("pace")),
       ),
       this.note,
-      this.main,
+      this.fields.main,
       el(
         "div",
         { class: "row" },
@@ -201,7 +162,7 @@ export class Setup {
         el("span", { class: "spread" }),
         this.reset,
       ),
-      body,
+      this.fields.body,
     );
     element.addEventListener("submit", (event) => {
       event.preventDefault();
@@ -219,60 +180,12 @@ export class Setup {
   async load(changes) {
     const name = this.preset.value;
     this.base = await getJSON(`/api/preset?${new URLSearchParams({ name })}`, this.signal);
-    this.description.textContent = this.presets.find((preset) => preset.name === name).description;
-    await this.buildForm(applyChanges(this.base, changes), changes);
-  }
-
-  /**
-   * Build the form of an experiment, whose fields depend on its parts.
-   *
-   * `changes` are applied to the experiment that the server returns. If the fields stay the same,
-   * the form is not replaced.
-   */
-  async buildForm(requested, changes) {
-    const request = (this.building = {});
-    const submitted = structuredClone(requested);
-    const { schema, experiment } = await postJSON(
-      "/api/schema",
-      { experiment: submitted },
-      this.signal,
-    );
-    if (request !== this.building) return;
-    const shape = JSON.stringify(schema);
-    if (changes || shape !== this.shape) {
-      // The changes during the request.
-      const currentChanges = changes ?? findChanges(this.form.value, submitted);
-      this.shape = shape;
-      const initial = applyChanges(experiment, currentChanges);
-      this.replaceForm(
-        createForm(
-          schema,
-          initial,
-          () => this.changed(),
-          (value) => this.buildForm(value),
-          isServerless() ? {} : createCustomFields(schema, initial),
-        ),
-      );
-    }
-    this.changed();
-  }
-
-  /** Replace the form. Open groups stay open, and the focus stays on its field. */
-  replaceForm(form) {
-    const openGroups = [...this.body.querySelectorAll("details[open]")];
-    const open = new Set(openGroups.map((group) => group.getAttribute("data-testid")));
-    const focused = document.activeElement?.id;
-    this.form = form;
-    this.body.replaceChildren(form.element);
-    this.main.replaceChildren(...listMainFields(form));
-    for (const group of this.body.querySelectorAll("details"))
-      if (open.has(group.dataset.testid)) group.open = true;
-    if (focused) document.getElementById(focused)?.focus();
+    await this.fields.build(applyChanges(this.base, changes), changes);
   }
 
   /** Write the changes to the address, and validate the experiment. */
   changed() {
-    const changes = findChanges(this.form.value, this.base);
+    const changes = findChanges(this.fields.form.value, this.base);
     this.reset.hidden = !Object.keys(changes).length;
     this.navigate({ set: this.reset.hidden ? null : JSON.stringify(changes) });
     this.validateSoon();
@@ -284,7 +197,7 @@ export class Setup {
     const request = ++this.latestRequest;
     this.validationTimer = setTimeout(async () => {
       // A copy, because the user can change the form during the request.
-      const form = this.form;
+      const form = this.fields.form;
       const order = structuredClone(this.createOrder());
       const { errors, note } = await postJSON("/api/validate", order, this.signal);
       if (request !== this.latestRequest) return;
@@ -310,7 +223,7 @@ export class Setup {
 
   createOrder() {
     const { runs, seed, pace } = this.numbers;
-    return { experiment: this.form.value, runs, seed, seconds: Number(pace) };
+    return { experiment: this.fields.form.value, runs, seed, seconds: Number(pace) };
   }
 
   /** Show next to the button why the run cannot start, with a button to the field. */
@@ -323,7 +236,7 @@ export class Setup {
         type: "button",
         class: "quiet",
         "data-testid": "setup-show",
-        onclick: () => this.form.scrollTo(first.path),
+        onclick: () => this.fields.form.scrollTo(first.path),
       },
       "Show the field",
     );
@@ -344,25 +257,6 @@ export class Setup {
       this.start.disabled = false;
     }
   }
-}
-
-/** Return the inputs of the fields that need more than a number, a choice or a list. */
-function createCustomFields(schema, experiment) {
-  const settings = listSettings(schema, experiment);
-  return {
-    "evolution.founders": createFoundersField,
-    schedule: (value, set) => createScheduleField(value, set, settings),
-  };
-}
-
-/** Return the elements of the main settings. They are moved out of their groups. */
-function listMainFields(form) {
-  return Object.entries(MAIN_SETTINGS).flatMap(([path, title]) => {
-    const field = form.findField(path);
-    // The title of a field is complete only within its group.
-    if (field) field.querySelector("label, .form-name").textContent = title;
-    return field ?? [];
-  });
 }
 
 function parseNumber(text, fallback) {
