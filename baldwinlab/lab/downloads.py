@@ -91,7 +91,7 @@ def _respond_replay(lab: Lab, query: Query) -> Response:
     sources = _read_sources(query)
     page = render_replay_page(lab, sources, read_number(query, "step", 0))
     lifetimes = [life_query.find_life(lab, source) for source in sources]
-    return _make_attachment(page, "text/html", f"{_make_file_name(lifetimes)}.html")
+    return make_attachment(page, "text/html", f"{_make_file_name(lifetimes)}.html")
 
 
 def _respond_laboratory(lab: Lab, query: Query) -> Response:
@@ -101,7 +101,7 @@ def _respond_laboratory(lab: Lab, query: Query) -> Response:
     # Two lifetimes can have the same condition, which is a single preset of the page.
     experiment_by_name = {life.experiment.name: life.experiment for life in lifetimes}
     page = render_live_page(list(experiment_by_name.values()), first_life.key.seed)
-    return _make_attachment(page, "text/html", f"{_make_file_name([first_life])}-live.html")
+    return make_attachment(page, "text/html", f"{_make_file_name([first_life])}-live.html")
 
 
 def _respond_movie(lab: Lab, query: Query) -> Response:
@@ -117,7 +117,7 @@ def _respond_movie(lab: Lab, query: Query) -> Response:
         )
     finally:
         lab.movie_progress.pop(ticket, None)
-    return _make_attachment(
+    return make_attachment(
         movie, MOVIE_TYPES[movie_format], f"{_make_file_name(lifetimes)}.{movie_format}"
     )
 
@@ -267,6 +267,7 @@ def _make_file_name(lifetimes: Sequence[Life]) -> str:
     return re.sub(r"[^\w+.-]", "-", "-and-".join(names))
 
 
-def _make_attachment(content: bytes, media_type: str, name: str) -> Response:
+def make_attachment(content: bytes, media_type: str, name: str) -> Response:
+    """Return a response that the browser saves as a file of this name."""
     disposition = f"attachment; filename*=UTF-8''{quote(name)}"
     return Response(content, media_type=media_type, headers={"Content-Disposition": disposition})

@@ -1,9 +1,10 @@
-"""Routes of the Results tab that are requested separately: curves of runs, and reaction norms."""
+"""Routes of the Results tab that are requested separately: runs, reaction norms, and figures."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Final
 
 from starlette.requests import Request
 from starlette.responses import Response
@@ -11,9 +12,17 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab.lab import Lab
 from baldwinlab.lab.concurrency import QueuedResponse
-from baldwinlab.lab.query import read_text
+from baldwinlab.lab.downloads import make_attachment
+from baldwinlab.lab.query import Query, read_text
 from baldwinlab.lab.study_access import find_condition, find_study, require_inside
 from baldwinlab.studies.records import StudyError
+
+MEDIA_TYPES: Final = {
+    "svg": "image/svg+xml",
+    "pdf": "application/pdf",
+    "png": "image/png",
+    "csv": "text/csv",
+}
 
 
 def make_routes(lab: Lab) -> list[BaseRoute]:
@@ -37,10 +46,32 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
             lab, lambda: Response(load_reaction_norms(lab, study), media_type="application/json")
         )
 
+    async def figure(request: Request) -> Response:
+        query = request.query_params
+        conditions = query.getlist("condition")
+        return QueuedResponse(lab, lambda: _make_figure_response(lab, query, conditions))
+
     return [
+        Route("/api/results/figure", figure),
         Route("/api/results/runs", run_curves),
         Route("/api/results/reaction", reaction_norms),
     ]
+
+
+def _make_figure_response(lab: Lab, query: Query, conditions: list[str]) -> Response:
+    """Return a figure of the report as a file.
+
+    Raise MissingError, and StudyError and ValueError as `make_figure_file`.
+    """
+    # This import takes a second, which would delay the first page.
+    from baldwinlab.api.publish.result_figures import make_figure_file
+
+    study = find_study(lab, read_text(query, "study"))
+    for condition in conditions:
+        find_condition(study, condition)
+    name, file_format = read_text(query, "figure"), read_text(query, "format")
+    file = make_figure_file(study, name, file_format, conditions)
+    return make_attachment(file.content, MEDIA_TYPES[file_format], file.name)
 
 
 def load_run_curves(lab: Lab, name: str, condition: str, measure: str) -> bytes:

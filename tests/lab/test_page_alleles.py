@@ -168,6 +168,7 @@ def test_a_point_in_the_results_opens_the_alleles_of_its_run(
     page: Page, strings_server: LabServer
 ) -> None:
     page.goto(f"{strings_server.entry}#/results?study=strings")
+    page.get_by_test_id("finals").locator("summary").first.click()
     page.get_by_role("link", name=re.compile("^guessing, run 1: ")).first.press("Enter")
     check_alleles(page, strings_server, 4)
 

@@ -91,9 +91,10 @@ def test_the_results_tab_has_no_barriers_with_all_verdicts(
         [CLAIM | {"id": verdict, "verdict": verdict} for verdict in verdicts],
     )
     themed_page.goto("/#/results?study=small")
-    themed_page.get_by_test_id("curves").locator("canvas").wait_for()
+    themed_page.get_by_test_id("curves").locator("canvas").first.wait_for()
     themed_page.get_by_test_id("curves").get_by_role("button", name="evo/A").click()
-    themed_page.get_by_test_id("runs").locator("summary").click()
+    for section in ("comparison", "factors", "finals", "runs", "claims", "save-fitness"):
+        themed_page.get_by_test_id(section).locator("summary").first.click()
     themed_page.get_by_test_id("sort-best").click()
     expect(themed_page.get_by_test_id("runs").locator("tbody tr")).to_have_count(4)
     assert find_violations(themed_page) == []

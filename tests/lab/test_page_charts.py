@@ -26,6 +26,7 @@ from tests.lab.test_page_results import open_results, read_query
 
 SVG = "{http://www.w3.org/2000/svg}"
 BEST = "Items eaten by the best agent"
+EVO_BEST = ("evo/A", "best")
 EXCESS_WIDTHS = """[document.getElementById("view"), document.documentElement]
     .map(element => element.scrollWidth - element.clientWidth)"""
 
@@ -57,7 +58,8 @@ def texts_of(svg: ElementTree.Element) -> list[str]:
 def test_downloaded_curves_have_title_axes_legend_bands_and_visible_lines(
     page: Page, lab_server: LabServer
 ) -> None:
-    open_results(page)
+    open_results(page, "study=small&runs=each")
+    expect(page.get_by_test_id("download-run-curves.csv")).to_be_visible()
     curves = get_json(lab_server.address, "results", study="small")["curves"]
     rows = download_rows(page, "curves.csv")
     means = [float(row["mean"]) for row in rows if row["curve"] == "evo/A"]
@@ -67,6 +69,7 @@ def test_downloaded_curves_have_title_axes_legend_bands_and_visible_lines(
     assert {"generation", "items eaten", "0", "1", "2", "evo/A", "evo+self-taught/A"} <= set(
         texts_of(svg)
     )
+    assert texts_of(svg)[-1] == "Bands: 95 % intervals of the mean, 2 runs."
     bands = [path for path in svg.iter(f"{SVG}path") if path.get("fill-opacity")]
     lines = [path for path in svg.iter(f"{SVG}path") if path.get("stroke-width") == "2"]
     assert len(bands) == len(lines) == 2
@@ -75,22 +78,29 @@ def test_downloaded_curves_have_title_axes_legend_bands_and_visible_lines(
     assert "evo/A" not in texts_of(download_picture(page, "curves.svg"))
 
 
-def test_downloaded_box_plots_have_a_row_and_a_point_per_run(
+def test_save_figure_gives_the_figure_of_the_report_in_four_formats(
     page: Page, lab_server: LabServer
 ) -> None:
     open_results(page)
-    final = get_json(lab_server.address, "results", study="small")["final"]
-    rows = download_rows(page, "final-mean.csv")
-    expected = final["evo/A"]["mean"] + final["evo+self-taught/A"]["mean"]
-    assert [float(row["value"]) for row in rows] == expected
-    svg = download_picture(page, "final-mean.svg")
-    assert len([*svg.iter(f"{SVG}circle")]) == 4
-    assert texts_of(svg)[0] == "Average agent at the end of each run, items eaten"
+    page.get_by_test_id("save-fitness").locator("summary").click()
+    signatures = {"svg": b"<?xml", "pdf": b"%PDF", "png": b"\x89PNG", "csv": b"condition,measure"}
+    for name, signature in signatures.items():
+        with page.expect_download() as download:
+            page.get_by_test_id(f"save-fitness-{name}").click()
+        assert download.value.suggested_filename == f"small-fitness-2-runs.{name}"
+        content = download.value.path().read_bytes()
+        assert content.startswith(signature)
+    rows = [*csv.DictReader(content.decode().splitlines())]
+    means = [float(row["mean"]) for row in rows if (row["condition"], row["measure"]) == EVO_BEST]
+    curves = get_json(lab_server.address, "results", study="small")["curves"]
+    assert means == pytest.approx(curves["evo/A"]["best"]["mean"])
+    assert {row["runs"] for row in rows} == {"2"}
 
 
 @pytest.mark.nightly
 def test_the_keyboard_opens_the_run_of_a_line(page: Page, lab_server: LabServer) -> None:
     open_results(page)
+    page.get_by_test_id("factors").locator("summary").click()
     page.get_by_test_id("each-run").check()
     expect(page).to_have_url(re.compile("runs=each"))
     expect(page.get_by_test_id("each-run")).to_be_focused()
@@ -169,6 +179,7 @@ def reaction_assay(lab_server: LabServer) -> Iterator[None]:
 def test_reaction_norms_are_drawn_for_the_selected_field(page: Page, reaction_assay: None) -> None:
     open_results(page)
     section = page.get_by_test_id("reaction")
+    section.locator("summary").click()
     section.get_by_test_id("norm").select_option("world.food.0.count")
     expect(page).to_have_url(re.compile(r"norm=world\.food\.0\.count"))
     page.reload()
@@ -186,6 +197,7 @@ def test_reaction_norms_are_drawn_for_the_selected_field(page: Page, reaction_as
 @pytest.mark.nightly
 def test_without_reaction_norms_the_page_shows_the_command(page: Page) -> None:
     open_results(page)
+    page.get_by_test_id("reaction").locator("summary").click()
     expect(page.get_by_test_id("reaction")).to_contain_text(
         "baldwinlab assay small --assays reaction"
     )
@@ -246,10 +258,12 @@ def test_charts_are_not_wider_than_the_window_and_controls_are_reachable(
         page = context.new_page()
 
         open_results(page, "study=small&runs=each&norm=map")
+        page.get_by_test_id("finals").locator("summary").first.click()
+        page.get_by_test_id("save-final-fitness").locator("summary").click()
         for control in (
             "each-run",
             "download-run-curves.csv",
-            "download-final-best.svg",
+            "save-final-fitness-csv",
             "norm",
             "download-reaction-map-A.svg",
         ):

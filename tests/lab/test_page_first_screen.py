@@ -117,8 +117,8 @@ def check_start_button(page: Page) -> None:
 
 
 def check_words(page: Page) -> None:
-    """Check the number of words on the first screen of a computer and of a phone."""
-    for size in (SIZES["desktop"], PORTRAIT):
+    """Check the number of words on the first screen of computers and of a phone."""
+    for size in (SIZES["desktop"], SIZES["large desktop"], PORTRAIT):
         resize(page, size)
         words = page.evaluate(WORDS)
         assert len(words) <= MAX_WORDS, (size, " ".join(words))
@@ -194,6 +194,16 @@ def test_the_world_tab_opens_with_learners_and_controls_of_the_newest_study(
     touch_page.get_by_test_id("watch-next").click()
     for name in "ab":
         expect(touch_page.get_by_test_id(f"generation-{name}")).to_have_value("0")
+
+
+def test_results_show_the_answer_with_few_words_in_every_window(touch_page: Page) -> None:
+    touch_page.goto("/#/results?study=small")
+    touch_page.get_by_test_id("curves").locator("canvas").first.wait_for()
+    expect(touch_page.get_by_test_id("answer")).to_contain_text("items eaten by the average agent")
+    check_words(touch_page)
+    for size in SIZES.values():
+        resize(touch_page, size)
+        expect(touch_page.get_by_test_id("answer")).to_be_in_viewport(ratio=1)
 
 
 def test_the_world_tab_shows_the_map_in_every_window_and_two_maps_on_a_phone(

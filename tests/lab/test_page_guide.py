@@ -52,6 +52,7 @@ def test_tabs_preserve_the_study_the_lifetime_the_step_and_the_scroll_position(p
     expect(page.get_by_test_id("agent")).to_have_text("Agent 4")
     page.get_by_test_id("tab-results").click()
     expect(page).to_have_url(re.compile(r"#/results\?study=small"))
+    page.set_viewport_size({"width": 1280, "height": 500})
     norms = page.get_by_test_id("reaction")
     norms.scroll_into_view_if_needed()
     expect(norms).to_be_in_viewport()

@@ -60,7 +60,7 @@ def open_card(page: Page, name: str = NAME) -> Locator:
 @pytest.mark.nightly
 def test_the_logo_opens_the_papers(page: Page, papers_server: LabServer) -> None:
     page.goto(f"{papers_server.entry}#/results?study=needle")
-    page.get_by_test_id("curves").locator("canvas").wait_for()
+    page.get_by_test_id("curves").locator("canvas").first.wait_for()
     page.get_by_role("link", name="baldwinlab: papers").click()
     expect(page.get_by_test_id("tab-papers")).to_have_attribute("aria-current", "page")
     card = open_card(page)

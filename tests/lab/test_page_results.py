@@ -9,7 +9,7 @@ from urllib.parse import parse_qsl
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 
 import baldwinlab as bl
 from baldwinlab.experiment.factors import Factors
@@ -55,7 +55,14 @@ def read_query(page: Page) -> dict[str, str]:
 
 def open_results(page: Page, query: str = "study=small") -> None:
     page.goto(f"/#/results?{query}")
-    page.get_by_test_id("curves").locator("canvas").wait_for()
+    page.get_by_test_id("curves").locator("canvas").first.wait_for()
+
+
+def open_section(page: Page, name: str) -> Locator:
+    """Open a folded section, and return it."""
+    section = page.get_by_test_id(name)
+    section.locator("summary").first.click()
+    return section
 
 
 def test_a_click_on_a_curve_opens_that_generation_of_the_typical_run(
@@ -91,13 +98,14 @@ def test_the_keyboard_opens_a_generation_of_a_curve(page: Page) -> None:
 @pytest.mark.nightly
 def test_the_point_of_a_run_opens_its_last_generation(page: Page, lab_server: LabServer) -> None:
     open_results(page)
+    open_section(page, "finals")
     points = page.get_by_test_id("final-best").locator("a.chart-point")
     expect(points).to_have_count(4)
     names = [points.nth(number).get_attribute("aria-label") for number in range(4)]
     final = get_json(lab_server.address, "results", study="small")["final"]["evo+self-taught/A"][
         "best"
     ][1]
-    assert f"evo+self-taught/A, run 1: {final:.1f} energy. Open the last generation." in names
+    assert f"evo+self-taught/A, run 1: {final:.1f} items eaten. Open the last generation." in names
     points.nth(3).focus()
     page.keyboard.press("Enter")
     expect(page).to_have_url(re.compile(r"#/world\?study=small&condition=.*&run=1&generation=2"))
@@ -140,6 +148,7 @@ def test_many_conditions_are_grouped_filtered_and_separated(page: Page, large_st
     open_results(page, f"study={large_study}")
     keys = page.get_by_test_id("curves").locator(".chart-key")
     expect(keys).to_have_text(["evo", "self-taught", "evo+self-taught"])
+    open_section(page, "factors")
     page.get_by_test_id("group").select_option("map")
     page.get_by_test_id("only-learner").select_option("evo")
     expect(keys).to_have_text(["5", "50", "90"])
@@ -148,9 +157,36 @@ def test_many_conditions_are_grouped_filtered_and_separated(page: Page, large_st
     expect(keys).to_have_text(["evo/5", "evo/50", "evo/90"])
     page.reload()
     expect(keys).to_have_text(["evo/5", "evo/50", "evo/90"])
+    open_section(page, "finals")
     expect(page.get_by_test_id("final-mean").locator("a.chart-point")).to_have_count(3)
     page.get_by_test_id("results-study").select_option("small")
     expect(page).to_have_url(re.compile(r"results\?study=small$"))
+
+
+def test_many_conditions_on_several_maps_have_a_panel_for_each_map(
+    page: Page, large_study: str
+) -> None:
+    open_results(page, f"study={large_study}&group=each")
+    panels = page.get_by_test_id("curves").locator(".results-panels > *")
+    expect(panels.locator(".chart-title")).to_have_text(["Map 5", "Map 50", "Map 90"])
+    expect(panels.last.locator(".chart-key")).to_have_text(
+        ["evo/90", "self-taught/90", "evo+self-taught/90"]
+    )
+    # A learner has the same line in all panels.
+    strokes = [
+        panels.nth(number)
+        .locator(".chart-key path")
+        .evaluate_all("paths => paths.map(path => path.getAttribute('stroke'))")
+        for number in range(3)
+    ]
+    assert strokes[0] == strokes[1] == strokes[2] and len(set(strokes[0])) == 3
+    # A hidden curve stays hidden after a change of the measure.
+    panels.first.get_by_role("button", name="evo/5", exact=True).click()
+    page.get_by_test_id("measure-mean").click()
+    expect(panels.first.get_by_role("button", name="evo/5", exact=True)).to_have_attribute(
+        "aria-pressed", "false"
+    )
+    expect(page).to_have_url(re.compile("hidden=evo/5"))
 
 
 @pytest.mark.nightly
@@ -165,7 +201,8 @@ def test_a_group_curve_opens_the_curves_of_its_conditions(page: Page, large_stud
 
 def test_the_table_of_runs_is_sorted_and_downloaded(page: Page, large_study: str) -> None:
     open_results(page, f"study={large_study}")
-    page.get_by_test_id("runs").locator("summary").click()
+    open_section(page, "finals")
+    open_section(page, "runs")
     rows = page.get_by_test_id("runs").locator("tbody tr")
     expect(rows.first).to_contain_text("evo+self-taught/90")
     page.get_by_test_id("sort-condition").click()
@@ -182,6 +219,7 @@ def test_a_claim_shows_verdict_effect_and_published_value_and_opens_both_worlds(
     open_results(page)
     expect(page.get_by_test_id("claims")).to_contain_text("1 holds, 1 is undecided.")
     expect(page.get_by_test_id("claims").get_by_role("heading")).to_have_text("The paper's claims")
+    open_section(page, "claims")
     claim = page.get_by_test_id("claim-C1")
     expect(claim).to_contain_text("+282 (95 % interval 212 to 293), corrected p below 0.001")
     expect(claim).to_contain_text("about 40 items more")
@@ -222,7 +260,7 @@ def test_a_study_without_a_paper_has_no_section_of_claims(page: Page) -> None:
 
 def test_the_conditions_are_compared_as_in_the_report(page: Page, lab_server: LabServer) -> None:
     open_results(page)
-    section = page.get_by_test_id("comparison")
+    section = open_section(page, "comparison")
     expect(section.locator("tbody tr")).to_have_count(2)
     expect(section).to_contain_text(
         "With 2 runs and 2 tests, the smallest corrected p-value is 0.67."

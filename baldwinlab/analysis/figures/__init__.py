@@ -15,7 +15,7 @@ from baldwinlab.analysis.figures.measures import (
 )
 from baldwinlab.analysis.figures.networks import AgentKind, draw_networks
 from baldwinlab.analysis.figures.overview import draw_overview, overview_cells
-from baldwinlab.analysis.figures.style import SavedFigure, save_figure, to_svg
+from baldwinlab.analysis.figures.style import SavedFigure, render_figure, save_figure, to_svg
 from baldwinlab.analysis.figures.world import (
     Appearance,
     SensorSector,
@@ -45,6 +45,7 @@ __all__ = [
     "draw_world_maps",
     "group_sectors",
     "overview_cells",
+    "render_figure",
     "save_figure",
     "to_svg",
 ]

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 import numpy as np
 from matplotlib import style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
@@ -41,6 +42,9 @@ __all__ = ["BLACK", "BLUE", "BROWN", "DARK_GRAY", "GRAY", "GREEN", "ORANGE", "PA
 FIGURE_WIDTH = 7.2
 # Largest number of letters in a line of a label.
 LABEL_LETTERS = 30
+# Largest number of letters in a line of a note, and the height of the line in inches.
+NOTE_LETTERS = 105
+NOTE_LINE_HEIGHT = 0.16
 LINE_STYLES = ("-", "--", "-.", ":")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 # Multiples of the golden ratio, modulo 1, spread points evenly and reproducibly.
@@ -130,6 +134,40 @@ def _to_png(figure: Figure) -> bytes:
     figure.set_layout_engine("none")
     figure.set_dpi(200)
     FigureCanvasAgg(figure).print_png(page, metadata={"Software": None})  # type: ignore[no-untyped-call]
+    return page.getvalue()
+
+
+@styled
+def render_figure(figure: Figure, file_format: str, note: str) -> bytes:
+    """Render a figure as a file that explains itself.
+
+    Parameters
+    ----------
+    figure
+        A figure that was not rendered yet.
+    file_format
+        "svg", "pdf" or "png".
+    note
+        Text below the panels.
+
+    Returns
+    -------
+    bytes
+        The file, deterministic for a version of Matplotlib.
+    """
+    lines = textwrap.wrap(note, NOTE_LETTERS)
+    width, height = figure.get_size_inches()
+    figure.set_size_inches(width, height + NOTE_LINE_HEIGHT * len(lines))
+    figure.supxlabel("\n".join(lines), x=0.01, ha="left", fontsize=8, color=DARK_GRAY)
+    if file_format == "svg":
+        return to_svg(figure)
+    figure.set_dpi(200)
+    page = io.BytesIO()
+    if file_format == "pdf":
+        metadata = {"CreationDate": None, "Creator": None, "Producer": None}
+        FigureCanvasPdf(figure).print_pdf(page, metadata=metadata)  # type: ignore[no-untyped-call]
+    else:
+        FigureCanvasAgg(figure).print_png(page, metadata={"Software": None})  # type: ignore[no-untyped-call]
     return page.getvalue()
 
 

@@ -151,11 +151,11 @@ def summarize_contrasts(contrasts: Contrasts) -> list[str]:
     outcome = name_outcome_of(rows[0].outcome, AGENT_NAMES[SUMMARY_MEASURE])
     count = (
         f"{len(significant) or 'None'} of {len(rows)} conditions differ from "
-        f"{_name_references(rows)} in {outcome}, with a corrected p below 0.05."
+        f"{_name_references(rows)} in {outcome} (corrected p below 0.05)."
     )
     return [count, *(describe_contrast(row) for row in significant[:MAX_SENTENCES])]
 
 
 def _name_references(rows: Sequence[Contrast]) -> str:
     references = {row.reference for row in rows}
-    return references.pop() if len(references) == 1 else "the first condition on their map"
+    return references.pop() if len(references) == 1 else "the first on their map"

@@ -37,8 +37,9 @@ export function computeAxisRange(low, high) {
  *   visible series
  * @param {string} [chart.xLabel]
  * @param {string} [chart.yLabel]
+ * @param {string} [chart.note] below the legend
  */
-export function drawCurvesFile({ title, x, names, series, xLabel = "", yLabel = "" }) {
+export function drawCurvesFile({ title, x, names, series, xLabel = "", yLabel = "", note = "" }) {
   const scale = computeScale(x, names, series);
   const keys = drawLegend(series);
   const drawing = createSvg(
@@ -57,8 +58,11 @@ export function drawCurvesFile({ title, x, names, series, xLabel = "", yLabel = 
     ),
     ...series.map((line) => drawMean(scale, x, line)),
     keys.drawing,
+    drawTextLabel(note, { x: LEFT, y: TOP + PLOT_HEIGHT + BOTTOM + keys.height + 6 }),
   );
-  return formatSvgFile(title, WIDTH, TOP + PLOT_HEIGHT + BOTTOM + keys.height, drawing);
+  const noteHeight = note ? LEGEND_ROW : 0;
+  const height = TOP + PLOT_HEIGHT + BOTTOM + keys.height + noteHeight;
+  return formatSvgFile(title, WIDTH, height, drawing);
 }
 
 function computeScale(x, names, series) {

@@ -43,12 +43,14 @@ export class LineChart {
   /**
    * @param {HTMLElement} root is emptied and filled; the chart follows its width
    * @param {object} options
-   * @param {string} options.title above the chart, and for screen readers
+   * @param {string} options.title above the chart
+   * @param {string} [options.label] for screen readers and in a saved file, by default the title
    * @param {ArrayLike<number>} options.x in ascending order
    * @param {string[]} [options.names] of the positions on the x axis, which are then 0, 1, 2, ...
    * @param {Series[]} options.series
    * @param {string} [options.xLabel]
    * @param {string} [options.yLabel]
+   * @param {string} [options.note] in the saved file: the runs and the meaning of the bands
    * @param {string} [options.runLabel] the word before the number of a run
    * @param {number} [options.height] of the plot, in CSS pixels
    * @param {string[]} [options.hidden] labels of series that are hidden at first
@@ -79,13 +81,13 @@ export class LineChart {
   }
 
   createElements() {
-    const { title } = this.options;
+    const { title, label = title } = this.options;
     this.legend = el("div", { class: "chart-legend" });
     this.plot = el("div", {
       class: "chart-plot",
       tabindex: "0",
       role: "group",
-      "aria-label": title,
+      "aria-label": label,
     });
     // The run under the pointer.
     this.pointedRun = el("span", { class: "chart-run soft" });
@@ -212,7 +214,8 @@ export class LineChart {
     const visibleSeries = this.series
       .map((line, number) => ({ ...selectSeriesStyle(number), ...line }))
       .filter(({ label }) => !this.hidden.has(label));
-    return drawCurvesFile({ ...this.options, x: this.x, series: visibleSeries });
+    const { title, label = title } = this.options;
+    return drawCurvesFile({ ...this.options, title: label, x: this.x, series: visibleSeries });
   }
 
   destroy() {

@@ -26,9 +26,9 @@ const MEASURES = {
  */
 export function createClaimList(claims, study, findTypicalRun, findLastGeneration, problem) {
   const section = el(
-    "section",
-    { class: "card", "data-testid": "claims" },
-    el("h2", {}, hasPaperClaims(claims) ? "The paper's claims" : "The claims"),
+    "details",
+    { class: "card", open: Boolean(problem), "data-testid": "claims" },
+    el("summary", {}, el("h2", {}, hasPaperClaims(claims) ? "The paper's claims" : "The claims")),
   );
   if (problem) {
     section.append(el("p", { role: "alert", "data-testid": "claims-problem" }, problem));

@@ -99,7 +99,7 @@ export class ComparePanel {
     const query = new URLSearchParams({ study: this.name });
     const { comparison } = await getJSON(`/api/results?${query}`, this.aborted.signal);
     this.answer.textContent = formatAnswer(comparison);
-    this.answer.after(createComparisonTable(comparison));
+    this.answer.after(createComparisonTable(comparison, true));
   }
 
   show({ state, message, subject, share, stored, runs, seconds_left: secondsLeft }) {

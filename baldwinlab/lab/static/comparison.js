@@ -3,8 +3,6 @@
 import { el } from "./common.js";
 
 const TONES = { higher: "good", lower: "warm" };
-// A longer table is folded.
-const MAX_OPEN_ROWS = 2;
 
 /**
  * @typedef {object} Comparison as `record_contrasts` returns it
@@ -27,8 +25,9 @@ export function formatAnswer(comparison) {
 /**
  * Return the table of a comparison.
  * @param {Comparison|undefined} comparison
+ * @param {boolean} isOpen at first
  */
-export function createComparisonTable(comparison) {
+export function createComparisonTable(comparison, isOpen) {
   if (!comparison?.rows.length) return "";
   const { pairing, method, too_few: tooFew, headings, rows } = comparison;
   const table = el(
@@ -56,8 +55,8 @@ export function createComparisonTable(comparison) {
   );
   return el(
     "details",
-    { class: "card", open: rows.length <= MAX_OPEN_ROWS, "data-testid": "comparison" },
-    el("summary", {}, "Comparison of conditions"),
+    { class: "card", open: isOpen, "data-testid": "comparison" },
+    el("summary", {}, el("h2", {}, "Comparison")),
     ...(tooFew ? [el("p", {}, tooFew)] : []),
     table,
     el(

@@ -20,6 +20,35 @@ export function createChartDownloads(name, columns, rows, drawFile) {
   );
 }
 
+/**
+ * Return links that download a figure of the report in all formats, drawn by the server.
+ * @param {string} study
+ * @param {"fitness"|"final-fitness"|"responses"} figure
+ * @param {string[]} conditions
+ */
+export function createFigureLinks(study, figure, conditions) {
+  const createLink = (format) => {
+    const query = new URLSearchParams({ study, figure, format });
+    for (const condition of conditions) query.append("condition", condition);
+    return el(
+      "a",
+      {
+        href: `/api/results/figure?${query}`,
+        download: "",
+        "aria-label": `Save figure as ${format.toUpperCase()}`,
+        "data-testid": `save-${figure}-${format}`,
+      },
+      format.toUpperCase(),
+    );
+  };
+  return el(
+    "details",
+    { class: "chart-saves", "data-testid": `save-${figure}` },
+    el("summary", {}, "Save figure"),
+    el("p", { class: "row" }, ...["svg", "pdf", "png", "csv"].map(createLink)),
+  );
+}
+
 /** Return a button that downloads a text. `text` is called when the button is pressed. */
 export function createDownloadButton(name, text, label = `Save as ${name}`) {
   const save = () => {

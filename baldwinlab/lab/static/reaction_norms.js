@@ -11,20 +11,16 @@ const EXPLANATION =
   "medians over runs. Bands are 95 % intervals, shown for six runs or more.";
 
 /**
+ * Draw the reaction norms into a section, as soon as they are loaded.
+ * @param {HTMLElement} section
  * @param {Promise<{unit: string, panels: object[]}>} response of /api/results/reaction
  * @param {string} study its name, for the command
- * @param {{label: string, conditions: string[]}[]} groups the visible groups, in the order of their
- *   styles
+ * @param {import("./results_panels.js").Group[]} groups the visible groups
  * @param {string|undefined} field the changed setting, from the address
  * @param {(patch: Object<string, any>) => void} choose
- * @returns {{section: HTMLElement, destroy: () => void}}
+ * @returns {{destroy: () => void}}
  */
-export function createReactionNorms(response, study, groups, field, choose) {
-  const section = el(
-    "section",
-    { class: "card", "data-testid": "reaction" },
-    el("h2", {}, "Reaction norms"),
-  );
+export function createReactionNorms(section, response, study, groups, field, choose) {
   let charts = [];
   let isDestroyed = false;
   const fill = (response) => {
@@ -35,7 +31,6 @@ export function createReactionNorms(response, study, groups, field, choose) {
   };
   response.then(fill).catch((error) => section.append(el("p", { class: "soft" }, error.message)));
   return {
-    section,
     destroy() {
       isDestroyed = true;
       for (const chart of charts) chart.destroy();
@@ -114,11 +109,13 @@ function createChart(
     groups.findIndex((group) => group.conditions.length === 1 && group.conditions[0] === label),
   );
   // Use the styles of the curves above, if each condition has its own curve.
-  const styles = curveIndices.includes(-1) ? [...series.keys()] : curveIndices;
+  const styles = curveIndices.includes(-1)
+    ? [...series.keys()]
+    : curveIndices.map((index) => groups[index].style);
   series.forEach((line, number) => Object.assign(line, selectSeriesStyle(styles[number])));
   const names = values.map((value) => (evolved.includes(value) ? `(${value})` : value));
   const chart = new LineChart(root, {
-    title: map ? `Evolved on map ${map}: fitness by ${name}` : `Fitness by ${name}`,
+    title: map ? `Evolved on map ${map}: ${unit} by ${name}` : `By ${name}: ${unit}`,
     x: values.map((_, index) => index),
     names,
     xLabel: name,

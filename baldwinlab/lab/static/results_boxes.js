@@ -22,21 +22,30 @@ const CSV_COLUMNS = ["box", "condition", "run", "value"];
  */
 export function drawBoxes(root, view, measure) {
   const { name, axis } = view.results.measures[measure];
-  const boxes = view.groups.map((group, number) => createBox(view, measure, group, number));
+  const boxes = view.groups.map((group) => createBox(view, measure, group));
   const plot = el("div");
   const chart = drawBoxChart(plot, {
     title: `${name} at the end of each run, ${axis}`,
     groups: boxes,
     height: 320,
   });
-  const rows = () =>
-    boxes.flatMap(({ label, points }) => points.map((point) => ({ box: label, ...point })));
-  root.append(plot, createChartDownloads(`final-${measure}`, CSV_COLUMNS, rows, chart.drawFile));
+  root.append(plot);
+  // The report has no boxes of several conditions.
+  if (!hasReportBoxes(view)) {
+    const rows = () =>
+      boxes.flatMap(({ label, points }) => points.map((point) => ({ box: label, ...point })));
+    root.append(createChartDownloads(`final-${measure}`, CSV_COLUMNS, rows, chart.drawFile));
+  }
   return chart;
 }
 
+/** Return whether the report has a figure with the same boxes. */
+export function hasReportBoxes({ hasSingleConditions, results }) {
+  return hasSingleConditions && !results.swept;
+}
+
 /** Return the box of a group. Its points link to lifetimes if the conditions have a world. */
-function createBox(view, measure, { label, conditions }, number) {
+function createBox(view, measure, { label, conditions, style }) {
   const points = listPoints(view, measure, conditions);
   const { axis } = view.results.measures[measure];
   const describe = (index) => {
@@ -47,7 +56,7 @@ function createBox(view, measure, { label, conditions }, number) {
     label,
     points,
     values: points.map(({ value }) => value),
-    color: selectSeriesStyle(number).color,
+    color: selectSeriesStyle(style).color,
     describe,
   };
   if (!hasWorldView(view, conditions[0])) return box;

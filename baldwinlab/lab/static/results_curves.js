@@ -3,26 +3,34 @@
 import { selectSeriesStyle } from "./chart_series.js";
 import { LineChart } from "./charts.js";
 import { el, showMessage } from "./common.js";
-import { createChartDownloads, createDownloadButton, formatCsv } from "./downloads.js";
+import {
+  createChartDownloads,
+  createDownloadButton,
+  createFigureLinks,
+  formatCsv,
+} from "./downloads.js";
 import { combineCurves } from "./results_factors.js";
-import { hasWorldView } from "./results_measures.js";
+import { findRuns, hasWorldView } from "./results_measures.js";
 import { formatLifetimeAddress } from "./sources.js";
 
 const MEAN_COLUMNS = ["curve", "generation", "mean", "low", "high"];
 const RUN_COLUMNS = ["curve", "run", "generation", "value"];
 
+/** Return the meaning of the bands, with the number of runs. */
+function explainBands({ study, groups, hasSingleConditions, by }) {
+  if (!hasSingleConditions)
+    return `Curves: means of conditions by ${by}. Bands: from the lowest to the highest condition.`;
+  const runs = groups.flatMap(({ conditions }) =>
+    conditions.map((name) => findRuns(study, name).length),
+  );
+  const range = [...new Set([Math.min(...runs), Math.max(...runs)])].join(" to ");
+  return `Bands: 95 % intervals of the mean, ${range} runs.`;
+}
+
+/** Return what the curves show. */
 export function explainCurves(view) {
-  if (!view.hasSingleConditions)
-    return (
-      `Each curve is the mean of the conditions with one value of ${view.by}. Its ` +
-      "band goes from the lowest to the highest condition. Click a curve to see its " +
-      "conditions."
-    );
-  const bands = "Bands: 95 % confidence intervals over runs.";
-  if (!hasWorldView(view)) return bands;
-  return view.hasRunLines
-    ? `Click a line to watch its run. ${bands}`
-    : `Click a curve to watch its typical run. ${bands}`;
+  const hint = view.hasSingleConditions ? "" : " Click a curve to see its conditions.";
+  return `${explainBands(view)}${hint}`;
 }
 
 /** Return one row per generation of each curve. */
@@ -48,7 +56,7 @@ function listRunRows(generations, series) {
   );
 }
 
-/** The chart of the curves, with downloads. */
+/** The charts of the curves: one, or one for each map. */
 export class ResultsCurves {
   /**
    * @param {HTMLElement} root is filled
@@ -59,36 +67,52 @@ export class ResultsCurves {
     this.view = view;
     this.setHidden = setHidden;
     this.isDestroyed = false;
-    this.series = createMeanSeries(view);
-    const plot = el("div");
-    this.chart = this.createChart(plot);
-    this.downloads = createChartDownloads(
-      "curves",
-      MEAN_COLUMNS,
-      () => listMeanRows(view.results.generation, this.series),
-      () => this.chart.drawFile(),
-    );
-    root.append(plot, this.downloads);
+    const plots = view.panels.map(() => el("div"));
+    this.downloads = el("div", { class: "row" }, ...this.createDownloads());
+    root.append(el("div", { class: "results-panels" }, ...plots), this.downloads);
+    // Charts need the width of their elements on the page.
+    this.charts = view.panels.map((panel, number) => this.createChart(plots[number], panel));
     if (view.hasRunLines) this.addRuns();
   }
 
-  createChart(plot) {
-    const { results, measure, hidden } = this.view;
+  /** Return links to the report's figure. Curves that it does not have are saved by the page. */
+  createDownloads() {
+    const { study, groups, panels, results, hasSingleConditions, hasRunLines } = this.view;
+    if (results.swept && !hasRunLines) return [createFigureLinks(study.id, "responses", [])];
+    const conditions = groups.flatMap((group) => group.conditions);
+    if (hasSingleConditions && !hasRunLines)
+      return [createFigureLinks(study.id, "fitness", conditions)];
+    return panels.map(({ map }, number) =>
+      createChartDownloads(
+        map ? `curves-${map}` : "curves",
+        MEAN_COLUMNS,
+        () => listMeanRows(results.generation, this.charts[number].series),
+        () => this.charts[number].drawFile(),
+      ),
+    );
+  }
+
+  createChart(plot, { map, groups }) {
+    const { results, measure, hidden, panels } = this.view;
     const { title, axis } = results.measures[measure];
     return new LineChart(plot, {
-      title,
+      title: map ? `Map ${map}` : title,
+      label: map ? `${title}, map ${map}` : title,
+      note: explainBands(this.view),
       x: results.generation,
       xLabel: "generation",
       yLabel: axis,
-      height: 320,
-      series: this.series,
+      height: panels.length > 1 ? 240 : 320,
+      series: createMeanSeries(results, measure, groups),
       hidden: hidden ? hidden.split(",") : [],
-      onHidden: (labels) => this.rememberHidden(labels.join(",")),
+      onHidden: () => this.rememberHidden(),
       onPick: (pick) => this.openPick(pick),
     });
   }
 
-  rememberHidden(labels) {
+  rememberHidden() {
+    const hidden = new Set(this.charts.flatMap((chart) => [...chart.hidden]));
+    const labels = [...hidden].join(",");
     this.setHidden(labels);
     this.view.navigate({ hidden: labels || null });
   }
@@ -108,15 +132,16 @@ export class ResultsCurves {
     });
   }
 
-  /** Add the lines of runs to the chart, and a download of their values. */
+  /** Add the lines of runs to the charts, and a download of their values. */
   async addRuns() {
     const status = el("span", { class: "soft" }, "Reading the runs …");
     this.downloads.append(status);
     try {
-      const curvesByRun = await this.loadRuns();
+      const curvesByLabel = await this.loadRuns();
       if (this.isDestroyed) return;
-      this.showRuns(curvesByRun);
-      const listRows = () => listRunRows(this.view.results.generation, this.series);
+      for (const chart of this.charts) this.showRuns(chart, curvesByLabel);
+      const listRows = () =>
+        this.charts.flatMap(({ series }) => listRunRows(this.view.results.generation, series));
       status.replaceWith(
         createDownloadButton("run-curves.csv", () => formatCsv(RUN_COLUMNS, listRows())),
       );
@@ -125,40 +150,40 @@ export class ResultsCurves {
     }
   }
 
-  /** Return the curves of each condition, by run. */
-  loadRuns() {
+  /** Return the curves of each condition by run, by the label of its curve. */
+  async loadRuns() {
     const { study, measure, groups, load } = this.view;
-    return Promise.all(
-      groups.map(({ conditions: [condition] }) =>
-        load(`/api/results/runs?${new URLSearchParams({ study: study.id, condition, measure })}`),
-      ),
-    );
+    const entries = groups.map(async ({ label, conditions: [condition] }) => {
+      const query = new URLSearchParams({ study: study.id, condition, measure });
+      return [label, await load(`/api/results/runs?${query}`)];
+    });
+    return Object.fromEntries(await Promise.all(entries));
   }
 
-  showRuns(curvesByRun) {
+  showRuns(chart, curvesByLabel) {
     const { generation: generations } = this.view.results;
-    this.series = this.series.map((line, number) => ({
+    const series = chart.series.map((line) => ({
       ...line,
-      runs: Object.entries(curvesByRun[number]).map(([run, values]) => ({
+      runs: Object.entries(curvesByLabel[line.label]).map(([run, values]) => ({
         run: Number(run),
         values: generations.map((_, index) => values[index] ?? null),
       })),
     }));
-    this.chart.update(generations, this.series);
+    chart.update(generations, series);
   }
 
   destroy() {
     this.isDestroyed = true;
-    this.chart.destroy();
+    for (const chart of this.charts) chart.destroy();
   }
 }
 
 /** Return one series per group of conditions. */
-function createMeanSeries({ results, measure, groups }) {
-  return groups.map(({ label, conditions }, number) => {
+function createMeanSeries(results, measure, groups) {
+  return groups.map(({ label, conditions, style }) => {
     const { mean, low, high } = combineCurves(
       conditions.map((name) => results.curves[name][measure]),
     );
-    return { label, values: mean, low, high, ...selectSeriesStyle(number) };
+    return { label, values: mean, low, high, ...selectSeriesStyle(style) };
   });
 }

@@ -1,17 +1,8 @@
-/** The controls at the top of the Results tab: study, report and measure. */
+/** The controls at the top of the Results tab: study, comparison, report and measure. */
 
 import { el } from "./common.js";
 
 export function createHeading({ study, studies, choose }) {
-  const seed = el("span", { class: "badge" }, `seed ${study.seed}`);
-  const runs = study.conditions.map((condition) => condition.runs.length);
-  const minRuns = Math.min(...runs);
-  const maxRuns = Math.max(...runs);
-  const runsBadge = el(
-    "span",
-    { class: "badge" },
-    `${minRuns === maxRuns ? maxRuns : `${minRuns} to ${maxRuns}`} runs per condition`,
-  );
   const folder =
     study.id === "." ? "" : `${study.id.split("/").map(encodeURIComponent).join("/")}/`;
   const report =
@@ -31,8 +22,6 @@ export function createHeading({ study, studies, choose }) {
     "div",
     { class: "row" },
     createStudyPicker(studies, study.id, choose),
-    seed,
-    runsBadge,
     el("span", { class: "spread" }),
     createCompareLink(study),
     report,

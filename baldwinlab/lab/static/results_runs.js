@@ -18,7 +18,7 @@ export function createRunTable(results, runs, measures, formatAddress) {
   const table = new RunTable(listRunRows(results, runs), measures, formatAddress);
   return el(
     "details",
-    { class: "card", "data-testid": "runs", ontoggle: () => table.showOnce() },
+    { "data-testid": "runs", ontoggle: () => table.showOnce() },
     el("summary", {}, `All runs (${table.rows.length}), averaged over the last ten generations`),
     el(
       "div",

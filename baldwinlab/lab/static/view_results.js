@@ -1,29 +1,22 @@
 /** The Results tab: curves, boxes and claims of a study, with links to lifetimes. */
 
-import { createRunSwitch } from "./chart_legend.js";
-import { createClaimList } from "./claims.js";
 import { el, getJSON, showMessage } from "./common.js";
 import { createComparisonTable, formatAnswer } from "./comparison.js";
-import { createReactionNorms } from "./reaction_norms.js";
-import { drawBoxes } from "./results_boxes.js";
 import { ResultsCurves, explainCurves } from "./results_curves.js";
 import { clearFactorState, createFactorLists, groupConditions } from "./results_factors.js";
 import { createHeading, createMeasureSwitch, createStudyPicker } from "./results_header.js";
+import { MEASURES } from "./results_measures.js";
+import { createPanels } from "./results_panels.js";
 import {
-  MEASURES,
-  createGenerationLookup,
-  findRuns,
-  hasWorldView,
-} from "./results_measures.js";
-import { createRunTable } from "./results_runs.js";
+  createClaims,
+  createFactorSection,
+  createFinals,
+  createNorms,
+} from "./results_sections.js";
 import { createSpeciesCards, drawSpeciesCharts } from "./results_species.js";
-import { formatLifetimeAddress } from "./sources.js";
 
 // With more curves, the lines of single runs cannot be distinguished.
 const MAX_CURVES = 8;
-// The measures with a box plot.
-/** @type {("best"|"mean")[]} */
-const BOX_MEASURES = ["best", "mean"];
 
 /**
  * @typedef {object} ResultsState the visible results
@@ -34,7 +27,8 @@ const BOX_MEASURES = ["best", "mean"];
  * @property {string} hidden labels of hidden curves, joined by commas
  * @property {string} [norm] the changed setting of the reaction norms
  * @property {string|null} by the factor that groups conditions
- * @property {{label: string, conditions: string[]}[]} groups one per curve
+ * @property {import("./results_panels.js").Group[]} groups one per curve
+ * @property {{map: string, groups: import("./results_panels.js").Group[]}[]} panels of the curves
  * @property {boolean} hasSingleConditions whether each group is one condition
  * @property {boolean} canShowRuns whether the lines of runs can be distinguished
  * @property {boolean} hasRunLines whether each run is drawn
@@ -104,12 +98,14 @@ class ResultsView {
     if (!results || signal.aborted) return;
     this.shown?.free();
     const view = this.createViewState(study, results, { ...requested, measure, hidden });
+    const restoreFolds = rememberFolds(this.page);
     const restoreFocus = rememberFocus(this.page);
     // A change of hidden curves does not draw the page again.
     const setHidden = (labels) => {
       this.shown.stateKey = formatStateKey(labels);
     };
     this.shown = { study: study.id, results, stateKey, free: draw(this.page, view, setHidden) };
+    restoreFolds();
     restoreFocus();
   }
 
@@ -147,6 +143,7 @@ class ResultsView {
     const { navigate, choose, studies, load, guide } = this;
     const grouping = groupConditions(results, requested);
     const hasSingleConditions = grouping.groups.every(({ conditions }) => conditions.length === 1);
+    const panels = createPanels(results, grouping.groups);
     const canShowRuns = hasSingleConditions && grouping.groups.length <= MAX_CURVES;
     return {
       study,
@@ -160,6 +157,8 @@ class ResultsView {
       load,
       guide,
       ...grouping,
+      panels,
+      groups: panels.flatMap(({ groups }) => groups),
       hasSingleConditions,
       canShowRuns,
       hasRunLines: canShowRuns && runs === "each",
@@ -175,6 +174,15 @@ function rememberFocus(page) {
   if (!focused) return () => {};
   const selector = `[data-testid="${CSS.escape(focused)}"]`;
   return () => page.querySelector(selector)?.focus({ preventScroll: true });
+}
+
+/** Return a function that opens the sections of a redrawn page that are open now. */
+function rememberFolds(page) {
+  const open = [...page.querySelectorAll("details[open]")].map(({ dataset }) => dataset.testid);
+  return () => {
+    for (const fold of page.querySelectorAll("details"))
+      if (open.includes(fold.dataset.testid)) fold.open = true;
+  };
 }
 
 /** Load the results of a study. Without results, the page shows the reason. */
@@ -218,34 +226,26 @@ function draw(page, view, setHidden) {
     return () => {};
   }
   const curves = el("section", { class: "card", "data-testid": "curves" });
-  const boxes = BOX_MEASURES.map((measure) =>
-    el("section", { class: "card", "data-testid": `final-${measure}` }),
-  );
-  const norms = createNorms(view);
+  const folds = [createFinals(view), createNorms(view)];
   const speciesCards = createSpeciesCards(view);
   page.replaceChildren(
     el("h1", { class: "visually-hidden" }, "Results"),
     createHeading(view),
-    createFactorLists(view.results, view, view.choose) ?? "",
-    createMeasureRow(view),
     createLead(view),
+    createMeasureSwitch(view.results, view.measure, view.choose),
     curves,
     el("p", { class: "soft" }, explainCurves(view)),
-    createComparisonTable(view.results.comparison),
+    createComparisonTable(view.results.comparison, false),
+    createFactorSection(view),
     speciesCards ?? "",
-    el(
-      "div",
-      { class: view.groups.length > MAX_CURVES ? "results-boxes wide" : "results-boxes" },
-      ...boxes,
-    ),
-    ...createTables(view, norms.section),
+    ...folds.map(({ element }) => element),
+    createClaims(view),
   );
   // Charts need the width of their elements on the page.
   const charts = [
     new ResultsCurves(curves, view, setHidden),
-    ...BOX_MEASURES.map((measure, index) => drawBoxes(boxes[index], view, measure)),
     ...drawSpeciesCharts(speciesCards, view),
-    norms,
+    ...folds,
   ];
   return () => charts.forEach((chart) => chart.destroy());
 }
@@ -263,11 +263,6 @@ function showNoCondition(page, { study, studies, results, by, only, choose }) {
   );
 }
 
-function createNorms({ study, groups, norm, choose, load }) {
-  const response = load(`/api/results/reaction?${new URLSearchParams({ study: study.id })}`);
-  return createReactionNorms(response, study.id, groups, norm, choose);
-}
-
 /** Return the answer of the study, and the link to the definition of the Baldwin effect. */
 function createLead({ results, guide }) {
   return el(
@@ -276,41 +271,4 @@ function createLead({ results, guide }) {
     el("strong", { "data-testid": "answer" }, formatAnswer(results.comparison)),
     guide.createDefinitionLink(),
   );
-}
-
-/** Return the row with the measures and the switch of runs. */
-function createMeasureRow(view) {
-  const { results, measure, choose } = view;
-  const runSwitch =
-    view.canShowRuns &&
-    createRunSwitch(view.hasRunLines, (isChecked) => choose({ runs: isChecked ? "each" : null }));
-  return el(
-    "div",
-    { class: "row" },
-    createMeasureSwitch(results, measure, choose),
-    runSwitch,
-  );
-}
-
-/** Return the table of runs, the reaction norms and the claims. */
-function createTables(view, norms) {
-  const { study, results, groups } = view;
-  const findLastGeneration = createGenerationLookup(results);
-  const conditions = groups.flatMap((group) => group.conditions);
-  const runs = Object.fromEntries(conditions.map((name) => [name, findRuns(study, name)]));
-  const formatAddress = (condition, run) =>
-    hasWorldView(view, condition)
-      ? formatLifetimeAddress({
-          study: study.id,
-          condition,
-          run,
-          generation: findLastGeneration(condition),
-        })
-      : null;
-  const findTypicalRun = (condition) => results.typical_run[condition];
-  return [
-    createRunTable(results, runs, results.measures, formatAddress),
-    norms,
-    createClaimList(results.claims, study, findTypicalRun, findLastGeneration, results.problem),
-  ];
 }

@@ -51,8 +51,7 @@ def test_several_conditions_are_counted_first_and_the_largest_follows() -> None:
     data = study({"a": LOW, "b": MIXED, "c": range(50, 58), "d": HIGH})
     count, largest, second = summarize_contrasts(compare_conditions(data))
     assert count == (
-        "2 of 3 conditions differ from a in fitness of the average agent, with a corrected p below "
-        "0.05."
+        "2 of 3 conditions differ from a in fitness of the average agent (corrected p below 0.05)."
     )
     assert largest.startswith("d is higher than a") and second.startswith("c is higher than a")
 

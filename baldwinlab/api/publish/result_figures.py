@@ -1,0 +1,112 @@
+"""A figure of the report as a file: SVG, PDF, PNG, or CSV with its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+from baldwinlab.analysis.claim_results import ClaimResult
+from baldwinlab.analysis.claim_samples import Samples
+from baldwinlab.analysis.claims import evaluate_samples
+from baldwinlab.analysis.figures import render_figure
+from baldwinlab.analysis.report import ReportData
+from baldwinlab.analysis.report.content import count_runs, format_range
+from baldwinlab.analysis.report.embedding import ReportFigure
+from baldwinlab.analysis.report.figures import DRAW_FUNCTIONS
+from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics.csv import to_csv
+from baldwinlab.analysis.sweeps import section
+from baldwinlab.analysis.sweeps.analysis import compute_finals
+from baldwinlab.core.deferred import xr
+from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.papers import load_stored_paper
+from baldwinlab.studies.open import open_sample
+from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.sweeps.design import label_points
+
+FIGURES: Final = ("fitness", "final-fitness", "responses")
+FORMATS: Final = ("svg", "pdf", "png", "csv")
+MAX_CONDITIONS: Final = 60
+"""Maximum number of drawn conditions. More cannot be distinguished."""
+
+
+class FigureFile(NamedTuple):
+    """A file with a figure or its numbers, and its name."""
+
+    name: str
+    content: bytes
+
+
+def make_figure_file(
+    study: StudyStore, name: str, file_format: str, conditions: Sequence[str]
+) -> FigureFile:
+    """Make the file of a figure of the report, with its number of runs and its caption.
+
+    Parameters
+    ----------
+    study : StudyStore
+        The study.
+    name : str
+        One of `FIGURES`. "responses" is a figure of sweeps, the others of other studies.
+    file_format : str
+        One of `FORMATS`.
+    conditions : sequence of str
+        The drawn conditions. A sweep is drawn with all its points.
+
+    Returns
+    -------
+    FigureFile
+        The file. Its name has the study, the figure and the number of runs.
+
+    Raises
+    ------
+    ValueError
+        The figure or the format does not exist, or there are more than `MAX_CONDITIONS`.
+    StudyError
+        A condition does not exist, or a record is damaged.
+    """
+    if file_format not in FORMATS:
+        raise ValueError(f"format = {file_format!r} must be one of {', '.join(FORMATS)}")
+    figure = _draw(study, name, conditions)
+    if file_format == "csv":
+        columns = dict.fromkeys(column for row in figure.table for column in row)
+        content = to_csv(list(columns), figure.table)
+    else:
+        content = render_figure(figure.figure, file_format, figure.caption)
+    return FigureFile(f"{figure.name}.{file_format}", content)
+
+
+def _draw(study: StudyStore, name: str, conditions: Sequence[str]) -> ReportFigure:
+    """Draw a figure, with the runs in its name, its caption and its table."""
+    if (name == "responses") != (study.kind == SWEEP) or name not in FIGURES:
+        raise ValueError(f"{study.directory} has no figure {name!r}")
+    names = list(study.experiments) if study.kind == SWEEP else list(conditions)
+    if study.kind != SWEEP and not 0 < len(names) <= MAX_CONDITIONS:
+        raise ValueError(f"a figure has 1 to {MAX_CONDITIONS} conditions, not {len(names)}")
+    data = fitness.cache_measures(open_sample(study, names))
+    runs = format_range(count_runs(data).values())
+    if study.kind == SWEEP:
+        drawn = next(section.draw_figures(compute_finals(label_points(study, data))))
+    else:
+        report = ReportData(
+            directory=study.directory,
+            data=data,
+            experiments={name: study.experiments[name] for name in names},
+            results=_evaluate_claims(study, data) if name == "final-fitness" else (),
+        )
+        figure = DRAW_FUNCTIONS[name](report)
+        assert figure is not None
+        drawn = figure
+    # The path "." has no name.
+    title = study.directory.resolve().name
+    caption = f"{title}, {runs} runs per condition. {drawn.caption}"
+    table = [{**row, "runs": runs} for row in drawn.table]
+    file_name = f"{title}-{name}-{runs.replace(' ', '-')}-runs"
+    return drawn._replace(name=file_name, caption=caption, table=table)
+
+
+def _evaluate_claims(study: StudyStore, data: xr.Dataset) -> Sequence[ClaimResult]:
+    """Return the claims whose p-values the boxes show, as in the report."""
+    if not study.paper:
+        return ()
+    return evaluate_samples(Samples(data, source=load_stored_paper(study.directory, study.paper)))

@@ -1,0 +1,93 @@
+/** The folded sections of the Results tab: conditions, final values, reaction norms, claims. */
+
+import { createRunSwitch } from "./chart_legend.js";
+import { createClaimList } from "./claims.js";
+import { el } from "./common.js";
+import { createFigureLinks } from "./downloads.js";
+import { createReactionNorms } from "./reaction_norms.js";
+import { drawBoxes, hasReportBoxes } from "./results_boxes.js";
+import { createFactorLists } from "./results_factors.js";
+import { Fold } from "./results_folds.js";
+import { createGenerationLookup, findRuns, hasWorldView } from "./results_measures.js";
+import { createRunTable } from "./results_runs.js";
+import { formatLifetimeAddress } from "./sources.js";
+
+// More boxes are below each other.
+const MAX_NEIGHBORS = 8;
+// The measures with a box plot.
+/** @type {("best"|"mean")[]} */
+const BOX_MEASURES = ["best", "mean"];
+
+/** Return the final values of the runs: box plots, and links to the report's figure. */
+export function createFinals(view) {
+  const { study, groups } = view;
+  return new Fold("finals", "Final values", false, (root) => {
+    const boxes = BOX_MEASURES.map((measure) =>
+      el("section", { "data-testid": `final-${measure}` }),
+    );
+    const layout = groups.length > MAX_NEIGHBORS ? "results-boxes wide" : "results-boxes";
+    root.append(el("div", { class: layout }, ...boxes));
+    if (hasReportBoxes(view)) {
+      const conditions = groups.flatMap((group) => group.conditions);
+      root.append(createFigureLinks(study.id, "final-fitness", conditions));
+    }
+    root.append(createRuns(view));
+    return BOX_MEASURES.map((measure, index) => drawBoxes(boxes[index], view, measure));
+  });
+}
+
+/** Return the reaction norms, or how to measure them. */
+export function createNorms({ study, groups, norm, choose, load }) {
+  return new Fold("reaction", "Reaction norms", norm !== undefined, (root) => {
+    const response = load(`/api/results/reaction?${new URLSearchParams({ study: study.id })}`);
+    return [createReactionNorms(root, response, study.id, groups, norm, choose)];
+  });
+}
+
+/** Return what selects, groups and splits conditions. It is open while it has an effect. */
+export function createFactorSection({ results, by, only, choose, canShowRuns, hasRunLines }) {
+  const lists = createFactorLists(results, { by, only }, choose);
+  if (!lists && !canShowRuns) return "";
+  const runSwitch = createRunSwitch(hasRunLines, (isChecked) =>
+    choose({ runs: isChecked ? "each" : null }),
+  );
+  const isOpen = hasRunLines || Object.values(only).some(Boolean);
+  return el(
+    "details",
+    { class: "card", open: isOpen, "data-testid": "factors" },
+    el("summary", {}, el("h2", {}, "Conditions")),
+    lists ?? "",
+    canShowRuns && runSwitch,
+  );
+}
+
+/** Return the table of all runs, which link to their last lifetimes. */
+function createRuns(view) {
+  const { study, results, groups } = view;
+  const findLastGeneration = createGenerationLookup(results);
+  const conditions = groups.flatMap((group) => group.conditions);
+  const runs = Object.fromEntries(conditions.map((name) => [name, findRuns(study, name)]));
+  const formatAddress = (condition, run) =>
+    hasWorldView(view, condition)
+      ? formatLifetimeAddress({
+          study: study.id,
+          condition,
+          run,
+          generation: findLastGeneration(condition),
+        })
+      : null;
+  return createRunTable(results, runs, results.measures, formatAddress);
+}
+
+/** Return the claims of the study with links to lifetimes, or "". */
+export function createClaims({ study, results }) {
+  const findTypicalRun = (condition) => results.typical_run[condition];
+  const findLastGeneration = createGenerationLookup(results);
+  return createClaimList(
+    results.claims,
+    study,
+    findTypicalRun,
+    findLastGeneration,
+    results.problem,
+  );
+}
