@@ -13,7 +13,7 @@ from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.multiverse.records import Multiverse
 from baldwinlab.analysis.statistics.contrast_table import (
     HEADINGS,
-    format_cells,
+    list_cells,
     summarize_contrasts,
 )
 from baldwinlab.analysis.statistics.contrasts import Contrasts
@@ -25,7 +25,7 @@ from baldwinlab.papers.claims import KINDS
 VERDICT_STYLE = {"holds": "green", "does not hold": "red", "undecided": "yellow"}
 LABEL_STYLE = VERDICT_STYLE | {TOO_FEW_RUNS: "yellow", "higher": "green", "lower": "red"}
 # Columns of numbers, which have one line.
-UNWRAPPED = ("effect", "p", "a12", "runs")
+UNWRAPPED = ("effect", "p", "p_holm", "a12", "runs")
 MAX_COMPARISONS = 20
 """Maximum number of printed comparisons. The report shows all."""
 
@@ -55,14 +55,13 @@ def make_contrasts_table(contrasts: Contrasts) -> Table:
         box=SIMPLE_HEAD,
         padding=0,
     )
-    # Longer verdicts and headings have two lines, so that names fit into 80 columns.
-    widths = {"verdict": 9, "p_holm": 9}
+    # Longer verdicts have two lines, so that names fit into 80 columns.
     for key, heading in HEADINGS.items():
-        table.add_column(heading, overflow="fold", width=widths.get(key), no_wrap=key in UNWRAPPED)
-    for contrast in contrasts.rows[:MAX_COMPARISONS]:
-        cells = format_cells(contrast)
+        width = 9 if key == "verdict" else None
+        table.add_column(heading, overflow="fold", width=width, no_wrap=key in UNWRAPPED)
+    for cells in list_cells(contrasts)[:MAX_COMPARISONS]:
         name = Text.assemble(cells["condition"], (f"\n{cells['context']}", "dim"))
-        verdict = Text(cells["verdict"], style=LABEL_STYLE[contrast.verdict])
+        verdict = Text(cells["verdict"], style=LABEL_STYLE[cells["verdict"]])
         styled_cells = cells | {"condition": name, "verdict": verdict}
         table.add_row(*(styled_cells[key] for key in HEADINGS))
     return table
@@ -80,10 +79,10 @@ def show_contrasts(contrasts: Contrasts) -> None:
         for sentence in summarize_contrasts(contrasts):
             console.info(sentence)
         console.console.print(make_contrasts_table(contrasts))
-        for contrast in contrasts.rows[:MAX_COMPARISONS]:
-            if contrast.note:
-                cells = format_cells(contrast)
-                console.info(f"{cells['condition']}, {cells['context']}: {contrast.note}")
+        notes = [contrast.note for contrast in contrasts.rows]
+        for cells, note in zip(list_cells(contrasts)[:MAX_COMPARISONS], notes, strict=False):
+            if note:
+                console.info(f"{cells['condition']}, {cells['context']}: {note}")
         console.info_if_any(contrasts.too_few)
 
 

@@ -125,7 +125,7 @@ def name_share(outcome: str) -> str:
 
 
 def describe_measures(outcome: str) -> dict[str, dict[str, str]]:
-    """Return the texts of the measures `best`, `mean` and `share`: name, axis, heading and title.
+    """Return the texts of the measures `mean`, `best` and `share`: name, axis, heading and title.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def describe_measures(outcome: str) -> dict[str, dict[str, str]]:
         The result of `name_outcome`.
     """
     share = name_share(outcome)
-    agents = {"best": "best agent", "mean": "average agent"}
+    agents = {"mean": "average agent", "best": "best agent"}
     texts = {
         measure: {
             "name": agent.capitalize(),

@@ -114,10 +114,10 @@ def test_a_preset_and_a_custom_experiment_are_compared(command: Command, tmp_pat
     before, after = result.out.split("Comparison of the conditions")
     assert note in before
     assert note in after
-    assert "short, compared with evo/A, average agent: " in after
+    assert "short, average agent: " in after
     assert "Each condition is compared with evo/A." in after
     reported = command("report", "pair", "--baseline", "short")
-    assert "evo/A, compared with short, best agent: " in reported.out
+    assert "evo/A, best agent: " in reported.out
     assert note in reported.out
     rows = pd.read_csv(tmp_path / "pair/statistics.csv", keep_default_na=False)
     expected = bl.open_study(tmp_path / "pair").compare("short")

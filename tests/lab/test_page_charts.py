@@ -58,7 +58,7 @@ def texts_of(svg: ElementTree.Element) -> list[str]:
 def test_downloaded_curves_have_title_axes_legend_bands_and_visible_lines(
     page: Page, lab_server: LabServer
 ) -> None:
-    open_results(page, "study=small&runs=each")
+    open_results(page, "study=small&runs=each&measure=best")
     expect(page.get_by_test_id("download-run-curves.csv")).to_be_visible()
     curves = get_json(lab_server.address, "results", study="small")["curves"]
     rows = download_rows(page, "curves.csv")
@@ -139,7 +139,7 @@ def test_a_click_on_a_line_opens_its_run(page: Page, lab_server: LabServer) -> N
         ).items()
     }
     name, run = max(curves, key=lambda key: curves[key])
-    open_results(page, "study=small&runs=each")
+    open_results(page, "study=small&runs=each&measure=best")
     expect(page.get_by_test_id("download-run-curves.csv")).to_be_visible()
     plot = page.get_by_test_id("curves").locator(".u-over")
     box = plot.bounding_box()
@@ -158,7 +158,7 @@ def test_too_many_runs_for_lines_show_a_message(
     shutil.copytree(lab_server.root / "small", tmp_path / "small")
     with run_server(tmp_path) as server, server.context(browser) as context:
         page = context.new_page()
-        open_results(page, "study=small&runs=each")
+        open_results(page, "study=small&runs=each&measure=best")
         expect(page.get_by_test_id("curves")).to_contain_text(
             "Curves of single runs are limited to 5 values per condition"
         )

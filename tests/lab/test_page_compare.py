@@ -71,7 +71,7 @@ def test_ticked_presets_are_compared_and_the_page_shows_the_answer_and_the_table
     )
     table = page.get_by_test_id("comparison").locator("tbody tr")
     expect(table.locator(".badge")).to_have_text(rows["verdict"].tolist())
-    expect(table.first).to_contain_text("evo+drift/Acompared with evo/A, average agent")
+    expect(table.first).to_contain_text("evo+drift/Aaverage agent")
     assert find_violations(page) == []
     page.get_by_test_id("compare-results").click()
     expect(page.get_by_test_id("curves").locator(".chart-key")).to_have_text(PRESETS)

@@ -53,7 +53,7 @@ def read_query(page: Page) -> dict[str, str]:
     return dict(parse_qsl(page.url.partition("?")[2]))
 
 
-def open_results(page: Page, query: str = "study=small") -> None:
+def open_results(page: Page, query: str = "study=small&measure=best") -> None:
     page.goto(f"/#/results?{query}")
     page.get_by_test_id("curves").locator("canvas").first.wait_for()
 

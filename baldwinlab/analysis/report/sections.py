@@ -33,7 +33,7 @@ TEMPLATE_FILTERS: Final[dict[str, Callable[..., Any]]] = {
     "comparison": phrases.describe_comparison,
     "finding": phrases.describe_finding,
     "distance": phrases.describe_distance,
-    "cells": contrast_table.format_cells,
+    "cells": contrast_table.list_cells,
     "summary": contrast_table.summarize_contrasts,
     "method": contrast_table.describe_method,
     "weakest": content.find_weakest_findings,

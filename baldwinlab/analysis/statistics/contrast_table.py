@@ -21,7 +21,7 @@ SUMMARY_MEASURE: Final = "mean"
 AGENT_NAMES: Final = {"mean": "average agent", "best": "best agent"}
 # Largest number of conditions with a sentence of their own.
 MAX_SENTENCES: Final = 3
-# The columns of a table of comparisons, by key of `format_cells`. The first column also has the
+# The columns of a table of comparisons, by key of `list_cells`. The first column also has the
 # cell "context".
 HEADINGS: Final[Mapping[str, str]] = {
     "condition": "Condition",
@@ -34,18 +34,23 @@ HEADINGS: Final[Mapping[str, str]] = {
 }
 
 
-def format_cells(contrast: Contrast) -> dict[str, str]:
-    """Return the cells of a comparison as text, by the keys of `HEADINGS` and "context".
+def list_cells(contrasts: Contrasts) -> list[dict[str, str]]:
+    """Return the cells of each comparison as text, by the keys of `HEADINGS` and "context".
 
     Parameters
     ----------
-    contrast
-        The comparison.
+    contrasts
+        The comparisons. A common reference is left out, because `pairing` names it.
     """
+    return [_format_cells(row, contrasts.has_common_reference) for row in contrasts.rows]
+
+
+def _format_cells(contrast: Contrast, has_common_reference: bool) -> dict[str, str]:
     numbers = contrast.numbers
+    agent = AGENT_NAMES[contrast.measure]
     return {
         "condition": contrast.condition,
-        "context": f"compared with {contrast.reference}, {AGENT_NAMES[contrast.measure]}",
+        "context": agent if has_common_reference else f"{agent}, with {contrast.reference}",
         "verdict": contrast.verdict,
         "effect": format_effect(contrast),
         "p": format_p_value(numbers.p),

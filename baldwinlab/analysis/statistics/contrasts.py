@@ -141,6 +141,11 @@ class Contrasts:
         return [list(rows) for _, rows in pairs]
 
     @property
+    def has_common_reference(self) -> bool:
+        """Whether all conditions are compared with the same condition, which `pairing` names."""
+        return len({row.reference for row in self.rows}) == 1
+
+    @property
     def too_few(self) -> str:
         """The sentences about runs that are too few for a verdict, or an empty string."""
         tests = [PlannedTest(row.numbers.n_a, row.numbers.n_b) for row in self.rows]

@@ -12,7 +12,7 @@ from baldwinlab.analysis.statistics.contrast_table import (
     HEADINGS,
     describe_contrast,
     describe_method,
-    format_cells,
+    list_cells,
     summarize_contrasts,
 )
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, final_values
@@ -172,10 +172,10 @@ def record_contrasts(contrasts: Contrasts) -> dict[str, Any]:
         and `rows` with numbers, `cells`, a `note` and a `sentence`. An undefined number is None.
     """
     rows = []
-    for contrast in contrasts.rows:
+    for contrast, cells in zip(contrasts.rows, list_cells(contrasts), strict=True):
         row = {name: _finite_or_none(value) for name, value in contrast.row().items()}
         texts = {"note": contrast.note, "sentence": describe_contrast(contrast)}
-        rows.append(row | texts | {"cells": format_cells(contrast)})
+        rows.append(row | texts | {"cells": cells})
     return {
         "summary": summarize_contrasts(contrasts),
         "pairing": contrasts.pairing,

@@ -20,11 +20,13 @@ from baldwinlab.analysis.sweeps.analysis import compute_finals
 from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.papers import load_stored_paper
+from baldwinlab.papers.texts import Figure
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import label_points
 
-FIGURES: Final = ("fitness", "final-fitness", "responses")
+FIGURES_OF_CONDITIONS: Final[tuple[Figure, ...]] = ("fitness", "final-fitness")
+FIGURE_OF_SWEEPS: Final = "responses"
 FORMATS: Final = ("svg", "pdf", "png", "csv")
 MAX_CONDITIONS: Final = 60
 """Maximum number of drawn conditions. More cannot be distinguished."""
@@ -47,7 +49,7 @@ def make_figure_file(
     study : StudyStore
         The study.
     name : str
-        One of `FIGURES`. "responses" is a figure of sweeps, the others of other studies.
+        One of `FIGURES_OF_CONDITIONS`, or for a sweep `FIGURE_OF_SWEEPS`.
     file_format : str
         One of `FORMATS`.
     conditions : sequence of str
@@ -78,31 +80,41 @@ def make_figure_file(
 
 def _draw(study: StudyStore, name: str, conditions: Sequence[str]) -> ReportFigure:
     """Draw a figure, with the runs in its name, its caption and its table."""
-    if (name == "responses") != (study.kind == SWEEP) or name not in FIGURES:
-        raise ValueError(f"{study.directory} has no figure {name!r}")
-    names = list(study.experiments) if study.kind == SWEEP else list(conditions)
-    if study.kind != SWEEP and not 0 < len(names) <= MAX_CONDITIONS:
+    is_sweep = study.kind == SWEEP
+    available = (FIGURE_OF_SWEEPS,) if is_sweep else FIGURES_OF_CONDITIONS
+    if name not in available:
+        raise ValueError(f"figure = {name!r} must be one of {', '.join(available)}")
+    names = list(study.experiments) if is_sweep else list(conditions)
+    if not is_sweep and not 0 < len(names) <= MAX_CONDITIONS:
         raise ValueError(f"a figure has 1 to {MAX_CONDITIONS} conditions, not {len(names)}")
     data = fitness.cache_measures(open_sample(study, names))
+    drawn = _draw_responses(study, data) if is_sweep else _draw_conditions(study, data, name)
     runs = format_range(count_runs(data).values())
-    if study.kind == SWEEP:
-        drawn = next(section.draw_figures(compute_finals(label_points(study, data))))
-    else:
-        report = ReportData(
-            directory=study.directory,
-            data=data,
-            experiments={name: study.experiments[name] for name in names},
-            results=_evaluate_claims(study, data) if name == "final-fitness" else (),
-        )
-        figure = DRAW_FUNCTIONS[name](report)
-        assert figure is not None
-        drawn = figure
     # The path "." has no name.
     title = study.directory.resolve().name
-    caption = f"{title}, {runs} runs per condition. {drawn.caption}"
-    table = [{**row, "runs": runs} for row in drawn.table]
-    file_name = f"{title}-{name}-{runs.replace(' ', '-')}-runs"
-    return drawn._replace(name=file_name, caption=caption, table=table)
+    return drawn._replace(
+        name=f"{title}-{name}-{runs.replace(' ', '-')}-runs",
+        caption=f"{title}, {runs} runs per condition. {drawn.caption}",
+        table=[{**row, "runs": runs} for row in drawn.table],
+    )
+
+
+def _draw_responses(study: StudyStore, data: xr.Dataset) -> ReportFigure:
+    return next(section.draw_figures(compute_finals(label_points(study, data))))
+
+
+def _draw_conditions(study: StudyStore, data: xr.Dataset, name: str) -> ReportFigure:
+    names = data["condition"].values.tolist()
+    report = ReportData(
+        directory=study.directory,
+        data=data,
+        experiments={condition: study.experiments[condition] for condition in names},
+        results=_evaluate_claims(study, data) if name == "final-fitness" else (),
+    )
+    draw = {str(figure): DRAW_FUNCTIONS[figure] for figure in FIGURES_OF_CONDITIONS}[name]
+    figure = draw(report)
+    assert figure is not None
+    return figure
 
 
 def _evaluate_claims(study: StudyStore, data: xr.Dataset) -> Sequence[ClaimResult]:

@@ -3,7 +3,7 @@
 import { isViewable } from "./sources.js";
 
 // The measures of a study. The server names them.
-export const MEASURES = ["best", "mean", "share"];
+export const MEASURES = ["mean", "best", "share"];
 
 export function findRuns(study, name) {
   return study.conditions.find((condition) => condition.name === name).runs;

@@ -16,7 +16,7 @@ import { formatLifetimeAddress } from "./sources.js";
 const MAX_NEIGHBORS = 8;
 // The measures with a box plot.
 /** @type {("best"|"mean")[]} */
-const BOX_MEASURES = ["best", "mean"];
+const BOX_MEASURES = ["mean", "best"];
 
 /** Return the final values of the runs: box plots, and links to the report's figure. */
 export function createFinals(view) {

@@ -88,7 +88,7 @@ class ResultsView {
     this.studies ??= (await getJSON("/api/studies", signal)).studies;
     const study = this.findStudy(requested.study);
     if (!study) return this.showNoStudy(requested.study);
-    const measure = MEASURES.includes(requested.measure) ? requested.measure : "best";
+    const measure = MEASURES.includes(requested.measure) ? requested.measure : "mean";
     const { hidden = "", ...rest } = requested;
     const formatStateKey = (labels) =>
       new URLSearchParams({ ...rest, study: study.id, measure, hidden: labels }).toString();

@@ -10,7 +10,7 @@ from baldwinlab.analysis.statistics.contrast_table import (
     HEADINGS,
     describe_contrast,
     describe_method,
-    format_cells,
+    list_cells,
     summarize_contrasts,
 )
 from baldwinlab.analysis.statistics.contrasts import compare_conditions
@@ -22,14 +22,27 @@ MIXED = [5, 6, 7, 8, 104, 105, 106, 107]
 
 
 def test_the_cells_have_all_numbers_of_a_comparison() -> None:
-    contrast = compare_conditions(study({"evo/A": LOW, "evo+drift/A": HIGH})).rows[0]
-    cells = format_cells(contrast)
+    cells = list_cells(compare_conditions(study({"evo/A": LOW, "evo+drift/A": HIGH})))[0]
     assert cells.keys() == HEADINGS.keys() | {"context"}
-    assert cells["context"] == "compared with evo/A, average agent"
     assert re.fullmatch(r"\+90\.0 \[8\d\.\d, 9\d\.\d\]", cells["effect"])
     # All 64 pairs are higher. The exact p of two samples of 8 is 2 / 12870, doubled for two tests.
     assert (cells["verdict"], cells["a12"], cells["runs"]) == ("higher", "1.00", "8, 8")
     assert (cells["p"], cells["p_holm"]) == ("1.6e-04", "3.1e-04")
+
+
+def test_only_different_references_are_named_in_the_rows() -> None:
+    data = {"evo/A": LOW, "drift/A": HIGH, "evo/B": LOW, "drift/B": HIGH}
+    one_map = dict(list(data.items())[:2])
+    contexts = [
+        [cells["context"] for cells in list_cells(compare_conditions(study(conditions)))]
+        for conditions in (one_map, data)
+    ]
+    assert contexts[0] == ["average agent", "best agent"]
+    assert contexts[1] == [
+        f"{agent}, with {reference}"
+        for reference in ("evo/A", "evo/B")
+        for agent in ("average agent", "best agent")
+    ]
 
 
 @pytest.mark.parametrize(

@@ -56,8 +56,8 @@ def test_the_boxes_have_a_value_per_run(study: StudyStore) -> None:
 @pytest.mark.parametrize(
     ("figure", "file_format", "names", "message"),
     [
-        ("responses", "svg", NAMES, "has no figure 'responses'"),
-        ("maps", "svg", NAMES, "has no figure 'maps'"),
+        ("responses", "svg", NAMES, "figure = 'responses' must be one of fitness, final-fitness"),
+        ("maps", "svg", NAMES, "figure = 'maps' must be one of fitness, final-fitness"),
         ("fitness", "gif", NAMES, "format = 'gif' must be one of svg, pdf, png, csv"),
         ("fitness", "svg", [], "a figure has 1 to 60 conditions, not 0"),
     ],
