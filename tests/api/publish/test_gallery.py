@@ -8,6 +8,7 @@ from pathlib import Path
 from shutil import copytree, rmtree
 
 import pytest
+from playwright.sync_api import Browser
 
 import baldwinlab as bl
 from baldwinlab import papers
@@ -104,6 +105,19 @@ def test_the_page_compares_the_stored_papers(command: Command, folder: Path) -> 
         and Path("thesis.html").read_text("utf-8") == "mine"
     )
     assert command("gallery", "all", "--out", "page.html").code == 0 and Path("page.html").exists()
+
+
+@pytest.mark.parametrize("width", [320, 390, 1280])
+def test_the_answers_fit_the_window(browser: Browser, gallery: Path, width: int) -> None:
+    page = browser.new_page(viewport={"width": width, "height": 800})
+    page.goto((gallery / "gallery.html").as_uri())
+    page.locator("details").evaluate_all("all => all.forEach(details => details.open = true)")
+    tables = page.locator(".claims")
+    assert tables.count() >= 4
+    for table in tables.all():
+        assert table.evaluate("({ scrollWidth, clientWidth }) => scrollWidth <= clientWidth")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.close()
 
 
 def test_of_two_studies_of_a_paper_that_with_more_runs_counts(folder: Path) -> None:
