@@ -72,7 +72,7 @@ def summarize(lab: Lab, name: str) -> dict[str, Any]:
 
 
 def _summarize_readable(study: StudyStore, name: str) -> dict[str, Any]:
-    main_condition = _find_main_condition(study)
+    main_condition, question = _read_paper(study)
     titles = sweeps.name_points(study)
     conditions = [
         _summarize_condition(study, experiment)
@@ -83,6 +83,7 @@ def _summarize_readable(study: StudyStore, name: str) -> dict[str, Any]:
         "id": name,
         "seed": study.seed,
         "paper": study.paper,
+        "question": question,
         # The page opens the newest study. In seconds.
         "modified": study.directory.stat().st_mtime,
         "conditions": conditions,
@@ -113,15 +114,17 @@ def _summarize_condition(study: StudyStore, experiment: BaseExperiment) -> dict[
     }
 
 
-def _find_main_condition(study: StudyStore) -> str:
-    """Return the condition of the paper's main figure, or "" without a paper.
+def _read_paper(study: StudyStore) -> tuple[str, str]:
+    """Return the condition of the paper's main figure, and the question of the paper.
 
-    The page shows this condition first.
+    The page shows both first. They are "" without a paper.
     """
     try:
-        return papers.load_stored_paper(study.directory, study.paper).metadata.emergence
+        paper = papers.load_stored_paper(study.directory, study.paper)
+        has_card = study.paper and paper.card
+        return paper.metadata.emergence, paper.card.question if has_card else ""
     except papers.PaperError:
-        return ""
+        return "", ""
 
 
 def load_typical_run(lab: Lab, name: str, condition: str) -> bytes:

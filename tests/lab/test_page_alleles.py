@@ -37,6 +37,13 @@ def alleles_page(page: Page, strings_server: LabServer) -> Page:
     return page
 
 
+def test_the_tab_asks_one_question_and_defines_the_baldwin_effect(alleles_page: Page) -> None:
+    expect(alleles_page.get_by_test_id("question")).to_have_text(
+        "What changes from one generation to the next?"
+    )
+    expect(alleles_page.get_by_text("What is the Baldwin effect?")).to_be_visible()
+
+
 def compute_frequencies(server: LabServer, generation: int, run: int = 1) -> npt.NDArray[Any]:
     """Return the frequencies [locus, allele] of 0, ? and 1 in a generation."""
     record = StudyStore(server.root / "strings").read("guessing", run)
@@ -228,14 +235,15 @@ def test_a_live_run_shows_the_alleles_of_the_newest_or_the_selected_generation(
         "study=strings&generation=5",
     ],
 )
-def test_an_unknown_generation_shows_a_message_and_another_generation(
+def test_an_unknown_generation_shows_what_exists_and_no_other_generation(
     page: Page, strings_server: LabServer, query: str
 ) -> None:
     page.goto(f"{strings_server.entry}#/world?{query}")
-    expect(page.get_by_test_id("message-error")).to_contain_text(
-        re.compile("has no (run 9|finished runs of x|generation 5)")
-    )
-    expect(page.get_by_test_id("alleles-heading")).to_have_text("Alleles by locus, generation 4")
+    alert = page.get_by_role("alert")
+    expect(alert).to_contain_text(re.compile("has no (run 9|finished runs of x|generation 5)"))
+    expect(page.get_by_test_id("alleles-heading")).to_have_count(0)
+    alert.get_by_role("link").first.click()
+    expect(page.get_by_test_id("alleles-heading")).to_contain_text("Alleles by locus")
 
 
 @pytest.mark.nightly

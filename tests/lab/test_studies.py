@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from baldwinlab import papers
 from baldwinlab.analysis.claims import claim_records, evaluate_claims
 from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.api.publish import lab_results, results_cache
@@ -56,10 +57,20 @@ def test_the_list_of_studies_contains_conditions_and_runs(lab_server: LabServer)
         "id": "small",
         "seed": 5,
         "paper": "",
+        "question": "",
         "conditions": conditions,
         "problem": None,
         "report": False,
     }
+
+
+def test_the_study_of_a_paper_has_the_question_of_its_card(tmp_path: Path) -> None:
+    create_study(tmp_path / "study", [shorten_preset("evo/B")], 1, paper="le-2019")
+    question = studies.summarize(Lab(tmp_path, Live()), "study")["question"]
+    card = papers.load("le-2019").card
+    assert card is not None
+    assert question == card.question
+    assert question.endswith("?")
 
 
 def test_an_unreadable_study_is_listed_with_the_reason(tmp_path: Path) -> None:

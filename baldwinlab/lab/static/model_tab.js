@@ -13,6 +13,8 @@ import { GenerationPlayer } from "./generation_player.js";
 
 // Milliseconds that a generation is shown during playback.
 const DISPLAY_TIME = 200;
+// Of a study that does not belong to a paper.
+const DEFAULT_QUESTION = "What changes from one generation to the next?";
 
 export class ModelTab {
   constructor(root, navigate, guide, /** @type {import("./sources.js").Stored} */ stored) {
@@ -56,8 +58,10 @@ export class ModelTab {
 
   async start(state) {
     const worlds = el("div", { class: "worlds" }, this.panel.root);
+    this.question = el("strong", { "data-testid": "question" });
     this.root.append(
       el("h1", { class: "visually-hidden" }, "World"),
+      el("div", { class: "lead" }, this.question, this.guide.createDefinitionLink()),
       el("div", { class: "scene" }, worlds),
     );
     const { study, condition } = findNearestLifetime(this.studies, state);
@@ -110,6 +114,8 @@ export class ModelTab {
     const { source, header, view, drawer } = this.panel;
     if (drawer.player) this.startPlayer(drawer.player);
     this.startAt = undefined;
+    const { question } = this.studies.find(({ id }) => id === source.study);
+    this.question.textContent = question || DEFAULT_QUESTION;
     const shown = el("div", {}, el("p", {}, formatLifetimeTitle(source)), el("p", {}, CURVE));
     const viewTopics = header.view_description
       ? [{ title: view.name[0].toUpperCase() + view.name.slice(1), text: header.view_description }]
