@@ -285,7 +285,7 @@ class StudyExports(StudyRuns):
         Returns
         -------
         xarray.DataTree
-            The fitness of the best and of the average agent, and the share of agents that ate (0 to
+            The fitness of the best and of the average agent, and the share of agents that eat (0 to
             1), by condition and run.
 
         Raises

@@ -214,6 +214,12 @@ def test_the_curves_of_a_live_run_are_downloaded(page: Page) -> None:
         texts_of(download_picture(page, "fitness.svg"))
     )
     assert len(download_rows(page, "share.csv")) == 4
+    with page.expect_download() as download:
+        page.get_by_test_id("download-share.svg").click()
+    # The file and its name state the experiment and the number of runs.
+    name = re.compile(r"evo[+\w-]*-A-share-\d+-runs?\.svg")
+    assert name.fullmatch(download.value.suggested_filename)
+    assert re.search(r": (1 run|mean of \d+ runs)", download.value.path().read_text("utf-8"))
 
 
 def test_the_activity_of_an_agent_is_downloaded_step_by_step(page: Page) -> None:

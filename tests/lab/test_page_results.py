@@ -138,7 +138,8 @@ def large_study(lab_server: LabServer) -> Iterator[str]:
     study = create_study(lab_server.root / "large", list(experiments.values()), 5, factors=factors)
     for number, (name, experiment) in enumerate(experiments.items()):
         eaten = life.food_eaten * 0 + number
-        record = life.assign(food_eaten=eaten, energy=eaten.astype(np.float64))
+        energy = eaten.astype(np.float64).assign_attrs(life["energy"].attrs)
+        record = life.assign(food_eaten=eaten, energy=energy)
         study.write(name, 0, record.assign_attrs(condition=name, experiment=to_toml(experiment)))
     yield "large"
     shutil.rmtree(study.directory)

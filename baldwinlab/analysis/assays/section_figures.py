@@ -39,7 +39,7 @@ MEASURE_NAMES: Final = {
     "setting": "fitness in this setting",
     "setting, relative": "fitness relative to the setting of evolution",
     "first meal": "steps to the first meal",
-    "ever ate": "share of agents that ate",
+    "ever ate": "share of agents that eat",
     "eaten in life": "items eaten in a lifetime",
     "eaten in the first part of life": "items eaten in the first part of a lifetime",
     "eaten in the last part of life": "items eaten in the last part of a lifetime",

@@ -50,7 +50,7 @@ WHITE_TO_BLUE = LinearSegmentedColormap.from_list("white to blue", ["white", BLU
 
 @styled
 def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
-    """Draw the positions of the agents of one population, and the share of agents that ate.
+    """Draw the positions of the agents of one population, and the share of agents that eat.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
     Returns
     -------
     Figure
-        Above, maps of the time per cell. Below, the share of agents that ate, in all runs.
+        Above, maps of the time per cell. Below, the share of agents that eat, in all runs.
 
     Raises
     ------
@@ -254,6 +254,6 @@ def _draw_share_that_ate(axes: Axes, dataset: xr.Dataset, traces: Sequence[xr.Da
         axes.plot(generation, run_shares, color=GRAY, lw=0.8, ls=":", label="the population above")
         generations = [trace.attrs["generation"] for trace in traces]
         axes.plot(generations, run_shares.sel(generation=generations), "o", color=GRAY, ms=4)
-    axes.set(xlabel="generation", ylabel="share of agents that ate", ylim=(0, 1.02))
+    axes.set(xlabel="generation", ylabel="share of agents that eat", ylim=(0, 1.02))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
     axes.legend(loc="lower right", ncols=2)

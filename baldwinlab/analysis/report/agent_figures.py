@@ -70,7 +70,7 @@ def draw_emergence(report: ReportData) -> ReportFigure | None:
         caption=(
             f"{condition}, run {run}{reason}. Top: time that all agents spent at each position; "
             "darker is longer, with one scale for all maps. The circle is the birthplace, and "
-            "rectangles contain items. Bottom: share of agents that ate an item, mean over runs "
+            "rectangles contain items. Bottom: share of agents that eat an item, mean over runs "
             "with its 95 % interval."
         ),
         alternative=(

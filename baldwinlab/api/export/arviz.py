@@ -22,7 +22,7 @@ def collect_outcomes(data: xr.Dataset, last: int) -> xr.DataTree:
     -------
     xarray.DataTree
         The group `observed_data` has `best` and `mean`, the fitness of the best and of the average
-        agent in the unit of `energy`, and `share`, the share of agents that ate (0 to 1), by
+        agent in the unit of `energy`, and `share`, the share of agents that eat (0 to 1), by
         condition and run. Missing runs are NaN.
 
     Raises
@@ -35,7 +35,7 @@ def collect_outcomes(data: xr.Dataset, last: int) -> xr.DataTree:
     attributes_by_outcome = {
         "best": {"units": unit, "long_name": "fitness of the best agent"},
         "mean": {"units": unit, "long_name": "fitness of the average agent"},
-        "share": {"units": "1", "long_name": "share of agents that ate, or gained anything"},
+        "share": {"units": "1", "long_name": "share of agents that eat, or have a fitness above 0"},
     }
     observed = xr.Dataset(
         {

@@ -6,17 +6,19 @@ const MEDIA_TYPES = { csv: "text/csv", svg: "image/svg+xml", toml: "application/
 
 /**
  * Return two buttons that download the data and the drawing of a chart.
- * @param {string} name of the files, without suffix
+ * @param {string} name of the chart
  * @param {string[]} columns
  * @param {() => Object<string, any>[]} rows
  * @param {() => string} drawFile returns the text of an SVG file
+ * @param {string} [file] name of the files without suffix, by default that of the chart
  */
-export function createChartDownloads(name, columns, rows, drawFile) {
+export function createChartDownloads(name, columns, rows, drawFile, file = name) {
+  const formatRows = () => formatCsv(columns, rows());
   return el(
     "div",
     { class: "row chart-saves" },
-    createDownloadButton(`${name}.csv`, () => formatCsv(columns, rows()), "Save as CSV"),
-    createDownloadButton(`${name}.svg`, drawFile, "Save as SVG"),
+    createDownloadButton(`${name}.csv`, formatRows, "Save as CSV", `${file}.csv`),
+    createDownloadButton(`${name}.svg`, drawFile, "Save as SVG", `${file}.svg`),
   );
 }
 
@@ -50,12 +52,12 @@ export function createFigureLinks(study, figure, conditions) {
 }
 
 /** Return a button that downloads a text. `text` is called when the button is pressed. */
-export function createDownloadButton(name, text, label = `Save as ${name}`) {
+export function createDownloadButton(name, text, label = `Save as ${name}`, file = name) {
   const save = () => {
     const url = URL.createObjectURL(
       new Blob([text()], { type: MEDIA_TYPES[name.split(".").pop()] }),
     );
-    el("a", { href: url, download: name }).click();
+    el("a", { href: url, download: file }).click();
     setTimeout(() => URL.revokeObjectURL(url), 1000);
   };
   return el(

@@ -55,9 +55,7 @@ export class LiveCurves {
   }
 
   createFitnessChart(root) {
-    const { runs } = this.feed.summary;
-    const description = STATISTICS[this.statistic].title.replace("RUNS", String(runs));
-    const suffix = runs > 1 ? `, ${description}` : "";
+    const suffix = this.feed.summary.runs > 1 ? `, ${this.describeBands()}` : "";
     const { axis, heading, title } = this.feed.summary.measures.mean;
     this.createChart(root, "fitness", () => this.listFitnessSeries(), {
       title: `${this.species.length ? title : heading}${suffix}`,
@@ -83,11 +81,19 @@ export class LiveCurves {
     });
   }
 
-  /** Create a chart with downloads. `name` is the name of the files. */
+  /** Return what the lines and bands of the runs are. */
+  describeBands() {
+    return STATISTICS[this.statistic].title.replace("RUNS", String(this.feed.summary.runs));
+  }
+
+  /** Create a chart with downloads. The files are named by the experiment, `name` and the runs. */
   createChart(root, name, listSeries, options) {
+    const { experiment, runs } = this.feed.summary;
+    const file = `${experiment.name}-${name}-${runs}-runs`.replaceAll("/", "-");
     const plot = el("div");
     const chart = new LineChart(plot, {
       ...options,
+      note: runs > 1 ? `${experiment.name}: ${this.describeBands()}` : `${experiment.name}: 1 run`,
       x: this.x,
       xLabel: "generation",
       onPick: ({ x, run, label }) => {
@@ -98,8 +104,12 @@ export class LiveCurves {
     const rows = () => listSeries().flatMap((line) => this.listRows(line));
     root.append(
       plot,
-      createChartDownloads(name, ["curve", "generation", this.statistic, "low", "high"], rows, () =>
-        chart.drawFile(),
+      createChartDownloads(
+        name,
+        ["curve", "generation", this.statistic, "low", "high"],
+        rows,
+        () => chart.drawFile(),
+        file,
       ),
     );
     this.charts.push({ chart, listSeries });
