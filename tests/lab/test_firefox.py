@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import urlencode
 
 import numpy as np
 import pytest
@@ -106,3 +108,26 @@ def test_the_explorable_simulates_in_its_file(browser: Firefox, essay: Path) -> 
     experiment = scenes.make_scenes()["learning"].replace(evolution={"generations": 2})
     expected = simulate(experiment, seed=scenes.SEED, run=1).energy.values.ravel().tolist()
     assert browser.evaluate(expression) == expected
+
+
+def test_two_values_are_compared_in_the_dialog_at_320_pixels(
+    browser: Firefox, lab_server: LabServer
+) -> None:
+    changes = {"lifetime.steps": 100, "evolution.generations": 2}
+    compared = {"fields": {"learning.rate": [0.01, 0.1]}}
+    query = {"runs": 2, "set": json.dumps(changes), "compare": json.dumps(compared)}
+    browser.open(f"{lab_server.entry}#/live?{urlencode(query)}", 320, 568)
+    browser.wait_for(f"{select('compare-start')}?.disabled === false")
+    dialog = select("compare-dialog")
+    assert browser.evaluate(f"{dialog}.scrollWidth - {dialog}.clientWidth") == 0
+    browser.evaluate(f"{select('compare-start')}.click()")
+    browser.wait_for(f"{select('compare-answer')}?.textContent.includes('too few to compare')")
+    assert browser.evaluate(f"{select('comparison')}.querySelectorAll('tbody tr').length") == 2
+    assert browser.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
+    assert not browser.errors
+    shutil.rmtree(lab_server.root / "live")
+
+
+def select(name: str) -> str:
+    """Return a JavaScript expression for the element with a test id."""
+    return f"""document.querySelector('[data-testid="{name}"]')"""
