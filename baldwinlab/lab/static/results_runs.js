@@ -2,6 +2,7 @@
 
 import { el, formatNumber } from "./common.js";
 import { formatCsv, createDownloadButton } from "./downloads.js";
+import { createKeepButton } from "./keep_button.js";
 
 const MEASURE_COLUMNS = ["best", "mean", "share"];
 const COLUMNS = ["condition", "run", ...MEASURE_COLUMNS];
@@ -106,9 +107,16 @@ function createRunRow(row, address) {
     "tr",
     {},
     el("th", { scope: "row" }, row.condition),
-    el("td", {}, run),
+    el("td", {}, run, address && createRunKeepButton(address)),
     ...MEASURE_COLUMNS.map((measure) => el("td", {}, formatNumber(row[measure]))),
   );
+}
+
+/** Return the button that stores the last generation of a run. */
+function createRunKeepButton(address) {
+  const source = Object.fromEntries(new URLSearchParams(address.split("?")[1]));
+  const label = `Keep the last generation of ${source.condition}, run ${source.run}`;
+  return createKeepButton(label, `keep-run-${source.condition}-${source.run}`, () => ({ source }));
 }
 
 function compareValues(first, second) {
