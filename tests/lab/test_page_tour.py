@@ -77,6 +77,7 @@ def test_a_skipped_tour_does_not_return_until_the_guide_repeats_it(visitor: Page
     expect_step(visitor, 1)
 
 
+@pytest.mark.nightly
 def test_the_tour_continues_at_its_step_after_a_reload(visitor: Page) -> None:
     open_tour(visitor)
     visitor.get_by_test_id("tour-next").click()
