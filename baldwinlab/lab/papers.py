@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import suppress
-from typing import Any
+from typing import Any, Final
 
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse
@@ -13,7 +13,9 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab import papers
 from baldwinlab.core.suggestions import suggest
+from baldwinlab.experiment import BaseExperiment
 from baldwinlab.lab import Lab, MissingError, model_displays, study_access
+from baldwinlab.lab.limits import check_size
 from baldwinlab.lab.query import read_text
 from baldwinlab.papers import Paper, PaperError
 from baldwinlab.papers.claims import KINDS
@@ -21,6 +23,9 @@ from baldwinlab.papers.paper import CARD_FILE
 from baldwinlab.studies.claims_file import CLAIMS_FILE, read_claims
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
+
+# The number of runs in the form of a live run at opening.
+DEFAULT_LIVE_RUNS: Final = 5
 
 # Studies by the name that the page shows.
 Studies = dict[str, StudyStore]
@@ -113,11 +118,13 @@ def _make_card(lab: Lab, paper: Paper, paper_studies: Studies) -> dict[str, Any]
         if study.paper == paper.name
     ]
     card = paper.card
+    preset = _choose_live_preset(paper)
     return {
         **metadata,
         **contents,
         "card": card.model_dump(by_alias=True, mode="json") if card else None,
-        "preset": _choose_live_preset(paper),
+        "preset": preset,
+        "live_runs": _count_live_runs(paper.experiment(preset)) if preset else None,
         "studies": summaries,
     }
 
@@ -158,6 +165,15 @@ def _choose_live_preset(paper: Paper) -> str | None:
         return None
     learning_presets = (name for name in presets_of_paper if paper.experiment(name).learns)
     return next(learning_presets, presets_of_paper[0])
+
+
+def _count_live_runs(experiment: BaseExperiment) -> int:
+    """Return the number of runs that a live run can have, at most `DEFAULT_LIVE_RUNS`."""
+    for n_runs in range(DEFAULT_LIVE_RUNS, 1, -1):
+        with suppress(ValueError):
+            check_size(experiment, n_runs)
+            return n_runs
+    return 1
 
 
 def _count_verdicts(lab: Lab, study: StudyStore) -> tuple[dict[str, dict[str, int]], str | None]:

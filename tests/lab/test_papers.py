@@ -12,7 +12,9 @@ import pytest
 from PIL import Image
 
 from baldwinlab import papers
+from baldwinlab.lab.limits import check_size
 from baldwinlab.papers.paper import CARD_FILE, open_paper
+from baldwinlab.papers.presets import load
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.store import StudyStore
@@ -90,6 +92,16 @@ def test_a_card_lists_the_verdicts_of_the_studies_of_its_paper(
     assert cards["le-2019"]["studies"] == [expected]
     assert cards["tiny"]["studies"] == [{"study": "tiny", "verdicts": {}, **common}]
     assert cards["hinton-nowlan-1987"]["studies"] == []
+
+
+def test_a_card_starts_a_live_run_of_an_allowed_size(papers_server: LabServer) -> None:
+    cards = get_json(papers_server.address, "papers")["papers"]
+    runs = {card["name"]: card["live_runs"] for card in cards if card["preset"]}
+    assert runs.pop("suzuki-arita-2004") == 3
+    assert set(runs.values()) == {5}
+    check_size(load("meta-pavlov"), 3)
+    with pytest.raises(ValueError, match="bytes of memory"):
+        check_size(load("meta-pavlov"), 4)
 
 
 def test_the_preset_of_a_card_is_a_learning_condition_of_its_paper(

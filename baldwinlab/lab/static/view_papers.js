@@ -179,7 +179,7 @@ function createBadges(verdicts, problem) {
 }
 
 /** Return the buttons that run one condition or copy the command of the complete paper. */
-function createRunLinks({ name, title, preset }) {
+function createRunLinks({ name, title, preset, live_runs: runs }) {
   const command = `baldwinlab reproduce ${name}`;
   const live =
     preset &&
@@ -187,7 +187,7 @@ function createRunLinks({ name, title, preset }) {
       "a",
       {
         class: "button primary",
-        href: `#/live?${new URLSearchParams({ preset })}`,
+        href: `#/live?${new URLSearchParams({ preset, runs })}`,
         "aria-label": `Run live: ${title}`,
       },
       "Run live",
