@@ -38,8 +38,8 @@ def save(server: LabServer, name: str, **body: Any) -> Path:
     """Save agents, and return the path of the file."""
     response = post(server, "freezer", name=name, **({"life": LIFE} | body))
     assert response.status_code == 201, response.text
-    name: str = response.json()["name"]
-    return server.root / name
+    stored_name: str = response.json()["name"]
+    return server.root / stored_name
 
 
 def test_a_population_of_the_lab_is_the_file_of_the_command_line(

@@ -8,6 +8,8 @@ from baldwinlab.lab.lineage import MAX_AGENTS_PER_GENERATION, MAX_DEPTH, make_tr
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import SMALL, LabServer, get_error, get_json
 
+CONDITION = "evo+self-taught/A"
+
 
 def test_a_tree_has_the_ancestors_siblings_and_children_of_an_agent() -> None:
     # Generation 1: agents 0 and 1 have both parents in common, agent 2 shares one.
@@ -50,7 +52,7 @@ def test_a_tree_of_a_large_family_is_limited() -> None:
 
 
 def test_the_links_are_those_of_the_record(lab_server: LabServer) -> None:
-    record = StudyStore(lab_server.root / "small").read(SMALL["condition"], 1)
+    record = StudyStore(lab_server.root / "small").read(CONDITION, 1)
     tree = get_json(lab_server.address, "lineage", **SMALL, agent=3)
     assert tree["links"]
     for generation, child, parent in tree["links"]:

@@ -3,13 +3,10 @@
 import { announce } from "./activity.js";
 import { openBehaviorMap } from "./behavior_map.js";
 import { el, showMessage } from "./common.js";
-import { Inspector } from "./inspector.js";
 import { handleWorldKey } from "./keys.js";
 import { Lead } from "./lead.js";
 import { Legend } from "./legend.js";
-import { WorldPanel } from "./world_panel.js";
-import { Player, chooseSpeed } from "./player.js";
-import { Population } from "./population.js";
+import { chooseSpeed } from "./player.js";
 import { mountShare } from "./share.js";
 import {
   PRESETS,
@@ -23,24 +20,19 @@ import { Timeline } from "./timeline.js";
 import { CURVE, WORLD } from "./topics.js";
 import { GenerationPlayer } from "./generation_player.js";
 import { PlaybackBar } from "./playback_bar.js";
-import { WHOLE_MAP, readSecondLifetime, readOptions, writeOptions } from "./world_address.js";
+import { readSecondLifetime, readOptions, writeOptions } from "./world_address.js";
+import { WorldPanels } from "./world_panels.js";
 
-export class WorldTab {
+export class WorldTab extends WorldPanels {
   constructor(root, navigate, guide, /** @type {import("./sources.js").Stored} */ stored) {
-    const { studies } = stored;
-    this.root = root;
+    super(root, stored.studies);
     this.navigate = navigate;
     this.guide = guide;
-    this.studies = studies;
-    this.panels = [];
-    this.agent = null;
-    this.side = "a";
     this.latestRequest = 0;
     this.closed = false;
     this.trails = "recent";
     this.sight = true;
     this.listing = false;
-    this.player = new Player((time) => this.draw(time));
     this.player.changed = () => this.showTime();
     this.generationPlayer = new GenerationPlayer({
       now: () => ({
@@ -60,13 +52,6 @@ export class WorldTab {
     );
     addEventListener("keydown", (event) => handleWorldKey(event, this), { signal });
     this.timeline = new Timeline((step) => this.player.seek(step));
-    this.population = new Population((agent) => this.pick("a", agent));
-    this.inspector = new Inspector({
-      open: (source, agent) => this.openRelative(source, agent),
-      close: () => this.pick(this.side, null),
-      seek: (step) => (step === null ? this.player.invalidate() : this.player.seek(step)),
-      toggled: () => this.remember(),
-    });
   }
 
   async start(state) {
@@ -88,7 +73,6 @@ export class WorldTab {
   }
 
   build() {
-    this.worlds = el("div", { class: "worlds" });
     const callbacks = {
       set: (change) => this.set(change),
       toggleComparison: () => this.toggleComparison(),
@@ -136,51 +120,12 @@ export class WorldTab {
     this.inspect();
   }
 
-  /** Whether no lifetime is loading. */
-  get isLoaded() {
-    return this.panels.every(({ loadingLife }) => !loadingLife);
-  }
-
-  requirePanel(number) {
-    if (this.panels[number]) return this.panels[number];
-    const name = "ab"[number];
-    const panel = new WorldPanel(name, this.studies, {
-      invalidate: () => this.player.invalidate(),
-      chosen: () => this.onSourceChosen(),
-      loaded: () => this.loaded(),
-      failed: (error) => showMessage(error.message, "error"),
-      picked: (agent) => this.pick(name, agent),
-      moved: () => this.setCamera(panel.view.camera),
-      fitted: () => this.fit(),
-      playAllClicked: () => this.generationPlayer.toggle(),
-    });
-    this.panels[number] = panel;
-    this.worlds.append(panel.root);
-    this.root.classList.toggle("comparing", this.panels.length > 1);
-    return panel;
-  }
-
-  removeSecond() {
-    this.panels.splice(1).forEach((panel) => panel.close());
-    this.root.classList.remove("comparing");
-    if (this.side === "b") {
-      this.side = "a";
-      this.agent = null;
-    }
-  }
-
   toggleComparison() {
     if (this.panels.length > 1) this.removeSecond();
     else this.requirePanel(1).choose(chooseComparison(this.panels[0]));
     this.loaded();
     this.onSourceChosen();
     announce("compare");
-  }
-
-  onSourceChosen() {
-    this.inspect();
-    this.showOptions();
-    this.remember(false);
   }
 
   /** Update the length of playback after a lifetime is loaded. */
@@ -230,6 +175,10 @@ export class WorldTab {
     this.startAt = 0;
     this.panels.forEach((panel) => panel.goTo(generation));
     if (this.isLoaded) this.loaded();
+  }
+
+  toggleGenerations() {
+    this.generationPlayer.toggle();
   }
 
   setPlaying(isPlaying) {
@@ -323,55 +272,6 @@ export class WorldTab {
   remember(replace = true) {
     if (this.panels[0]?.source && !this.panels.some(({ curve }) => curve.isDragging))
       this.navigate(writeOptions(this), replace);
-  }
-
-  /** Set the camera of all worlds. */
-  setCamera({ x, y, zoom }) {
-    for (const { view } of this.panels) view.setCamera(x, y, zoom);
-    this.remember();
-    this.player.invalidate();
-  }
-
-  fit() {
-    this.setCamera(WHOLE_MAP);
-  }
-
-  /** Select an agent or none. The focus moves to the inspector, and back. */
-  pick(side, agent) {
-    const wasOpen = this.agent !== null;
-    const isOpen = agent !== null;
-    if (isOpen && !wasOpen) this.opener = document.activeElement;
-    this.side = side;
-    this.agent = agent;
-    this.inspect();
-    if (isOpen) this.inspector.root.focus();
-    else if (wasOpen)
-      (this.opener?.checkVisibility() ? this.opener : this.panels[0].canvas).focus();
-    this.remember();
-    this.player.invalidate();
-    if (isOpen) announce("select-agent");
-  }
-
-  inspect() {
-    const panel = this.panels.find(({ name }) => name === this.side);
-    this.root.classList.toggle("inspecting", this.agent !== null);
-    if (this.agent === null || !panel?.source) this.inspector.hide();
-    else this.inspector.show(panel.source, this.agent);
-  }
-
-  /** Open the lifetime of a parent or a child. */
-  openRelative(source, agent) {
-    this.agent = agent;
-    // The focused link is about to disappear.
-    this.inspector.root.focus();
-    this.panels.find(({ name }) => name === this.side).choose(source);
-    this.player.seek(0);
-    this.onSourceChosen();
-  }
-
-  /** Move by some generations. Negative numbers move back. */
-  changeGeneration(offset) {
-    this.panels.forEach((panel) => panel.goTo(panel.source.generation + offset));
   }
 
   close() {
