@@ -69,8 +69,17 @@ def make_link(lives: Sequence[StoredLife], label: str = "") -> Link:
     for prefix, life in zip(("", "b."), lives, strict=False):
         state[f"{prefix}study"] = "."
         state |= {f"{prefix}{key}": value for key, value in life._asdict().items()}
-    address = f"http://{LAB_HOST}:{DEFAULT_LAB_PORT}/#/world?{urlencode(state)}"
-    return Link(label or " and ".join(life.condition for life in lives), address)
+    label = label or " and ".join(life.condition for life in lives)
+    return Link(label, _format_address("world", state))
+
+
+def link_paper(name: str) -> Link:
+    """Return the link to the card of a paper. The lab serves the folder of its study."""
+    return Link(name, _format_address("papers", {"paper": name}))
+
+
+def _format_address(view: str, state: Mapping[str, str | int]) -> str:
+    return f"http://{LAB_HOST}:{DEFAULT_LAB_PORT}/#/{view}?{urlencode(state)}"
 
 
 def link_conditions(lives: Mapping[str, StoredLife]) -> list[Link]:

@@ -26,6 +26,7 @@ from baldwinlab.analysis.gallery.summary import (
 )
 from baldwinlab.analysis.report import Section, render, write_page
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
+from baldwinlab.analysis.report.replays import link_paper
 from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED
 from baldwinlab.api.publish.gallery_entries import Entry, read_entries
@@ -193,6 +194,7 @@ def _draw_figure(
         " ".join(conclude(decisions)),
         draw_forest(systems, summaries),
         [decision.row() for decision in decisions],
+        links=[link_paper(name) for name in dict.fromkeys(system.paper for system in systems)],
     )
 
 

@@ -99,6 +99,7 @@ def test_the_page_compares_the_stored_papers(command: Command, folder: Path) -> 
     assert systems["climbing/smooth"]["clock"]["counted"] == "lives"
     assert set(record["papers"][0]["claims"]) == {"M1", "M2", "M3", "M4"}
     assert "climbing/smooth" in page and "35 questions" in page
+    assert 'href="http://127.0.0.1:8642/#/papers?paper=mayley-1996">mayley-1996</a>' in page
     Path("thesis.html").write_text("mine", encoding="utf-8")
     assert (
         command("gallery", "all", "--out", "thesis.html").code == 2
