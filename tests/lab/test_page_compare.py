@@ -107,6 +107,7 @@ def test_values_are_planned_downloaded_started_and_opened_in_results(
     expect(size).to_contain_text("2 conditions, 4 runs in total: ")
     expect(page.get_by_test_id("compare-note")).to_contain_text("No verdict is possible.")
     # The address contains the plan.
+    expect(page).to_have_url(re.compile(r"compare=.*learning\.rate.*0\.01,0\.1"))
     page.reload()
     expect(values).to_have_value("0.01, 0.1")
     expect(start).to_be_enabled(timeout=60_000)

@@ -50,7 +50,7 @@ def test_a_custom_model_is_simulated_saved_and_shown(page: Page, server: LabServ
     page.get_by_test_id("save-name").fill("bits")
     page.keyboard.press("Enter")
     page.get_by_test_id("open-saved").click()
-    expect(page.get_by_test_id("curves")).to_contain_text("Fitness of the best agent")
+    expect(page.get_by_test_id("curves")).to_contain_text("Fitness of the average agent")
     saved_part = server.root / "bits" / "parts" / "model-bit-strings.py"
     assert saved_part.read_bytes() == PART.read_bytes()
     page.goto(f"{server.entry}#/world?study=bits&condition=bit-strings&run=0&generation=0")

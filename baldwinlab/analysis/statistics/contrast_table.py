@@ -46,11 +46,11 @@ def list_cells(contrasts: Contrasts) -> list[dict[str, str]]:
 
 
 def _format_cells(contrast: Contrast, has_common_reference: bool) -> dict[str, str]:
-    numbers = contrast.numbers
+    numbers, reference = contrast.numbers, contrast.reference
     agent = AGENT_NAMES[contrast.measure]
     return {
         "condition": contrast.condition,
-        "context": agent if has_common_reference else f"{agent}, with {contrast.reference}",
+        "context": agent if has_common_reference else f"{agent}, compared with {reference}",
         "verdict": contrast.verdict,
         "effect": format_effect(contrast),
         "p": format_p_value(numbers.p),

@@ -39,7 +39,7 @@ def test_only_different_references_are_named_in_the_rows() -> None:
     ]
     assert contexts[0] == ["average agent", "best agent"]
     assert contexts[1] == [
-        f"{agent}, with {reference}"
+        f"{agent}, compared with {reference}"
         for reference in ("evo/A", "evo/B")
         for agent in ("average agent", "best agent")
     ]
