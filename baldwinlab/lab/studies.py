@@ -121,8 +121,8 @@ def _read_paper(study: StudyStore) -> tuple[str, str]:
     """
     try:
         paper = papers.load_stored_paper(study.directory, study.paper)
-        has_card = study.paper and paper.card
-        return paper.metadata.emergence, paper.card.question if has_card else ""
+        question = paper.card.question if study.paper and paper.card else ""
+        return paper.metadata.emergence, question
     except papers.PaperError:
         return "", ""
 
