@@ -10,7 +10,7 @@ import { createScheduleField, listSettings } from "./schedule_field.js";
 const MAIN_SETTINGS = {
   "learning.rule": "Learning rule",
   "learning.rate": "Learning rate",
-  "evolution.mutation_size": "Size of mutations",
+  "evolution.mutation_size": "Mutation size",
   "senses.visual_radius": "Visual range",
 };
 export class ExperimentFields {

@@ -158,7 +158,7 @@ export class Setup {
       el(
         "div",
         { class: "row" },
-        el("h2", {}, "All parameters"),
+        el("h2", {}, "Parameters"),
         el("span", { class: "spread" }),
         this.reset,
       ),
