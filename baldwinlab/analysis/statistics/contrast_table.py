@@ -154,9 +154,12 @@ def summarize_contrasts(contrasts: Contrasts) -> list[str]:
     significant = [row for row in rows if row.verdict in ("higher", "lower")]
     significant.sort(key=lambda row: -abs(row.numbers.effect))
     outcome = name_outcome_of(rows[0].outcome, AGENT_NAMES[SUMMARY_MEASURE])
+    verdicts = [row.verdict for row in significant]
+    numbers = [f"{verdicts.count(verdict)} {verdict}" for verdict in dict.fromkeys(verdicts)]
     count = (
         f"{len(significant) or 'None'} of {len(rows)} conditions differ from "
-        f"{_name_references(rows)} in {outcome} (corrected p below 0.05)."
+        f"{_name_references(rows)} in {outcome}{': ' if numbers else ''}{', '.join(numbers)} "
+        "(corrected p below 0.05)."
     )
     return [count, *(describe_contrast(row) for row in significant[:MAX_SENTENCES])]
 

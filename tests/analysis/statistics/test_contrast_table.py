@@ -61,12 +61,14 @@ def test_a_sentence_states_the_verdict_in_the_outcome(values: list[float], sente
 
 
 def test_several_conditions_are_counted_first_and_the_largest_follows() -> None:
-    data = study({"a": LOW, "b": MIXED, "c": range(50, 58), "d": HIGH})
-    count, largest, second = summarize_contrasts(compare_conditions(data))
+    data = study({"a": LOW, "b": MIXED, "c": range(50, 58), "d": HIGH, "e": range(8)})
+    count, largest, second, last = summarize_contrasts(compare_conditions(data))
     assert count == (
-        "2 of 3 conditions differ from a in fitness of the average agent (corrected p below 0.05)."
+        "3 of 4 conditions differ from a in fitness of the average agent: 2 higher, 1 lower "
+        "(corrected p below 0.05)."
     )
     assert largest.startswith("d is higher than a") and second.startswith("c is higher than a")
+    assert last.startswith("e is lower than a")
 
 
 def test_the_method_names_the_generations_and_the_tests() -> None:
