@@ -8,7 +8,7 @@ from __future__ import annotations
 import posixpath
 import re
 from collections.abc import Iterator, Mapping
-from itertools import pairwise
+from itertools import count, pairwise
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -125,10 +125,24 @@ def _render_text(
     return _render(
         "lesson.html",
         title=text.title,
-        content=markdown.renderer.render(tokens, markdown.options, {}),
+        content=_wrap_tables(markdown.renderer.render(tokens, markdown.options, {})),
         links=links,
         is_worksheet=is_worksheet,
     )
+
+
+def _wrap_tables(html: str) -> str:
+    """Put each table into a region that scrolls, with a name for screen readers."""
+    numbers = count(1)
+    opened = re.sub(
+        "<table>",
+        lambda _: (
+            '<div class="scroll" tabindex="0" role="region" '
+            f'aria-label="Table {next(numbers)}"><table>'
+        ),
+        html,
+    )
+    return opened.replace("</table>", "</table></div>")
 
 
 def _link_pages(tokens: list[Token], folder: str) -> Iterator[Token]:
