@@ -112,7 +112,11 @@ export class Guide {
       this.close();
       tour.start();
     };
-    return el("button", { type: "button", "data-testid": "tour-start", onclick: start }, "Take the tour");
+    return el(
+      "button",
+      { type: "button", class: "term", "data-testid": "tour-start", onclick: start },
+      "Take the tour",
+    );
   }
 
   /** Show a text, or hide it if it is visible. `source` gets the focus when it closes. */

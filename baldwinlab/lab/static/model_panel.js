@@ -52,6 +52,8 @@ export class ModelPanel extends LifetimeSelector {
     });
     this.lists.run.closest("label").after(this.viewList, this.agents);
     const keepButton = createKeepButton("Keep this population", "keep-a", () => ({ source: this.source }));
+    // A narrow window has no space for it.
+    keepButton?.classList.add("wide");
     if (keepButton) this.pickers.append(keepButton);
     this.body = el("div", { class: "model-view" });
     this.root = el(
