@@ -72,6 +72,7 @@ lint: $(VENV)/.dev
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/python -m scripts.docstrings
 	$(BIN)/python -m scripts.prose
+	$(DENO) fmt --check --quiet
 	$(DENO) lint --quiet baldwinlab/lab/static
 	$(DENO) check --quiet baldwinlab/lab/static
 	$(BIN)/mypy
@@ -86,6 +87,7 @@ docstrings: $(VENV)/.dev
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+	$(DENO) fmt --quiet
 
 $(VENV)/.made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "baldwinlab needs Python 3.11 or later; this is " \

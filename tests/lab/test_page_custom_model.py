@@ -54,7 +54,7 @@ def test_a_custom_model_is_simulated_saved_and_shown(page: Page, server: LabServ
     saved_part = server.root / "bits" / "parts" / "model-bit-strings.py"
     assert saved_part.read_bytes() == PART.read_bytes()
     page.goto(f"{server.entry}#/world?study=bits&condition=bit-strings&run=0&generation=0")
-    expect(page.get_by_test_id("message-error")).to_contain_text("has no world to show")
+    expect(page.get_by_role("alert")).to_contain_text("has no world to show")
 
 
 def test_a_stored_study_is_shown_without_its_part_but_not_simulated(server: LabServer) -> None:

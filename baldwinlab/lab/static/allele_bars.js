@@ -99,11 +99,11 @@ export class AlleleBars {
 
   createLocus(locus, count) {
     const parts = this.alleles.map((name, number) =>
-      el("i", { class: "allele", style: formatColorStyle(number) }, el("span", {}, name)),
+      el("i", { class: "allele", style: formatColorStyle(number) }, el("span", {}, name))
     );
     const cells = this.alleles.map(() => el("td"));
-    const distance =
-      LABEL_DISTANCES.find((number) => count <= MAX_LABELS * number) ?? LABEL_DISTANCES.at(-1);
+    const distance = LABEL_DISTANCES.find((number) => count <= MAX_LABELS * number) ??
+      LABEL_DISTANCES.at(-1);
     const number = locus % distance ? "" : locus;
     return {
       parts,
@@ -125,7 +125,8 @@ export class AlleleBars {
   show(generation) {
     const { shares } = this;
     this.heading.textContent =
-      this.caption.textContent = `Alleles by locus, generation ${generation}`;
+      this.caption.textContent =
+        `Alleles by locus, generation ${generation}`;
     const kinds = this.alleles.length;
     this.loci.forEach(({ parts, cells }, locus) => {
       const first = ((generation - this.first) * this.loci.length + locus) * kinds;

@@ -3,7 +3,7 @@
 import { el, formatNumber, getJSON, isServerless, showMessage } from "./common.js";
 import { createLineageTree } from "./lineage_tree.js";
 import { createLifetimeQuery } from "./sources.js";
-import { LifetimeChart, createColorKey } from "./lifetime_chart.js";
+import { createColorKey, LifetimeChart } from "./lifetime_chart.js";
 
 /**
  * @typedef {{first: number, agents: number[], eaten: number[], partners: number[],
@@ -70,8 +70,10 @@ export class Ancestors {
     const tree = await getJSON(`api/lineage?${requested}`, this.stop.signal);
     const { source } = this;
     this.tree.replaceChildren(
-      createLineageTree(tree, { generation: source.generation, agent }, (generation, relative) =>
-        this.open({ ...source, generation }, relative),
+      createLineageTree(
+        tree,
+        { generation: source.generation, agent },
+        (generation, relative) => this.open({ ...source, generation }, relative),
       ),
     );
   }
@@ -118,10 +120,9 @@ export class Ancestors {
     const { first, agents, eaten, partners, eaten_by_partners, ancestors } = this.line;
     const createCell = (agent, items) =>
       el("td", {}, this.createLink(first + index, agent), formatNumber(items));
-    const partnerCell =
-      partners[index] === agents[index]
-        ? el("td", { class: "soft" }, "the same")
-        : createCell(partners[index], eaten_by_partners[index]);
+    const partnerCell = partners[index] === agents[index]
+      ? el("td", { class: "soft" }, "the same")
+      : createCell(partners[index], eaten_by_partners[index]);
     return el(
       "tr",
       {},

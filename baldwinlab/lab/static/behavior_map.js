@@ -75,8 +75,7 @@ function createPlot({ agents, generations, innate, learned }, title, open) {
   const points = numbers.map((number, index) => ({
     x: innate[index],
     y: learned[index],
-    label:
-      `${kind} ${number}: ${formatNumber(innate[index])} without learning, ` +
+    label: `${kind} ${number}: ${formatNumber(innate[index])} without learning, ` +
       `${formatNumber(learned[index])} with learning`,
     // Later generations are darker.
     shade: agents || numbers.length < 2 ? 0.5 : index / (numbers.length - 1),
@@ -90,8 +89,11 @@ function createPlot({ agents, generations, innate, learned }, title, open) {
     }));
   return [
     createScatterChart(options, (index) => open(kind, numbers[index])),
-    createChartDownloads("behavior", [kind, "innate", "learned"], rows, () =>
-      formatScatterFile(options),
+    createChartDownloads(
+      "behavior",
+      [kind, "innate", "learned"],
+      rows,
+      () => formatScatterFile(options),
     ),
   ];
 }

@@ -1,7 +1,7 @@
 /** Box plots in SVG, with all values as points. A point can be a link that the keyboard reaches. */
 
 import { el } from "./common.js";
-import { drawGridLine, chooseTicks, drawTextLabel, formatSvgFile, createSvg } from "./drawing.js";
+import { chooseTicks, createSvg, drawGridLine, drawTextLabel, formatSvgFile } from "./drawing.js";
 
 // CSS pixels.
 const TOP = 10;

@@ -6,7 +6,7 @@ import { validateTree } from "./validation.js";
 import { BrowserFeed } from "./browser_runs.js";
 import { fillTemplate, findProgram, isTable, matchProgram } from "./program_table.js";
 import { WorkerPool } from "./worker_pool.js";
-import { findChanges, applyChanges } from "./experiment_changes.js";
+import { applyChanges, findChanges } from "./experiment_changes.js";
 
 /**
  * @typedef {object} Laboratory the data that Python writes into the page
@@ -47,8 +47,7 @@ export class BrowserLab {
     if (pathname === "/api/live") return { runs: [] };
     if (pathname === "/api/comparison") return { comparison: null };
     const feed = this.feeds.get(parameters.live);
-    const number = (name) =>
-      parameters[name] === undefined ? undefined : Number(parameters[name]);
+    const number = (name) => parameters[name] === undefined ? undefined : Number(parameters[name]);
     const source = {
       run: number("run"),
       generation: number("generation"),

@@ -185,8 +185,8 @@ export class BrowserFeed extends Feed {
       pairs && pairs[0] >= 0 ? Array.from(pairs.subarray(2 * agent, 2 * agent + 2)) : null;
     const children = next
       ? Array.from({ length: next.length / 2 }, (_, child) => child).filter(
-          (child) => next[2 * child] === agent || next[2 * child + 1] === agent,
-        )
+        (child) => next[2 * child] === agent || next[2 * child + 1] === agent,
+      )
       : [];
     const header = {
       kind: "agent",

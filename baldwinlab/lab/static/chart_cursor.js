@@ -62,8 +62,7 @@ export function readKey({ key }, chart, series, selectedColumn) {
   if (target === undefined) return null;
   const index = Math.min(Math.max(target, 0), last);
   const curves = findVisibleCurves(chart, series, index);
-  const previous =
-    curves.find(({ columns: [column] }) => column === selectedColumn) ??
+  const previous = curves.find(({ columns: [column] }) => column === selectedColumn) ??
     curves.find(({ run }) => run === undefined);
   const ordered = curves.toSorted((first, second) => second.top - first.top);
   const rank = ordered.indexOf(previous) + ({ ArrowUp: 1, ArrowDown: -1 }[key] ?? 0);

@@ -1,6 +1,6 @@
 /** The options of uPlot for a chart of curves. */
 
-import { MAX_PLAIN_CURVES, collectCurves, collectRuns, selectSeriesStyle } from "./chart_series.js";
+import { collectCurves, collectRuns, MAX_PLAIN_CURVES, selectSeriesStyle } from "./chart_series.js";
 import { computeAxisRange } from "./chart_svg.js";
 import { el } from "./common.js";
 

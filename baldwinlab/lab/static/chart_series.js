@@ -34,7 +34,7 @@ export function collectColumns(x, series) {
 
 export function collectRuns(series) {
   return series.flatMap(({ label, runs = [] }, number) =>
-    runs.map(({ run, values }) => ({ label, number, run, values })),
+    runs.map(({ run, values }) => ({ label, number, run, values }))
   );
 }
 

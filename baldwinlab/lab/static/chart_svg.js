@@ -3,11 +3,11 @@
  */
 
 import {
+  chooseTicksBetween,
+  createSvg,
   drawGridLine,
   drawTextLabel,
   formatSvgFile,
-  createSvg,
-  chooseTicksBetween,
 } from "./drawing.js";
 
 // SVG units. PLOT_HEIGHT is without margins.
@@ -53,8 +53,8 @@ export function drawCurvesFile({ title, x, names, series, xLabel = "", yLabel = 
           stroke: line.color,
           "stroke-width": 0.8,
           "stroke-opacity": 0.45,
-        }),
-      ),
+        })
+      )
     ),
     ...series.map((line) => drawMean(scale, x, line)),
     keys.drawing,
@@ -67,7 +67,7 @@ export function drawCurvesFile({ title, x, names, series, xLabel = "", yLabel = 
 
 function computeScale(x, names, series) {
   const all = series.flatMap(({ values, low, high, runs = [] }) =>
-    [values, low, high, ...runs.map((run) => run.values)].filter(Boolean),
+    [values, low, high, ...runs.map((run) => run.values)].filter(Boolean)
   );
   // Math.min(...values) fails for very many values.
   let minimum = Infinity;
@@ -180,7 +180,7 @@ function drawMean(scale, x, { values, color, dash = [], label }) {
         cy: round(scale.y(values[index])),
         r: 3,
         fill: color,
-      }),
+      })
     ),
   );
 }

@@ -3,20 +3,20 @@
 // @ts-types="./vendor/uPlot.d.ts"
 import uPlot from "./vendor/uPlot.esm.js";
 import {
-  RUN_LABEL,
   bindPick,
   describePick,
   describeTarget,
   formatShort,
   readKey,
+  RUN_LABEL,
   setCursor,
 } from "./chart_cursor.js";
 import { createLegendEntry } from "./chart_legend.js";
 import { createPlotOptions } from "./chart_options.js";
 import {
-  MAX_PLAIN_CURVES,
   collectColumns,
   collectCurves,
+  MAX_PLAIN_CURVES,
   selectSeriesStyle,
 } from "./chart_series.js";
 import { drawCurvesFile } from "./chart_svg.js";
@@ -71,7 +71,7 @@ export class LineChart {
     this.createElements();
     this.build();
     this.sizeObserver = new ResizeObserver(() =>
-      this.chart.setSize({ width: this.width, height: this.chart.height }),
+      this.chart.setSize({ width: this.width, height: this.chart.height })
     );
     this.sizeObserver.observe(root);
     this.colorScheme = matchMedia("(prefers-color-scheme: dark)");
@@ -130,7 +130,7 @@ export class LineChart {
     );
     this.legend.replaceChildren(
       ...this.series.map((line, number) =>
-        createLegendEntry(line, number, this.hidden, (label) => this.toggle(label)),
+        createLegendEntry(line, number, this.hidden, (label) => this.toggle(label))
       ),
       ...(this.series.length > MAX_PLAIN_CURVES ? [toggleButton] : []),
       this.pointedRun,
@@ -156,7 +156,7 @@ export class LineChart {
       collectCurves(this.series).forEach(({ columns, label }) => {
         for (const column of columns)
           this.chart.setSeries(column, { show: !this.hidden.has(label) });
-      }),
+      })
     );
     this.showLegend();
     this.legend.querySelectorAll("button")[pressedButton].focus();
@@ -196,8 +196,7 @@ export class LineChart {
 
   /** Show other data. Hidden labels stay hidden. */
   update(x, series) {
-    const hasSameCurves =
-      series.length === this.series.length &&
+    const hasSameCurves = series.length === this.series.length &&
       series.every(
         (line, number) =>
           line.label === this.series[number].label &&

@@ -85,10 +85,12 @@ function countVerdicts(claims) {
     claims.filter((claim) => claim.verdict === verdict).length,
     labels,
   ]);
-  return `${counts
-    .filter(([count]) => count)
-    .map(([count, [, singular, plural]]) => `${count} ${count === 1 ? singular : plural}`)
-    .join(", ")}.`;
+  return `${
+    counts
+      .filter(([count]) => count)
+      .map(([count, [, singular, plural]]) => `${count} ${count === 1 ? singular : plural}`)
+      .join(", ")
+  }.`;
 }
 
 function createClaimEntry(claim, lifetimes) {
@@ -123,16 +125,18 @@ function createFactRows(name, ...values) {
 function describeEffect(claim) {
   if (claim.effect === null)
     return `not evaluated: ${claim.why_not ?? `no run of ${claim.missing.join(", ")}`}`;
-  const comparison =
-    claim.p === null ? claim.condition : `${claim.condition} minus ${claim.comparison}`;
+  const comparison = claim.p === null
+    ? claim.condition
+    : `${claim.condition} minus ${claim.comparison}`;
   const sign = claim.p !== null && claim.effect > 0 ? "+" : "";
   const interval = claim.interval
     ? ` (95 % interval ${claim.interval.map(formatNumber).join(" to ")})`
     : "";
   const pValue = claim.p_holm < 0.001 ? "below 0.001" : claim.p_holm?.toFixed(3);
   const p = claim.p_holm === null ? "" : `, corrected p ${pValue}`;
-  const weakest =
-    claim.comparisons.length > 1 ? `; the weakest of ${claim.comparisons.length} comparisons` : "";
+  const weakest = claim.comparisons.length > 1
+    ? `; the weakest of ${claim.comparisons.length} comparisons`
+    : "";
   return (
     `${sign}${formatNumber(claim.effect)}${interval}${p}; ` +
     `${MEASURES[claim.measure] ?? claim.measure}, ${comparison}${weakest}`

@@ -128,8 +128,8 @@ function decodeDifferences(encoded, [rows, columns]) {
   const sums = new BitArray(encoded.length);
   for (let column = 0; column < columns; column++) {
     for (let row = 0; row < rows; row++) {
-      sums[row * columns + column] =
-        differences[column * rows + row] + (row ? sums[(row - 1) * columns + column] : 0);
+      sums[row * columns + column] = differences[column * rows + row] +
+        (row ? sums[(row - 1) * columns + column] : 0);
     }
   }
   return new encoded.constructor(sums.buffer);

@@ -1,6 +1,6 @@
 /** The panel of a comparison: progress, and at the end its result. */
 
-import { el, getJSON, showMessage, postJSON } from "./common.js";
+import { el, getJSON, postJSON, showMessage } from "./common.js";
 import { formatDuration } from "./compare_dialog.js";
 import { createComparisonTable, formatAnswer } from "./comparison.js";
 
@@ -26,7 +26,9 @@ export class ComparePanel {
     this.aborted = new AbortController();
     this.createElements();
     root.replaceChildren(this.createCard());
-    this.poll().catch((error) => this.aborted.signal.aborted || showMessage(error.message, "error"));
+    this.poll().catch((error) =>
+      this.aborted.signal.aborted || showMessage(error.message, "error")
+    );
   }
 
   createElements() {

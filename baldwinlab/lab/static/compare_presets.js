@@ -61,7 +61,12 @@ export class ComparedPresets {
 function createTick(preset, checked) {
   const input = el("input", { type: "checkbox", checked, value: preset.name });
   const caption = preset.description && el("small", {}, preset.description);
-  const element = el("label", { class: "compare-tick" }, input, el("span", {}, preset.name, caption));
+  const element = el(
+    "label",
+    { class: "compare-tick" },
+    input,
+    el("span", {}, preset.name, caption),
+  );
   return { preset, input, element };
 }
 

@@ -13,8 +13,10 @@ export class ComparedValues {
    */
   constructor(experiment, fields, listOptions) {
     const fieldValues = new Map(listFields(experiment).filter(([path]) => path !== "name"));
-    this.rows = Array.from({ length: MAX_FIELDS }, (_, number) =>
-      createFieldRow(fieldValues, number, Object.entries(fields)[number], listOptions),
+    this.rows = Array.from(
+      { length: MAX_FIELDS },
+      (_, number) =>
+        createFieldRow(fieldValues, number, Object.entries(fields)[number], listOptions),
     );
     this.element = el(
       "div",
@@ -65,7 +67,10 @@ function createFieldRow(fieldValues, number, initial, listOptions) {
     el("span", {}, "Values, separated by commas"),
     values,
   );
-  const ticks = el("fieldset", { class: "compare-ticks", "data-testid": `compare-ticks-${number}` });
+  const ticks = el("fieldset", {
+    class: "compare-ticks",
+    "data-testid": `compare-ticks-${number}`,
+  });
   // A choice has ticks instead of a text.
   const showInput = () => {
     const options = field.value ? listOptions(field.value) : [];
@@ -100,11 +105,10 @@ function createTicks(options, values) {
       type: "checkbox",
       value,
       checked: selected.includes(value),
-      oninput: () =>
-        (values.value = formatValues(
-          inputs.filter(({ checked }) => checked).map((input) => input.value),
-        )),
-    }),
+      oninput: () => (values.value = formatValues(
+        inputs.filter(({ checked }) => checked).map((input) => input.value),
+      )),
+    })
   );
   return inputs.map((input) => el("label", { class: "inline" }, input, input.value));
 }
@@ -113,12 +117,11 @@ function createTicks(options, values) {
 function listFields(tree, path = "") {
   if (tree === null) return [];
   // A list of tables has fields, a list of numbers is a value.
-  const hasFields =
-    typeof tree === "object" &&
+  const hasFields = typeof tree === "object" &&
     (!Array.isArray(tree) || tree.some((item) => typeof item === "object"));
   if (!hasFields) return [[path, tree]];
   return Object.entries(tree).flatMap(([key, child]) =>
-    listFields(child, path ? `${path}.${key}` : key),
+    listFields(child, path ? `${path}.${key}` : key)
   );
 }
 

@@ -85,7 +85,7 @@ function createComparisonRow({ verdict, note, cells }, keys) {
           {},
           contents[key],
           ...(key === "effect" && note ? [el("small", {}, note)] : []),
-        ),
+        )
       ),
   );
 }

@@ -68,7 +68,9 @@ function describeCompetition({ energy, difference, low, high, lives }, { a, b })
   const means = `Mean energy: ${a} ${energyA}, ${b} ${energyB}.`;
   if (low === null) return `${means} Difference ${formatNumber(difference)}, one life.`;
   const interval = `${formatNumber(low)} to ${formatNumber(high)}`;
-  const numbers = `difference ${formatNumber(difference)}, 95 % interval ${interval}, ${lives} lives`;
+  const numbers = `difference ${
+    formatNumber(difference)
+  }, 95 % interval ${interval}, ${lives} lives`;
   if (low <= 0 && high >= 0) return `${means} Undecided: ${numbers}.`;
   return `${means} ${difference > 0 ? a : b} has more energy: ${numbers}.`;
 }

@@ -5,8 +5,8 @@ import {
   AGENT_CLASSES,
   DOT_SIZES,
   ITEM_CLASSES,
-  SQUARE_SIZE,
   nameAgentColor,
+  SQUARE_SIZE,
 } from "./density_layer.js";
 import { formatColor } from "./palette.js";
 

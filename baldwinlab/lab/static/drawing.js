@@ -68,7 +68,8 @@ function chooseStep(span) {
 }
 
 function listMultiples(step, first, last) {
-  return Array.from({ length: Math.max(0, last - first + 1) }, (_, number) =>
-    Number(((first + number) * step).toPrecision(12)),
+  return Array.from(
+    { length: Math.max(0, last - first + 1) },
+    (_, number) => Number(((first + number) * step).toPrecision(12)),
   );
 }

@@ -127,7 +127,7 @@ export class Engine {
     if (values) return values.flatMap((value) => this.resolveValue(value));
     if (!table) return null;
     const rows = lookUp(this.experiment, table).map((row) =>
-      columns.map((column) => (typeof column === "string" ? lookUp(row, column) : column)),
+      columns.map((column) => (typeof column === "string" ? lookUp(row, column) : column))
     );
     return [...rows, ...addedRows].flat();
   }
@@ -136,7 +136,7 @@ export class Engine {
     return names.map((name) =>
       typeof name === "string"
         ? (this.measured[name] ?? this.resolveValue(this.plan.sizes[name]))
-        : name,
+        : name
     );
   }
 

@@ -1,6 +1,6 @@
 /** The worker of an exported page: simulate runs, and replay lifetimes. */
 
-import { MEMORY_ERROR, compileProgram } from "./engine.js";
+import { compileProgram, MEMORY_ERROR } from "./engine.js";
 import { Run, simulate } from "./simulation.js";
 import { WorldCursor } from "./frame_recorder.js";
 import { inspectAgent, limitSpan, recordLifetime } from "./lifetime_recorder.js";

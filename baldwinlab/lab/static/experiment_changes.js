@@ -23,7 +23,7 @@ export function findChanges(tree, base, path = "") {
   return Object.assign(
     {},
     ...Object.entries(tree).map(([key, value]) =>
-      findChanges(value, base?.[key], path ? `${path}.${key}` : key),
+      findChanges(value, base?.[key], path ? `${path}.${key}` : key)
     ),
   );
 }

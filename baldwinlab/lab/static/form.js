@@ -121,7 +121,7 @@ function createFields(form, node, holder, path) {
   const unknown = Object.keys(holder).filter((name) => !(name in (node.properties ?? {})));
   return [
     ...visible.map(([name, child]) =>
-      createField(form, resolve(form, child), holder, name, at(name), child.title),
+      createField(form, resolve(form, child), holder, name, at(name), child.title)
     ),
     ...unknown.map((name) => createConstantField(formatName(name), holder[name], at(name))),
   ];

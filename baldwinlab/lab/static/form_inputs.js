@@ -13,8 +13,9 @@ export function createNumberInput(form, node, holder, key) {
     required: !node.empty,
   });
   const emptyValue = node.empty ? null : "";
-  input.addEventListener("input", () =>
-    setValue(form, holder, key, input.value === "" ? emptyValue : Number(input.value)),
+  input.addEventListener(
+    "input",
+    () => setValue(form, holder, key, input.value === "" ? emptyValue : Number(input.value)),
   );
   return input;
 }

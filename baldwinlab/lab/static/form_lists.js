@@ -23,7 +23,7 @@ export function createList(form, node, holder, key, path) {
       if (old.startsWith(`${path}.`)) form.fields.delete(old);
     entries.replaceChildren(
       ...listed().map((_, number) =>
-        createEntry(form, item, holder, key, number, path, title, redraw),
+        createEntry(form, item, holder, key, number, path, title, redraw)
       ),
     );
     add.disabled = node.maxItems !== undefined && listed().length >= node.maxItems;
@@ -36,9 +36,7 @@ export function createList(form, node, holder, key, path) {
   };
   // There are no options.
   add.hidden = item.enum?.length === 0;
-  add.addEventListener("click", () =>
-    redraw([...listed(), chooseNewEntry(form, item, listed())]),
-  );
+  add.addEventListener("click", () => redraw([...listed(), chooseNewEntry(form, item, listed())]));
   form.fields.set(path, { fault, input: null });
   draw();
   return el(
@@ -64,8 +62,9 @@ function createEntry(form, item, holder, key, number, path, title, redraw) {
     },
     item.type === "object" ? `Remove ${entryLabel}` : "×",
   );
-  remove.addEventListener("click", () =>
-    redraw(holder[key].filter((_, index) => index !== number)),
+  remove.addEventListener(
+    "click",
+    () => redraw(holder[key].filter((_, index) => index !== number)),
   );
   if (item.type === "object") {
     const entryGroup = form.createGroup(

@@ -55,7 +55,7 @@ function createRow(founders, row, files, change) {
   const { path, share } = founders[row];
   const replace = (entry) => change(founders.map((old, index) => (index === row ? entry : old)));
   const options = files.map((file) =>
-    el("option", { value: file.path }, `${file.name}: ${describeOrigin(file)}`),
+    el("option", { value: file.path }, `${file.name}: ${describeOrigin(file)}`)
   );
   // A run can have founders that are not in the freezer.
   if (!files.some((file) => file.path === path)) options.push(el("option", { value: path }, path));

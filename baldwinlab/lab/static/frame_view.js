@@ -67,9 +67,9 @@ export class FrameView {
     const squares = window.columns * window.rows;
     const densities = items.counts
       ? kinds.map(({ color }, kind) => ({
-          color,
-          counts: items.counts.subarray(kind * squares, (kind + 1) * squares),
-        }))
+        color,
+        counts: items.counts.subarray(kind * squares, (kind + 1) * squares),
+      }))
       : [];
     this.density.draw(
       view.pen,
@@ -91,7 +91,7 @@ export class FrameView {
 
 function describeProgress({ stepsSimulated }, time) {
   const [done, step] = [stepsSimulated, Math.floor(time)].map((number) =>
-    number.toLocaleString("en"),
+    number.toLocaleString("en")
   );
   return `Simulating: ${done} steps done, up to step ${step} …`;
 }

@@ -1,8 +1,8 @@
 /** A lifetime on a grid of cells: agent, items and path, step by step. */
 
-import { el, formatNumber, createIcon } from "./common.js";
+import { createIcon, el, formatNumber } from "./common.js";
 import { formatColor, palette, resolveColor } from "./palette.js";
-import { Player, chooseSpeed } from "./player.js";
+import { chooseSpeed, Player } from "./player.js";
 
 const PLAY = "M6 4l10 6-10 6z";
 const PAUSE = "M7 4v12M13 4v12";

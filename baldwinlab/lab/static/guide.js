@@ -1,7 +1,7 @@
 /** The guide: "What is this?" in a few sentences, and the definition of the Baldwin effect. */
 
 import { navigate } from "./address.js";
-import { el, createIcon } from "./common.js";
+import { createIcon, el } from "./common.js";
 import { BALDWIN_EFFECT } from "./topics.js";
 
 const CLOSE_ICON = "M5 5l10 10M15 5L5 15";
@@ -146,7 +146,7 @@ function foldTopics(topics) {
       "div",
       { class: "guide-topics" },
       ...topics.map(({ title, text }) =>
-        el("div", {}, el("h3", {}, title), text instanceof Node ? text : el("p", {}, text)),
+        el("div", {}, el("h3", {}, title), text instanceof Node ? text : el("p", {}, text))
       ),
     ),
   );

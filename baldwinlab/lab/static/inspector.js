@@ -3,14 +3,14 @@
  */
 
 import { Ancestors } from "./ancestors.js";
-import { el, formatNumber, getBinary, createIcon, showMessage } from "./common.js";
+import { createIcon, el, formatNumber, getBinary, showMessage } from "./common.js";
 import { createKeepButton } from "./keep_button.js";
 import { drawModules } from "./modules_view.js";
 import { findLargestOutput } from "./network.js";
 import { createRelatives } from "./relatives.js";
 import { Responses } from "./responses.js";
 import { createLifetimeQuery } from "./sources.js";
-import { LifetimeChart, createColorKey } from "./lifetime_chart.js";
+import { createColorKey, LifetimeChart } from "./lifetime_chart.js";
 
 // Maximum number of weights in the chart.
 const MAX_LINES = 200;
@@ -180,8 +180,8 @@ export class Inspector {
       ...header.appearance.inputs.map((name) => el("span", { class: "sensor" }, name)),
     );
     if (header.species) this.title.textContent = `Agent ${header.agent}, ${header.species}`;
-    this.facts.textContent =
-      `${header.food.toLocaleString("en")} items eaten · ` + `rank\u00a0${header.rank}`;
+    this.facts.textContent = `${header.food.toLocaleString("en")} items eaten · ` +
+      `rank\u00a0${header.rank}`;
     this.traces.error.root.hidden = !arrays.error;
     this.responses.set(data);
     this.setTraces(header, arrays);
@@ -230,7 +230,7 @@ export class Inspector {
     const row = step - header.first;
     const active = arrays.activations.subarray(row * units, (row + 1) * units);
     [...this.inputs.children].forEach((light, input) =>
-      this.showInput(light, header.appearance, input, active[input]),
+      this.showInput(light, header.appearance, input, active[input])
     );
     this.showAction(
       header.appearance.actions,

@@ -97,7 +97,7 @@ function usesKey({ target, key }, slider) {
 /** Return the dialog that lists the shortcuts. */
 export function createKeyboardDialog() {
   const lines = Object.entries(KEYS).map(([key, description]) =>
-    el("tr", {}, el("th", { scope: "row" }, el("code", {}, key)), el("td", {}, description)),
+    el("tr", {}, el("th", { scope: "row" }, el("code", {}, key)), el("td", {}, description))
   );
   return el(
     "dialog",

@@ -14,7 +14,13 @@ export class Lead {
     this.watch = watch;
     this.question = el("strong", { "data-testid": "question" });
     this.note = el("span", { class: "soft", role: "status", "data-testid": "lead-note" });
-    this.root = el("div", { class: "lead" }, this.question, this.note, guide.createDefinitionLink());
+    this.root = el(
+      "div",
+      { class: "lead" },
+      this.question,
+      this.note,
+      guide.createDefinitionLink(),
+    );
   }
 
   /**
@@ -70,7 +76,10 @@ function formatQuestion(panels) {
   if (learns[0] !== learns[1])
     return "Do agents that learn during life eat more than agents that cannot?";
   if (first.source.generation !== second.source.generation)
-    return `What has evolved between generations ${first.source.generation} and ${second.source.generation}?`;
+    return (
+      `What has evolved between generations ${first.source.generation} and ` +
+      `${second.source.generation}?`
+    );
   return `Which agents eat more: ${nameCondition(first)} or ${nameCondition(second)}?`;
 }
 

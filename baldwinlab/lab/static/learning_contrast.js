@@ -51,7 +51,7 @@ export class LearningContrast {
     // Whether the lifetime plays when it comes in sight.
     this.resumes = true;
     this.sight = new IntersectionObserver((entries) =>
-      this.setInSight(entries.at(-1).isIntersecting),
+      this.setInSight(entries.at(-1).isIntersecting)
     );
     this.element = el(
       "section",

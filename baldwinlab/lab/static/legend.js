@@ -13,7 +13,7 @@ export class Legend {
     this.teachers = createLegendEntry("learns from", { class: "mark lesson" });
     this.teachers.hidden = true;
     const entries = Object.entries(MARKS).map(([mark, text]) =>
-      createLegendEntry(text, { class: `mark ${mark}` }),
+      createLegendEntry(text, { class: `mark ${mark}` })
     );
     this.root = el(
       "div",
@@ -34,7 +34,7 @@ export class Legend {
     );
     this.kinds.replaceChildren(
       ...[...colorOfKind].map(([name, color]) =>
-        createLegendEntry(name, { class: "mark item", style: `background: ${formatColor(color)}` }),
+        createLegendEntry(name, { class: "mark item", style: `background: ${formatColor(color)}` })
       ),
     );
     const speciesByName = new Map(
@@ -46,7 +46,7 @@ export class Legend {
     this.root.classList.toggle("with-species", speciesByName.size > 0);
     this.species.replaceChildren(
       ...[...speciesByName.values()].map((entry) =>
-        el("span", { class: "entry" }, drawSpeciesSwatch(entry), entry.name),
+        el("span", { class: "entry" }, drawSpeciesSwatch(entry), entry.name)
       ),
     );
   }

@@ -33,8 +33,8 @@ export class LifetimeChart {
       saves,
     );
     this.canvas.addEventListener("click", (event) => {
-      const share =
-        (event.offsetX - MARGIN.left) / (this.canvas.clientWidth - MARGIN.left - MARGIN.right);
+      const share = (event.offsetX - MARGIN.left) /
+        (this.canvas.clientWidth - MARGIN.left - MARGIN.right);
       seek(Math.round(Math.min(1, Math.max(0, share)) * this.steps));
     });
     this.layer = document.createElement("canvas");
@@ -54,7 +54,7 @@ export class LifetimeChart {
   /** Return one row per point. */
   listRows() {
     return this.lines.flatMap((line, number) =>
-      listPoints(line).map(([step, value]) => ({ line: number, step, value })),
+      listPoints(line).map(([step, value]) => ({ line: number, step, value }))
     );
   }
 

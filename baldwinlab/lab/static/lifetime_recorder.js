@@ -127,8 +127,8 @@ class LifetimeRecorder {
     const { item_x: x, item_y: y, touched } = this.state;
     for (let item = 0; item < touched.length; item++) {
       // A world feature can move items without an agent that touches them.
-      const hasMoved =
-        touched[item] === step || x[item] !== previous.x[item] || y[item] !== previous.y[item];
+      const hasMoved = touched[item] === step || x[item] !== previous.x[item] ||
+        y[item] !== previous.y[item];
       if (!hasMoved) continue;
       moves.step.push(step + 1);
       moves.item.push(item);
@@ -220,8 +220,9 @@ function recordAgent(run, { generation, first, last, agent }) {
 
 /** Return the steps at which weights are recorded, from birth to death. */
 function chooseSampleSteps(steps) {
-  const evenlySpaced = Array.from({ length: MAX_WEIGHT_SAMPLES }, (_, number) =>
-    Math.floor((steps * number) / (MAX_WEIGHT_SAMPLES - 1)),
+  const evenlySpaced = Array.from(
+    { length: MAX_WEIGHT_SAMPLES },
+    (_, number) => Math.floor((steps * number) / (MAX_WEIGHT_SAMPLES - 1)),
   );
   // A short lifetime has fewer steps than samples.
   return [...new Set(evenlySpaced)];
@@ -259,15 +260,16 @@ function findLinks(engine, weights) {
 
 /** Return the action of the largest output for each combination of inputs [sample, code]. */
 function tabulateResponses(engine, weights, inputs, actions) {
-  const codes = Array.from({ length: 2 ** inputs }, (_, code) =>
-    Array.from({ length: inputs }, (_, input) => (code >> input) & 1),
+  const codes = Array.from(
+    { length: 2 ** inputs },
+    (_, code) => Array.from({ length: inputs }, (_, input) => (code >> input) & 1),
   );
   return Uint8Array.from(
     weights.flatMap((row) =>
       codes.map((code) => {
         const outputs = evaluateModule(engine, row, code).slice(-actions);
         return outputs.indexOf(Math.max(...outputs));
-      }),
+      })
     ),
   );
 }

@@ -4,14 +4,14 @@
  */
 
 import { announce } from "./activity.js";
-import { el, createIcon } from "./common.js";
+import { createIcon, el } from "./common.js";
 import { RunCurve } from "./run_curve.js";
 import {
-  PRESETS,
-  hasWorld,
-  formatLifetimeAddress,
-  findNearestLifetime,
   createLifetimeQuery,
+  findNearestLifetime,
+  formatLifetimeAddress,
+  hasWorld,
+  PRESETS,
 } from "./sources.js";
 
 // The names of studies with a special id.
@@ -40,7 +40,7 @@ export class LifetimeSelector {
       run: this.createList("Run", "run"),
     };
     const options = this.studies.map(({ id }) =>
-      el("option", { value: id }, STUDY_NAMES[id] ?? id),
+      el("option", { value: id }, STUDY_NAMES[id] ?? id)
     );
     this.lists.study.append(...options);
     return el(
@@ -175,8 +175,7 @@ export class LifetimeSelector {
 
 /** Set the options of a list, pairs of a value and a text. Equal options are not replaced. */
 function setOptions(list, options) {
-  const hasSameOptions =
-    list.options.length === options.length &&
+  const hasSameOptions = list.options.length === options.length &&
     options.every(
       ([value, text], index) =>
         list.options[index].value === String(value) && list.options[index].text === String(text),

@@ -26,13 +26,12 @@ export function openLifetime(source, { agents, steps }, changed, failed) {
   };
   if (agents > MAX_RECORDED_AGENTS)
     return new FrameStream((query, signal) => fetch("frames", query, signal), changed, failed);
-  const firstPart =
-    agents && steps
-      ? {
-          first: 0,
-          last: Math.min(steps, Math.max(MIN_PART_STEPS, Math.floor(PART_AGENT_STEPS / agents))),
-        }
-      : null;
+  const firstPart = agents && steps
+    ? {
+      first: 0,
+      last: Math.min(steps, Math.max(MIN_PART_STEPS, Math.floor(PART_AGENT_STEPS / agents))),
+    }
+    : null;
   const fetchPart = async (part, signal) =>
     new Recording(await fetch("recording", part ?? firstPart, signal));
   return new Lifetime(fetchPart, changed, failed);

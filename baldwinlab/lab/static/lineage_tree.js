@@ -30,7 +30,7 @@ export function createLineageTree({ rows, links, omitted }, subject, open) {
     nodes.find((node) => node.generation === generation && node.agent === agent);
   const height = 2 * MARGIN + (rows.length - 1) * ROW_HEIGHT;
   const lines = links.map(([generation, child, parent]) =>
-    drawLink(find(generation, child), find(generation - 1, parent)),
+    drawLink(find(generation, child), find(generation - 1, parent))
   );
   const maximum = Math.max(1, ...nodes.map(({ eaten }) => eaten));
   const circles = nodes.map((node) => drawNode(node, maximum, subject));
@@ -40,7 +40,7 @@ export function createLineageTree({ rows, links, omitted }, subject, open) {
     (index) => open(nodes[index].generation, nodes[index].agent),
   );
   const names = rows.map(({ generation }, index) =>
-    drawTextLabel(String(generation), { x: 2, y: MARGIN + index * ROW_HEIGHT + 4 }),
+    drawTextLabel(String(generation), { x: 2, y: MARGIN + index * ROW_HEIGHT + 4 })
   );
   const svg = createSvg(
     "svg",

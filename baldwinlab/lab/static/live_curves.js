@@ -143,7 +143,7 @@ export class LiveCurves {
   /** Return a series for each species, in its color on the map. */
   listSpeciesSeries(measure) {
     return this.species.flatMap(({ name, color }) =>
-      this.listMeasureSeries(name, `${measure}:${name}`, { color: resolveColor(color) }),
+      this.listMeasureSeries(name, `${measure}:${name}`, { color: resolveColor(color) })
     );
   }
 

@@ -1,6 +1,6 @@
 /** The state of a live run from the server. A feed remains when the user opens another view. */
 
-import { showConnection, request } from "./common.js";
+import { request, showConnection } from "./common.js";
 
 // Milliseconds until the next attempt to connect.
 const RETRY_INTERVAL = 1000;
@@ -30,7 +30,7 @@ export function openFeed(id) {
  * @property {Object<string, any>} experiment
  * @property {number} runs
  * @property {number} seed
- * @property {Object<string, Object<string, string>>} measures texts by measure: best, mean and share
+ * @property {Object<string, Object<string, string>>} measures texts of best, mean and share
  * @property {number} seconds least duration of a generation
  * @property {string} saved_as the study, or empty
  * @property {boolean} [alleles] whether the model has alleles instead of a world

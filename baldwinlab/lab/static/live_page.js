@@ -2,11 +2,11 @@
  * An exported page: the Live run tab with an engine in the browser instead of a server (export.py).
  */
 
-import { readAddress, setCurrentView, getCurrentView, navigate } from "./address.js";
-import { useLocalServer, showMessage } from "./common.js";
+import { getCurrentView, navigate, readAddress, setCurrentView } from "./address.js";
+import { showMessage, useLocalServer } from "./common.js";
 import { Guide } from "./guide.js";
 import { BrowserLab } from "./browser_lab.js";
-import { LearningContrast, createContrast } from "./learning_contrast.js";
+import { createContrast, LearningContrast } from "./learning_contrast.js";
 import { setFeedFactory } from "./live_feed.js";
 import { LIVE } from "./topics.js";
 import { mount } from "./view_live.js";
@@ -39,8 +39,7 @@ export function openPage(root, laboratory, code) {
   root.append(guide.root);
   const isPlain = !["id", "preset", "set"].some((name) => name in target.state);
   const experiments = isPlain && createContrast(lab, laboratory.presets[0].experiment);
-  const opening =
-    experiments && new LearningContrast(lab, experiments, laboratory.seed, guide);
+  const opening = experiments && new LearningContrast(lab, experiments, laboratory.seed, guide);
   const view = mount(root, getCurrentView().state, navigate, guide, opening);
   addEventListener("hashchange", () => {
     setCurrentView(readAddress(["live"], "live"));

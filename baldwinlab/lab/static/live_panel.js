@@ -113,8 +113,7 @@ export class LivePanel {
     this.badge.textContent = word;
     this.progress.max = evolution.generations;
     this.progress.value = generationsDone;
-    this.count.textContent =
-      `${generationsDone.toLocaleString("en")} of ` +
+    this.count.textContent = `${generationsDone.toLocaleString("en")} of ` +
       `${evolution.generations.toLocaleString("en")} generations`;
     this.fault.hidden = !message;
     this.fault.textContent = message;

@@ -5,7 +5,7 @@ import { openCompareDialog } from "./compare_dialog.js";
 import { applyChanges, findChanges, parseChanges } from "./experiment_changes.js";
 import { ExperimentFields } from "./experiment_fields.js";
 import { PresetPicker } from "./preset_picker.js";
-import { DEFAULT_SPEED, createNumberField, createSpeedPicker } from "./setup_fields.js";
+import { createNumberField, createSpeedPicker, DEFAULT_SPEED } from "./setup_fields.js";
 
 // Milliseconds after the last change.
 const VALIDATION_DELAY = 200;
@@ -100,8 +100,11 @@ export class Setup {
       );
     const order = { preset: this.preset.value, experiment: this.fields.form.value, runs, seed };
     const remember = (compared) => this.navigate({ compare: compared && JSON.stringify(compared) });
-    const dialog = openCompareDialog({ order, presets, listOptions }, compared, remember, (name) =>
-      this.listener.compared(name),
+    const dialog = openCompareDialog(
+      { order, presets, listOptions },
+      compared,
+      remember,
+      (name) => this.listener.compared(name),
     );
     this.signal.addEventListener("abort", () => dialog.close(), { once: true });
   }

@@ -1,7 +1,7 @@
 /** The page: select the view from the address. */
 
 import { announce } from "./activity.js";
-import { formatAddress, readAddress, setCurrentView, getCurrentView, navigate } from "./address.js";
+import { formatAddress, getCurrentView, navigate, readAddress, setCurrentView } from "./address.js";
 import { showMessage } from "./common.js";
 import { Guide } from "./guide.js";
 import { PRESETS } from "./sources.js";

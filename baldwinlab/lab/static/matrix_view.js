@@ -41,8 +41,7 @@ export class MatrixView {
       el(
         "td",
         {
-          style:
-            "background: color-mix(in srgb, var(--sky) " +
+          style: "background: color-mix(in srgb, var(--sky) " +
             `${Math.round(MAX_COLOR_SHARE * computeShare(number))}%, transparent)`,
         },
         formatted(number),

@@ -22,7 +22,7 @@ export function requireLifetimes(stored, state) {
  */
 export function createMissingNotice({ message, choices }) {
   const links = choices.map(({ label, life }) =>
-    el("li", {}, el("a", { href: formatLifetimeAddress(life) }, label)),
+    el("li", {}, el("a", { href: formatLifetimeAddress(life) }, label))
   );
   return el(
     "section",

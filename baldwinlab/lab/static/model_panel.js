@@ -51,7 +51,11 @@ export class ModelPanel extends LifetimeSelector {
       onchange: selectView,
     });
     this.lists.run.closest("label").after(this.viewList, this.agents);
-    const keepButton = createKeepButton("Keep this population", "keep-a", () => ({ source: this.source }));
+    const keepButton = createKeepButton(
+      "Keep this population",
+      "keep-a",
+      () => ({ source: this.source }),
+    );
     // A narrow window has no space for it.
     keepButton?.classList.add("wide");
     if (keepButton) this.pickers.append(keepButton);
@@ -103,10 +107,9 @@ export class ModelPanel extends LifetimeSelector {
       view: this.view.name,
       ...(this.agent !== null && { agent: this.agent }),
     };
-    const url =
-      this.view.name === ALLELES
-        ? `api/alleles?${createQuery(runQuery)}`
-        : `api/view?${createQuery(viewQuery)}`;
+    const url = this.view.name === ALLELES
+      ? `api/alleles?${createQuery(runQuery)}`
+      : `api/view?${createQuery(viewQuery)}`;
     if (url === this.requestedUrl) return this.header && this.show();
     this.stop?.abort();
     this.requestedUrl = url;
@@ -146,8 +149,9 @@ export class ModelPanel extends LifetimeSelector {
   /** Return the title: view and agent. */
   formatTitle() {
     const { agent } = this.header;
-    const suffix =
-      agent === null ? "" : `, agent ${agent}${this.agent === null ? " (fittest)" : ""}`;
+    const suffix = agent === null
+      ? ""
+      : `, agent ${agent}${this.agent === null ? " (fittest)" : ""}`;
     return `${this.view.name[0].toUpperCase()}${this.view.name.slice(1)}${suffix}`;
   }
 

@@ -3,11 +3,7 @@
 import { el, showMessage } from "./common.js";
 import { handleGenerationKey } from "./keys.js";
 import { ModelPanel } from "./model_panel.js";
-import {
-  findNearestLifetime,
-  formatLifetimeTitle,
-  addTypicalRun,
-} from "./sources.js";
+import { addTypicalRun, findNearestLifetime, formatLifetimeTitle } from "./sources.js";
 import { CURVE, VIEWS } from "./topics.js";
 import { GenerationPlayer } from "./generation_player.js";
 

@@ -133,8 +133,9 @@ function drawUnit(pen, [x, y], radius, activation, isInput, isChosen) {
  *   (from unit, to unit, weight) of each link; unit -1 is the bias
  */
 export function drawGraph(pen, box, net) {
-  const links = Array.from({ length: net.links.length / 3 }, (_, link) =>
-    net.links.subarray(3 * link, 3 * link + 3),
+  const links = Array.from(
+    { length: net.links.length / 3 },
+    (_, link) => net.links.subarray(3 * link, 3 * link + 3),
   );
   const outputs = net.activations.length - net.actions.length;
   const inputs = [...net.inputs.keys(), -1];
@@ -147,7 +148,7 @@ export function drawGraph(pen, box, net) {
   );
   const positionOf = new Map(
     columns.flatMap((column, depth) =>
-      column.map((unit, index) => [unit, positions[depth][index]]),
+      column.map((unit, index) => [unit, positions[depth][index]])
     ),
   );
   for (const [from, to, weight] of links)
@@ -175,11 +176,12 @@ function groupByDepth(links, inputs, firstOutput, units) {
   for (let round = 0; round < depths.size; round++) {
     for (const [from, to] of links) depths.set(to, Math.max(depths.get(to), depths.get(from) + 1));
   }
-  const last =
-    1 +
+  const last = 1 +
     Math.max(0, ...[...depths].filter(([unit]) => unit < firstOutput).map(([, depth]) => depth));
-  const columns = Array.from({ length: last }, (_, depth) =>
-    [...depths.keys()].filter((unit) => unit < firstOutput && depths.get(unit) === depth),
+  const columns = Array.from(
+    { length: last },
+    (_, depth) =>
+      [...depths.keys()].filter((unit) => unit < firstOutput && depths.get(unit) === depth),
   );
   return [
     ...columns,

@@ -15,10 +15,12 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (col
 export const palette = new Proxy(
   {},
   {
-    get: (_, /** @type {string} */ name) =>
-      (colors[name] ??= getComputedStyle(document.documentElement)
-        .getPropertyValue(`--${name}`)
-        .trim()),
+    get: (
+      _,
+      /** @type {string} */ name,
+    ) => (colors[name] ??= getComputedStyle(document.documentElement)
+      .getPropertyValue(`--${name}`)
+      .trim()),
   },
 );
 

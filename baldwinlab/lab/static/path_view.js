@@ -30,7 +30,8 @@ export class PathView {
     }));
     this.close();
     this.title = title;
-    if (length === 1) return this.plot.append(...listBirthValues(names, step_label, value_label, lines));
+    if (length === 1)
+      return this.plot.append(...listBirthValues(names, step_label, value_label, lines));
     this.chart = new LineChart(this.plot, {
       title: value_label,
       x: Array.from({ length }, (_, index) => index),
@@ -58,7 +59,8 @@ function listBirthValues(names, stepLabel, valueLabel, lines) {
     el(
       "p",
       {},
-      `These lifetimes have no ${stepLabel}, so all values stay as they are at birth: ${valueLabel}.`,
+      `These lifetimes have no ${stepLabel}, so all values stay as they are at birth: ` +
+        `${valueLabel}.`,
     ),
     el("ul", {}, ...numbers),
   ];

@@ -1,6 +1,6 @@
 /** The bar below the worlds: playback, display options and help. */
 
-import { el, createIcon } from "./common.js";
+import { createIcon, el } from "./common.js";
 import { createKeyboardDialog } from "./keys.js";
 import { Legend } from "./legend.js";
 import { SPEEDS } from "./player.js";
@@ -40,8 +40,11 @@ export class PlaybackBar {
       setSpeed,
     );
     this.clock = el("span", { class: "clock number", "data-testid": "step" });
-    this.trails = createList("trails", "Trails", TRAILS, () =>
-      callbacks.set({ trails: this.trails.value }),
+    this.trails = createList(
+      "trails",
+      "Trails",
+      TRAILS,
+      () => callbacks.set({ trails: this.trails.value }),
     );
     this.trails.classList.add("recorded");
     const toggleSight = () => callbacks.set({ sight: this.sight.checked });

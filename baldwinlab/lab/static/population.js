@@ -52,16 +52,12 @@ export class Population {
   buildLines(recording, lifetimeTotals) {
     this.best = Math.max(1, ...[...lifetimeTotals]);
     const agents = Array.from({ length: recording.agents }, (_, agent) => agent);
-    const shown =
-      agents.length <= MAX_LISTED
-        ? agents
-        : agents
-            .sort((first, second) => lifetimeTotals[second] - lifetimeTotals[first])
-            .slice(0, MAX_LISTED);
-    this.facts.textContent =
-      agents.length <= MAX_LISTED
-        ? "Items eaten so far. Click an agent to inspect it."
-        : `The ${MAX_LISTED} agents that eat most, of ${agents.length.toLocaleString("en")}.`;
+    const shown = agents.length <= MAX_LISTED ? agents : agents
+      .sort((first, second) => lifetimeTotals[second] - lifetimeTotals[first])
+      .slice(0, MAX_LISTED);
+    this.facts.textContent = agents.length <= MAX_LISTED
+      ? "Items eaten so far. Click an agent to inspect it."
+      : `The ${MAX_LISTED} agents that eat most, of ${agents.length.toLocaleString("en")}.`;
     this.rows = shown.map((agent) => {
       const bar = el("i", {});
       const number = el("b", { class: "number" });
@@ -80,8 +76,7 @@ export class Population {
       return { agent, bar, number, line };
     });
     const { activeElement } = document;
-    const focused =
-      this.list.contains(activeElement) && activeElement.getAttribute("data-testid");
+    const focused = this.list.contains(activeElement) && activeElement.getAttribute("data-testid");
     this.list.replaceChildren(...this.rows.map(({ line }) => line));
     // Keep the focus on the same agent.
     if (focused) this.rows.find(({ line }) => line.dataset.testid === focused)?.line.focus();

@@ -14,7 +14,7 @@ import { lookUp } from "./engine.js";
  */
 export function matchProgram(programs, experiment) {
   return programs.find(({ when }) =>
-    Object.entries(when).every(([path, value]) => isEqual(lookUp(experiment, path), value)),
+    Object.entries(when).every(([path, value]) => isEqual(lookUp(experiment, path), value))
   );
 }
 
@@ -39,7 +39,7 @@ export function fillTemplate(template, experiment) {
     return template.flatMap((item) =>
       item?.table
         ? lookUp(experiment, item.table).map((row) => fillTemplate(item.row, row))
-        : [fillTemplate(item, experiment)],
+        : [fillTemplate(item, experiment)]
     );
   }
   if (!isTable(template)) return template;

@@ -14,8 +14,8 @@ export function computeQuantile(values, share) {
 }
 
 /**
- * Return the series of an ensemble: the median with the middle 50 % of the runs, and the band of the
- * middle 90 %.
+ * Return the series of an ensemble: the median with the middle 50 % of the runs, and the band of
+ * the middle 90 %.
  * @param {string} label
  * @param {string} color
  * @param {(number[]|null)[]} runs the values of all runs in each generation; null: not finished

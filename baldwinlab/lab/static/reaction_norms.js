@@ -54,7 +54,7 @@ function showMissing(section, study) {
 function showCharts(section, { unit, panels }, groups, field, choose) {
   const conditions = new Set(groups.flatMap((group) => group.conditions));
   const matching = panels.filter(({ norms }) =>
-    Object.keys(norms).some((name) => conditions.has(name)),
+    Object.keys(norms).some((name) => conditions.has(name))
   );
   if (!matching.length) {
     section.append(
@@ -65,7 +65,7 @@ function showCharts(section, { unit, panels }, groups, field, choose) {
   const names = new Map(matching.map((panel) => [panel.field, panel.name]));
   const selectedField = names.has(field) ? field : matching[0].field;
   const options = [...names].map(([value, name]) =>
-    el("option", { value, selected: value === selectedField }, name),
+    el("option", { value, selected: value === selectedField }, name)
   );
   const containers = matching
     .filter((panel) => panel.field === selectedField)
@@ -89,7 +89,7 @@ function showCharts(section, { unit, panels }, groups, field, choose) {
     ),
   );
   return containers.map(([panel, container]) =>
-    createChart(container, panel, unit, conditions, groups),
+    createChart(container, panel, unit, conditions, groups)
   );
 }
 
@@ -106,7 +106,7 @@ function createChart(
     .filter(([condition]) => conditions.has(condition))
     .map(([label, { median, low, high }]) => ({ label, values: median, low, high }));
   const curveIndices = series.map(({ label }) =>
-    groups.findIndex((group) => group.conditions.length === 1 && group.conditions[0] === label),
+    groups.findIndex((group) => group.conditions.length === 1 && group.conditions[0] === label)
   );
   // Use the styles of the curves above, if each condition has its own curve.
   const styles = curveIndices.includes(-1)
@@ -131,7 +131,7 @@ function createChart(
         median: line.values[index],
         low: line.low[index],
         high: line.high[index],
-      })),
+      }))
     );
   container.append(
     root,

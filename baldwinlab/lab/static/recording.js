@@ -74,9 +74,7 @@ export class Recording {
     }));
     return values
       .filter(({ value }) => value > 0)
-      .map(({ name, isContinuous, value }) =>
-        isContinuous ? `${name} ${value.toFixed(2)}` : name,
-      );
+      .map(({ name, isContinuous, value }) => isContinuous ? `${name} ${value.toFixed(2)}` : name);
   }
 
   /**

@@ -21,8 +21,7 @@ export function createRelatives(source, { parents, teachers, children }, open) {
       `agent ${agent}`,
     );
   const uniqueParents = parents ? [...new Set(parents)] : [];
-  const paragraph =
-    teachers &&
+  const paragraph = teachers &&
     el(
       "p",
       { class: "soft", "data-testid": "teachers" },

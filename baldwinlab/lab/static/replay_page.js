@@ -5,7 +5,7 @@ import { Legend } from "./legend.js";
 import { Player } from "./player.js";
 import { Recording } from "./recording.js";
 import { TimeBar } from "./time_bar.js";
-import { WorldFigure, createLifetime } from "./world_figure.js";
+import { createLifetime, WorldFigure } from "./world_figure.js";
 
 /**
  * Fill the page and start the replay.
@@ -16,7 +16,7 @@ import { WorldFigure, createLifetime } from "./world_figure.js";
 export async function play(root, replay) {
   const lives = await Promise.all(
     replay.panels.map(async ({ recording }) =>
-      createLifetime(new Recording(unpack(await inflate(recording)))),
+      createLifetime(new Recording(unpack(await inflate(recording))))
     ),
   );
   const player = new Player((time) => {
@@ -41,7 +41,7 @@ export async function play(root, replay) {
   const legend = new Legend();
   legend.show(lives.map(({ header }) => header));
   const panels = replay.panels.map((panel, index) =>
-    createPanel(panel, lives[index], figures[index]),
+    createPanel(panel, lives[index], figures[index])
   );
   const heading = el("h1", { class: "visually-hidden" }, "Replay of a lifetime");
   root.replaceChildren(
@@ -60,10 +60,9 @@ export async function play(root, replay) {
 function createPanel({ title }, { header }, { stage, foot, facts }) {
   const agents = `${formatNumber(header.agents)} agents`;
   const text = `seed ${header.seed}, ${agents}, ${describeItems(header)}`;
-  const part =
-    header.last - header.first < header.steps
-      ? `; steps ${header.first} to ${header.last - 1} of ${header.steps}`
-      : "";
+  const part = header.last - header.first < header.steps
+    ? `; steps ${header.first} to ${header.last - 1} of ${header.steps}`
+    : "";
   return el(
     "figure",
     {},
@@ -88,8 +87,7 @@ function createAboutSection({ version, panels }) {
     experiment && el("pre", { "data-testid": "replay-experiment" }, experiment),
     el("pre", { "data-testid": "replay-commands" }, commands.join("\n")),
   ]);
-  const text =
-    `Made with baldwinlab ${version}, a laboratory for evolution and lifetime ` +
+  const text = `Made with baldwinlab ${version}, a laboratory for evolution and lifetime ` +
     "learning. These commands reproduce exactly the same lifetime.";
   return el(
     "details",

@@ -41,7 +41,7 @@ export class Responses {
           el("th", { scope: "row" }, inputNames(code)),
           el("td", {}, appearance.actions[responses[code]]),
           now,
-        ),
+        )
       ),
     );
   }
@@ -56,7 +56,7 @@ export class Responses {
       0,
     );
     this.now.forEach((cell, code) =>
-      cell.parentElement.classList.toggle("current", code === activeCode),
+      cell.parentElement.classList.toggle("current", code === activeCode)
     );
     if (sample === this.shown) return;
     this.shown = sample;

@@ -4,11 +4,7 @@ import { drawBoxChart } from "./box_chart.js";
 import { selectSeriesStyle } from "./chart_series.js";
 import { el } from "./common.js";
 import { createChartDownloads } from "./downloads.js";
-import {
-  createGenerationLookup,
-  findRuns,
-  hasWorldView,
-} from "./results_measures.js";
+import { createGenerationLookup, findRuns, hasWorldView } from "./results_measures.js";
 import { formatLifetimeAddress } from "./sources.js";
 
 const CSV_COLUMNS = ["box", "condition", "run", "value"];
@@ -76,6 +72,6 @@ function listPoints({ study, results }, measure, conditions) {
       condition,
       run,
       value: results.final[condition][measure][index],
-    })),
+    }))
   );
 }

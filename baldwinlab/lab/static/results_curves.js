@@ -21,7 +21,7 @@ function explainBands({ study, groups, hasSingleConditions, by }) {
   if (!hasSingleConditions)
     return `Curves: means of conditions by ${by}. Bands: from the lowest to the highest condition.`;
   const runs = groups.flatMap(({ conditions }) =>
-    conditions.map((name) => findRuns(study, name).length),
+    conditions.map((name) => findRuns(study, name).length)
   );
   const range = [...new Set([Math.min(...runs), Math.max(...runs)])].join(" to ");
   return `Bands: 95 % intervals of the mean, ${range} runs.`;
@@ -42,7 +42,7 @@ function listMeanRows(generations, series) {
       mean: values[index],
       low: low[index],
       high: high[index],
-    })),
+    }))
   );
 }
 
@@ -51,8 +51,8 @@ function listRunRows(generations, series) {
     runs.flatMap(({ run, values }) =>
       generations
         .map((generation, index) => ({ curve: label, run, generation, value: values[index] }))
-        .filter(({ value }) => value !== null),
-    ),
+        .filter(({ value }) => value !== null)
+    )
   );
 }
 
@@ -88,7 +88,7 @@ export class ResultsCurves {
         MEAN_COLUMNS,
         () => listMeanRows(results.generation, this.charts[number].series),
         () => this.charts[number].drawFile(),
-      ),
+      )
     );
   }
 

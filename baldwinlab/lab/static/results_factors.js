@@ -28,18 +28,17 @@ export function groupConditions({ conditions, factors, swept }, state) {
     ...new Set(matching.map((number) => String(factors[factor][number]))),
   ];
   const varying = Object.keys(factors).filter((factor) => values(factor).length > 1);
-  const defaultFactor =
-    swept || matching.length > MAX_CURVES
-      ? (varying.find((factor) => values(factor).length <= MAX_CURVES) ?? varying[0])
-      : undefined;
+  const defaultFactor = swept || matching.length > MAX_CURVES
+    ? (varying.find((factor) => values(factor).length <= MAX_CURVES) ?? varying[0])
+    : undefined;
   const by = chooseFactor(state.group, varying, defaultFactor);
   const groups = by
     ? values(by).map((value) => ({
-        label: value,
-        conditions: matching
-          .filter((number) => String(factors[by][number]) === value)
-          .map((number) => conditions[number]),
-      }))
+      label: value,
+      conditions: matching
+        .filter((number) => String(factors[by][number]) === value)
+        .map((number) => conditions[number]),
+    }))
     : matching.map((number) => ({ label: conditions[number], conditions: [conditions[number]] }));
   return { by, only, groups };
 }
@@ -76,7 +75,7 @@ export function createFactorLists({ factors }, { by, only }, choose) {
       only[factor],
       (value) => choose({ [`only.${factor}`]: value, hidden: null }),
       `only-${factor}`,
-    ),
+    )
   );
   const grouped = createList(
     "one curve per",
@@ -90,7 +89,7 @@ export function createFactorLists({ factors }, { by, only }, choose) {
 
 function createList(name, options, selectedValue, change, id) {
   const entries = options.map(([value, text]) =>
-    el("option", { value, selected: value === selectedValue }, text),
+    el("option", { value, selected: value === selectedValue }, text)
   );
   return el(
     "label",

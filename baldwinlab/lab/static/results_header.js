@@ -3,10 +3,10 @@
 import { el } from "./common.js";
 
 export function createHeading({ study, studies, choose }) {
-  const folder =
-    study.id === "." ? "" : `${study.id.split("/").map(encodeURIComponent).join("/")}/`;
-  const report =
-    study.report &&
+  const folder = study.id === "."
+    ? ""
+    : `${study.id.split("/").map(encodeURIComponent).join("/")}/`;
+  const report = study.report &&
     el(
       "a",
       {
@@ -45,7 +45,7 @@ export function createStudyPicker(studies, id, choose) {
       "option",
       { value: study.id, selected: study.id === id },
       study.id === "." ? "this study" : study.id,
-    ),
+    )
   );
   const none = id === null ? [el("option", { value: "", selected: true }, "choose a study")] : [];
   const change = (event) => choose({ study: event.target.value });
@@ -68,7 +68,7 @@ export function createMeasureSwitch(results, measure, choose) {
         onclick: () => choose({ measure: key }),
       },
       name,
-    ),
+    )
   );
   return el("div", { class: "results-switch", role: "group", "aria-label": "Measure" }, ...buttons);
 }

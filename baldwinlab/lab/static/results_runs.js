@@ -1,7 +1,7 @@
 /** A sortable table of all runs, with a CSV download. */
 
 import { el, formatNumber } from "./common.js";
-import { formatCsv, createDownloadButton } from "./downloads.js";
+import { createDownloadButton, formatCsv } from "./downloads.js";
 import { createKeepButton } from "./keep_button.js";
 
 const MEASURE_COLUMNS = ["best", "mean", "share"];
@@ -39,7 +39,7 @@ function listRunRows(results, runs) {
         results.final[condition][measure][index],
       ]);
       return { condition, run, ...Object.fromEntries(finalValues) };
-    }),
+    })
   );
 }
 
@@ -93,7 +93,7 @@ class RunTable {
     );
     const direction = isAscending ? "ascending" : "descending";
     this.heads.forEach((head, number) =>
-      head.setAttribute("aria-sort", COLUMNS[number] === sortColumn ? direction : "none"),
+      head.setAttribute("aria-sort", COLUMNS[number] === sortColumn ? direction : "none")
     );
     this.body.replaceChildren(
       ...sorted.map((row) => createRunRow(row, this.formatAddress(row.condition, row.run))),

@@ -23,7 +23,7 @@ export function createFinals(view) {
   const { study, groups } = view;
   return new Fold("finals", "Final values", false, (root) => {
     const boxes = BOX_MEASURES.map((measure) =>
-      el("section", { "data-testid": `final-${measure}` }),
+      el("section", { "data-testid": `final-${measure}` })
     );
     const layout = groups.length > MAX_NEIGHBORS ? "results-boxes wide" : "results-boxes";
     root.append(el("div", { class: layout }, ...boxes));
@@ -48,8 +48,9 @@ export function createNorms({ study, groups, norm, choose, load }) {
 export function createFactorSection({ results, by, only, choose, canShowRuns, hasRunLines }) {
   const lists = createFactorLists(results, { by, only }, choose);
   if (!lists && !canShowRuns) return "";
-  const runSwitch = createRunSwitch(hasRunLines, (isChecked) =>
-    choose({ runs: isChecked ? "each" : null }),
+  const runSwitch = createRunSwitch(
+    hasRunLines,
+    (isChecked) => choose({ runs: isChecked ? "each" : null }),
   );
   const isOpen = hasRunLines || Object.values(only).some(Boolean);
   return el(
@@ -70,11 +71,11 @@ function createRuns(view) {
   const formatAddress = (condition, run) =>
     hasWorldView(view, condition)
       ? formatLifetimeAddress({
-          study: study.id,
-          condition,
-          run,
-          generation: findLastGeneration(condition),
-        })
+        study: study.id,
+        condition,
+        run,
+        generation: findLastGeneration(condition),
+      })
       : null;
   return createRunTable(results, runs, results.measures, formatAddress);
 }

@@ -23,11 +23,11 @@ const CHARTS = {
 export function createSpeciesCards({ results, groups }) {
   const conditions = groups.flatMap((group) => group.conditions);
   const names = Object.keys(CHARTS).filter((name) =>
-    conditions.some((condition) => results.species?.[condition]?.[name]),
+    conditions.some((condition) => results.species?.[condition]?.[name])
   );
   if (!names.length) return null;
   const cards = names.map((name) =>
-    el("section", { class: "card", "data-testid": `species-${name}`, "data-curve": name }),
+    el("section", { class: "card", "data-testid": `species-${name}`, "data-curve": name })
   );
   return el("div", { class: "results-boxes" }, ...cards);
 }
@@ -58,7 +58,7 @@ export function drawSpeciesCharts(cards, { results, groups }) {
 /** Return the series of all groups of conditions. A species has the same dash in all groups. */
 function listSeries(species, groups, curve) {
   const curvesOfGroups = groups.map(({ conditions }) =>
-    conditions.flatMap((condition) => species[condition]?.[curve] ?? []),
+    conditions.flatMap((condition) => species[condition]?.[curve] ?? [])
   );
   const names = [...new Set(curvesOfGroups.flat().flatMap(Object.keys))];
   const isSingle = groups.length === 1;
@@ -66,7 +66,7 @@ function listSeries(species, groups, curve) {
     names.flatMap((name, index) => {
       const curves = curvesOfGroups[number].flatMap((byName) => byName[name] ?? []);
       return createSeries(curves, { label, number, isSingle }, { name, index });
-    }),
+    })
   );
 }
 

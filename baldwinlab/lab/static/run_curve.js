@@ -40,8 +40,7 @@ export class RunCurve extends ChartSlider {
   async setSource({ study, condition, run, generation }, last) {
     this.setLast(last);
     this.show(generation);
-    const requested =
-      study === PRESETS ? null : String(createQuery({ study, condition, run }));
+    const requested = study === PRESETS ? null : String(createQuery({ study, condition, run }));
     if (requested === this.requested) return this.updateValueText();
     this.close();
     // The old curve stays visible until the new one is loaded.

@@ -8,8 +8,9 @@ import { el } from "./common.js";
  */
 export function createRunPicker(runs, run, picked) {
   if (runs === 1) return null;
-  const options = Array.from({ length: runs }, (_, number) =>
-    el("option", { value: number }, `run ${number}`),
+  const options = Array.from(
+    { length: runs },
+    (_, number) => el("option", { value: number }, `run ${number}`),
   );
   const picker = el("select", { "aria-label": "Run shown", "data-testid": "live-run" }, ...options);
   picker.value = String(run);

@@ -87,7 +87,7 @@ function drawPlot({ title, xLabel, yLabel, points, color }) {
           stroke: color,
         },
         createSvg("title", {}, label),
-      ),
+      )
     ),
   );
   return svg;

@@ -9,8 +9,10 @@ import { resolve } from "./form_schema.js";
  */
 
 // Settings that cannot change during a run, see `schedule.py`.
-const FIXED =
-  /^(name|model|population|record|schedule|network)(\.|$)|^(evolution\.(generations|founders)|lifetime\.(steps|repeats))$/;
+const FIXED = new RegExp(
+  String.raw`^(name|model|population|record|schedule|network)(\.|$)|` +
+    String.raw`^(evolution\.(generations|founders)|lifetime\.(steps|repeats))$`,
+);
 
 /**
  * Return the settings that can change during a run: numbers, switches and choices.
@@ -24,7 +26,7 @@ export function listSettings(schema, experiment) {
     if (FIXED.test(path) || value === undefined || value === null) return [];
     if (node.properties)
       return Object.entries(node.properties).flatMap(([name, child]) =>
-        visit(resolve(form, child), value[name], path ? `${path}.${name}` : name),
+        visit(resolve(form, child), value[name], path ? `${path}.${name}` : name)
       );
     return node.enum || ["number", "integer", "boolean"].includes(node.type)
       ? [{ path, node, value }]
@@ -87,7 +89,7 @@ export function createScheduleField(schedule, set, settings) {
 /** Return one row per setting. @returns {Row[]} */
 function splitChanges(schedule) {
   return schedule.flatMap(({ generation, ...settings }) =>
-    Object.entries(settings).map(([path, value]) => ({ generation, path, value })),
+    Object.entries(settings).map(([path, value]) => ({ generation, path, value }))
   );
 }
 

@@ -40,7 +40,7 @@ export function drawSensors(view, recording, step, selectedAgent) {
       (sector) =>
         recording.hasInput(agent, sector.input) &&
         traceSector(pen, x, y, view.angle[agent], sector),
-    ),
+    )
   );
   pen.lineWidth = 1 / scale;
   pen.globalAlpha = 0.17;
@@ -61,7 +61,7 @@ export function drawSensors(view, recording, step, selectedAgent) {
             recording.hasInput(agent, sector.input) &&
             hasLevel(agent, sector) &&
             traceSector(pen, x, y, view.angle[agent], sector),
-        ),
+        )
       );
       pen.globalAlpha = (0.42 * level) / BRIGHTNESS_LEVELS;
       pen.fill();

@@ -44,7 +44,7 @@ export function groupPresets(presets) {
     groups.set(paper, [...(groups.get(paper) ?? []), option]);
   }
   return [...groups].flatMap(([paper, options]) =>
-    paper ? [el("optgroup", { label: paper }, ...options)] : options,
+    paper ? [el("optgroup", { label: paper }, ...options)] : options
   );
 }
 

@@ -1,7 +1,7 @@
 /** The share menu: link, replay page, laboratory, picture and movie. */
 
 import { formatAddress } from "./address.js";
-import { el, getJSON, createIcon, showMessage, request, isServerless } from "./common.js";
+import { createIcon, el, getJSON, isServerless, request, showMessage } from "./common.js";
 
 const SHARE_ICON = "M10 12V3M6.5 6L10 2.5 13.5 6M5 9H4v8h12V9h-1";
 // Milliseconds between two requests for the progress of a movie.

@@ -130,8 +130,9 @@ export class Run {
 /** Simulate a complete run, and return the variables of `bl.simulate`. */
 export function simulate(program, experiment, seed, run) {
   const simulation = new Run(program, experiment, seed, run);
-  const generations = Array.from({ length: simulation.generations }, () =>
-    simulation.simulateNext(),
+  const generations = Array.from(
+    { length: simulation.generations },
+    () => simulation.simulateNext(),
   );
   return Object.fromEntries(
     Object.keys(generations[0]).map((name) => [

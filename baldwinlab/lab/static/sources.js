@@ -69,8 +69,8 @@ export function findNearestLifetime(
   /** @type {Source} */ { study, condition, run, generation },
   strict = false,
 ) {
-  const match =
-    studies.find(({ id }) => id === study) ?? (strict && study !== undefined ? null : studies[0]);
+  const match = studies.find(({ id }) => id === study) ??
+    (strict && study !== undefined ? null : studies[0]);
   if (!match)
     throw new MissingLifetimeError(
       `There is no study ${study} in this folder.`,
@@ -165,7 +165,7 @@ export function chooseComparison({ source, conditions }) {
  */
 export function chooseOpening(studies) {
   const newest = studies.reduce((latest, study) =>
-    (study.modified ?? 0) > (latest.modified ?? 0) ? study : latest,
+    (study.modified ?? 0) > (latest.modified ?? 0) ? study : latest
   );
   const source = findNearestLifetime([newest], {});
   const { study, condition } = source;
@@ -198,7 +198,7 @@ export async function loadStudies() {
   const worldless = studies.flatMap(({ id, conditions }) =>
     conditions
       .filter((stored) => !isViewable(stored))
-      .map(({ name }) => ({ study: id, condition: name })),
+      .map(({ name }) => ({ study: id, condition: name }))
   );
   const stored = studies
     .map((study) => ({

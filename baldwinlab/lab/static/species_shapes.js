@@ -65,10 +65,9 @@ function traceShape(pen, shape, x, y, size) {
 
 /** Return the shape of a species for the legend. */
 export function drawSpeciesSwatch({ color, shape }) {
-  const mark =
-    shape === "circle"
-      ? createSvg("circle", { r: CIRCLE_RADIUS })
-      : createSvg("polygon", { points: CORNERS[shape].join(" ") });
+  const mark = shape === "circle"
+    ? createSvg("circle", { r: CIRCLE_RADIUS })
+    : createSvg("polygon", { points: CORNERS[shape].join(" ") });
   const size = { width: 13, height: 13, viewBox: "-7 -7 14 14" };
   const style = `fill: ${formatColor(color)}`;
   return createSvg("svg", { ...size, style, "data-shape": shape, "aria-hidden": "true" }, mark);

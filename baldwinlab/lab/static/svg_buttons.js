@@ -12,8 +12,9 @@ export function bindButtons(elements, labels, pick) {
     element.setAttribute("tabindex", index ? "-1" : "0");
     element.setAttribute("aria-label", labels[index]);
     element.addEventListener("click", () => pick(index));
-    element.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) =>
-      handleKey(event, elements, index, pick),
+    element.addEventListener(
+      "keydown",
+      (/** @type {KeyboardEvent} */ event) => handleKey(event, elements, index, pick),
     );
   });
 }
@@ -30,4 +31,3 @@ function handleKey(event, elements, index, pick) {
   }
   event.preventDefault();
 }
-

@@ -1,6 +1,6 @@
 /** The time bar of a world: playback, steps, meals and speed, with keyboard control. */
 
-import { el, formatNumber, createIcon } from "./common.js";
+import { createIcon, el, formatNumber } from "./common.js";
 import { SPEEDS } from "./player.js";
 import { Timeline } from "./timeline.js";
 
@@ -82,8 +82,7 @@ export class TimeBar {
 
   /** Handle a key: Space plays and pauses, arrows move one step, with Shift ten. */
   handleKey(event) {
-    const isHandled =
-      event.target.matches("input, select, textarea") ||
+    const isHandled = event.target.matches("input, select, textarea") ||
       (event.key === " " && event.target.matches("button, summary, a"));
     if (isHandled || event.ctrlKey || event.metaKey || event.altKey) return;
     const offset = { ArrowLeft: -1, ArrowRight: 1 }[event.key];

@@ -29,10 +29,9 @@ export class Timeline extends ChartSlider {
     const perBar = (BAR_WIDTH * steps) / Math.max(1, this.canvas.clientWidth);
     const last = Math.min(steps - 1, Math.max(first, Math.floor(first + perBar) - 1));
     const eaten = this.tracks.map(({ life }) => countEaten(life, first, last).toLocaleString("en"));
-    const span =
-      first === last
-        ? `step ${first.toLocaleString("en")}`
-        : `steps ${first.toLocaleString("en")} to ${last.toLocaleString("en")}`;
+    const span = first === last
+      ? `step ${first.toLocaleString("en")}`
+      : `steps ${first.toLocaleString("en")} to ${last.toLocaleString("en")}`;
     return `${span}: ${eaten.join(" and ")} items eaten`;
   }
 
@@ -52,7 +51,7 @@ export class Timeline extends ChartSlider {
     const { pen, width, height, pixelRatio } = sheet;
     const row = height / tracks.length;
     tracks.forEach((track, number) =>
-      drawTrack(pen, track, { top: number * row, width, row, pixelRatio, steps }),
+      drawTrack(pen, track, { top: number * row, width, row, pixelRatio, steps })
     );
   }
 }

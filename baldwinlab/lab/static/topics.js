@@ -8,9 +8,9 @@ export const BALDWIN_EFFECT =
   " behavior becomes innate.";
 
 export const LIVE =
-  "This tab simulates evolution while you watch. In each generation, all agents live one life, and" +
-  " the fittest agents have children. Press Start, change one setting, and start again: earlier" +
-  " runs stay in the chart.";
+  "This tab simulates evolution while you watch. In each generation, all agents live one life, " +
+  "and the fittest agents have children. Press Start, change one setting, and start again: " +
+  "earlier runs stay in the chart.";
 
 /** For a lab with a server. @type {Topic[]} */
 export const LIVE_TOPICS = [
@@ -24,8 +24,8 @@ export const LIVE_TOPICS = [
   {
     title: "Next steps",
     text:
-      "Compare runs several presets, or several values of a setting, and shows which is higher. Save as a study" +
-      " stores a live run. The Results tab shows both.",
+      "Compare runs several presets, or several values of a setting, and shows which is higher. " +
+      "Save as a study stores a live run. The Results tab shows both.",
   },
 ];
 
@@ -40,12 +40,10 @@ export const CURVE =
 
 /** Models without a world, by the kind of view. @type {Object<string, string>} */
 export const VIEWS = {
-  alleles:
-    "Each bar is one locus, and its parts show the share of agents that are born with each" +
+  alleles: "Each bar is one locus, and its parts show the share of agents that are born with each" +
     " allele. A part that grows is an allele that spreads. A bar of one part means that all" +
     " agents have the same allele.",
-  path:
-    "Each line shows one value from birth (0) to death. A line that changes during life shows" +
+  path: "Each line shows one value from birth (0) to death. A line that changes during life shows" +
     " learning. If the value at birth changes over the generations, innate behavior evolves.",
   matrix:
     "Each cell contains one number. A stronger color means a larger number. Compare generations" +
@@ -57,9 +55,9 @@ export const VIEWS = {
 };
 
 export const PAPERS =
-  "Each card is a publication that you can reproduce. An open card says what to notice, to try and" +
-  " to extend, and has the command of the complete paper. If this folder contains a study of the" +
-  " paper, its card shows the verdicts.";
+  "Each card is a publication that you can reproduce. An open card says what to notice, to try " +
+  "and to extend, and has the command of the complete paper. If this folder contains a study of " +
+  "the paper, its card shows the verdicts.";
 
 export const RESULTS =
   "Each curve is the mean of one condition over its runs, and the band is the 95 % confidence" +
@@ -70,8 +68,7 @@ export const RESULTS =
 export const RESULTS_TOPICS = [
   {
     title: "The boxes",
-    text:
-      "Each point is one run, averaged over its last generations. The line in a box is the" +
+    text: "Each point is one run, averaged over its last generations. The line in a box is the" +
       " median, and the box contains half of the runs. If the points scatter widely, a single" +
       " run says little.",
   },

@@ -1,4 +1,4 @@
-/** The guided tour at the first visit: one line above the picture that follows what the user does. */
+/** The guided tour at the first visit: a line above the picture that follows the user's acts. */
 
 import { listenToActs } from "./activity.js";
 import { el } from "./common.js";
@@ -16,17 +16,21 @@ const STEPS = [
   {
     act: "select-agent",
     views: ["world"],
-    text: "Click an agent to see what it senses and learns. Or press A, and choose one from the list.",
+    text:
+      "Click an agent to see what it senses and learns. Or press A, and choose one from the list.",
   },
   {
     act: "change-generation",
     views: ["world"],
-    text: "Agents of generation 0 are random. Go there with the slider or the arrows at “generation”.",
+    text: "Agents of generation 0 are random. Go there with the slider or the arrows at " +
+      "“generation”.",
   },
   {
     act: "compare",
     views: ["world"],
-    text: "Compare shows two populations with the same start. Press it, or C, to hide or show the second one.",
+    text:
+      "Compare shows two populations with the same start. Press it, or C, to hide or show the " +
+      "second one.",
   },
   {
     act: "open-results",

@@ -62,7 +62,7 @@ function tracePath(
   interval = 1,
 ) {
   const [maxX, maxY] = [world.width, world.height].map((span) =>
-    Math.min(span / 2, Math.max(span * MAX_JUMP_SHARE, MIN_JUMP_DISTANCE * interval)),
+    Math.min(span / 2, Math.max(span * MAX_JUMP_SHARE, MIN_JUMP_DISTANCE * interval))
   );
   let index = from * agents + agent;
   let oldX = x[index];

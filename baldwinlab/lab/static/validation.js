@@ -42,8 +42,8 @@ function* findTableErrors(form, node, table, path) {
     else
       yield {
         path: fieldPath,
-        message:
-          `${fieldPath}: there is no such field; there are: ` + `${Object.keys(fields).join(", ")}`,
+        message: `${fieldPath}: there is no such field; there are: ` +
+          `${Object.keys(fields).join(", ")}`,
       };
   }
 }
@@ -96,7 +96,7 @@ function findRuleErrors(rule, tree) {
       findRuleErrors(
         { ...rule, path: fillIndex(rule.path, number), than: fillIndex(rule.than, number) },
         tree,
-      ),
+      )
     );
   }
   const value = lookUp(tree, rule.path);

@@ -116,8 +116,11 @@ class LiveView {
   }
 
   showComparison(name) {
-    this.panel = new ComparePanel(this.stage, name, () =>
-      this.showEmpty("This comparison has ended", "Its runs are stored. Open them in Results."),
+    this.panel = new ComparePanel(
+      this.stage,
+      name,
+      () =>
+        this.showEmpty("This comparison has ended", "Its runs are stored. Open them in Results."),
     );
   }
 
@@ -133,8 +136,12 @@ class LiveView {
     const { feed, stage, state, navigate } = this;
     if (this.panel) this.panel.update();
     else if (feed.summary)
-      this.panel = new LivePanel(stage, feed, state, navigate, (summary) =>
-        this.setup.editRun(summary),
+      this.panel = new LivePanel(
+        stage,
+        feed,
+        state,
+        navigate,
+        (summary) => this.setup.editRun(summary),
       );
     else if (feed.state === "removed") this.showEmpty("This live run has ended", feed.message);
   }

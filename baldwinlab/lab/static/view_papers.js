@@ -1,7 +1,7 @@
 /** The Papers tab: one card per paper, with its studies and commands. */
 
 import { VERDICTS } from "./claims.js";
-import { el, formatNumber, getJSON, createIcon, showMessage } from "./common.js";
+import { createIcon, el, formatNumber, getJSON, showMessage } from "./common.js";
 
 const COPY_ICON = "M7 7V3h10v10h-4M3 7h10v10H3z";
 
@@ -60,7 +60,9 @@ function createCard(paper) {
 
 /** Return the number of claims that hold in the first study of the unchanged model, or "". */
 function createCount({ studies }) {
-  const study = studies.find(({ changes, verdicts }) => !changes.length && Object.keys(verdicts).length);
+  const study = studies.find(({ changes, verdicts }) =>
+    !changes.length && Object.keys(verdicts).length
+  );
   if (!study) return "";
   const counts = Object.values(study.verdicts).flatMap(Object.entries);
   const sum = (entries) => entries.reduce((total, [, count]) => total + count, 0);
@@ -181,8 +183,7 @@ function createBadges(verdicts, problem) {
 /** Return the buttons that run one condition or copy the command of the complete paper. */
 function createRunLinks({ name, title, preset, live_runs: runs }) {
   const command = `baldwinlab reproduce ${name}`;
-  const live =
-    preset &&
+  const live = preset &&
     el(
       "a",
       {

@@ -2,7 +2,7 @@
 
 import { el, getJSON, showMessage } from "./common.js";
 import { createComparisonTable, formatAnswer } from "./comparison.js";
-import { ResultsCurves, explainCurves } from "./results_curves.js";
+import { explainCurves, ResultsCurves } from "./results_curves.js";
 import { clearFactorState, createFactorLists, groupConditions } from "./results_factors.js";
 import { createHeading, createMeasureSwitch, createStudyPicker } from "./results_header.js";
 import { MEASURES } from "./results_measures.js";

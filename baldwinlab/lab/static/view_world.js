@@ -4,13 +4,7 @@ import { announce } from "./activity.js";
 import { showMessage } from "./common.js";
 import { createMissingNotice, requireLifetimes } from "./missing_notice.js";
 import { ModelTab } from "./model_tab.js";
-import {
-  MissingLifetimeError,
-  PRESETS,
-  chooseOpening,
-  hasWorld,
-  loadStudies,
-} from "./sources.js";
+import { chooseOpening, hasWorld, loadStudies, MissingLifetimeError, PRESETS } from "./sources.js";
 import { WorldTab } from "./world_tab.js";
 
 export function mount(root, state, navigate, guide) {

@@ -3,7 +3,7 @@
 import { drawAgents, shortestDistance } from "./agents.js";
 import { palette, resolveColor } from "./palette.js";
 import { drawSensors } from "./sensors.js";
-import { LifeTrails, drawAgentTrail, drawRecentTrails } from "./trails.js";
+import { drawAgentTrail, drawRecentTrails, LifeTrails } from "./trails.js";
 
 // The largest zoom of a map of 640 map units. A larger map has a larger one.
 const MAX_ZOOM = 24;
@@ -241,8 +241,8 @@ export class WorldView {
       const next = nextRow + agent;
       this.x[agent] = interpolate(x[current], x[next], share, width);
       this.y[agent] = interpolate(y[current], y[next], share, height);
-      this.angle[agent] =
-        interpolate(heading[current], heading[next], share, appearance.headings) * turn;
+      this.angle[agent] = interpolate(heading[current], heading[next], share, appearance.headings) *
+        turn;
     }
   }
 

@@ -100,8 +100,9 @@ export class WorldFigure {
     const firstPart = life.parts.values().next().value;
     // The species of an agent can change from generation to generation.
     if (this.picker.options.length !== agents + 1 || life.header.species) {
-      const options = Array.from({ length: agents }, (_, agent) =>
-        el("option", { value: agent }, firstPart.describeAgent(agent)),
+      const options = Array.from(
+        { length: agents },
+        (_, agent) => el("option", { value: agent }, firstPart.describeAgent(agent)),
       );
       this.picker.replaceChildren(el("option", { value: "" }, "all agents"), ...options);
     }

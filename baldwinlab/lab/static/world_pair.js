@@ -29,7 +29,7 @@ export class WorldPair {
           {},
           stage,
           el("figcaption", {}, el("strong", {}, LABELS[index]), " · ", count),
-        ),
+        )
       ),
     );
   }
@@ -43,7 +43,7 @@ export class WorldPair {
   /** The first step at which an agent eats, or Infinity. */
   get firstMeal() {
     const steps = this.lives.map((life) =>
-      life.findPart(0).meals.findIndex((/** @type {number} */ count) => count > 0),
+      life.findPart(0).meals.findIndex((/** @type {number} */ count) => count > 0)
     );
     return Math.min(...steps.map((step) => (step < 0 ? Infinity : step)));
   }

@@ -9,18 +9,18 @@ import { Legend } from "./legend.js";
 import { chooseSpeed } from "./player.js";
 import { mountShare } from "./share.js";
 import {
-  PRESETS,
-  findNearestLifetime,
-  createLifetimeQuery,
-  chooseComparison,
-  formatLifetimeTitle,
   addTypicalRun,
+  chooseComparison,
+  createLifetimeQuery,
+  findNearestLifetime,
+  formatLifetimeTitle,
+  PRESETS,
 } from "./sources.js";
 import { Timeline } from "./timeline.js";
 import { CURVE, WORLD } from "./topics.js";
 import { GenerationPlayer } from "./generation_player.js";
 import { PlaybackBar } from "./playback_bar.js";
-import { readSecondLifetime, readOptions, writeOptions } from "./world_address.js";
+import { readOptions, readSecondLifetime, writeOptions } from "./world_address.js";
 import { WorldPanels } from "./world_panels.js";
 
 export class WorldTab extends WorldPanels {

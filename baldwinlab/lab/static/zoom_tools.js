@@ -1,6 +1,6 @@
 /** The buttons that zoom a map. */
 
-import { el, createIcon } from "./common.js";
+import { createIcon, el } from "./common.js";
 
 const BUTTONS = {
   closer: ["Zoom in (+)", "M10 4v12M4 10h12"],

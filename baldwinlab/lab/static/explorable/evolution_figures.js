@@ -3,7 +3,7 @@
 import { el, formatNumber } from "../common.js";
 import { Curves } from "./curves.js";
 import { Figure, formatText } from "./figure.js";
-import { MapView, createPlayer } from "./map_view.js";
+import { createPlayer, MapView } from "./map_view.js";
 
 // Steps per second are ten times this number: half a second per lifetime.
 const FAST_SPEED = 200;
@@ -208,7 +208,8 @@ export class ForkFigure extends CurvesFigure {
     if (generation < fork) return;
     show("before", curves.computeMean("learning", 1, fork));
     show("after", curves.computeMean("learning", 1, fork + 1));
-    if (generation === this.generations - 1)
+    if (generation === this.generations - 1) {
       for (const name of this.names) show(name, curves.computeMean(name, count));
+    }
   }
 }

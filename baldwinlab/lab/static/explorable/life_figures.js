@@ -2,7 +2,7 @@
 
 import { el } from "../common.js";
 import { Figure } from "./figure.js";
-import { MapView, createPlayer, findBestAgent } from "./map_view.js";
+import { createPlayer, findBestAgent, MapView } from "./map_view.js";
 
 // Steps per second are ten times this number.
 const LIFE_SPEED = 10;

@@ -2,7 +2,7 @@
 
 import { el } from "../common.js";
 import { formatText } from "./figure.js";
-import { KINDS, MAP_SIZE, MAX_SHAPES, createShape } from "./map_settings.js";
+import { createShape, KINDS, MAP_SIZE, MAX_SHAPES } from "./map_settings.js";
 
 // A new rectangle of the keyboard.
 const FIRST_SHAPE = [280, 360, 280, 360];
@@ -22,10 +22,10 @@ export class MapEditor {
     this.changed = changed;
     this.start = null;
     this.tools = KINDS.map((kind, index) =>
-      el("input", { type: "radio", name: "map-tool", value: kind, checked: index === 0 }),
+      el("input", { type: "radio", name: "map-tool", value: kind, checked: index === 0 })
     );
     const tools = this.tools.map((input) =>
-      el("label", { class: `tool ${input.value}` }, input, strings[input.value]),
+      el("label", { class: `tool ${input.value}` }, input, strings[input.value])
     );
     const addButton = el("button", { type: "button", onclick: () => this.add(FIRST_SHAPE) });
     const clearButton = el(
@@ -33,8 +33,8 @@ export class MapEditor {
       { type: "button", onclick: () => this.clear() },
       strings.clear,
     );
-    const showTool = () =>
-      (addButton.textContent = formatText(strings.add, { tool: strings[this.kind] }));
+    const showTool =
+      () => (addButton.textContent = formatText(strings.add, { tool: strings[this.kind] }));
     for (const input of this.tools) input.addEventListener("change", showTool);
     this.shapes = el("div", { class: "shapes" });
     this.message = el("p", { class: "warning", role: "status" });
@@ -102,7 +102,7 @@ export class MapEditor {
   /** Show number fields for the edges of each shape. */
   listShapes() {
     const rows = KINDS.flatMap((kind) =>
-      this.settings[kind].map((shape, index) => this.createRow(kind, shape, index)),
+      this.settings[kind].map((shape, index) => this.createRow(kind, shape, index))
     );
     this.shapes.replaceChildren(...rows);
   }
@@ -123,7 +123,7 @@ export class MapEditor {
           value: shape[position],
           onchange: ({ target }) => this.moveEdge(kind, index, position, target),
         }),
-      ),
+      )
     );
     const remove = () => {
       this.settings[kind].splice(index, 1);

@@ -5,7 +5,6 @@ import { EvolutionFigure } from "./evolution_figures.js";
 import { fillTemplate, findProgram } from "../program_table.js";
 import { MapEditor } from "./map_editor.js";
 import {
-  NUMBERS,
   adaptProgram,
   applyMap,
   createMapAppearance,
@@ -14,6 +13,7 @@ import {
   encodeMap,
   formatCommand,
   isOpen,
+  NUMBERS,
 } from "./map_settings.js";
 
 const LINK = /^#map=(.+)$/;

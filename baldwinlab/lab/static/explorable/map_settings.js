@@ -68,7 +68,7 @@ export function isOpen(settings, { x, y, radius }) {
     regions.every(
       ([left, right, upper, lower]) =>
         wall[0] > left || wall[1] < right || wall[2] > upper || wall[3] < lower,
-    ),
+    )
   );
 }
 
@@ -142,7 +142,7 @@ function listEdges(walls, { width, height }, sight) {
   const images = walls.flatMap(([left, right, upper, lower]) =>
     shifts
       .filter(([x, y]) => x || y)
-      .map(([x, y]) => [left + x, right + x, upper + y, lower + y]),
+      .map(([x, y]) => [left + x, right + x, upper + y, lower + y])
   );
   const isVisible = ([left, right, upper, lower]) =>
     right >= -sight && left <= width + sight && lower >= -sight && upper <= height + sight;

@@ -97,8 +97,9 @@ export class MapView {
 
 /** Return the agent that eats most in its life. */
 export function findBestAgent(recording) {
-  const eaten = Array.from({ length: recording.agents }, (_, agent) =>
-    recording.countEaten(recording.last, agent),
+  const eaten = Array.from(
+    { length: recording.agents },
+    (_, agent) => recording.countEaten(recording.last, agent),
   );
   return eaten.indexOf(Math.max(...eaten));
 }

@@ -84,8 +84,8 @@ export class NeedleFigure extends Figure {
           cx: this.placeX(periods[index]),
           cy: this.placeY(share),
           r: 5,
-        }),
-      ),
+        })
+      )
     );
     this.svg.replaceChildren(...this.drawAxes(), marker, this.drawLine(), ...circles);
     this.setValue("theory", formatShare(this.computeTheory(periods[chosen])));
@@ -97,7 +97,9 @@ export class NeedleFigure extends Figure {
     const corners = [];
     for (let index = 0; index < periods.length - 1; index++)
       for (let part = 0; part < LINE_POINTS; part++)
-        corners.push(periods[index] * (periods[index + 1] / periods[index]) ** (part / LINE_POINTS));
+        corners.push(
+          periods[index] * (periods[index + 1] / periods[index]) ** (part / LINE_POINTS),
+        );
     corners.push(periods.at(-1));
     const path = corners.map(
       (period) => `${this.placeX(period)},${this.placeY(this.computeTheory(period))}`,
@@ -119,7 +121,7 @@ export class NeedleFigure extends Figure {
         x: this.placeX(period),
         y: this.bottom + 18,
         "text-anchor": "middle",
-      }),
+      })
     );
     const middle = (MARGIN.left + this.right) / 2;
     const label = drawTextLabel(this.strings.needle_x, {

@@ -97,7 +97,5 @@ function playFigureInSight(figures) {
     { threshold: SIGHT_STEPS },
   );
   for (const { root } of figures) observer.observe(root);
-  document.addEventListener("visibilitychange", () =>
-    figures.forEach((figure) => figure.update()),
-  );
+  document.addEventListener("visibilitychange", () => figures.forEach((figure) => figure.update()));
 }
