@@ -155,9 +155,10 @@ def summarize_contrasts(contrasts: Contrasts) -> list[str]:
     significant.sort(key=lambda row: -abs(row.numbers.effect))
     outcome = name_outcome_of(rows[0].outcome, AGENT_NAMES[SUMMARY_MEASURE])
     verdicts = [row.verdict for row in significant]
+    verb = "differ" if len(significant) > 1 else "differs"
     numbers = [f"{verdicts.count(verdict)} {verdict}" for verdict in dict.fromkeys(verdicts)]
     count = (
-        f"{len(significant) or 'None'} of {len(rows)} conditions differ from "
+        f"{len(significant) or 'None'} of {len(rows)} conditions {verb} from "
         f"{_name_references(rows)} in {outcome}{': ' if numbers else ''}{', '.join(numbers)} "
         "(corrected p below 0.05)."
     )

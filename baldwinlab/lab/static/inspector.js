@@ -4,7 +4,7 @@
 
 import { Ancestors } from "./ancestors.js";
 import { createIcon, el, formatNumber, getBinary, showMessage } from "./common.js";
-import { createKeepButton } from "./keep_button.js";
+import { createFreezerButton } from "./freezer_button.js";
 import { drawModules } from "./modules_view.js";
 import { findLargestOutput } from "./network.js";
 import { createRelatives } from "./relatives.js";
@@ -99,7 +99,7 @@ export class Inspector {
       },
       "Ancestors",
     );
-    const keepButton = createKeepButton("Keep this agent", "keep-agent", () => ({
+    const freezerButton = createFreezerButton("Keep this agent", "keep-agent", () => ({
       source: this.source,
       agent: this.agent,
     }));
@@ -119,7 +119,7 @@ export class Inspector {
       { class: "row" },
       el("div", {}, this.title, this.facts),
       this.ancestorsButton,
-      keepButton,
+      freezerButton,
       closeButton,
     );
   }

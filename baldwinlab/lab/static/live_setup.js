@@ -1,7 +1,7 @@
 /** The settings of a live run: preset, changed parameters, number of runs, seed and speed. */
 
 import { el, getJSON, isServerless, postJSON } from "./common.js";
-import { openCompareDialog } from "./compare_dialog.js";
+import { openCompareDialog } from "./comparison_dialog.js";
 import { applyChanges, findChanges, parseChanges } from "./experiment_changes.js";
 import { ExperimentFields } from "./experiment_fields.js";
 import { PresetPicker } from "./preset_picker.js";

@@ -2,7 +2,7 @@
 
 import { createQuery, el, showMessage } from "./common.js";
 import { Inspector } from "./inspector.js";
-import { createKeepButton } from "./keep_button.js";
+import { createFreezerButton } from "./freezer_button.js";
 import { Legend } from "./legend.js";
 import { openLifetime } from "./lifetimes.js";
 import { Player } from "./player.js";
@@ -115,7 +115,7 @@ export class LiveWorld {
       { class: "button quiet", hidden: true, "data-testid": "live-open-world" },
       "Open in World",
     );
-    this.keep = createKeepButton("Keep this population", "keep-live", () => ({
+    this.keep = createFreezerButton("Keep this population", "keep-live", () => ({
       source: this.source,
     }));
     if (this.keep) this.keep.hidden = true;

@@ -2,7 +2,7 @@
 
 import { AlleleBars } from "./allele_bars.js";
 import { GridView } from "./grid_view.js";
-import { createKeepButton } from "./keep_button.js";
+import { createFreezerButton } from "./freezer_button.js";
 import { LifetimeSelector } from "./lifetime_selector.js";
 import { createQuery, el, getBinary } from "./common.js";
 import { MatrixView } from "./matrix_view.js";
@@ -51,14 +51,14 @@ export class ModelPanel extends LifetimeSelector {
       onchange: selectView,
     });
     this.lists.run.closest("label").after(this.viewList, this.agents);
-    const keepButton = createKeepButton(
+    const freezerButton = createFreezerButton(
       "Keep this population",
       "keep-a",
       () => ({ source: this.source }),
     );
     // A narrow window has no space for it.
-    keepButton?.classList.add("wide");
-    if (keepButton) this.pickers.append(keepButton);
+    freezerButton?.classList.add("wide");
+    if (freezerButton) this.pickers.append(freezerButton);
     this.body = el("div", { class: "model-view" });
     this.root = el(
       "section",

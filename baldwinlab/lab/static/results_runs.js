@@ -2,7 +2,7 @@
 
 import { el, formatNumber } from "./common.js";
 import { createDownloadButton, formatCsv } from "./downloads.js";
-import { createKeepButton } from "./keep_button.js";
+import { createFreezerButton } from "./freezer_button.js";
 
 const MEASURE_COLUMNS = ["best", "mean", "share"];
 const COLUMNS = ["condition", "run", ...MEASURE_COLUMNS];
@@ -116,7 +116,11 @@ function createRunRow(row, address) {
 function createRunKeepButton(address) {
   const source = Object.fromEntries(new URLSearchParams(address.split("?")[1]));
   const label = `Keep the last generation of ${source.condition}, run ${source.run}`;
-  return createKeepButton(label, `keep-run-${source.condition}-${source.run}`, () => ({ source }));
+  return createFreezerButton(
+    label,
+    `keep-run-${source.condition}-${source.run}`,
+    () => ({ source }),
+  );
 }
 
 function compareValues(first, second) {

@@ -3,7 +3,7 @@
 import { getCurrentView } from "./address.js";
 import { announce } from "./activity.js";
 import { el, getJSON, isServerless, showMessage } from "./common.js";
-import { ComparePanel } from "./compare_panel.js";
+import { ComparePanel } from "./comparison_panel.js";
 import { createFreezerButton } from "./freezer_panel.js";
 import { openFeed } from "./live_feed.js";
 import { LivePanel } from "./live_panel.js";

@@ -4,7 +4,7 @@ import { LifetimeSelector } from "./lifetime_selector.js";
 import { el } from "./common.js";
 import { FrameView } from "./frame_view.js";
 import { bindGestures } from "./gestures.js";
-import { createKeepButton } from "./keep_button.js";
+import { createFreezerButton } from "./freezer_button.js";
 import { openLifetime } from "./lifetimes.js";
 import { formatAgent } from "./population.js";
 import { Tooltip } from "./tooltip.js";
@@ -46,7 +46,11 @@ export class WorldPanel extends LifetimeSelector {
         "div",
         { class: "zoom-tools" },
         createZoomButtons({ zoom }),
-        createKeepButton("Keep this population", `keep-${name}`, () => ({ source: this.source })),
+        createFreezerButton(
+          "Keep this population",
+          `keep-${name}`,
+          () => ({ source: this.source }),
+        ),
       ),
     );
     this.root = el(

@@ -50,7 +50,7 @@ def compare_counts(data: xr.Dataset) -> Contrasts:
 def test_a_sentence_about_a_point_has_its_test_its_interval_and_its_runs() -> None:
     sentences = summarize_contrasts(compare_counts(grid(runs=12)))
     assert re.fullmatch(
-        r"\d of 5 conditions differ from point 0 in fitness of the average agent: \d (higher|lower)"
+        r"\d of 5 conditions differs? from point 0 in fitness of the average agent: \d (higher|lower)"
         r"(, \d lower)? \(corrected p below 0.05\)\.",
         sentences[0],
     )
@@ -65,7 +65,7 @@ def test_a_sentence_about_a_point_has_its_test_its_interval_and_its_runs() -> No
 
 def test_no_point_is_named_without_a_test() -> None:
     assert summarize_contrasts(compare_counts(grid())) == [
-        "None of 5 conditions differ from point 0 in fitness of the average agent (corrected p "
+        "None of 5 conditions differs from point 0 in fitness of the average agent (corrected p "
         "below 0.05)."
     ]
     assert list(describe_effects(compute_finals(grid()))) == [

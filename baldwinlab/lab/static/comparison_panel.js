@@ -1,7 +1,7 @@
 /** The panel of a comparison: progress, and at the end its result. */
 
 import { el, getJSON, postJSON, showMessage } from "./common.js";
-import { formatDuration } from "./compare_dialog.js";
+import { formatDuration } from "./comparison_dialog.js";
 import { createComparisonTable, formatAnswer } from "./comparison.js";
 
 // Milliseconds between two requests.

@@ -1,8 +1,8 @@
 /** The dialog of a comparison: presets or values, number of runs, size and name. */
 
 import { el, formatNumber, postJSON } from "./common.js";
-import { ComparedPresets } from "./compare_presets.js";
-import { ComparedValues } from "./compare_values.js";
+import { ComparedPresets } from "./comparison_presets.js";
+import { ComparedValues } from "./comparison_values.js";
 import { createDownloadButton } from "./downloads.js";
 import { createNumberField } from "./setup_fields.js";
 

@@ -14,7 +14,7 @@ const ICON = "M10 2v16M3 6l14 8M17 6L3 14M8 3.5l2 2 2-2M8 16.5l2-2 2 2";
  * @param {() => {source: import("./sources.js").Source, agent?: number|null}} getTarget the
  *   lifetime, and the agent or the complete population
  */
-export function createKeepButton(label, testId, getTarget) {
+export function createFreezerButton(label, testId, getTarget) {
   if (isServerless()) return null;
   return el(
     "button",
