@@ -153,6 +153,17 @@ def describe_measures(outcome: str) -> dict[str, dict[str, str]]:
     return texts
 
 
+def name_experiment_outcome(experiment: BaseExperiment) -> str:
+    """Return the outcome of an experiment, as `name_outcome` does.
+
+    Parameters
+    ----------
+    experiment
+        The experiment. The part of its model must be available.
+    """
+    return name_outcome(record_variables(experiment)["energy"].meaning, [experiment])
+
+
 def describe_experiment_measures(experiment: BaseExperiment) -> dict[str, dict[str, str]]:
     """Return the texts of the measures of an experiment, as `describe_measures` does.
 
@@ -161,8 +172,7 @@ def describe_experiment_measures(experiment: BaseExperiment) -> dict[str, dict[s
     experiment
         The experiment. The part of its model must be available.
     """
-    meaning = record_variables(experiment)["energy"].meaning
-    return describe_measures(name_outcome(meaning, [experiment]))
+    return describe_measures(name_experiment_outcome(experiment))
 
 
 def capitalize(text: str) -> str:

@@ -17,6 +17,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment.outcome import name_experiment_outcome
 from baldwinlab.lab import Lab
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.life_query import Life, find_life_of_any_model
@@ -41,7 +42,8 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         measure = measure_generations if query.get("of") == "generations" else measure_agents
 
         def make() -> bytes:
-            return json.dumps(measure(lab, query, life)).encode()
+            outcome = name_experiment_outcome(life.experiment)
+            return json.dumps({"outcome": outcome} | measure(lab, query, life)).encode()
 
         key = ("behavior", measure.__name__, life.experiment, life.key)
         return QueuedResponse(

@@ -13,6 +13,7 @@ from starlette.responses import JSONResponse
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab.api.frozen_genomes import choose_experiment, read_genome_file
+from baldwinlab.experiment.outcome import name_experiment_outcome
 from baldwinlab.lab import Lab
 from baldwinlab.lab.freezer import find_file
 from baldwinlab.lab.limits import MAX_GENERATION_WORK
@@ -44,7 +45,7 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
 
 
 def compete(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the mean energy of the agents of the files `a` and `b`, and their difference.
+    """Return the mean outcomes of the agents of the files `a` and `b`, and their difference.
 
     `body` may have a `condition` (a preset) in which all agents are simulated, a number of
     `lives`, and a `seed`. A missing interval is None.
@@ -78,6 +79,7 @@ def compete(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
     )
     has_interval = math.isfinite(result.low)
     return {
+        "outcome": name_experiment_outcome(experiment),
         "energy": [result.energy_a, result.energy_b],
         "difference": result.difference,
         "low": result.low if has_interval else None,

@@ -23,6 +23,7 @@ def test_the_agents_of_a_generation_have_the_numbers_of_the_assay_and_of_the_rec
     assay = study.assay("innate").energy.sel(condition=SMALL["condition"], run=1, generation=2)
     assert response["innate"] == assay.sel(life="off").values.tolist()
     assert response["agents"] == list(range(20))
+    assert response["outcome"] == "items eaten"
 
 
 def test_the_means_of_generations_are_those_of_their_agents(lab_server: LabServer) -> None:

@@ -35,6 +35,7 @@ def test_a_competition_has_the_numbers_of_python(freezer: LabServer) -> None:
     expected = bl.compete(freezer.root / "2.nc", freezer.root / "0.nc", lives=4, seed=3)
     result = compete(freezer, lives=4, seed=3)
     assert result["energy"] == [expected.energy_a, expected.energy_b]
+    assert result["outcome"] == "items eaten"
     assert [result[name] for name in ("difference", "low", "high")] == [
         expected.difference,
         expected.low,

@@ -6,7 +6,6 @@ import { palette } from "./palette.js";
 import { createScatterChart, formatScatterFile } from "./scatter_chart.js";
 import { createLifetimeQuery } from "./sources.js";
 
-const AXES = { xLabel: "energy without learning (innate)", yLabel: "energy with learning" };
 const MEASURED =
   "Each agent is simulated twice: same birth, same food, same random numbers, with learning and" +
   " without. Agents above the dashed line gain by learning. If points move to the right over the" +
@@ -69,7 +68,7 @@ export function openBehaviorMap(source, open) {
 }
 
 /** Return the plot and its downloads. `data` has agents or generations. */
-function createPlot({ agents, generations, innate, learned }, title, open) {
+function createPlot({ outcome, agents, generations, innate, learned }, title, open) {
   const kind = agents ? "agent" : "generation";
   const numbers = agents ?? generations;
   const points = numbers.map((number, index) => ({
@@ -80,7 +79,13 @@ function createPlot({ agents, generations, innate, learned }, title, open) {
     // Later generations are darker.
     shade: agents || numbers.length < 2 ? 0.5 : index / (numbers.length - 1),
   }));
-  const options = { title, points, color: palette.accent, ...AXES };
+  const options = {
+    title,
+    points,
+    color: palette.accent,
+    xLabel: `${outcome} without learning (innate)`,
+    yLabel: `${outcome} with learning`,
+  };
   const rows = () =>
     numbers.map((number, index) => ({
       [kind]: number,

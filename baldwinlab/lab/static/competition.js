@@ -63,14 +63,14 @@ function createFileList(label, testId, files) {
 }
 
 /** Return the result in two sentences. Without an interval, it is only the difference. */
-function describeCompetition({ energy, difference, low, high, lives }, { a, b }) {
-  const [energyA, energyB] = energy.map(formatNumber);
-  const means = `Mean energy: ${a} ${energyA}, ${b} ${energyB}.`;
+function describeCompetition({ outcome, energy, difference, low, high, lives }, { a, b }) {
+  const [meanA, meanB] = energy.map(formatNumber);
+  const means = `Mean of ${outcome}: ${a} ${meanA}, ${b} ${meanB}.`;
   if (low === null) return `${means} Difference ${formatNumber(difference)}, one life.`;
   const interval = `${formatNumber(low)} to ${formatNumber(high)}`;
   const numbers = `difference ${
     formatNumber(difference)
   }, 95 % interval ${interval}, ${lives} lives`;
   if (low <= 0 && high >= 0) return `${means} Undecided: ${numbers}.`;
-  return `${means} ${difference > 0 ? a : b} has more energy: ${numbers}.`;
+  return `${means} ${difference > 0 ? a : b} is higher: ${numbers}.`;
 }
