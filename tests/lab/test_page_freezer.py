@@ -64,6 +64,7 @@ def test_agents_and_populations_are_kept_from_the_world_and_from_a_live_run(
     expect(page.get_by_test_id("save-fault")).to_contain_text("exists already")
     page.keyboard.press("Escape")
     page.goto("/#/results?study=small")
+    page.get_by_test_id("finals").locator("> summary").click()
     page.get_by_test_id("runs").locator("summary").click()
     button = page.get_by_test_id("runs").locator("[data-testid^=keep-run]").first
     store(page, button.get_attribute("data-testid") or "", "from-results")
