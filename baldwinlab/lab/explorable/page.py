@@ -37,7 +37,7 @@ MAX_PAGE_BYTES: Final = 1_500_000
 PROGRAMS: Final = (
     "none-simultaneous",
     "self-taught-simultaneous",
-    "random-targets",
+    "random-targets-simultaneous",
     "none-walls-patches",
     "self-taught-walls-patches",
 )

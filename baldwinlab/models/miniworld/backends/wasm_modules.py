@@ -60,14 +60,16 @@ def is_module_available(experiment: Experiment) -> bool:
 
 def _module_path(experiment: Experiment) -> Path | None:
     """Return the path of a shipped or cached module, or None without a cache."""
-    if not any(added_choices(experiment)):
-        return MODULES_FOLDER / f"{module_name(experiment)}.wasm"
+    name = module_name(experiment)
+    shipped = shipped_experiments().get(name)
+    if shipped and set(added_choices(shipped)) == set(added_choices(experiment)):
+        return MODULES_FOLDER / f"{name}.wasm"
     path = cache.cache_root()
     return path and path / f"{module_hash(experiment)}.wasm"
 
 
 def module_name(experiment: Experiment) -> str:
-    """Return the name of the module of an experiment with built-in parts."""
+    """Return the name of the module of an experiment without features of the world."""
     return f"{experiment.learning.rule}-{experiment.lifetime.update}"
 
 
@@ -82,7 +84,7 @@ def built_in_experiments() -> dict[str, Experiment]:
 
 
 def explorable_experiments() -> dict[str, Experiment]:
-    """Return an experiment for each further module, which only the explorable contains."""
+    """Return an experiment for each further module, of the explorable and the lesson pack."""
     random_targets = Experiment().replace(learning={"rule": "random-targets"})
     maps = {
         f"{rule}-{'-'.join(MAP_FEATURES)}": Experiment().replace(
@@ -90,7 +92,7 @@ def explorable_experiments() -> dict[str, Experiment]:
         )
         for rule in ("none", "self-taught")
     }
-    return {"random-targets": random_targets, **maps}
+    return {module_name(random_targets): random_targets, **maps}
 
 
 def shipped_experiments() -> dict[str, Experiment]:
