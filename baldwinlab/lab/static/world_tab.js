@@ -112,7 +112,8 @@ export class WorldTab extends WorldPanels {
     Object.assign(this, options, { side: state.side === "b" && this.panels[1] ? "b" : "a" });
     this.player.speed = speed;
     this.inspector.showAncestors(showsAncestors);
-    if (step !== undefined) this.startAt = step;
+    // The user can move on while a lifetime loads.
+    if (step !== undefined && step !== Math.floor(this.player.time)) this.startAt = step;
     if (this.isLoaded) this.loaded();
     this.setCamera(camera);
     this.showOptions();
