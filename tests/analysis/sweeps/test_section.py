@@ -50,8 +50,8 @@ def compare_counts(data: xr.Dataset) -> Contrasts:
 def test_a_sentence_about_a_point_has_its_test_its_interval_and_its_runs() -> None:
     sentences = summarize_contrasts(compare_counts(grid(runs=12)))
     assert re.fullmatch(
-        r"\d of 5 conditions differs? from point 0 in fitness of the average agent: \d (higher|lower)"
-        r"(, \d lower)? \(corrected p below 0.05\)\.",
+        r"\d of 5 conditions differs? from point 0 in fitness of the average agent: "
+        r"\d (higher|lower)(, \d lower)? \(corrected p below 0.05\)\.",
         sentences[0],
     )
     assert len(sentences) > 1
