@@ -42,7 +42,7 @@ def main() -> None:
             )
             save_picture(page, name)
         page = open_page(browser, f"{address}#/results?study=.", (1280, 1000))
-        page.get_by_test_id("curves").locator("canvas").wait_for(timeout=120_000)
+        page.get_by_test_id("curves").locator("canvas").first.wait_for(timeout=120_000)
         save_picture(page, "results")
         page = open_page(browser, f"{address}#/live?preset=evo%2Bself-taught/B&pace=0", DESK)
         page.get_by_test_id("start").click()

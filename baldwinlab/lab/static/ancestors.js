@@ -18,7 +18,7 @@ export class Ancestors {
     this.open = open;
     this.description = el("p", { class: "soft" });
     this.trace = new LifetimeChart(
-      "food eaten by the ancestors",
+      "items eaten by the ancestors",
       (generation) => this.openGeneration(generation),
       96,
     );
