@@ -139,7 +139,7 @@ def test_the_list_of_ancestors_starts_in_generation_0_and_opens_their_lifetimes(
     page.go_back()
     expect(title).to_have_text("Agent 3")
     expect(rows).to_have_count(2)
-    chart = page.get_by_role("img", name="food eaten by the ancestors")
+    chart = page.get_by_role("img", name="items eaten by the ancestors")
     width = chart.evaluate("canvas => canvas.clientWidth")
     chart.click(position={"x": 34 + (width - 40) / 2, "y": 40})
     expect(title).to_have_text(f"Agent {line['agents'][1]}")
