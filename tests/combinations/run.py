@@ -48,6 +48,9 @@ PATTERNS: Final = [
     r"evolution\.variation = 'one-point-of-units' is only for the model 'cue-learners'",
     r"evolution\.(fitness|selection) = '[a-z-]+' reads positions and items, "
     r"and the model [a-z-]+ has no world: .*",
+    r"evolution\.selection = '[a-z-]+' breeds groups of agents separately, and .*",
+    r"evolution\.selection = 'fitness-sharing' compares genomes gene by gene, and .*",
+    r"evolution\.lamarckian_share = [\d.]+ must be 0 or 1 with the model '[a-z-]+': .*",
 ]
 REFUSALS: Final = re.compile("|".join(PATTERNS))
 
