@@ -31,6 +31,7 @@ from baldwinlab.experiment.fields import (
     format_validation_error,
     merge,
     refuse_fields,
+    shorten,
     to_plain_data,
 )
 from baldwinlab.experiment.genes import list_gene_names, resolve_genes
@@ -456,7 +457,7 @@ def _make_experiment(tree: dict[str, Any], lenient: bool = False) -> Any:
     model = tree.get("model", "miniworld")
     if not lenient and model not in registry.names("model"):
         raise ExperimentError(
-            f"model = {model!r}: {registry.unknown_part_message('model', str(model))}"
+            f"model = {shorten(repr(model))}: {registry.unknown_part_message('model', str(model))}"
         )
     experiment_class = _find_experiment_class(tree, lenient)
     try:
