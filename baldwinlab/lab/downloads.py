@@ -28,16 +28,6 @@ from baldwinlab.lab.recording import estimate_bytes_per_step, record_life
 from baldwinlab.papers import presets
 from baldwinlab.simulation.replay import replay
 
-# The module that a replay page starts with.
-REPLAY_MODULE = "replay_page.js"
-STYLES = (
-    "style.css",
-    "world.css",
-    "inspector.css",
-    "world_windows.css",
-    "world_figure.css",
-    "replay_page.css",
-)
 MOVIE_TYPES = {"mp4": "video/mp4", "gif": "image/gif"}
 # Each agent-step of the trace of a movie needs about 100 bytes of memory.
 MAX_MOVIE_AGENT_STEPS = 2_000_000
@@ -154,7 +144,13 @@ def render_replay_page(lab: Lab, sources: list[dict[str, str]], step: int) -> by
     panels = [_make_panel(life_query.find_life(lab, source), source) for source in sources]
     title = " and ".join(panel["title"] for panel in panels)
     replay = {"version": __version__, "step": step, "panels": panels}
-    return single_page.render_page("replay.html", REPLAY_MODULE, STYLES, title=title, replay=replay)
+    return single_page.render_page(
+        "replay.html",
+        single_page.REPLAY_MODULE,
+        single_page.REPLAY_STYLES,
+        title=title,
+        replay=replay,
+    )
 
 
 def _make_panel(life: Life, source: dict[str, str]) -> dict[str, Any]:

@@ -12,13 +12,13 @@ from itertools import count, pairwise
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 from baldwinlab.analysis import palette
 from baldwinlab.lab.explorable.page import render_explorable
 from baldwinlab.lab.export import render_live_page
+from baldwinlab.lab.single_page import make_environment
 from baldwinlab.papers import presets
 
 # The presets of the laboratory. The lessons and the worksheets name them.
@@ -184,17 +184,7 @@ def _mark_headings(tokens: list[Token]) -> None:
 
 
 def _render(template: str, **data: object) -> bytes:
-    environment = Environment(
-        loader=PackageLoader("baldwinlab.lab"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    page = environment.get_template(template).render(
-        colors=palette.report_css(),
-        essay=ESSAY_FILE,
-        laboratory=LABORATORY_FILE,
-        **data,
-    )
-    return page.encode()
+    page = make_environment().get_template(template)
+    colors = palette.report_css()
+    text = page.render(colors=colors, essay=ESSAY_FILE, laboratory=LABORATORY_FILE, **data)
+    return text.encode()

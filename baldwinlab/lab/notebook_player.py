@@ -19,15 +19,6 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.lab import binary_frames, single_page
 from baldwinlab.lab.species import describe_species
 
-REPLAY_MODULE: Final = "replay_page.js"
-STYLES: Final = (
-    "style.css",
-    "world.css",
-    "inspector.css",
-    "world_windows.css",
-    "world_figure.css",
-    "replay_page.css",
-)
 # The player shows the beginning of a longer lifetime.
 MAX_AGENT_STEPS: Final = 1_000_000
 DEGREES_OF_CIRCLE: Final = 360
@@ -64,7 +55,13 @@ def _render_frame(trace: xr.Dataset) -> str:
     panel = make_panel(trace)
     title = panel["title"]
     replay = {"version": __version__, "step": 0, "panels": [panel]}
-    page = single_page.render_page("replay.html", REPLAY_MODULE, STYLES, title=title, replay=replay)
+    page = single_page.render_page(
+        "replay.html",
+        single_page.REPLAY_MODULE,
+        single_page.REPLAY_STYLES,
+        title=title,
+        replay=replay,
+    )
     return (
         f'<iframe sandbox="allow-scripts" title="{escape(title)}"'
         f' style="width: 100%; height: 700px; border: 0" srcdoc="{escape(page.decode())}"></iframe>'

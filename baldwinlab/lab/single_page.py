@@ -16,6 +16,16 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from baldwinlab.analysis import palette
 
 STATIC_FOLDER = Path(__file__).parent / "static"
+# The first module and the style sheets of a page that replays lifetimes.
+REPLAY_MODULE = "replay_page.js"
+REPLAY_STYLES = (
+    "style.css",
+    "world.css",
+    "inspector.css",
+    "world_windows.css",
+    "world_figure.css",
+    "replay_page.css",
+)
 _IMPORTED_PATH = re.compile(r'(?<=from ")(?P<path>\.\.?/[\w./]+\.js)(?=")')
 
 
@@ -24,13 +34,7 @@ def render_page(template: str, first_module: str, styles: Sequence[str], **data:
 
     The file contains a module with all modules that it imports, and the given style sheets.
     """
-    environment = Environment(
-        loader=PackageLoader("baldwinlab.lab"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = make_environment()
     # A form shows the fields in the order of the experiment.
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False}
     style_sheets = "".join((STATIC_FOLDER / name).read_text("utf-8") for name in styles)
@@ -42,6 +46,17 @@ def render_page(template: str, first_module: str, styles: Sequence[str], **data:
         styles=palette.lab_css() + style_sheets, modules=modules, **data
     )
     return page.encode()
+
+
+def make_environment() -> Environment:
+    """Return the environment of the lab's templates."""
+    return Environment(
+        loader=PackageLoader("baldwinlab.lab"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
 
 
 def collect_modules(first_module: str) -> dict[str, str]:

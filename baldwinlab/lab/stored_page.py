@@ -16,7 +16,7 @@ from baldwinlab.api.study import Study
 from baldwinlab.core.deferred import xr
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import single_page
-from baldwinlab.lab.notebook_player import REPLAY_MODULE, STYLES, make_panel
+from baldwinlab.lab.notebook_player import make_panel
 from baldwinlab.studies.store import StudyStore
 
 # Largest number of lifetimes next to each other.
@@ -62,8 +62,8 @@ def render_stored_page(store: StudyStore) -> bytes:
     title = study.directory.name
     return single_page.render_page(
         "stored.html",
-        REPLAY_MODULE,
-        (*STYLES, "stored_page.css"),
+        single_page.REPLAY_MODULE,
+        (*single_page.REPLAY_STYLES, "stored_page.css"),
         title=title,
         note=_describe_limits(conditions, replayed),
         rows=rows,

@@ -96,7 +96,7 @@ def test_a_shared_page_references_no_external_file(lab_server: LabServer) -> Non
 
 
 def test_every_module_that_a_shared_page_imports_is_in_it() -> None:
-    modules = single_page.collect_modules(downloads.REPLAY_MODULE)
+    modules = single_page.collect_modules(single_page.REPLAY_MODULE)
     assert {"lab/replay_page.js", "lab/world.js", "lab/recording.js", "lab/player.js"} <= set(
         modules
     )
