@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import builtins
 import gc
+import importlib.util
 import os
 import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -109,6 +111,18 @@ def in_plain_python(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     disable_compilation(monkeypatch)
     with np.errstate(all="ignore"):
         yield
+
+
+@pytest.fixture
+def h200(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compile for an H200, without a GPU."""
+    if importlib.util.find_spec("numba_cuda") is None:
+        assert "CI" not in os.environ, "the kernels must be compiled in CI: make cuda"
+        pytest.skip("needs the extra 'cuda': make cuda")
+    device = SimpleNamespace(compute_capability=(9, 0))
+    context = SimpleNamespace(device=device)
+    monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
+    monkeypatch.setattr("numba.cuda.cudadrv.devices.get_context", lambda: context)
 
 
 @pytest.fixture

@@ -1,7 +1,8 @@
 """Compilation for a GPU, with options for bit-identical results.
 
 All functions that compiled code can call (jit.py, phases.py) are compiled again, for a single lane.
-The compiler contracts no operations to fused multiply-adds, and division rounds as in IEEE 754.
+Neither the compiler nor the linker contracts operations to fused multiply-adds, and division rounds
+as in IEEE 754.
 In Numba's simulator of a GPU, the same functions are plain Python.
 """
 
@@ -25,10 +26,8 @@ COMPILATION_LOCK = threading.Lock()
 """A lock that prevents two threads from compiling the same kernel."""
 SIMULATED: Final = bool(config.ENABLE_CUDASIM)
 
-_options: dict[str, Any] = {}
 # The functions that are registered with the compiler for the GPU.
 _registered: set[Callable[..., Any]] = set()
-device: Callable[[Function], Function] = cuda.jit(device=True)
 
 
 def any_lane(array: Any, lanes: int) -> Any:
@@ -50,11 +49,10 @@ def _overload_for_one_lane(function: Callable[..., Any]) -> None:
 
 if not SIMULATED and importlib.util.find_spec("numba_cuda"):
     require_tested_version("numba-cuda", version("numba-cuda"))
+    require_tested_version("numpy", np.__version__)
     from baldwinlab.engine.numba_internals import cuda as numba_cuda
 
     any_lane = numba_cuda.any_lane
-    # Optimization at link time would contract operations.
-    _options["lto"] = False
     for _function in ONE_LANE_FUNCTIONS:
         _overload_for_one_lane(_function)
 
@@ -67,10 +65,21 @@ def _register_functions() -> None:
         _registered.add(generic)
 
 
+def device(function: Function) -> Function:
+    """Compile a function that kernels call."""
+    return _compile(function, device=True)
+
+
 def kernel(threads: int) -> Callable[[Function], Function]:
     """Compile a kernel for thread blocks of at most `threads` threads."""
     bounds = {} if SIMULATED else {"launch_bounds": threads}
-    return cast(Callable[[Function], Function], cuda.jit(**_options, **bounds))
+    return lambda function: _compile(function, **bounds)
+
+
+def _compile(function: Function, **options: Any) -> Function:
+    """Compile a function without optimization at link time, which would contract operations."""
+    # `cuda.jit` without a function ignores `lto`.
+    return cast(Function, cuda.jit(function, lto=False, **options))
 
 
 @contextmanager

@@ -1,7 +1,8 @@
-"""The versions of Numba, llvmlite and numba-cuda that baldwinlab was tested with.
+"""The versions of packages that baldwinlab was tested with.
 
-`numba_internals` uses private names of these packages, which any minor release may change. A
-version outside these bounds is therefore refused. `pyproject.toml` declares the same bounds.
+`numba_internals` uses private names of Numba, llvmlite and numba-cuda, which any minor release may
+change. numba-cuda uses `np.row_stack`, which NumPy 2.5 removed. A version outside these bounds is
+therefore refused. `pyproject.toml` declares the same bounds.
 """
 
 from __future__ import annotations
@@ -20,11 +21,12 @@ class TestedVersions(NamedTuple):
 
     lowest: Version
     highest: Version
+    user: str = "baldwinlab"  # what uses the package
 
     @property
     def requirement(self) -> str:
         """The versions as pip writes them: ">=0.62,<0.69"."""
-        (low_major, low_minor), (high_major, high_minor) = self
+        (low_major, low_minor), (high_major, high_minor) = self.lowest, self.highest
         return f">={low_major}.{low_minor},<{high_major}.{high_minor + 1}"
 
 
@@ -32,6 +34,8 @@ TESTED: Final = {
     "numba": TestedVersions((0, 62), (0, 68)),
     "llvmlite": TestedVersions((0, 45), (0, 50)),
     "numba-cuda": TestedVersions((0, 30), (0, 30)),
+    # Without a GPU, later versions work too.
+    "numpy": TestedVersions((2, 1), (2, 4), user="the GPU backend of baldwinlab"),
 }
 
 
@@ -54,9 +58,9 @@ def require_tested_version(package: str, version: str) -> None:
     installed = tuple(map(int, re.findall(r"\d+", version)[:2]))
     if tested.lowest <= installed <= tested.highest:
         return
-    lowest, highest = (f"{major}.{minor}" for major, minor in tested)
+    lowest, highest = (f"{major}.{minor}" for major, minor in tested[:2])
     works_with = lowest if lowest == highest else f"{lowest} to {highest}"
     raise RefusedError(
-        f"{package} {version} has not been tested with baldwinlab {__version__}, which works with "
-        f"{package} {works_with}: pip install '{package}{tested.requirement}'"
+        f"{package} {version} has not been tested with {tested.user} {__version__}, which works "
+        f"with {package} {works_with}: pip install '{package}{tested.requirement}'"
     )

@@ -161,11 +161,7 @@ def test_the_machine_code_calls_only_functions_of_python(function: Function) -> 
     )
 
 
-def test_gpu_code_rounds_every_operation_and_calls_no_function(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    if importlib.util.find_spec("numba_cuda") is None:
-        pytest.skip("needs the extra 'cuda': make cuda")
+def test_gpu_code_rounds_every_operation_and_calls_no_function(h200: None) -> None:
     from numba.cuda import compile_ptx, types
 
     from baldwinlab.engine.gpu import without_contraction
@@ -175,8 +171,6 @@ def test_gpu_code_rounds_every_operation_and_calls_no_function(
         out[1] = arithmetic.power_of_ten(x)
         out[2] = arithmetic.normal_quantile(x)
 
-    device = SimpleNamespace(compute_capability=(9, 0))
-    monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
     with without_contraction():
         code, _ = compile_ptx(kernel, (types.float64[::1], types.float64), cc=(9, 0))
     operations = set(

@@ -18,7 +18,6 @@ import pytest
 
 import baldwinlab
 from baldwinlab.core.extras import missing_extra_error
-from baldwinlab.engine.gpu import without_contraction
 from baldwinlab.engine.simd import lanes_in_block, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.several_worlds import count_worlds
@@ -28,6 +27,7 @@ from baldwinlab.models.miniworld.backends.choice import MIN_GPU_WORLDS, Batch, c
 from baldwinlab.models.miniworld.state_arrays import named_arrays
 from baldwinlab.parts import load_file
 from baldwinlab.parts.loading import load_text
+from tests.engine.gpu_code import compile_kernel
 from tests.worlds import make_small_experiment
 
 PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
@@ -255,9 +255,9 @@ def test_the_memory_of_a_newborn_is_empty(in_plain_python: None) -> None:
     assert first.state.activations.tobytes() == second.state.activations.tobytes()
 
 
-def compile_kernels(experiment: Experiment) -> str:
-    """Return the kernels in NVIDIA's assembly language, for compute capability 9.0."""
-    from numba.cuda import compile_ptx, types
+def make_kernels(experiment: Experiment) -> dict[Any, tuple[Any, ...]]:
+    """Return the kernels of an experiment, with the types of their arguments."""
+    from numba.cuda import types
     from numba.cuda.typing.typeof import typeof
 
     model = make_model(experiment, 2)
@@ -267,26 +267,7 @@ def compile_kernels(experiment: Experiment) -> str:
     birth = cuda_kernels.make_birth_kernel(512)
     simulation = cuda_kernels.make_simulation_kernel(512, source, type(state.network).part)
     shared = (typeof(model), typeof(state), types.Array(types.int32, 2, "C"))
-    birth_arguments = (types.Array(types.float32, 3, "C"), types.Array(types.float32, 2, "C"))
-    simulation_arguments = (types.int64, types.int64)
-    with without_contraction():
-        return "".join(
-            compile_ptx(kernel.py_func, (*shared, *arguments), cc=(9, 0))[0]
-            for kernel, arguments in (
-                (birth, birth_arguments),
-                (simulation, simulation_arguments),
-            )
-        )
-
-
-@pytest.fixture
-def h200(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Compile for an H200, without a GPU."""
-    if importlib.util.find_spec("numba_cuda") is None:
-        assert "CI" not in os.environ, "the kernels must be compiled in CI: make cuda"
-        pytest.skip("needs the extra 'cuda': make cuda")
-    device = SimpleNamespace(compute_capability=(9, 0))
-    monkeypatch.setattr("numba.cuda.dispatcher.get_current_device", lambda: device)
+    return {birth: shared, simulation: (*shared, types.int64, types.int64)}
 
 
 # The compilation of a kernel takes half a minute.
@@ -298,7 +279,8 @@ def test_machine_code_rounds_every_operation_as_the_cpu_does(h200: None, case: s
         experiment = make_small_experiment("evo+self-taught", **changes)
     else:
         experiment = make_experiments_with_custom_parts()[case]
-    code = compile_kernels(experiment)
+    kernels = make_kernels(experiment)
+    code = "".join(compile_kernel(*kernel).get_asm_str() for kernel in kernels.items())
     operations = set(re.findall(r"^\s+(?:@\S+ )?([a-z]\w*\.[\w.:]+)", code, re.MULTILINE))
     arithmetic = {
         operation

@@ -1,0 +1,76 @@
+"""Test the options of compilation for a GPU, on machines without one."""
+
+from __future__ import annotations
+
+import ast
+import gc
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import baldwinlab
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.engine.gpu import kernel
+from baldwinlab.engine.versions import require_tested_version
+from tests.engine.gpu_code import compile_kernel, count_operations
+from tests.models.miniworld.backends.test_cuda import make_experiments, make_kernels
+
+PACKAGE = Path(baldwinlab.__file__).parent
+
+
+def multiply_and_add(numbers: Any) -> None:
+    numbers[0] = numbers[1] * numbers[2] + numbers[3]
+
+
+def test_a_kernel_has_no_fused_multiply_add_before_and_after_linking(h200: None) -> None:
+    from numba.cuda import types
+
+    library = compile_kernel(kernel(32)(multiply_and_add), (types.float32[::1],))
+    operations = re.findall(r"\b(?:mul|add|fma)\.\S*f32", library.get_asm_str())
+    assert sorted(operations) == ["add.rn.f32", "mul.rn.f32"]
+    assert count_operations(library.get_cubin().code) == {"multiply": 1, "add": 1}
+
+
+def test_no_function_of_the_package_is_optimized_at_link_time(h200: None) -> None:
+    for experiment in make_experiments():
+        make_kernels(experiment)
+    functions = list_gpu_functions()
+    kernels = [function for function in functions if not function.targetoptions["device"]]
+    assert len(kernels) > 4 and len(functions) - len(kernels) > 4
+    assert all(function.targetoptions["launch_bounds"] for function in kernels)
+    linked = [function for function in functions if function.targetoptions["lto"] is not False]
+    assert [function.py_func.__qualname__ for function in linked] == []
+
+
+def list_gpu_functions() -> list[Any]:
+    """Return all functions of the package in memory that were compiled for a GPU."""
+    from numba.cuda.dispatcher import CUDADispatcher
+
+    modules = [module for name, module in sys.modules.items() if name.startswith("baldwinlab.")]
+    # `gc.freeze` (conftest.py) hides the functions of modules.
+    values = [*gc.get_objects(), *(value for module in modules for value in vars(module).values())]
+    functions = {id(value): value for value in values if isinstance(value, CUDADispatcher)}
+    return [
+        function
+        for function in functions.values()
+        if function.py_func.__globals__["__name__"].startswith("baldwinlab.")
+    ]
+
+
+def test_one_module_compiles_for_a_gpu() -> None:
+    modules = {
+        path.relative_to(PACKAGE).as_posix()
+        for path in PACKAGE.rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.Attribute) and ast.unparse(node).endswith("cuda.jit")
+    }
+    assert modules == {"engine/gpu.py"}
+
+
+def test_a_numpy_that_the_gpu_compiler_cannot_use_is_refused_in_a_sentence() -> None:
+    require_tested_version("numpy", "2.4.6")
+    with pytest.raises(RefusedError, match=r"numpy 2\.5\.5 .* the GPU backend of baldwinlab"):
+        require_tested_version("numpy", "2.5.5")
