@@ -137,6 +137,10 @@ class Array(NamedTuple):
         Unit of a record, "1" for a number without unit.
     help : str
         Meaning of a record, a noun phrase.
+    is_scratch : bool
+        True if a step writes every entry that it reads, and nothing else reads the array.
+        Backends leave different values in scratch: a SIMD block also computes entries that a single
+        lane skips, and threads divide lists differently.
     """
 
     owner: str
@@ -145,6 +149,12 @@ class Array(NamedTuple):
     fill: float | None = None
     unit: str = "1"
     help: str = ""
+    is_scratch: bool = False
+
+
+def scratch(array: Array) -> Array:
+    """Declare that an array is scratch, which no comparison of backends includes."""
+    return array._replace(is_scratch=True)
 
 
 def per_agent(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import math
 import os
 import re
@@ -12,7 +11,6 @@ import sys
 from collections.abc import Callable
 from decimal import Decimal, getcontext
 from pathlib import Path
-from types import SimpleNamespace
 
 import numba
 import numpy as np

@@ -28,7 +28,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine.phases import Array, per_agent, per_world
+from baldwinlab.engine.phases import Array, per_agent, per_world, scratch
 
 Floats = npt.NDArray[np.float32]
 Integers = npt.NDArray[np.int32]
@@ -289,7 +289,7 @@ ARRAYS: Final[Mapping[str, Array]] = {
     "image_x": per_agent("regions"),
     "image_y": per_agent("regions"),
     "near": per_agent(1),
-    "near_agents": per_agent(1, dtype="int32"),
+    "near_agents": scratch(per_agent(1, dtype="int32")),
     "heading": per_agent(1),
     "code": per_agent(1, dtype="int32"),
     "alert": per_agent(1, dtype="int32"),
@@ -303,14 +303,14 @@ ARRAYS: Final[Mapping[str, Array]] = {
     "slot_y": per_world("slots", fill=NOWHERE),
     "slot_item": per_world("slots", dtype="int64"),
     "cell_slots": per_world("cell ends", dtype="int32"),
-    "cell_next": per_world("cells", dtype="int32"),
+    "cell_next": scratch(per_world("cells", dtype="int32")),
     "item_cell": per_world("items", dtype="int32"),
     "stale": per_world("regions", dtype="int32"),
     # Experiments without deaths never change it.
     "alive": per_agent(1, fill=1.0),
     "weights": per_agent("weights"),
     "activations": per_agent("units"),
-    "errors": per_agent("units"),
+    "errors": scratch(per_agent("units")),
     "targets": per_agent("actions"),
     "rate": per_agent(1),
 }

@@ -57,9 +57,9 @@ def array_holders(state: State) -> dict[str, tuple[Any, Mapping[str, Array]]]:
 
 
 def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArray[Any]]:
-    """Return copies of all arrays by name, for the first worlds of a batch.
+    """Return copies of the arrays by name, for the first worlds of a batch.
 
-    The worlds and lanes of the padding are left out.
+    Scratch, and the worlds and lanes of the padding, are left out.
     """
     lanes = slice(worlds * agents)
     selection = {"agent": (..., lanes), "lane": (lanes,), "world": (slice(worlds),), "batch": ()}
@@ -67,6 +67,7 @@ def named_arrays(state: State, worlds: int, agents: int) -> dict[str, npt.NDArra
         f"{prefix}{name}": getattr(holder, name)[selection[array.owner]].copy()
         for prefix, (holder, arrays) in array_holders(state).items()
         for name, array in arrays.items()
+        if not array.is_scratch
     }
 
 

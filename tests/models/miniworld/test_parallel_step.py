@@ -26,7 +26,6 @@ REGIONS = [
     {"x": [170, 230], "y": [20, 80], "count": 200},
     {"x": [100, 220], "y": [50, 90], "count": 20},
 ]
-SCRATCH = ("near_agents", "cell_next")
 ONE_RULE: dict[str, Any] = {"learning": {"rule": "self-taught"}, "motor": {"noise": 0.1}}
 WALL = (40, 44, 20, 150)
 
@@ -66,8 +65,7 @@ def simulate(monkeypatch: pytest.MonkeyPatch) -> Any:
             batch.begin(generation, genomes[None])
             batch.simulate(0, STEPS // 2)
             batch.simulate(STEPS // 2, STEPS)
-        arrays = named_arrays(batch.state, 1, experiment.population.size)
-        return {name: array for name, array in arrays.items() if name not in SCRATCH}
+        return named_arrays(batch.state, 1, experiment.population.size)
 
     return simulate_world
 

@@ -162,11 +162,7 @@ def simulate_lifetimes(batch: Batch, experiment: Experiment) -> dict[str, npt.ND
         batch.simulate(0, 4)
         batch.simulate(4, STEPS)
     n_worlds = WORLDS * count_worlds(experiment)
-    arrays = named_arrays(batch.state, n_worlds, experiment.agents_per_world)
-    # The backends leave different values in these temporary arrays.
-    del arrays["errors"]
-    del arrays["near_agents"]
-    return arrays | {
+    return named_arrays(batch.state, n_worlds, experiment.agents_per_world) | {
         "eaten": batch.eaten_in_life(),
         "items": batch.items(),
         "weights": batch.weights(),

@@ -1,0 +1,65 @@
+"""Test the arrays of a state."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from baldwinlab.engine import poison
+from baldwinlab.experiment import Experiment
+from baldwinlab.models.miniworld.backends.cpu import CpuBatch
+from baldwinlab.models.miniworld.state import ARRAYS
+from baldwinlab.models.miniworld.state_arrays import named_arrays
+from tests.worlds import make_small_experiment
+
+STEPS = 12
+SCRATCH = [name for name, array in ARRAYS.items() if array.is_scratch]
+# The engine sorts these items by cells.
+ITEMS = [{"x": [20, 100], "y": [10, 90], "count": 300}]
+
+
+def list_differences(
+    actual: dict[str, npt.NDArray[Any]], expected: dict[str, npt.NDArray[Any]]
+) -> list[str]:
+    return [name for name in expected if actual[name].tobytes() != expected[name].tobytes()]
+
+
+def simulate(experiment: Experiment, poisoned: list[str]) -> dict[str, npt.NDArray[Any]]:
+    """Return the arrays after a lifetime. The arrays `poisoned` are filled before each step."""
+    with poison.use_pattern(1):
+        batch = CpuBatch(experiment, 3, [0])
+        shape = (1, experiment.population.size, len(experiment.modules), experiment.genome_length)
+        batch.begin(0, np.random.default_rng(1).standard_normal(shape, np.float32))
+        for step in range(STEPS):
+            # The first call initializes the generation.
+            for name in poisoned if step else []:
+                poison.fill(getattr(batch.state, name))
+            batch.simulate(step, step + 1)
+    return named_arrays(batch.state, 1, experiment.population.size)
+
+
+@pytest.fixture
+def experiment() -> Experiment:
+    return make_small_experiment(
+        "evo+self-taught",
+        world={"food": ITEMS},
+        population={"size": 4},
+        network={"hidden": [3, 2]},
+        lifetime={"steps": STEPS},
+    )
+
+
+def test_later_steps_do_not_read_scratch(experiment: Experiment, in_plain_python: None) -> None:
+    actual, expected = simulate(experiment, SCRATCH), simulate(experiment, [])
+    assert SCRATCH and not set(SCRATCH) & expected.keys()
+    assert expected["eaten_in_life"].any()
+    assert list_differences(actual, expected) == []
+
+
+def test_later_steps_read_an_array_that_is_not_scratch(
+    experiment: Experiment, in_plain_python: None
+) -> None:
+    assert list_differences(simulate(experiment, ["weights"]), simulate(experiment, [])) != []
