@@ -59,8 +59,11 @@ docs: $(VENV)/.dev
 	$(BIN)/python -m scripts.documentation site $(VENV)/notebooks
 	@echo "open site/index.html"
 
+# Property tests have random examples here, and the same examples each time in `make test`.
+SEED := $(shell date +%s)
 nightly: $(VENV)/.dev $(VENV)/.wasm $(VENV)/.bench $(VENV)/.validators browser firefox oldest newest
-	$(BIN)/python -m pytest -n auto --dist loadfile -m nightly
+	$(BIN)/python -m pytest -n auto --dist loadfile -m "nightly or hypothesis" --hypothesis-seed=$(SEED) \
+	  || { echo "make nightly SEED=$(SEED) repeats the examples of the property tests"; exit 1; }
 
 # About ten minutes.
 faults: $(VENV)/.dev

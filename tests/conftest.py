@@ -6,6 +6,7 @@ import builtins
 import gc
 import importlib.util
 import os
+import random
 import shutil
 import sys
 from collections.abc import Iterator
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, settings
 
 # The package reads this variable when it is imported. Subprocesses of tests inherit it.
 os.environ.setdefault("BALDWINLAB_POISON", "1")
@@ -33,6 +35,22 @@ def pytest_xdist_auto_num_workers() -> int:
     return (os.cpu_count() or 1) + 1
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Use the same examples in each run, or with `--hypothesis-seed=N` those of the seed.
+
+    Neither a slow machine nor examples of an earlier run change the result.
+    """
+    settings.register_profile(
+        "baldwinlab",
+        deadline=None,
+        database=None,
+        derandomize=config.getoption("hypothesis_seed") is None,
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+        print_blob=True,
+    )
+    settings.load_profile("baldwinlab")
+
+
 SLOW_FILES = (
     *("test_docs.py", "test_stages.py", "test_cli.py", "test_page_live.py", "test_executors.py"),
     *("test_cuda.py", "test_checks.py", "test_report.py", "test_gallery.py", "test_figures.py"),
@@ -40,8 +58,17 @@ SLOW_FILES = (
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run slow files first, so that all workers end at about the same time."""
-    items.sort(key=lambda item: item.path.name not in SLOW_FILES)
+    """Run slow files first, so that all workers end at about the same time.
+
+    With TEST_ORDER_SEED=N, files and the tests of each file run in a random order.
+    """
+    if seed := os.environ.get("TEST_ORDER_SEED"):
+        ranks = random.Random(seed)
+        # The tests of a file stay together, because they share the fixtures of their module.
+        file_ranks = {path: ranks.random() for path in sorted({item.path for item in items})}
+        items.sort(key=lambda item: (file_ranks[item.path], ranks.random()))
+    else:
+        items.sort(key=lambda item: item.path.name not in SLOW_FILES)
 
 
 def pytest_collection_finish() -> None:

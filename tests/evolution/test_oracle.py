@@ -46,7 +46,6 @@ def experiment_of(agents: int, **changes: Any) -> Experiment:
     )
 
 
-@settings(max_examples=100, deadline=None)
 @given(
     SCHEMES_AND_FITNESS,
     KEYS,
@@ -82,7 +81,7 @@ def test_children_and_parents_equal_the_oracle(
         assert actual.tobytes() == expected.tobytes()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(KEYS, st.integers(1, 50), st.booleans())
 def test_founders_equal_the_oracle(key: GenerationKey, agents: int, evolved_rate: bool) -> None:
     experiment = experiment_of(

@@ -13,7 +13,7 @@ from typing import Any
 
 import httpx
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from baldwinlab.__main__ import main
@@ -106,12 +106,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     os.chdir(before)
 
 
-SETTINGS = settings(
-    deadline=None, suppress_health_check=list(HealthCheck), derandomize=True, database=None
-)
-
-
-@settings(SETTINGS, max_examples=amount(1000, 60))
+@settings(max_examples=amount(1000, 60))
 @given(st.sampled_from(COMMANDS), WORDS)
 def test_a_command_with_an_invalid_word_prints_an_error_and_changes_no_file(
     folder: Path, line: str, word: str
@@ -182,7 +177,7 @@ def format_value(value: Any) -> str:
             return json.dumps(value)
 
 
-@settings(SETTINGS, max_examples=amount(600, 60))
+@settings(max_examples=amount(600, 60))
 @given(experiments() | st.text(max_size=200))
 def test_an_experiment_is_read_and_written_unchanged_or_refused_in_a_few_lines(text: str) -> None:
     try:
@@ -214,7 +209,7 @@ def server(folder: Path) -> Iterator[LabServer]:
         yield running
 
 
-@settings(SETTINGS, max_examples=amount(300, 40))
+@settings(max_examples=amount(300, 40))
 @given(
     st.sampled_from([(name, key) for name, query in REQUESTS.items() for key in (*query, "other")]),
     WORDS,
@@ -229,7 +224,7 @@ def test_the_lab_answers_an_invalid_query_with_a_message(
     assert contents(folder) == before
 
 
-@settings(SETTINGS, max_examples=amount(300, 40))
+@settings(max_examples=amount(300, 40))
 @given(
     st.sampled_from(["validate", "schema", "appearance", "live", "live/x/keep"]),
     VALUES | st.text().map(str.encode) | experiments(),

@@ -49,12 +49,13 @@ def critical_p_values(p_values: Sequence[float] | Sample) -> Sample:
         p-value is below its limit.
     """
     ps = np.asarray(p_values, np.float64)
-    # The limit of the k-th smallest p-value, [k].
-    limits = SIGNIFICANCE_LEVEL * np.arange(1, ps.size + 1) / max(ps.size, 1)
+    ranks = np.arange(1, ps.size + 1)
     criticals = np.empty_like(ps)
     for index in range(ps.size):
         remaining = np.sort(np.delete(ps, index))
-        # Rank k is possible if k - 1 of the remaining tests have p-values below its limit.
-        ranks = np.flatnonzero(remaining < limits[1:])
-        criticals[index] = limits[ranks[-1] + 1] if ranks.size else limits[0]
+        # Rank k is possible if k - 1 of the remaining tests have p-values below its limit. The
+        # products are those of `q_values`: a p-value that equals a limit is rounded the same way.
+        possible = np.flatnonzero(remaining * (ps.size / ranks[1:]) < SIGNIFICANCE_LEVEL)
+        rank = ranks[possible[-1] + 1] if possible.size else 1
+        criticals[index] = SIGNIFICANCE_LEVEL * rank / ps.size
     return criticals

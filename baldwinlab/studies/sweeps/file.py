@@ -104,11 +104,12 @@ class Sweep(Fields):
     def _check_values(self) -> Self:
         values_by_path = {f"set.{path}": [value] for path, value in self.fixed.items()}
         values_by_path |= {f"fields.{path}": values for path, values in self.lists.items()}
-        for path, values in values_by_path.items():
-            if not all(map(_is_plain, values)):
-                raise ValueError(
-                    f"{path}: a value must be a number, true or false, a text, or a list of these"
-                )
+        paths = [path for path, values in values_by_path.items() if not all(map(_is_plain, values))]
+        if paths:
+            raise ValueError(
+                f"{shorten(', '.join(paths))}: "
+                "a value must be a number, true or false, a text, or a list of these"
+            )
         return self
 
     @model_validator(mode="after")
@@ -123,9 +124,10 @@ class Sweep(Fields):
             raise ValueError(
                 f'samples = {self.samples}: only design = "random" and "sobol" have samples'
             )
-        for path in self.fields.keys() - self.lists.keys():
+        ranges = [f"fields.{path}" for path in self.fields if path not in self.lists]
+        if ranges:
             raise ValueError(
-                f'fields.{path}: a range needs design = "random" or "sobol"; '
+                f'{shorten(", ".join(ranges))}: a range needs design = "random" or "sobol"; '
                 f"a {self.design} needs a list"
             )
         lengths = {path: len(values) for path, values in self.lists.items()}

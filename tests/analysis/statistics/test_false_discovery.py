@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as some
 
 from baldwinlab.analysis.statistics.false_discovery import critical_p_values, q_values
@@ -31,6 +31,8 @@ def test_an_empty_table_has_no_q_values() -> None:
     assert q_values([]).size == 0 and critical_p_values([]).size == 0
 
 
+# The third p-value equals the limit of the third rank, which 0.05 * 3 / 3 exceeds by rounding.
+@example([0.002, 0.002, 0.05])
 @given(some.lists(some.integers(1, 100).map(lambda number: number / 500), min_size=1, max_size=9))
 def test_a_test_is_significant_exactly_below_its_critical_p_value(ps: list[float]) -> None:
     criticals = critical_p_values(ps)

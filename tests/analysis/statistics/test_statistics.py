@@ -104,7 +104,7 @@ def test_few_values_with_ties_have_an_exact_p_value() -> None:
 
 
 @given(samples, samples)
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_the_comparison_agrees_with_scipy_and_with_counting(a: list[float], b: list[float]) -> None:
     comparison = compare(a, b)
     wins = sum((x > y) + 0.5 * (x == y) for x in a for y in b)
@@ -138,7 +138,7 @@ def test_pairs_as_in_hollander_and_wolfe() -> None:
     )
 
 
-@settings(deadline=None, derandomize=True, max_examples=60, database=None)
+@settings(max_examples=60)
 @given(some.lists(some.integers(-4, 4).map(float), min_size=1, max_size=6).filter(any))
 def test_pairs_with_ties_have_the_exact_p_value_of_scipy(differences: list[float]) -> None:
     comparison = compare_pairs(differences, [0.0] * len(differences))

@@ -62,7 +62,7 @@ def make_survival(times: list[tuple[float, bool]]) -> Survival:
 
 
 @given(runs, runs, some.floats(0.5, 9))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_the_test_and_the_curve_agree_with_scipy(
     a: list[tuple[float, bool]], b: list[tuple[float, bool]], until: float
 ) -> None:
@@ -85,7 +85,7 @@ def test_the_test_and_the_curve_agree_with_scipy(
     some.lists(some.integers(1, 9).map(float), min_size=1, max_size=9),
     some.lists(some.integers(1, 9).map(float), min_size=1),
 )
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_uncensored_samples_have_plain_means_medians_and_pairs(
     a: list[float], b: list[float]
 ) -> None:

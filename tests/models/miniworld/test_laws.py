@@ -156,7 +156,7 @@ def test_each_seed_run_and_generation_has_different_birthplaces() -> None:
         assert np.unique(first_values).size == len(keys), name
 
 
-@settings(deadline=None, derandomize=True, max_examples=40, database=None)
+@settings(max_examples=40)
 @given(
     st.sampled_from(CONDITIONS),
     st.integers(0, 2**31 - 1),

@@ -210,12 +210,13 @@ def compare_lifetime(experiment: Experiment, seed: int, generation: int) -> Coun
     return counts
 
 
+@pytest.mark.hypothesis
 @pytest.mark.parametrize("lifetimes", [60, pytest.param(300, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("update", ["simultaneous", "sequential"])
 def test_every_step_of_a_random_lifetime_agrees_with_the_paper(update: str, lifetimes: int) -> None:
     counts = Counter[str]()
 
-    @settings(deadline=None, derandomize=True, max_examples=lifetimes, database=None)
+    @settings(max_examples=lifetimes)
     @given(experiments(update), st.integers(0, 2**31 - 1), st.integers(0, 1))
     def check(experiment: Experiment, seed: int, generation: int) -> None:
         counts.update(compare_lifetime(experiment, seed, generation))
@@ -280,7 +281,7 @@ def test_every_step_with_many_items_in_cells_agrees_with_the_paper(
     assert counts["skipped"] < 0.1 * counts["steps"]
 
 
-@settings(deadline=None, derandomize=True, max_examples=100, database=None)
+@settings(max_examples=100)
 @given(experiments("simultaneous"), st.integers(0, 2**31 - 1))
 def test_agents_stay_on_the_map_and_items_in_their_regions(
     experiment: Experiment, seed: int

@@ -248,8 +248,17 @@ def test_the_experiment_of_a_sweep_can_be_a_file_in_the_same_folder(tmp_path: Pa
             "fields.world.food: a value must be a number",
         ),
         (
+            HEAD + "world.food = [{ x = 1 }]\n[fields]\nlearning = { rate = [{ a = 1 }] }",
+            ".toml: set.world.food, fields.learning.rate: a value must be a number",
+        ),
+        (
             HEAD + "[fields]\nlearning.rate = { low = 0, high = 1 }",
             'a range needs design = "random" or "sobol"; a grid needs',
+        ),
+        (
+            HEAD + "[fields]\nz = { low = 0, high = 1 }\na = { low = 0, high = 1 }\n"
+            "learning.rate = [1]\nm = { low = 0, high = 1 }",
+            'fields.z, fields.a, fields.m: a range needs design = "random" or "sobol"',
         ),
         ("samples = 3\n" + GRID, 'samples = 3: only design = "random" and "sobol" have samples'),
         (
