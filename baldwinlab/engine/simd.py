@@ -361,6 +361,10 @@ _register_vector_operator(operator.lt, MASK, lambda builder, a, b: builder.fcmp_
 _register_vector_operator(operator.le, MASK, lambda builder, a, b: builder.fcmp_ordered("<=", a, b))
 _register_vector_operator(operator.gt, MASK, lambda builder, a, b: builder.fcmp_ordered(">", a, b))
 _register_vector_operator(operator.ge, MASK, lambda builder, a, b: builder.fcmp_ordered(">=", a, b))
+# NaN differs from every number.
+_register_vector_operator(
+    operator.ne, MASK, lambda builder, a, b: builder.fcmp_unordered("!=", a, b)
+)
 _register_mask_operator(operator.and_, lambda builder, a, b: builder.and_(a, b))
 _register_mask_operator(operator.or_, lambda builder, a, b: builder.or_(a, b))
 

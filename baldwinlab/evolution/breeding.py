@@ -125,10 +125,7 @@ def make_children(
     variation, code = breeding_part(experiment, "variation", run_arrays)
     # The variation can read the genes of parts, and cannot change them.
     genes = inherit_genes(experiment, key, genome, parents, children)
-    variation_class = type(variation).part
-    are_independent = (
-        variation_class.vary_population is vary_population.default and not variation_class.arrays
-    )
+    are_independent = type(variation).part.has_independent_children()
 
     def breed_range(first: int, end: int) -> None:
         draws = poison.empty((n_modules * n_weights, 4))

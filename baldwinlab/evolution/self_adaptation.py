@@ -44,7 +44,6 @@ class SelfAdaptive(Variation, name="self-adaptive"):
         le=MAX_STEP_SIZE,
         description="Standard deviation of the mutations of the founders.",
     )
-    settings: ClassVar[tuple[str, ...]] = ()
     genes: ClassVar[Mapping[str, Gene]] = {
         "step_size": Gene(
             initial="initial_step_size",

@@ -30,6 +30,7 @@ class Crossover(Variation, name="crossover"):
     Le 2019.
     """
 
+    settings: ClassVar[tuple[str, ...]] = ("mutation_gate", "mutation_rate", "mutation_size")
     derived: ClassVar[Mapping[str, Any]] = {
         # Whether one random number decides if all weights of a child mutate, or none. Otherwise
         # each weight has its random number.

@@ -77,6 +77,7 @@ class Gaussian(Variation, name="gaussian"):
     Schwefel 1981.
     """
 
+    settings: ClassVar[tuple[str, ...]] = Crossover.settings
     derived: ClassVar[Mapping[str, Any]] = Crossover.derived
 
     @staticmethod
@@ -119,6 +120,7 @@ class OnePointCrossover(Variation, name="one-point-crossover"):
     Holland 1975.
     """
 
+    settings: ClassVar[tuple[str, ...]] = Crossover.settings
     derived: ClassVar[Mapping[str, Any]] = Crossover.derived
 
     @staticmethod
@@ -149,6 +151,7 @@ class Copy(Variation, name="copy"):
     Nolfi, Elman and Parisi 1994.
     """
 
+    settings: ClassVar[tuple[str, ...]] = Crossover.settings
     derived: ClassVar[Mapping[str, Any]] = Crossover.derived
 
     @staticmethod

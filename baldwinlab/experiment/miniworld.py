@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 
 from baldwinlab.core.measures import Measure
 from baldwinlab.experiment.base import BaseExperiment
+from baldwinlab.experiment.births import find_birth_conflicts
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.fields import refuse_fields
 from baldwinlab.experiment.learning_control import find_control_conflicts
@@ -111,7 +112,11 @@ class Experiment(BaseExperiment):
 
     def find_conflicts(self) -> list[str]:
         """Return a sentence for each setting that other settings exclude."""
-        return [*find_world_conflicts(self), *find_control_conflicts(self)]
+        return [
+            *find_world_conflicts(self),
+            *find_control_conflicts(self),
+            *find_birth_conflicts(self),
+        ]
 
     @property
     def has_deaths(self) -> bool:

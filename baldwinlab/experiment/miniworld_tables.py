@@ -214,7 +214,9 @@ class Learning(Fields):
         None,
         ge=0,
         le=MAX_LIFETIME_STEPS,
-        description=("Number of steps after which learning stops. Not set: learning never stops."),
+        description=(
+            "Number of steps after birth in which an agent learns. Not set: it learns for life."
+        ),
     )
     control: Literal["none", "drift", "yoked"] = Field(
         "none",

@@ -41,7 +41,7 @@ def remove_agent(part: Any, model: Any, state: Any, world: int, agent: int) -> N
     ValueError
         If no agent can die in the experiment.
     """
-    raise ValueError("die and bear: the world feature must declare allows_deaths = True")
+    raise ValueError("die: the world feature must declare allows_deaths = True")
 
 
 @hook
@@ -71,9 +71,9 @@ def bear_agent(
     Raises
     ------
     ValueError
-        If no agent can die in the experiment.
+        If no agent can be born in the experiment.
     """
-    raise ValueError("die and bear: the world feature must declare allows_deaths = True")
+    raise ValueError("bear: the world feature must declare allows_births = True")
 
 
 @compiled

@@ -78,7 +78,7 @@ def learn(part: Any, model: Any, state: Any, step: int, lane: Lane) -> None:
     """Change the weights of an agent.
 
     Per agent, once per step, after `observe_others`. The engine calls it during the first
-    `learning.steps` steps of a lifetime. The hook writes `state.weights` and the column of the
+    `learning.steps` steps of an agent. The hook writes `state.weights` and the column of the
     agent in the arrays of the part.
 
     Parameters

@@ -123,16 +123,25 @@ class Variation(Part):
     Attributes
     ----------
     settings : tuple of str
-        Settings of the table `evolution` that the variation uses.
+        Settings of the table `evolution` that the variation reads: some of "mutation_gate",
+        "mutation_rate" and "mutation_size". Other settings of mutation have no effect, and are
+        refused.
     """
 
     kind: ClassVar[str] = "variation"
-    settings: ClassVar[tuple[str, ...]] = (
-        "mutation_gate",
-        "mutation_rate",
-        "mutation_size",
-    )
+    settings: ClassVar[tuple[str, ...]] = ()
 
     init_founders: ClassVar[Any] = staticmethod(init_founders.default)
     vary: ClassVar[Any] = staticmethod(vary.default)
     vary_population: ClassVar[Any] = staticmethod(vary_population.default)
+
+    @classmethod
+    def has_independent_children(cls) -> bool:
+        """Return whether each child depends only on its parents.
+
+        Returns
+        -------
+        bool
+            False if a child depends on other children or on arrays of the run.
+        """
+        return cls.vary_population is vary_population.default and not cls.arrays

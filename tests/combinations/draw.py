@@ -33,9 +33,11 @@ SHORT_LIFETIMES: Final[Settings] = {
 }
 # Parts for genomes that are graphs.
 GRAPH_PARTS: Final = {"neat", "species"}
-SETTINGS_FOR_SMALL_MAP: Final[Mapping[str, Settings]] = {
+SETTINGS_OF_FEATURES: Final[Mapping[str, Settings]] = {
     "patches": {"world.patches.patches": [[20, 100, 10, 60, 8, -1]]},
     "walls": {"world.walls.boxes": [[70, 80, 20, 60]]},
+    # Each slot has births in the lifetime of a few steps.
+    "births-and-deaths": {"world.births_and_deaths.max_age": 3},
 }
 BREEDING: Final = {
     "evolution.selection": registry.package_parts("selection"),
@@ -139,7 +141,7 @@ def make_experiment(row: Settings) -> Any:
 
 
 def _to_assignments(row: Settings) -> dict[str, Any]:
-    """Return the values of a row for assignments, and settings of parts for the small map."""
+    """Return the values of a row for assignments, and settings of features for short lifetimes."""
     assignments: dict[str, Any] = {}
     for path, value in row.items():
         if path in ("senses.kinds", "world.features"):
@@ -151,7 +153,7 @@ def _to_assignments(row: Settings) -> dict[str, Any]:
     features = assignments.get("world.features", [])
     return assignments | {
         path: value
-        for name, fields in SETTINGS_FOR_SMALL_MAP.items()
+        for name, fields in SETTINGS_OF_FEATURES.items()
         if name in features
         for path, value in fields.items()
     }

@@ -10,7 +10,7 @@ from typing import Final
 import pytest
 
 from tests.combinations.draw import BREEDING, FORAGERS, MODELS, Settings, make_pairwise_rows
-from tests.combinations.run import check_row, disable_all_compilation
+from tests.combinations.run import check_row, disable_all_compilation, poison_newborns
 
 # The number of tests, so that several processes can share the work.
 SHARES: Final = 8
@@ -40,5 +40,6 @@ def test_pairs_of_parts_are_refused_or_reproducible(
     share: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     disable_all_compilation(monkeypatch)
+    poison_newborns(monkeypatch)
     faults = [(fault, row) for row in rows()[share::SHARES] if (fault := check_row(row))]
     assert faults == []

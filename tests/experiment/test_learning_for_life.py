@@ -35,7 +35,7 @@ def test_learning_for_life_is_an_unset_field_in_toml() -> None:
     assert experiment.learning.steps is None
     text = to_toml(experiment)
     assert "steps" not in tomllib.loads(text)["learning"]
-    assert "# steps is not set: Number of steps after which learning stops" in text
+    assert "# steps is not set: Number of steps after birth in which an agent learns" in text
 
 
 def test_the_old_number_means_learning_for_life() -> None:

@@ -7,7 +7,7 @@ from typing import Final
 import pytest
 
 from tests.combinations.draw import draw_random
-from tests.combinations.run import check_row, disable_all_compilation
+from tests.combinations.run import check_row, disable_all_compilation, poison_newborns
 from tests.faults.amount import amount
 
 COMBINATIONS_PER_TEST: Final = 5
@@ -18,6 +18,7 @@ def test_random_combinations_are_refused_or_reproducible(
     seed: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     disable_all_compilation(monkeypatch)
+    poison_newborns(monkeypatch)
     faults = [
         (fault, row)
         for row in draw_random(COMBINATIONS_PER_TEST, seed)

@@ -49,9 +49,9 @@ class Agent:
     action : int
         Number of the action of this step.
     eaten_in_life : int
-        Number of items eaten before this step.
+        Number of items eaten since birth, before this step.
     gained_in_life : float
-        Energy gained before this step.
+        Energy gained since birth, before this step.
     rate : float
         Learning rate, per step.
     action_module : Module
@@ -63,9 +63,9 @@ class Agent:
     number : int
         Number of the agent in its world.
     step : int
-        Number of the step in the lifetime.
+        Number of the step in the lifetime. An agent that is born later has a later first step.
     arrays : dict
-        Arrays of the part as `init_agent` set them.
+        Arrays of the part as `init_agent` set them at birth.
         The oracle may store data for later steps here.
     """
 

@@ -38,6 +38,9 @@ class Step(NamedTuple):
         Weights after the step, [agent, weight].
     items : list of Item
         The items before the step.
+    survivors : list of int
+        Indices of the agents that no newborn replaced at the end of the step. Only their weights
+        and positions after the step are those of the agents in `sensing`.
     """
 
     number: int
@@ -45,6 +48,7 @@ class Step(NamedTuple):
     learning: list[Agent]
     weights: npt.NDArray[np.float32]
     items: list[Item]
+    survivors: list[int]
 
 
 def make_naive(experiment: Any, seed: int = 0) -> Naive:
@@ -94,12 +98,10 @@ def record_steps(group: PartGroup, part: Any) -> Iterator[Step]:
     batch = CpuBatch(experiment, group.seed, [0])
     genome = draw_genomes(experiment, GenerationKey(group.seed, 0, 0))
     batch.begin(0, genome[None])
-    teachers: list[Any] = [None] * experiment.population.size
-    if "reinforcement" in experiment.modules:
-        reinforcement = experiment.modules.index("reinforcement")
-        teachers = [naive.module(modules[reinforcement]) for modules in genome]
     agent_arrays = _initial_arrays(experiment, part, batch.state)
     for number in range(experiment.lifetime.steps):
+        teachers = _list_teachers(experiment, naive, batch)
+        births = batch.state.birth_count[0].copy()
         before = _take_snapshot(experiment, batch)
         items = _list_items(experiment, batch)
         batch.simulate(number, number + 1)
@@ -119,8 +121,20 @@ def record_steps(group: PartGroup, part: Any) -> Iterator[Step]:
             for agents, snapshot in ((sensing, before), (learning, after)):
                 modules = deepcopy((action_module, teacher))
                 agents.append(_make_agent(snapshot, agent, fixed, modules))
-        yield Step(number, sensing, learning, np.array(after["weights"], np.float32), items)
-        agent_arrays = [agent.arrays for agent in learning]
+        survivors = np.flatnonzero(batch.state.birth_count[0] == births).tolist()
+        weights = np.array(after["weights"], np.float32)
+        yield Step(number, sensing, learning, weights, items, survivors)
+        agent_arrays = _initial_arrays(experiment, part, batch.state)
+        for agent in survivors:
+            agent_arrays[agent] = learning[agent].arrays
+
+
+def _list_teachers(experiment: Any, naive: Naive, batch: CpuBatch) -> list[Any]:
+    """Return the reinforcement module of each agent, or None without such modules."""
+    if "reinforcement" not in experiment.modules:
+        return [None] * experiment.population.size
+    reinforcement = experiment.modules.index("reinforcement")
+    return [naive.module(genome[reinforcement]) for genome in batch.state.genome[0]]
 
 
 def _initial_arrays(experiment: Any, part: Any, state: Any) -> list[dict[str, Any]]:
@@ -155,16 +169,18 @@ def _take_snapshot(experiment: Any, batch: CpuBatch) -> dict[str, Any]:
     # A network without hidden layers has two sizes: inputs and outputs.
     hidden_units = sizes[1] if len(sizes) > 2 else 0
     energies = np.array([region.energy for region in item_regions(experiment)])
+    # A newborn has eaten nothing.
+    eaten_in_life = state.eaten_in_life - state.eaten_before
     arrays: dict[str, Any] = {
         "x": state.positions[0],
         "y": state.positions[1],
         "heading": state.heading[0] * (360 / HEADING_COUNT),
         "action": state.action[0].astype(int),
-        "eaten_in_life": state.eaten_in_life.sum(axis=0),
+        "eaten_in_life": eaten_in_life.sum(axis=0),
         "rate": state.rate[0],
         "inputs": state.activations[: len(experiment.inputs)].T,
         "outputs": state.activations[-len(experiment.actions) :].T,
-        "gained_in_life": energies @ state.eaten_in_life[: len(energies)],
+        "gained_in_life": energies @ eaten_in_life[: len(energies)],
         "hidden": state.activations[sizes[0] : sizes[0] + hidden_units].T,
         "weights": state.weights.T,
     }

@@ -96,7 +96,7 @@ def _compare_rule(group: PartGroup, part: Any) -> str:
     naive = make_naive(experiment, group.seed)
     values = part_values(experiment, part)
     for step in record_steps(group, part):
-        for number in range(len(step.learning)):
+        for number in step.survivors:
             agents = deepcopy(step.learning)
             part.oracle(values, agents, agents[number], naive)
             step.learning[number].arrays = agents[number].arrays
@@ -111,7 +111,8 @@ def _compare_network(group: PartGroup, part: Any) -> str:
     naive = make_naive(group.experiment)
     values = part_values(group.experiment, part)
     for step in record_steps(group, part):
-        for agent_index, agent in enumerate(step.learning):
+        for agent_index in step.survivors:
+            agent = step.learning[agent_index]
             label = f"in step {step.number}, agent {agent_index}: output"
             _require_close(agent.outputs, part.oracle(values, agent, naive), label)
     return ""
@@ -121,7 +122,9 @@ def _compare_body(group: PartGroup, part: Any) -> str:
     naive = make_naive(group.experiment)
     values = part_values(group.experiment, part)
     for step in record_steps(group, part):
-        for agent_index, (agent, after) in enumerate(zip(step.sensing, step.learning, strict=True)):
+        for agent_index in step.survivors:
+            agent = step.sensing[agent_index]
+            after = step.learning[agent_index]
             part.oracle(values, agent, naive)
             dx, dy = naive.displacement(agent, after)
             turn = math.remainder(agent.heading - after.heading, 360)
@@ -139,11 +142,12 @@ def _compare_sense(group: PartGroup, part: Any) -> str:
     values = part_values(group.experiment, part)
     are_same = _are_close if part.is_continuous else _are_alike
     for step in record_steps(group, part):
-        for agent_index, agent in enumerate(step.sensing):
+        for agent_index in step.survivors:
+            agent = step.sensing[agent_index]
             inputs = agent.inputs[first_input : first_input + len(senses[index].inputs)]
             label = f"in step {step.number}, agent {agent_index}: inputs"
-            if not all(0 <= value <= 1 for value in inputs):
-                raise FailsError(f"{label} are {inputs}: each must be at least 0 and at most 1")
+            if not all(map(math.isfinite, inputs)):
+                raise FailsError(f"{label} are {inputs}: each must be a finite number")
 
             def inputs_at(
                 dx: float, dy: float, agent: Agent = agent, items: Any = step.items

@@ -230,7 +230,6 @@ class Neat(Variation, name="neat"):
     Stanley and Miikkulainen 2002.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ()
     derived: ClassVar[Mapping[str, Any]] = {
         # Whether fitness has no effect: under neutral selection, no parent is the fitter one.
         "blind": lambda part, experiment: experiment.evolution.selection == "neutral",

@@ -54,7 +54,7 @@ export function drawSensors(view, recording, step, selectedAgent) {
       level++
     ) {
       const hasLevel = (agent, { input }) =>
-        Math.ceil(BRIGHTNESS_LEVELS * recording.readInput(step, agent, input)) === level;
+        findBrightness(recording.readInput(step, agent, input)) === level;
       drawShape((agent, x, y) =>
         sameColor.forEach(
           (sector) =>
@@ -111,4 +111,12 @@ function forEachCopy({ x: allX, y: allY, world: { width, height } }, agent, radi
 function findCopyOffset(position, radius, size) {
   if (position < radius) return size;
   return position > size - radius ? -size : 0;
+}
+
+/**
+ * Return the level of brightness of an input, which can be any number. 0 is not drawn.
+ * @param {number} value
+ */
+function findBrightness(value) {
+  return Math.min(BRIGHTNESS_LEVELS, Math.ceil(BRIGHTNESS_LEVELS * Math.abs(value)));
 }

@@ -25,6 +25,7 @@ class FewMutations(Variation, name="few-mutations"):
         le=1000,
         description="Number of weights of a child that mutate, drawn with replacement.",
     )
+    settings: ClassVar[tuple[str, ...]] = ("mutation_size",)
     derived: ClassVar[Mapping[str, Any]] = {
         "size": lambda part, experiment: float(experiment.evolution.mutation_size)
     }

@@ -91,8 +91,6 @@ class LatticeSteps(Variation, name="lattice-steps"):
     Borenstein, Meilijson and Ruppin 2006.
     """
 
-    settings: ClassVar[tuple[str, ...]] = ()
-
     @staticmethod
     def vary(
         part: Any, fitter: OneGenome, second: OneGenome, draws: Draws, gate: float, child: OneGenome

@@ -14,6 +14,7 @@ from baldwinlab.engine.phases import Array
 from baldwinlab.engine.simd import WIDTH
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.species import require_single_species
+from baldwinlab.models.miniworld.birth import CHILD_VALUES
 from baldwinlab.models.miniworld.grid import (
     compute_alert_radius,
     compute_grid_shape,
@@ -22,7 +23,7 @@ from baldwinlab.models.miniworld.grid import (
 )
 from baldwinlab.models.miniworld.learning.control import choose_control
 from baldwinlab.models.miniworld.lookup import MAX_TABLE_INPUTS, choose_lookup
-from baldwinlab.models.miniworld.mortality import MortalPopulation
+from baldwinlab.models.miniworld.mortality import MortalPopulation, ReproducingPopulation
 from baldwinlab.models.miniworld.population import FixedPopulation
 from baldwinlab.models.miniworld.regions import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import (
@@ -33,7 +34,6 @@ from baldwinlab.models.miniworld.state import (
     State,
 )
 from baldwinlab.models.miniworld.state_arrays import poison_state
-from baldwinlab.parts.breeding import breeding_part
 from baldwinlab.parts.part import Part, compiled_values, overridden_hooks
 from baldwinlab.parts.world_features import ItemRegion
 
@@ -55,6 +55,8 @@ def _allocate_array(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]
 
 def choose_population(experiment: Experiment) -> type[FixedPopulation]:
     """Return the type of the population of an experiment with one species."""
+    if experiment.births_in_life:
+        return ReproducingPopulation
     is_selective = experiment.eats.items is not None
     return MortalPopulation if experiment.has_deaths or is_selective else FixedPopulation
 
@@ -281,9 +283,12 @@ def make_population(
         return population_class.Compiled(**arrays)
     kinds = experiment.eats.items
     eaten_regions = [kinds is None or region.kind in kinds for region in item_regions(experiment)]
+    child_values = {}
+    if issubclass(population_class, ReproducingPopulation):
+        child_values = {name: derive(None, experiment) for name, derive in CHILD_VALUES.items()}
     return population_class.Compiled(
         eaten_regions=np.array(eaten_regions, np.int64),
-        variation=breeding_part(experiment, "variation")[0],
+        **child_values,
         **further_values,
         **arrays,
     )

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.phases import for_each_part
+from baldwinlab.engine.phases import Array, for_each_part, per_world
+from baldwinlab.engine.rng import INHERITANCE, MUTATION_GATE, draw_uniforms, philox, uniform
 from baldwinlab.engine.simd import lanes_in_block, simd_block
+from baldwinlab.evolution.genes import GeneTable, make_gene_table, mix_genes
+from baldwinlab.evolution.rng_key import GenerationKey
 from baldwinlab.models.miniworld.items import place_item, sort_into_cells
 from baldwinlab.models.miniworld.learning.control import init_control
 from baldwinlab.models.miniworld.learning.self_taught import express_rate
@@ -14,10 +20,27 @@ from baldwinlab.models.miniworld.lookup import fill_table
 from baldwinlab.models.miniworld.map import ONE, ZERO, place_newborn
 from baldwinlab.models.miniworld.population import agent_number, newborn_number, start_life
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
+from baldwinlab.parts.breeding import breeding_part, copy_genome
 from baldwinlab.parts.genes import load_part_genes
 from baldwinlab.parts.learning_rules import init_agent, load_genes
 from baldwinlab.parts.records import clear_part_records
+from baldwinlab.parts.variation import vary
 from baldwinlab.parts.world_features import init_world
+
+CHILD_VALUES: Final[Mapping[str, Callable[[Any, Any], Any]]] = {
+    "variation": lambda part, experiment: breeding_part(experiment, "variation")[0],
+    # The genes of parts: index of the first one, and their table.
+    "first_gene_index": lambda part, experiment: make_gene_table(experiment).first,
+    "gene_table": lambda part, experiment: make_gene_table(experiment).values,
+}
+"""Derived values of the first argument of `bear_child`."""
+CHILD_ARRAYS: Final[Mapping[str, Array]] = {
+    # Scratch: genome of a child.
+    "child": per_world("modules", "genome length"),
+    # Scratch: uniform random numbers of variation.
+    "draws": per_world("draws", 4, dtype="float64"),
+}
+"""Arrays of the first argument of `bear_child`."""
 
 init_features = for_each_part(init_world)
 load_genes_of_parts = for_each_part(load_part_genes)
@@ -135,3 +158,48 @@ def replace_agent(model: MiniWorldModel, state: State, world: int, agent: int, n
     init_agent(state.rule, model, state, world, agent)
     init_control(state.control, model, state, world, agent)
     fill_table(state.lookup, model, state, state.genes, lane)
+
+
+@compiled
+def _create_child(
+    part: Any, state: State, world: int, number: int, fitter_parent: int, second_parent: int
+) -> None:
+    """Set the genome `part.child` from two parents. `number` selects the random numbers."""
+    key = GenerationKey(state.keys[world, 0], state.keys[world, 1], state.generation[0])
+    genes = GeneTable(part.first_gene_index, part.gene_table)
+    parents = (state.genome[world, fitter_parent], state.genome[world, second_parent])
+    child = part.child[world]
+    draws = part.draws[world]
+    draw_uniforms(key.seed, key.run, key.generation, INHERITANCE, number, draws)
+    gate = uniform(philox(0, number, key.generation, MUTATION_GATE, key.seed, key.run)[0])
+    # The variation can read the genes of parts, and cannot change them.
+    mix_genes(genes, key, number, parents, child)
+    vary(part.variation, parents[0], parents[1], draws, gate, child)
+    mix_genes(genes, key, number, parents, child)
+
+
+@compiled
+def bear_child(
+    part: Any,
+    model: MiniWorldModel,
+    state: State,
+    world: int,
+    slot: int,
+    birth: int,
+    fitter_parent: int,
+    second_parent: int,
+) -> None:
+    """Replace the agent of a slot by a child of two parents.
+
+    `part` has the values `CHILD_VALUES` and the arrays `CHILD_ARRAYS`. `birth` is the number of
+    earlier births of this world during the lifetime. It selects the random numbers of the child.
+    """
+    number = newborn_number(state.population, model, birth)
+    _create_child(part, state, world, number, fitter_parent, second_parent)
+    # A parent can be the replaced agent.
+    first_ancestor = state.origin[world, fitter_parent, 0]
+    second_ancestor = state.origin[world, second_parent, 0]
+    copy_genome(part.child[world], state.genome[world, slot])
+    state.origin[world, slot, 0] = first_ancestor
+    state.origin[world, slot, 1] = second_ancestor
+    replace_agent(model, state, world, slot, birth)

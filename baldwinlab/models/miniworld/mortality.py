@@ -1,4 +1,4 @@
-"""Agents that can die and be born during a lifetime, or that do not eat all items."""
+"""Agents that can die or be born during a lifetime, or that do not eat all items."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.phases import Array, per_agent, per_world
-from baldwinlab.engine.rng import INHERITANCE, MUTATION_GATE, draw_uniforms, philox, uniform
+from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import (
     Lane,
     any_of,
@@ -19,67 +18,42 @@ from baldwinlab.engine.simd import (
     lanes_of,
     put,
 )
-from baldwinlab.models.miniworld.birth import replace_agent
+from baldwinlab.models.miniworld.birth import CHILD_ARRAYS, CHILD_VALUES, bear_child
 from baldwinlab.models.miniworld.map import move_agents
-from baldwinlab.models.miniworld.population import (
-    FixedPopulation,
-    make_tuple_type,
-    newborn_number,
-)
+from baldwinlab.models.miniworld.population import FixedPopulation, make_tuple_type
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.births_and_deaths import DEAD_X, find_free_slot
-from baldwinlab.parts.breeding import copy_genome
 from baldwinlab.parts.learning_rules import learn
-from baldwinlab.parts.variation import vary
 
 ZERO = np.float32(0)
 ONE = np.float32(1)
 
 
 @compiled
-def create_child(
-    variation: Any,
-    state: State,
-    world: int,
-    number: int,
-    fitter_parent: int,
-    second_parent: int,
-    draws: Any,
-    child: Any,
-) -> None:
-    """Set the genome `child` from two parents. `number` selects the random numbers.
-
-    `draws` is scratch for random numbers.
-    """
-    seed = state.keys[world, 0]
-    run = state.keys[world, 1]
-    generation = state.generation[0]
-    draw_uniforms(seed, run, generation, INHERITANCE, number, draws)
-    gate = uniform(philox(0, number, generation, MUTATION_GATE, seed, run)[0])
-    vary(
-        variation,
-        state.genome[world, fitter_parent],
-        state.genome[world, second_parent],
-        draws,
-        gate,
-        child,
-    )
+def _learn_living(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
+    """Let the agents that are alive learn, and count their steps."""
+    first = first_lane(lane)
+    has_dead_agents = any_of(get(state.alive, 0, lane) <= ZERO)
+    if has_dead_agents:
+        for column in range(first, first + lanes_of(lane)):
+            if state.alive[0, column] > ZERO:
+                learn(state.rule, model, state, step, column)
+    else:
+        learn(state.rule, model, state, step, lane)
+    for column in range(first, first + lanes_of(lane)):
+        part.steps_learned[0, column] += np.int32(state.alive[0, column])
 
 
 class MortalPopulation(FixedPopulation):
     """One species, whose agents can die or do not eat all items."""
 
-    # Whether the agents eat the items of a region, and the variation of the experiment.
-    values: ClassVar[Sequence[str]] = ("eaten_regions", "variation")
+    # Whether the agents eat the items of a region.
+    values: ClassVar[Sequence[str]] = ("eaten_regions",)
     arrays: ClassVar[Mapping[str, Array]] = {
         # Number of steps from birth to death or to the current step.
         "age": per_agent(1, dtype="int32"),
         # Number of steps from birth in which the agent learned.
         "steps_learned": per_agent(1, dtype="int32"),
-        # Scratch: genome of a child.
-        "child": per_world("modules", "genome length"),
-        # Scratch: uniform random numbers of variation.
-        "draws": per_world("draws", 4, dtype="float64"),
     }
 
     @staticmethod
@@ -114,16 +88,7 @@ class MortalPopulation(FixedPopulation):
 
     @staticmethod
     def learn_living(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        first = first_lane(lane)
-        has_dead_agents = any_of(get(state.alive, 0, lane) <= ZERO)
-        if has_dead_agents:
-            for column in range(first, first + lanes_of(lane)):
-                if state.alive[0, column] > ZERO:
-                    learn(state.rule, model, state, step, column)
-        else:
-            learn(state.rule, model, state, step, lane)
-        for column in range(first, first + lanes_of(lane)):
-            part.steps_learned[0, column] += np.int32(state.alive[0, column])
+        _learn_living(part, model, state, step, lane)
 
     @staticmethod
     def count_step(part: Any, state: State, lane: Lane) -> None:
@@ -141,6 +106,41 @@ class MortalPopulation(FixedPopulation):
         state.alert[0, lane] = 0
         state.positions[0, lane] = DEAD_X * model.width
 
+
+MortalPopulation.Compiled = make_tuple_type(MortalPopulation)
+
+
+@compiled
+def _is_learner(part: Any, model: MiniWorldModel, state: State, lane: int) -> bool:
+    """Return whether an agent is alive and in its first `learning.steps` steps."""
+    return bool(state.alive[0, lane] > ZERO and part.age[0, lane] <= model.learning_steps)
+
+
+class ReproducingPopulation(MortalPopulation):
+    """One species, whose agents can be born during the lifetimes of other agents.
+
+    The steps in which an agent learns are counted from its birth.
+    """
+
+    values: ClassVar[Sequence[str]] = (*MortalPopulation.values, *CHILD_VALUES)
+    arrays: ClassVar[Mapping[str, Array]] = {**MortalPopulation.arrays, **CHILD_ARRAYS}
+
+    @staticmethod
+    def has_learners(part: Any, model: MiniWorldModel, step: int) -> bool:
+        return True
+
+    @staticmethod
+    def learn_living(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
+        # No agent is older than the lifetime.
+        if step < model.learning_steps:
+            _learn_living(part, model, state, step, lane)
+        else:
+            first = first_lane(lane)
+            for column in range(first, first + lanes_of(lane)):
+                if _is_learner(part, model, state, column):
+                    learn(state.rule, model, state, step, column)
+                    part.steps_learned[0, column] += 1
+
     @staticmethod
     def bear_agent(
         part: Any,
@@ -155,19 +155,8 @@ class MortalPopulation(FixedPopulation):
             birth = 0
             for agent in range(model.agents):
                 birth += state.birth_count[world, agent]
-            number = newborn_number(part, model, birth)
-            child = part.child[world]
-            draws = part.draws[world]
-            create_child(
-                part.variation, state, world, number, first_parent, second_parent, draws, child
-            )
-            first_ancestor = state.origin[world, first_parent, 0]
-            second_ancestor = state.origin[world, second_parent, 0]
-            copy_genome(child, state.genome[world, slot])
-            state.origin[world, slot, 0] = first_ancestor
-            state.origin[world, slot, 1] = second_ancestor
-            replace_agent(model, state, world, slot, birth)
+            bear_child(part, model, state, world, slot, birth, first_parent, second_parent)
         return slot
 
 
-MortalPopulation.Compiled = make_tuple_type(MortalPopulation)
+ReproducingPopulation.Compiled = make_tuple_type(ReproducingPopulation)

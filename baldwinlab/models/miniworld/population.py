@@ -2,8 +2,10 @@
 
 `State.population` has the type of one of these classes, and the step is compiled for it:
 
-- `FixedPopulation`: one species without deaths, whose agents eat all items. Its hooks add no code.
+- `FixedPopulation`: one species without births and deaths during life, whose agents eat all items.
+  Its hooks add no code.
 - `MortalPopulation` (`mortality.py`): agents that can die, or that do not eat all items.
+- `ReproducingPopulation` (`mortality.py`): agents that can be born during the lifetimes of others.
 - `SpeciesPopulation` (`species_population.py`): one of several species that share a world.
 """
 
@@ -69,6 +71,12 @@ def move_living(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> N
 
 
 @hook
+def has_learners(part: Any, model: MiniWorldModel, step: int) -> bool:
+    """Return whether an agent can learn in a step: the last learning step of all is not over."""
+    return step < model.learning_steps
+
+
+@hook
 def learn_living(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
     """Let the agents that are alive learn."""
     learn(state.rule, model, state, step, lane)
@@ -93,7 +101,7 @@ def see_species(
 
 
 class FixedPopulation:
-    """One species without deaths, whose agents eat all items."""
+    """One species without births and deaths during life, whose agents eat all items."""
 
     arrays: ClassVar[Mapping[str, Array]] = {}
     values: ClassVar[Sequence[str]] = ()
@@ -105,6 +113,7 @@ class FixedPopulation:
     eats_region = staticmethod(eats_region.default)
     exclude_dead = staticmethod(exclude_dead.default)
     move_living = staticmethod(move_living.default)
+    has_learners = staticmethod(has_learners.default)
     learn_living = staticmethod(learn_living.default)
     count_step = staticmethod(count_step.default)
     see_species = staticmethod(see_species.default)

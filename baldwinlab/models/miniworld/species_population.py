@@ -15,7 +15,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import square_root
 from baldwinlab.models.miniworld.items import eat_items
 from baldwinlab.models.miniworld.map import shortest_difference
-from baldwinlab.models.miniworld.mortality import MortalPopulation
+from baldwinlab.models.miniworld.mortality import ReproducingPopulation
 from baldwinlab.models.miniworld.population import INFINITY, make_tuple_type
 from baldwinlab.models.miniworld.senses.sight import test_sectors
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
@@ -26,11 +26,11 @@ SHARED_ARRAYS: Final = ("x", "y", "living")
 """Arrays [world, agent of any species]: position, and 1 for agents that are alive."""
 
 
-class SpeciesPopulation(MortalPopulation):
+class SpeciesPopulation(ReproducingPopulation):
     """One of several species that share a world."""
 
     values: ClassVar[Sequence[str]] = (
-        *MortalPopulation.values,
+        *ReproducingPopulation.values,
         # Number of the species, and the number of its first agent.
         "species",
         "first_agent",

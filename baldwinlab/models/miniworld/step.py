@@ -30,6 +30,7 @@ from baldwinlab.models.miniworld.population import (
     agent_number,
     count_step,
     exclude_dead,
+    has_learners,
     learn_living,
     move_living,
 )
@@ -123,7 +124,7 @@ def act(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
 @compiled
 def learn_from_step(agents: Any, model: MiniWorldModel, state: State, step: int) -> None:
     """Observe other agents, and learn."""
-    is_learning = step < model.learning_steps
+    is_learning = has_learners(state.population, model, step)
     if is_learning:
         for first in range(agents.first_lane, agents.end_lane, agents.lanes_per_block):
             load_shadow(state.control, model, state, lane_of(agents, first))

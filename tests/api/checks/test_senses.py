@@ -1,4 +1,4 @@
-"""The contract of a custom real-valued sense: inputs are from 0 to 1 and agree with the oracle."""
+"""The contract of a custom real-valued sense: inputs are finite and agree with the oracle."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Height(Sense, name="height"):
 
     @staticmethod
     def oracle(part, agent, items, naive):
-        return [agent.y / naive.height]
+        return [{expected}]
 """
 CORRECT = "state.positions[1, lane] / model.height"
 
@@ -39,8 +39,8 @@ def _remove_sense(without_compilation: None) -> Iterator[None]:
     registry.remove("sense", "height")
 
 
-def failures(tmp_path: Path, measured: str) -> str:
-    (tmp_path / "height.py").write_text(SENSE.format(measured=measured))
+def failures(tmp_path: Path, measured: str, expected: str = "agent.y / naive.height") -> str:
+    (tmp_path / "height.py").write_text(SENSE.format(measured=measured, expected=expected))
     requirements = ["fields", "isolation", "oracle"]
     # The words of the random number generator overflow by design.
     with np.errstate(all="ignore"):
@@ -52,8 +52,10 @@ def test_a_correct_sense_fulfills_the_contract(tmp_path: Path) -> None:
     assert failures(tmp_path, CORRECT) == ""
 
 
-def test_inputs_outside_0_to_1_fail(tmp_path: Path) -> None:
-    assert "each must be at least 0 and at most 1" in failures(tmp_path, "state.positions[1, lane]")
+def test_an_input_can_be_any_finite_number(tmp_path: Path) -> None:
+    assert failures(tmp_path, "-state.positions[1, lane]", "-agent.y") == ""
+    is_infinite = failures(tmp_path, "np.float32(np.inf)", "float('inf')")
+    assert "each must be a finite number" in is_infinite
 
 
 def test_inputs_that_differ_from_the_oracle_fail(tmp_path: Path) -> None:
@@ -62,6 +64,8 @@ def test_inputs_that_differ_from_the_oracle_fail(tmp_path: Path) -> None:
 
 def test_a_sense_that_reads_a_neighbor_is_refused_before_it_runs(tmp_path: Path) -> None:
     path = tmp_path / "height.py"
-    path.write_text(SENSE.format(measured="state.positions[1, lane + 1] / model.height"))
+    path.write_text(
+        SENSE.format(measured="state.positions[1, lane + 1] / model.height", expected="0.0")
+    )
     with pytest.raises(PartError, match=r"Height\.measure reads or writes other agents"):
         load_file(path)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
-from baldwinlab.experiment import Experiment, registry
+from baldwinlab.engine import poison
+from baldwinlab.engine.phases import Array, per_run
+from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
-from baldwinlab.parts import WorldFeature, bear, die
-from tests.models.miniworld.plain import draw_founders
+from baldwinlab.parts import Variation, WorldFeature, bear, die
+from baldwinlab.parts.breeding import copy_genome
+from tests.models.miniworld.plain import draw_founders, simulate_steps
 from tests.worlds import make_small_experiment
 
 DEATH_STEP = 30
@@ -48,11 +51,34 @@ class CullAndBear(WorldFeature, name="test-cull-and-bear"):
             bear(model, state, world, 0, 0)
 
 
+class BearWithoutBirths(WorldFeature, name="test-bear-without-births"):
+    """Let agent 1 die and agent 0 have a child, without a declaration of births."""
+
+    allows_deaths: ClassVar[bool] = True
+
+    @staticmethod
+    def end_step(part: Any, model: Any, state: Any, world: int, step: int) -> None:
+        die(model, state, world, 1)
+        bear(model, state, world, 0, 0)
+
+
+class Counted(Variation, name="test-counted"):
+    """A variation whose children depend on the number of earlier children of the run."""
+
+    arrays: ClassVar[Mapping[str, Array]] = {"n_children": per_run()}
+
+    @staticmethod
+    def vary(part: Any, fitter: Any, second: Any, draws: Any, gate: float, child: Any) -> None:
+        part.n_children[0] += 1
+        copy_genome(fitter, child)
+
+
 @pytest.fixture(autouse=True, scope="module")
 def _unregister_features() -> Iterator[None]:
     yield
-    for feature in (Cull, CullAndBear):
+    for feature in (Cull, CullAndBear, BearWithoutBirths):
         registry.remove("world feature", feature.name)
+    registry.remove("variation", Counted.name)
 
 
 def make_experiment(condition: str, feature: str = "test-cull", **changes: Any) -> Experiment:
@@ -147,6 +173,66 @@ def test_a_newborn_has_the_first_free_slot() -> None:
     np.testing.assert_array_equal(
         results.final_population.genome[0, unchanged], genomes[0, unchanged]
     )
+
+
+@pytest.mark.usefixtures("in_plain_python")
+def test_a_newborn_inherits_genes_of_parts_and_no_content_of_memory() -> None:
+    experiment = make_experiment(
+        "evo",
+        "test-cull-and-bear",
+        evolution={"variation": "self-adaptive", "self_adaptive": {"initial_step_size": 0.5}},
+    )
+    genome = draw_founders(experiment)
+    children = []
+    for pattern in poison.PATTERNS:
+        with poison.use_pattern(pattern):
+            batch = simulate_steps(experiment, genome, BIRTH_STEP)
+        assert batch.state.birth_count[0].tolist() == [0, 1, 0, 0, 0, 0]
+        children.append(batch.state.genome[0, 1])
+    assert children[0].tobytes() == children[1].tobytes()
+    mutations = (children[0] - genome[0])[0]
+    step_size = children[0][0, -1]
+    # The gene is the last entry. It mutates log-normally, and no weight mutates far beyond it.
+    assert 0.2 < step_size < 1 and mutations[-1] != 0
+    assert 0.5 * step_size < mutations[:-1].std() < 2 * step_size
+
+
+@pytest.mark.parametrize("variation", ["gene-pool", "test-counted"])
+def test_births_need_a_variation_whose_children_are_independent(variation: str) -> None:
+    refusal = (
+        "world.features: test-cull-and-bear needs a variation that creates one child at a time; "
+        f"evolution.variation = '{variation}' does not"
+    )
+    with pytest.raises(ExperimentError, match=refusal):
+        make_experiment("evo", "test-cull-and-bear", evolution={"variation": variation})
+
+
+@pytest.mark.usefixtures("in_plain_python")
+def test_a_feature_that_bears_without_declaring_births_is_refused() -> None:
+    experiment = make_experiment("evo", "test-bear-without-births")
+    with pytest.raises(ValueError, match="the world feature must declare allows_births = True"):
+        simulate_steps(experiment, draw_founders(experiment), 1)
+
+
+@pytest.mark.usefixtures("in_plain_python")
+@pytest.mark.parametrize("control", ["none", "drift"])
+def test_a_newborn_learns_in_its_first_steps_and_pays_for_them(control: str) -> None:
+    experiment = make_experiment(
+        "evo+self-taught",
+        "test-cull-and-bear",
+        learning={"steps": 10, "rate": 0.5, "cost_per_step": 0.5, "control": control},
+    )
+    batch = simulate_steps(experiment, draw_founders(experiment), BIRTH_STEP)
+    changed_steps = []
+    for step in range(BIRTH_STEP, STEPS):
+        weights = batch.weights()[0].copy()
+        batch.simulate(step, step + 1)
+        changed = (batch.weights()[0] != weights).any(axis=1)
+        assert not changed[[0, 2, 3, 4, 5]].any()
+        changed_steps += [step] * int(changed[1])
+    assert changed_steps == [*range(BIRTH_STEP, BIRTH_STEP + 10)]
+    # Half of the agents died after step 29. All agents have learned in ten steps.
+    assert batch.state.population.steps_learned[0, :6].tolist() == [10] * 6
 
 
 @pytest.mark.nightly

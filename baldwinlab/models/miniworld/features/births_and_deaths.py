@@ -27,31 +27,15 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.phases import Array
-from baldwinlab.engine.rng import AGE, INHERITANCE, MUTATION_GATE, SELECTION, draw_uniforms, uniform
-from baldwinlab.evolution.genes import GeneTable, make_gene_table, mix_genes
+from baldwinlab.engine.rng import AGE, SELECTION
 from baldwinlab.evolution.neutral_selection import is_neutral_control
-from baldwinlab.evolution.rng_key import GenerationKey
 from baldwinlab.evolution.roulette_wheel import find_first_above
-from baldwinlab.models.miniworld.birth import replace_agent
+from baldwinlab.models.miniworld.birth import CHILD_ARRAYS, CHILD_VALUES, bear_child
+from baldwinlab.models.miniworld.energy import ENERGY_VALUES, energy_in_life
 from baldwinlab.models.miniworld.population import agent_number, is_alive, newborn_number
-from baldwinlab.models.miniworld.regions import eaten_energies
 from baldwinlab.parts import Field, WorldFeature, compiled, per_world, philox, unit
-from baldwinlab.parts.breeding import breeding_part, copy_genome
-from baldwinlab.parts.variation import vary, vary_population
 
 ZERO = np.float32(0)
-
-
-@compiled
-def _energy_gained(part: Any, model: Any, state: Any, world: int, agent: int) -> Any:
-    """Return the energy of the items that an agent has eaten since its birth."""
-    lane = world * model.agents + agent
-    gained = ZERO
-    for region in range(part.energies.size):
-        gained += part.energies[region] * np.float32(
-            state.eaten_in_life[region, lane] - state.eaten_before[region, lane]
-        )
-    return gained
 
 
 @compiled
@@ -61,7 +45,7 @@ def _remaining_energy(part: Any, model: Any, state: Any, world: int, agent: int,
     return (
         part.initial_account[world, agent]
         - spent
-        + _energy_gained(part, model, state, world, agent)
+        + energy_in_life(part, state, world * model.agents + agent)
     )
 
 
@@ -69,8 +53,8 @@ def _remaining_energy(part: Any, model: Any, state: Any, world: int, agent: int,
 def _reset_account(part: Any, model: Any, state: Any, world: int, agent: int, step: int) -> None:
     """Set the energy of an agent to the energy at birth, whatever it has eaten."""
     part.birth_step[world, agent] = step
-    part.initial_account[world, agent] = part.initial_energy - _energy_gained(
-        part, model, state, world, agent
+    part.initial_account[world, agent] = part.initial_energy - energy_in_life(
+        part, state, world * model.agents + agent
     )
 
 
@@ -116,41 +100,6 @@ def _share(wheel: Any, agent: int) -> Any:
 
 
 @compiled
-def _make_child(
-    part: Any, state: Any, world: int, number: int, first_parent: int, second_parent: int
-) -> tuple[Any, Any]:
-    """Set `part.child` from two parents, and return its `origin`.
-
-    The parent with more energy is the fitter parent. `number` selects the random numbers.
-    """
-    seed = state.keys[world, 0]
-    run = state.keys[world, 1]
-    generation = state.generation[0]
-    wheel = part.wheel[world]
-    is_second_fitter = _share(wheel, second_parent) > _share(wheel, first_parent)
-    if is_second_fitter:
-        first_parent, second_parent = second_parent, first_parent
-    key = GenerationKey(seed, run, generation)
-    genes = GeneTable(part.first_gene_index, part.gene_table)
-    first_genome = state.genome[world, first_parent]
-    second_genome = state.genome[world, second_parent]
-    draw_uniforms(seed, run, generation, INHERITANCE, number, part.draws[world])
-    # The variation can read the genes of parts, and cannot change them.
-    mix_genes(genes, key, number, (first_genome, second_genome), part.child[world])
-    gate = uniform(philox(0, number, generation, MUTATION_GATE, seed, run)[0])
-    vary(
-        part.variation,
-        first_genome,
-        second_genome,
-        part.draws[world],
-        gate,
-        part.child[world],
-    )
-    mix_genes(genes, key, number, (first_genome, second_genome), part.child[world])
-    return state.origin[world, first_parent, 0], state.origin[world, second_parent, 0]
-
-
-@compiled
 def _replace_dying_agent(
     part: Any, model: Any, state: Any, world: int, agent: int, step: int
 ) -> None:
@@ -171,13 +120,11 @@ def _replace_dying_agent(
     dead_agent = _draw_agent(wheel, words[2]) if is_survivor else agent
     first_parent = _draw_agent(wheel, words[0])
     second_parent = _draw_agent(wheel, words[1])
-    first_ancestor, second_ancestor = _make_child(
-        part, state, world, number, first_parent, second_parent
-    )
-    copy_genome(part.child[world], state.genome[world, dead_agent])
-    state.origin[world, dead_agent, 0] = first_ancestor
-    state.origin[world, dead_agent, 1] = second_ancestor
-    replace_agent(model, state, world, dead_agent, part.births[world, 0])
+    # The parent with more energy is the fitter parent.
+    if _share(wheel, second_parent) > _share(wheel, first_parent):
+        first_parent, second_parent = second_parent, first_parent
+    birth = part.births[world, 0]
+    bear_child(part, model, state, world, dead_agent, birth, first_parent, second_parent)
     part.births[world, 0] += 1
     _reset_account(part, model, state, world, dead_agent, step + 1)
     # In the neutral control, `agent` survives with a new account.
@@ -211,29 +158,13 @@ class BirthsAndDeaths(WorldFeature, name="births-and-deaths"):
         "wheel": per_world("agents"),
         # Number of births of this lifetime.
         "births": per_world(1, dtype="int64"),
-        # Scratch: genome of a child.
-        "child": per_world("modules", "genome length"),
-        # Scratch: uniform random numbers of variation.
-        "draws": per_world("draws", 4, dtype="float64"),
+        **CHILD_ARRAYS,
     }
     derived: ClassVar[Mapping[str, Callable[[Any, Any], Any]]] = {
-        "energies": lambda part, experiment: np.array(eaten_energies(experiment), np.float32),
+        **ENERGY_VALUES,
         "is_neutral": is_neutral_control,
-        # The genes of parts: index of the first one, and their table.
-        "first_gene_index": lambda part, experiment: make_gene_table(experiment).first,
-        "gene_table": lambda part, experiment: make_gene_table(experiment).values,
-        "variation": lambda part, experiment: breeding_part(experiment, "variation")[0],
+        **CHILD_VALUES,
     }
-
-    def check(self, experiment: Any) -> None:
-        if (
-            type(experiment.part("evolution.variation")).vary_population
-            is not vary_population.default
-        ):
-            raise ValueError(
-                "world.features: births-and-deaths needs a variation that creates one child at a "
-                f"time; evolution.variation = {experiment.evolution.variation!r} does not"
-            )
 
     @staticmethod
     def init_world(part: Any, model: Any, state: Any, world: int) -> None:

@@ -17,7 +17,7 @@ Our interpretation of the paper:
   ones, in the order [hidden unit, then bias; prediction].
 - Unlike in the paper, the planned action is not an input of the prediction. The sense `last-action`
   adds the previous action.
-- The first step of a lifetime has no prediction.
+- The first step of an agent has no prediction.
 
 `random-prediction` is the control: it teaches the same weights with random bits as targets.
 
@@ -37,11 +37,18 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import LIFE, philox
-from baldwinlab.engine.simd import Lane, get, put
+from baldwinlab.engine.simd import Lane, Value, get, put
+from baldwinlab.models.miniworld.learning.previous_step import (
+    PREVIOUS_STEP_ARRAYS,
+    PreviousStepRule,
+    oracle_rate,
+    oracle_store_step,
+    rate_with_previous_step,
+    store_step,
+)
 from baldwinlab.models.miniworld.networks.feed_forward import backpropagate
 from baldwinlab.models.miniworld.population import agent_number
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import forward
 
 ZERO = np.float32(0)
@@ -59,13 +66,12 @@ def _last_hidden_size(experiment: Any) -> int:
 
 @compiled
 def _learn_prediction(
-    part: Any, model: MiniWorldModel, state: State, targets: Any, lane: Lane
+    part: Any, model: MiniWorldModel, rate: Value, targets: Any, lane: Lane
 ) -> None:
     """Teach the prediction layer its `targets`, and set `part.hidden_targets`.
 
     The targets of the last hidden layer are its activations minus the gradient of the error.
     """
-    rate = get(state.rate, 0, lane)
     first_hidden = part.first_last_hidden_row
     for k in range(model.inputs):
         # The sum starts with its first product, because the order of additions determines the bits.
@@ -105,30 +111,24 @@ def _learn_prediction(
 
 
 @compiled
-def _learn(
-    part: Any, model: MiniWorldModel, state: State, targets: Any, step: int, lane: Lane
-) -> None:
+def _learn(part: Any, model: MiniWorldModel, state: State, targets: Any, lane: Lane) -> None:
     """Predict `targets` from the inputs of the last step, learn, and store the current inputs."""
-    # The first step of a lifetime has no last step.
-    if step > 0:
-        for k in range(model.inputs):
-            put(part.activations, k, lane, get(part.last_inputs, k, lane))
-        forward(state.network, state.weights, part.activations, lane)
-        _learn_prediction(part, model, state, targets, lane)
-        rate = get(state.rate, 0, lane)
-        backpropagate(
-            part.sizes,
-            part.biases,
-            rate,
-            state.weights,
-            part.activations,
-            state.errors,
-            part.hidden_targets,
-            lane,
-        )
+    rate = rate_with_previous_step(part, state, lane)
     for k in range(model.inputs):
-        # The first activations of the action module are the inputs of this step.
-        put(part.last_inputs, k, lane, get(state.activations, k, lane))
+        put(part.activations, k, lane, get(part.last_inputs, k, lane))
+    forward(state.network, state.weights, part.activations, lane)
+    _learn_prediction(part, model, rate, targets, lane)
+    backpropagate(
+        part.sizes,
+        part.biases,
+        rate,
+        state.weights,
+        part.activations,
+        state.errors,
+        part.hidden_targets,
+        lane,
+    )
+    store_step(part, state, lane)
 
 
 def _oracle_update(part: Any, agent: Any, naive: Any, target: Sequence[float]) -> None:
@@ -136,29 +136,31 @@ def _oracle_update(part: Any, agent: Any, naive: Any, target: Sequence[float]) -
 
     Predictions are the outputs of a network with the hidden layers of the action module.
     """
-    if agent.step > 0:
-        n_inputs = len(agent.inputs)
-        n_rows = part.n_last_hidden + naive.biases
-        weights = agent.arrays["prediction_weights"]
-        used_weights = weights[: n_rows * n_inputs]
-        unused_weights = weights[n_rows * n_inputs :]
-        layer = [used_weights[row * n_inputs : (row + 1) * n_inputs] for row in range(n_rows)]
-        naive.backpropagate(
-            [*agent.action_module[:-1], layer], agent.arrays["last_inputs"], target, agent.rate
-        )
-        learned_weights = [weight for row in layer for weight in row]
-        agent.arrays["prediction_weights"] = learned_weights + unused_weights
-    agent.arrays["last_inputs"] = agent.inputs
+    n_inputs = len(agent.inputs)
+    n_rows = part.n_last_hidden + naive.biases
+    weights = agent.arrays["prediction_weights"]
+    used_weights = weights[: n_rows * n_inputs]
+    unused_weights = weights[n_rows * n_inputs :]
+    layer = [used_weights[row * n_inputs : (row + 1) * n_inputs] for row in range(n_rows)]
+    naive.backpropagate(
+        [*agent.action_module[:-1], layer],
+        agent.arrays["last_inputs"],
+        target,
+        oracle_rate(agent),
+    )
+    learned_weights = [weight for row in layer for weight in row]
+    agent.arrays["prediction_weights"] = learned_weights + unused_weights
+    oracle_store_step(agent)
 
 
-class _PredictionRule(LearningRule):
+class _PredictionRule(PreviousStepRule):
     """Base of the rules `prediction` and `random-prediction`."""
 
     modules: ClassVar[tuple[str, ...]] = ("action", "prediction")
     arrays: ClassVar[Mapping[str, Array]] = {
+        **PREVIOUS_STEP_ARRAYS,
         # Weights from the last hidden layer to the predictions. The last weights are unused.
         "prediction_weights": per_agent("weights"),
-        "last_inputs": per_agent("inputs"),
         # Scratch: activations of the action module for the last inputs.
         "activations": per_agent("units"),
         # Gradients of the error with respect to the inputs of the prediction units.
@@ -174,12 +176,8 @@ class _PredictionRule(LearningRule):
     }
 
     def check(self, experiment: Any) -> None:
+        super().check(experiment)
         rule = f"learning.rule = {self.name!r}"
-        if not experiment.part("network.kind").is_memoryless:
-            raise ValueError(
-                f"{rule} evaluates the network twice for the same inputs: "
-                "the network must have no memory"
-            )
         if not experiment.network.hidden:
             raise ValueError(
                 f"{rule} teaches hidden units: network.hidden must have at least one layer"
@@ -212,7 +210,7 @@ class Prediction(_PredictionRule, name="prediction"):
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _learn(part, model, state, state.activations, step, lane)
+        _learn(part, model, state, state.activations, lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
@@ -259,7 +257,7 @@ class RandomPrediction(_PredictionRule, name="random-prediction"):
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _learn(part, model, state, part.random_bits, step, lane)
+        _learn(part, model, state, part.random_bits, lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:

@@ -24,9 +24,17 @@ from pydantic import Field
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import Lane, Value, choose, get, put
-from baldwinlab.models.miniworld.energy import ENERGY_VALUES
+from baldwinlab.models.miniworld.energy import ENERGY_VALUES, energy_in_life
+from baldwinlab.models.miniworld.learning.previous_step import (
+    PREVIOUS_STEP_ARRAYS,
+    PreviousStepRule,
+    oracle_rate,
+    oracle_store_step,
+    rate_with_previous_step,
+    reset_previous_step,
+    store_step,
+)
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import backward, forward
 
 ZERO = np.float32(0)
@@ -34,10 +42,10 @@ ONE = np.float32(1)
 HALF = np.float32(0.5)
 
 # Arrays of both rules.
-REINFORCEMENT_ARRAYS: Final[dict[str, Array]] = {
+REINFORCEMENT_ARRAYS: Final[Mapping[str, Array]] = {
+    **PREVIOUS_STEP_ARRAYS,
     # Evaluation, or energy gained in life, in the last step.
     "evaluation": per_agent(1),
-    "last_inputs": per_agent("inputs"),
     # 1 for the action of the last step, and 0 for the other actions. All 0 at birth.
     "last_action": per_agent("actions"),
     # Scratch: activations for the last inputs.
@@ -48,34 +56,32 @@ REINFORCEMENT_ARRAYS: Final[dict[str, Array]] = {
 
 
 @compiled
-def _reinforce(part: Any, state: State, evaluation: Value, step: int, lane: Lane) -> None:
+def _reinforce(part: Any, state: State, evaluation: Value, lane: Lane) -> None:
     """Teach the last action if `evaluation` has risen, and the other actions if it has fallen.
 
     Then store the inputs and the action of this step.
     """
     change = evaluation - get(part.evaluation, 0, lane)
     actions = state.targets.shape[0]
-    if step > 0:
-        for k in range(part.last_inputs.shape[0]):
-            put(part.activations, k, lane, get(part.last_inputs, k, lane))
-        forward(state.network, state.weights, part.activations, lane)
-        for k in range(actions):
-            was_done = get(part.last_action, k, lane)
-            put(part.output_targets, k, lane, choose(change > ZERO, was_done, ONE - was_done))
-        rate = get(state.rate, 0, lane)
-        rate = choose(change > ZERO, rate, choose(change < ZERO, rate * part.punishment, ZERO))
-        backward(
-            state.network,
-            rate,
-            state.weights,
-            part.activations,
-            state.errors,
-            part.output_targets,
-            lane,
-        )
-    put(part.evaluation, 0, lane, evaluation)
     for k in range(part.last_inputs.shape[0]):
-        put(part.last_inputs, k, lane, get(state.activations, k, lane))
+        put(part.activations, k, lane, get(part.last_inputs, k, lane))
+    forward(state.network, state.weights, part.activations, lane)
+    for k in range(actions):
+        was_done = get(part.last_action, k, lane)
+        put(part.output_targets, k, lane, choose(change > ZERO, was_done, ONE - was_done))
+    rate = rate_with_previous_step(part, state, lane)
+    rate = choose(change > ZERO, rate, choose(change < ZERO, rate * part.punishment, ZERO))
+    backward(
+        state.network,
+        rate,
+        state.weights,
+        part.activations,
+        state.errors,
+        part.output_targets,
+        lane,
+    )
+    put(part.evaluation, 0, lane, evaluation)
+    store_step(part, state, lane)
     for k in range(actions):
         is_action = abs(get(state.action, 0, lane) - np.float32(k)) < HALF
         put(part.last_action, k, lane, choose(is_action, ONE, ZERO))
@@ -85,38 +91,32 @@ def _oracle_reinforce(part: Any, agent: Any, naive: Any, evaluation: float) -> N
     """Compute `_reinforce` in plain Python."""
     change = evaluation - agent.arrays["evaluation"][0]
     last_action = agent.arrays["last_action"]
-    if change and any(last_action):
-        # A float32 factor would make the result float32.
-        rate = agent.rate if change > 0 else agent.rate * float(part.punishment)
+    # A float32 factor would make the result float32.
+    rate = oracle_rate(agent) * (1.0 if change > 0 else float(part.punishment))
+    if change and rate:
         naive.backpropagate(
             agent.action_module,
             agent.arrays["last_inputs"],
             last_action if change > 0 else [1 - value for value in last_action],
             rate,
         )
+    oracle_store_step(agent)
     agent.arrays |= {
         "evaluation": [evaluation],
-        "last_inputs": agent.inputs,
         "last_action": [float(k == agent.action) for k in range(len(last_action))],
     }
 
 
-class _ReinforcementRule(LearningRule):
+class _ReinforcementRule(PreviousStepRule):
     """Base of the rules `crbp` and `reward`."""
 
     arrays: ClassVar[Mapping[str, Array]] = REINFORCEMENT_ARRAYS
 
-    def check(self, experiment: Any) -> None:
-        if not experiment.part("network.kind").is_memoryless:
-            raise ValueError(
-                f"learning.rule = {self.name!r} evaluates the network twice for "
-                "the same inputs: the network must have no memory"
-            )
-
     @staticmethod
     def init_agent(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> None:
-        """Clear the last action of a newborn."""
+        """Let a newborn have no previous step, and no last action."""
         lane = world * model.agents + agent
+        reset_previous_step(part, lane)
         part.evaluation[0, lane] = ZERO
         for k in range(state.targets.shape[0]):
             part.last_action[k, lane] = ZERO
@@ -146,7 +146,7 @@ class Complementary(_ReinforcementRule, name="crbp"):
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _reinforce(part, state, get(state.targets, 0, lane), step, lane)
+        _reinforce(part, state, get(state.targets, 0, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
@@ -164,28 +164,26 @@ class Reward(_ReinforcementRule, name="reward"):
         le=1,
         description="Learning rate after a loss of energy, relative to the rate after a gain.",
     )
-    arrays: ClassVar[Mapping[str, Array]] = REINFORCEMENT_ARRAYS | {"gained_energy": per_agent(1)}
+    arrays: ClassVar[Mapping[str, Array]] = {
+        **REINFORCEMENT_ARRAYS,
+        "gained_energy": per_agent(1),
+    }
     derived: ClassVar[Mapping[str, Any]] = ENERGY_VALUES
 
     @staticmethod
     def observe_others(
         part: Any, model: MiniWorldModel, state: State, world: int, step: int
     ) -> None:
-        """Add up the energy that each agent has gained in this lifetime.
+        """Add up the energy that each agent has gained since its birth.
 
         Only a per-world hook can read the numbers of eaten items, because they are integers.
         """
         for lane in range(world * model.agents, (world + 1) * model.agents):
-            gained_energy = ZERO
-            for region in range(part.energies.size):
-                gained_energy += part.energies[region] * np.float32(
-                    state.eaten_in_life[region, lane]
-                )
-            part.gained_energy[0, lane] = gained_energy
+            part.gained_energy[0, lane] = energy_in_life(part, state, lane)
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        _reinforce(part, state, get(part.gained_energy, 0, lane), step, lane)
+        _reinforce(part, state, get(part.gained_energy, 0, lane), lane)
 
     @staticmethod
     def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:

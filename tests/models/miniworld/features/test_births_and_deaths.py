@@ -10,12 +10,15 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
+from baldwinlab.api.checks.fixture import group_parts
+from baldwinlab.api.checks.oracles import check_oracle
 from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.evolution.variation import Crossover
-from baldwinlab.experiment import Experiment, ExperimentError
+from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.features.births_and_deaths import BirthsAndDeaths
+from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
 from baldwinlab.models.miniworld.senses.perception import perceive
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
@@ -213,6 +216,39 @@ def test_a_newborn_senses_no_energy_of_the_agent_that_it_replaces() -> None:
     assert len(sensed) > AGENTS and set(sensed) == {0.0}
 
 
+@pytest.mark.usefixtures("in_plain_python")
+def test_a_newborn_pays_only_for_the_steps_in_which_it_learned() -> None:
+    experiment = make_experiment("evo+self-taught", learning={"cost_per_step": 0.5})
+    genome = draw_genomes(experiment, GenerationKey(SEED, 0, 0))[None]
+    results = MiniWorldSimulator(experiment, SEED, [0]).simulate(0, genome)
+    was_born = results.records["born"][0] > 0
+    assert was_born.any()
+    # An agent lives for at most 40 steps, and the lifetime has 80.
+    assert (results.cost[0, was_born] <= 0.5 * FIELDS["max_age"]).all()
+    assert (results.cost[0] > 0).any()
+
+
+@pytest.mark.usefixtures("in_plain_python")
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        ("sense", "last-action"),
+        ("sense", "touch"),
+        ("sense", "energy"),
+        ("network", "simple-recurrent"),
+        ("network", "continuous-time"),
+    ],
+)
+def test_a_part_with_data_of_earlier_steps_agrees_with_its_oracle_after_births(
+    kind: str, name: str
+) -> None:
+    """An oracle has no data of the agent that a newborn replaces."""
+    group = next(group_parts([registry.find_class(kind, name)]))
+    world = {"features": ["births-and-deaths"], "births_and_deaths": FIELDS | {"max_age": 9}}
+    experiment = group.experiment.replace(world=world, lifetime={"steps": 25})
+    check_oracle(group._replace(experiment=experiment))
+
+
 @pytest.mark.nightly
 def test_heterozygosity_of_the_neutral_control_follows_the_moran_model() -> None:
     """In Moran's model, H = H(0) (1 - 2/N^2)^births. Parents and dead agents are random."""
@@ -246,9 +282,9 @@ def test_foraging_evolves_by_births_and_deaths_but_not_in_the_neutral_control() 
 def test_an_unsupported_variation_or_assay_is_refused_in_a_sentence() -> None:
     with pytest.raises(
         ExperimentError,
-        match=r"needs a variation that creates one child at a time; .* 'neat' does not",
+        match=r"needs a variation that creates one child at a time; .* 'gene-pool' does not",
     ):
-        make_experiment().replace(evolution={"variation": "neat", "selection": "species"})
+        make_experiment().replace(evolution={"variation": "gene-pool"})
     experiment = make_experiment("evo+self-taught")
     reasons = {name: why_not_applicable(name, "births", {"births": experiment}) for name in ASSAYS}
     assert [name for name, reason in reasons.items() if not reason] == ["descent"]

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
+from baldwinlab.api.checks.fixture import group_parts
+from baldwinlab.api.checks.oracles import check_oracle
 from baldwinlab.experiment import Experiment, ExperimentError, assign, registry
 from baldwinlab.experiment.unused_settings import require_effect
 from tests.models.miniworld.plain import draw_founders, simulate_in_python, simulate_steps
@@ -64,6 +66,25 @@ def test_a_rule_agrees_with_its_oracle_and_reads_only_its_own_lane(rule: str) ->
             requirements=["fields", "limits", "isolation", "oracle"],
         )
     assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))
+
+
+# Rules that learn from the previous step, from energy, and from inherited coefficients.
+DAILY_RULES_OF_NEWBORNS = ("crbp", "reward", "prediction", "evolved-abcd")
+
+
+@pytest.mark.parametrize(
+    "rule",
+    [
+        rule if rule in DAILY_RULES_OF_NEWBORNS else pytest.param(rule, marks=pytest.mark.nightly)
+        for rule in RULES
+    ],
+)
+def test_a_newborn_learns_as_its_oracle_and_not_from_the_agent_that_it_replaces(rule: str) -> None:
+    group = next(group_parts([registry.find_class("learning rule", rule)]))
+    births = {"initial_energy": 1.5, "cost_per_step": 0.2, "max_age": 9}
+    world = {"features": ["births-and-deaths"], "births_and_deaths": births}
+    experiment = group.experiment.replace(world=world, lifetime={"steps": 25})
+    assert "but no agent learned" not in check_oracle(group._replace(experiment=experiment))
 
 
 @every_rule

@@ -102,3 +102,41 @@ def test_the_specialized_network_is_bit_identical_to_the_general_network(
     np.testing.assert_array_equal(results[1][0], results[0][0])
     np.testing.assert_array_equal(results[1][1], results[0][1])
     assert (results[0][0] != initial).mean() > 0.9
+
+
+def compute_in_blocks(
+    sizes: Any, is_general: bool, rates: Rows, weights: Rows, activations: Rows, targets: Rows
+) -> None:
+    """Compute outputs and learn, with the general or the specialized network."""
+    errors = np.zeros_like(activations)
+    train = train_general if is_general else train_specialized
+    cached_jit(train)(sizes, rates, weights, activations, errors, targets)
+
+
+@pytest.mark.parametrize("is_general", [True, False])
+@pytest.mark.parametrize("value", [-0.75, -1e-30, 0.0, 2.0, np.nan])
+def test_an_agent_with_any_inputs_has_the_same_bits_alone_and_beside_other_agents(
+    is_general: bool, value: float
+) -> None:
+    """A block in which all inputs are 0 skips the first layer. Negative inputs are not skipped."""
+    random = np.random.default_rng(2)
+    sizes = np.array([3, 4, 3], np.int64)
+    lanes = 16
+    weights = random.normal(0, 2, (24, lanes)).astype(np.float32)
+    targets = random.uniform(0, 1, (3, lanes)).astype(np.float32)
+    rates = np.full((1, lanes), 0.5, np.float32)
+    results = []
+    for input_of_others in (0.0, 1.0):
+        learned = weights.copy()
+        activations = np.zeros((10, lanes), np.float32)
+        activations[:3, 1:] = input_of_others
+        activations[:3, 0] = value
+        compute_in_blocks(sizes, is_general, rates, learned, activations, targets)
+        results.append((activations[:, 0].tobytes(), learned[:, 0].tobytes()))
+    assert results[0] == results[1]
+    if np.isfinite(value):
+        layers = naive.make_layers(weights[:, 0].tolist(), [3, 4, 3], False)
+        expected = naive.activate(layers, [value] * 3, False)
+        np.testing.assert_allclose(activations[7:, 0], expected[-1], rtol=1e-4)
+        naive.learn(layers, [value] * 3, targets[:, 0].tolist(), 0.5, False)
+        np.testing.assert_allclose(learned[:, 0], naive.list_weights(layers), rtol=1e-4, atol=1e-6)
