@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from math import nan
 from typing import Any
 
@@ -48,6 +49,8 @@ class Finding:
     level: float = nan
     # Share of bootstrap samples of runs with the same verdict, for a rule that uses a rank test.
     stability: float = nan
+    # Number of stored runs without a value, by condition; only numbers above 0.
+    unused_runs: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def is_unstable(self) -> bool:
@@ -89,13 +92,28 @@ class Finding:
         return None
 
     @property
-    def note(self) -> str:
+    def explanation(self) -> str:
         """The number that decides, if needed, and the runs that an undecided comparison needs."""
         is_undecided = self.verdict == UNDECIDED
         required = describe_required_runs(self.required_runs) if is_undecided else ""
         if self.comparison.rule not in P_VALUE_RULES:
             return required
         return explain_verdict(self.numbers.low, self.numbers.high, self.p_holm, required)
+
+    @property
+    def note(self) -> str:
+        """The explanation of the verdict, and the runs that are not used."""
+        return _join_notes([self.explanation, self.describe_unused_runs()])
+
+    def describe_unused_runs(self) -> str:
+        """Return the number of runs that are not used, because the measure has no value."""
+        n_used = {self.comparison.b: self.numbers.n_b, self.comparison.a: self.numbers.n_a}
+        parts = [
+            f"{n_unused} of {n_unused + n_used[condition]} runs of {condition}"
+            for condition, n_unused in self.unused_runs.items()
+        ]
+        verb = "has" if sum(self.unused_runs.values()) == 1 else "have"
+        return f"{' and '.join(parts)} {verb} no value" if parts else ""
 
     def record(self) -> dict[str, Any]:
         """Return the finding for JSON, with null for undefined numbers."""
@@ -116,8 +134,14 @@ class Finding:
             "too_few_runs": self.has_too_few_runs,
             "required_runs": self.required_runs,
             "stability": finite_or_none(self.stability),
+            "unused_runs": dict(self.unused_runs),
             "note": self.note,
         }
+
+
+def _join_notes(notes: Sequence[str]) -> str:
+    """Join distinct notes that are not empty."""
+    return "; ".join(note for note in dict.fromkeys(notes) if note)
 
 
 def _rank_weakness(finding: Finding) -> tuple[int, float]:
@@ -182,6 +206,14 @@ class ClaimResult:
         return max(self.findings, key=_rank_weakness, default=None)
 
     @property
+    def note(self) -> str:
+        """The note of the deciding comparison, and the runs that other comparisons do not use."""
+        if self.deciding is None:
+            return ""
+        unused = [finding.describe_unused_runs() for finding in self.findings]
+        return _join_notes([self.deciding.explanation, *unused])
+
+    @property
     def difference_from_paper(self) -> float | None:
         """The deciding effect minus the value in the paper, or None if one is unknown."""
         paper_value = self.claim.paper_value
@@ -203,7 +235,6 @@ class ClaimResult:
             "p",
             "p_holm",
             "a12",
-            "note",
         )
         claim = self.claim
         return {
@@ -211,6 +242,7 @@ class ClaimResult:
             "kind": claim.kind,
             "claim": claim.text,
             **{name: deciding.get(name) for name in columns},
+            "note": self.note,
             "verdict": self.verdict,
             "too_few_runs": self.has_too_few_runs,
             "unstable": self.is_unstable,

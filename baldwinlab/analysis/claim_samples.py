@@ -12,6 +12,7 @@ import xarray as xr
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.survival import Survival
 from baldwinlab.analysis.statistics.unseen_maps import get_unseen_maps
+from baldwinlab.core.measures import measure_runs
 from baldwinlab.papers import load
 from baldwinlab.papers.claims import (
     COMMON_MEASURES,
@@ -77,10 +78,11 @@ class Samples:
         }
         # Values of the measures that models define, by condition and measure.
         self._model_values: dict[tuple[str, str], xr.DataArray] = {}
-        has_runs = self._final_values["best"].notnull().any("run")
-        self.conditions_with_runs = {
-            str(name) for name in data["condition"].values[has_runs.values]
-        }
+        n_runs = self._final_values["best"].notnull().sum("run").values
+        names = [str(name) for name in data["condition"].values]
+        # Number of runs with data by condition.
+        self.n_runs = dict(zip(names, n_runs.tolist(), strict=True))
+        self.conditions_with_runs = {name for name, n_runs in self.n_runs.items() if n_runs}
 
     def unloaded_measures(self, claim: Claim) -> set[str]:
         """Return the measures of a claim whose model is not loaded."""
@@ -124,7 +126,8 @@ class Samples:
         measures = self.source.measures(condition) or {}
         times = self.get(condition, measure)
         runs = self._data.sel(condition=condition, run=times["run"].values)
-        return Survival(times.values, measures[measure].censored(_drop_gaps(runs)).values)
+        is_censored = measure_runs(measures[measure].censored, _drop_gaps(runs))
+        return Survival(times.values, is_censored.values)
 
     def model_measures(self) -> list[ModelMeasure]:
         """Return the measures of models that claims use to compare two conditions."""
@@ -146,7 +149,7 @@ class Samples:
         if measure not in measures:
             return xr.DataArray(np.empty(0), {"run": np.empty(0, np.int64)})
         runs = _drop_gaps(self._data.sel(condition=condition))
-        values: xr.DataArray = measures[measure].of(runs)
+        values = measure_runs(measures[measure].of, runs)
         return values.dropna("run").astype(np.float64)
 
 

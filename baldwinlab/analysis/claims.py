@@ -137,8 +137,23 @@ def _find_results(claims: Sequence[Claim], samples: Samples) -> dict[ClaimCompar
             test=planned.get(comparison),
             level=level,
             stability=_measure_stability(comparison, samples, numbers[comparison], p, levels),
+            unused_runs=_count_unused_runs(comparison, samples, numbers[comparison]),
         )
     return findings
+
+
+def _count_unused_runs(
+    comparison: ClaimComparison, samples: Samples, numbers: statistics.Comparison
+) -> dict[str, int]:
+    """Return the number of stored runs that a comparison does not use, by condition, if above 0.
+
+    The measure has no value for such a run, or for the run of a pair.
+    """
+    used = {comparison.a: numbers.n_a}
+    if comparison.b and comparison.b != FIRST_GENERATIONS:
+        used[comparison.b] = numbers.n_b
+    unused = {name: samples.n_runs[name] - n_used for name, n_used in used.items()}
+    return {name: n_runs for name, n_runs in unused.items() if n_runs}
 
 
 def _measure_stability(

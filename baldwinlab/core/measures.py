@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-# Commands that show presets do not load xarray, which takes time.
-if TYPE_CHECKING:
-    import xarray as xr
+import numpy as np
+
+from baldwinlab.core.deferred import xr
+from baldwinlab.core.variables import GENERATION_COUNT
 
 
 class Measure(NamedTuple):
@@ -19,7 +20,8 @@ class Measure(NamedTuple):
         Description with unit.
     of : Callable
         Function that returns an array (run) from the stored runs, a dataset (run, generation,
-        agent). NaN: no value.
+        agent). NaN: no value. All runs of the dataset have the same number of generations, so
+        its last generation is the last one of each run.
     censored : Callable or None
         For a duration: function that returns a bool array (run) from the stored runs. True: the
         duration is longer than the observed value.
@@ -28,3 +30,32 @@ class Measure(NamedTuple):
     meaning: str
     of: Callable[[xr.Dataset], xr.DataArray]
     censored: Callable[[xr.Dataset], xr.DataArray] | None = None
+
+
+def measure_runs(function: Callable[[xr.Dataset], xr.DataArray], runs: xr.Dataset) -> xr.DataArray:
+    """Call the function of a measure once for all runs of the same number of generations.
+
+    A run that stopped early has no data in the later generations of the dataset. A function that
+    reads the last generations would return NaN for it.
+
+    Parameters
+    ----------
+    function : Callable
+        Function of a `Measure`: `of` or `censored`.
+    runs : xr.Dataset
+        Stored runs (run, generation, agent).
+
+    Returns
+    -------
+    xr.DataArray
+        One value per run.
+    """
+    if GENERATION_COUNT not in runs.coords or not runs.sizes["run"]:
+        return function(runs)
+    counts = runs[GENERATION_COUNT].values
+    values = []
+    for count in np.unique(counts):
+        has_generation = runs["generation"].values < count
+        group = runs.isel(run=counts == count, generation=has_generation)
+        values.append(function(group).reset_coords(drop=True))
+    return xr.concat(values, "run").sel(run=runs["run"])

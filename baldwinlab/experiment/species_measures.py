@@ -46,10 +46,7 @@ def compute_first_species_share(runs: xr.Dataset) -> xr.DataArray:
 
 
 def compute_fixation(runs: xr.Dataset) -> xr.DataArray:
-    """Return 1 for each run in which the first species is fixed at the end, else 0.
-
-    A run may end before the last generation of the dataset. Later generations have no data.
-    """
+    """Return 1 for each run in which the first species is fixed at the end, else 0."""
     return (_final_share(runs) == 1) * 1.0
 
 
@@ -67,10 +64,8 @@ def count_generations_to_end(runs: xr.Dataset) -> xr.DataArray:
 
 
 def _final_share(runs: xr.Dataset) -> xr.DataArray:
-    """Return the share of the first species in the last generation with data, [run]."""
-    share = compute_first_species_share(runs)
-    last_generation = share.notnull().sum("generation") - 1
-    return share.isel(generation=last_generation)
+    """Return the share of the first species in the last generation, [run]."""
+    return compute_first_species_share(runs).isel(generation=-1)
 
 
 SPECIES_MEASURES: Final[Mapping[str, Measure]] = {

@@ -438,3 +438,48 @@ def test_the_same_study_gives_the_same_bytes(tmp_path: Path) -> None:
         write_statistics(evaluate_claims(data), data, tmp_path / folder)
     for name in ("statistics.csv", "summary.csv"):
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+
+
+STOPPED_DIMS = ("condition", "run")
+
+
+def stop_runs(data: xr.Dataset, n_generations: Sequence[int]) -> xr.Dataset:
+    """Return the runs without the values after their numbers of generations."""
+    counts = xr.DataArray(np.tile(n_generations, (data.sizes["condition"], 1)), dims=STOPPED_DIMS)
+    data = data.assign_coords(generation=range(data.sizes["generation"]))
+    return data.where(data["generation"] < counts).assign_coords(n_generations=counts)
+
+
+def test_a_stopped_run_has_the_value_of_its_own_last_generation(tmp_path: Path) -> None:
+    bound = 'measure = "unset", rule = "mean_within", bound = [0.44, 0.46]'
+    of_strings(tmp_path, bound, guessing=SPREAD)
+    source = open_paper(tmp_path / "strings")
+    # Only the last run has a third generation, in which its share of ? is 0.9.
+    longer = xr.concat([strings(guessing=SPREAD), strings(guessing=[0.9] * 6)], "generation")
+    stopped = stop_runs(longer.isel(generation=slice(3)), [2, 2, 2, 2, 2, 3])
+    (result,) = evaluate_claims(stopped, source=source)
+    assert result.deciding is not None
+    assert result.deciding.numbers.n_a == len(SPREAD)
+    assert result.deciding.numbers.effect == pytest.approx(np.mean([*SPREAD[:-1], 0.9]))
+    assert not result.note
+
+
+@pytest.mark.parametrize(
+    "other_comparison",
+    ["", 'measure = "unset", rule = "within", bound = [0.3, 0.6] }, { a = "guessing", '],
+    ids=["the deciding comparison", "another comparison"],
+)
+def test_a_claim_states_the_number_of_runs_without_a_value(
+    tmp_path: Path, other_comparison: str
+) -> None:
+    comparison = f'{other_comparison}measure = "take-off", rule = "within", bound = [0, 0]'
+    of_strings(tmp_path, comparison, guessing=SPREAD)
+    data = strings(guessing=SPREAD)
+    # Half of the agents never succeed in two of the runs.
+    data["succeeded"] = data["succeeded"].where(data["succeeded"]["run"] < 4, 0)
+    (result,) = evaluate_claims(data, source=open_paper(tmp_path / "strings"))
+    record = result.record()
+    assert record["verdict"] == "holds"
+    assert record["note"] == "2 of 6 runs of guessing have no value"
+    assert record["comparisons"][-1]["unused_runs"] == {"guessing": 2}
+    assert record["comparisons"][-1]["n_a"] == 4

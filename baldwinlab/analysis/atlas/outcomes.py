@@ -30,6 +30,7 @@ from baldwinlab.analysis.estimands.traits import (
     select_innate_trait,
     select_learned_distance,
 )
+from baldwinlab.core.measures import measure_runs
 from baldwinlab.experiment import BaseExperiment
 
 MEASURE_PREFIX: Final = "measure: "
@@ -112,7 +113,7 @@ def reduce_cell(cell: CellData) -> xr.Dataset:
     if distance is not None and not (model and model.assimilation_obstacle):
         values["distance"] = distance.values
     for name, measure in (cell.experiment.measures or {}).items():
-        values[MEASURE_PREFIX + name] = measure.of(cell.learners)
+        values[MEASURE_PREFIX + name] = measure_runs(measure.of, cell.learners)
     return xr.Dataset(
         {name: value.astype(np.float64).reset_coords(drop=True) for name, value in values.items()}
     )

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis.assays.values import weight_distances
+from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment import BaseExperiment
 
 INNATE_FITNESS: Final = "innate fitness"
@@ -98,5 +99,12 @@ def read_record(runs: xr.Dataset, model: Any, name: str) -> Trait:
 
 
 def _select_assayed(data: xr.Dataset, innate: xr.Dataset) -> xr.Dataset:
-    """Return the runs and generations of the assay."""
-    return data.sel(run=innate["run"], generation=innate["generation"])
+    """Return the runs and generations of the assay.
+
+    A run that stopped has its last generation in the later ones, as in the assay.
+    """
+    runs = data.sel(run=innate["run"])
+    if GENERATION_COUNT not in runs.coords:
+        return runs.sel(generation=innate["generation"])
+    generation = np.minimum(innate["generation"], runs[GENERATION_COUNT] - 1)
+    return runs.sel(generation=generation).assign_coords(generation=innate["generation"])

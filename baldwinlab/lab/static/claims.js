@@ -139,7 +139,8 @@ function describeEffect(claim) {
     : "";
   return (
     `${sign}${formatNumber(claim.effect)}${interval}${p}; ` +
-    `${MEASURES[claim.measure] ?? claim.measure}, ${comparison}${weakest}`
+    `${MEASURES[claim.measure] ?? claim.measure}, ${comparison}${weakest}` +
+    (claim.note ? `; ${claim.note}` : "")
   );
 }
 
