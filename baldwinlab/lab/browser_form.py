@@ -11,13 +11,12 @@ from typing import Any, Final
 
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.added_parts import added_choices
-from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.paths import iterate_settings
-from baldwinlab.experiment.registry import BUILT_IN, table_name
+from baldwinlab.experiment.registry import BUILT_IN
+from baldwinlab.lab.browser_settings import list_read_settings
 from baldwinlab.lab.schema import find_field, make_schema
 from baldwinlab.models.miniworld.backends.browser_layout import COMMON_INHERITANCES, ModuleLayout
 from baldwinlab.parts.networks import Network
-from baldwinlab.parts.part import numeric_fields
 
 # Checks between two fields, as in the classes of experiments: one number is less than another.
 FIELD_RULES: Final = (
@@ -62,15 +61,6 @@ FIELD_RULES: Final = (
 )
 
 
-# Settings that only the engine in Python supports.
-PYTHON_ONLY_PATHS: Final = (
-    "population.worlds",
-    "lifetime.repeats",
-    "learning.control",
-    "record.every",
-)
-
-
 def list_choosable_parts(experiment: Experiment) -> dict[str, list[str]]:
     """Return the parts that the page lets a user choose, by the path of the field.
 
@@ -92,15 +82,14 @@ def make_form_schema(experiment: Experiment) -> Any:
     """Return the JSON schema of the form, with constants for fields that the page cannot change."""
     schema = make_schema(type(experiment))
     choosable_parts = list_choosable_parts(experiment)
-    part_fields = choosing_fields(type(experiment))
-    fixed_paths = ["model", "record.genome_every", *PYTHON_ONLY_PATHS]
-    fixed_paths += [path for path, _, _ in part_fields if path not in choosable_parts]
+    tree = experiment.to_dict()
+    editable_paths = {"name", *choosable_parts, *list_read_settings(experiment)}
+    fixed_paths = [path for path, _ in iterate_settings(tree) if path not in editable_paths]
     if any(added_choices(experiment)):
-        fixed_paths += ["name", "lifetime.update", *_list_compiled_fields(experiment)]
+        fixed_paths += ["name", *_list_compiled_fields(experiment)]
     for path, part_names in choosable_parts.items():
         properties, name = find_field(schema, path)
         properties[name] |= {"enum": part_names}
-    tree = experiment.to_dict()
     # A path can be listed twice.
     for path in dict.fromkeys(fixed_paths):
         properties, name = find_field(schema, path)
@@ -117,14 +106,6 @@ def _list_compiled_fields(experiment: Experiment) -> Iterator[str]:
     # Only the part itself can check the size of a network that is a graph.
     if network.layers is not Network.layers or network.has_graph_genomes:
         yield "network.hidden"
-    for path, kind, _ in choosing_fields(type(experiment)):
-        for part in experiment.parts(path):
-            if type(part).name not in BUILT_IN[kind]:
-                names_of_numbers = numeric_fields(type(part))
-                parent_path, _, _ = path.rpartition(".")
-                table = f"{parent_path}.{table_name(type(part).name)}"
-                fields = type(part).model_fields
-                yield from (f"{table}.{name}" for name in fields if name not in names_of_numbers)
     layout = _format_layout(experiment)
     for path, value in _list_numbers(experiment.to_dict()):
         changed_experiment = _change_value(experiment, path, value)

@@ -14,10 +14,10 @@ from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.outcome import describe_experiment_measures
 from baldwinlab.experiment.paths import look_up
-from baldwinlab.experiment.several_worlds import count_worlds
 from baldwinlab.lab import single_page
 from baldwinlab.lab.appearance_template import make_appearance_template
 from baldwinlab.lab.browser_form import FIELD_RULES, list_choosable_parts, make_form_schema
+from baldwinlab.lab.browser_settings import MODULE_SETTINGS, require_browser_settings
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import built_in_experiments, load_module
 from baldwinlab.models.miniworld.description import list_topics
@@ -52,8 +52,6 @@ MAX_RUNS: Final = 50
 MAX_PAGE_BYTES: Final = 2_000_000
 # Quantile of Student's t at the upper end of a 95 % interval.
 UPPER_PROBABILITY: Final = 0.975
-# The package contains a compiled module for each combination of these settings.
-MODULE_SETTINGS: Final = ("learning.rule", "lifetime.update")
 
 
 def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
@@ -69,8 +67,8 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
     Raises
     ------
     RefusedError
-        If the model of an experiment has no browser backend, or if the page is too large.
-
+        If the model of an experiment has no browser backend, if the browser engine would ignore a
+        setting, or if the page is too large.
     """
     for experiment in experiments:
         if not isinstance(experiment, Experiment):
@@ -78,31 +76,11 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
                 f"{experiment.name} cannot run in a browser: its model {experiment.model} is"
                 " simulated in Python"
             )
-        if experiment.population.species:
-            raise RefusedError(
-                f"{experiment.name} cannot run in a browser: it has several species, which only"
-                " the engine in Python supports; start a live run in `baldwinlab lab`, or export a"
-                " stored study (`baldwinlab export STUDY --format page`)"
-            )
-        if experiment.schedule or experiment.evolution.founders or experiment.may_stop:
-            raise RefusedError(
-                f"{experiment.name} cannot run in a browser: it has a schedule, founders or a stop,"
-                " which only the engine in Python supports"
-            )
+        require_browser_settings(experiment)
         if experiment.gene_names:
             raise RefusedError(
                 f"{experiment.name} cannot run in a browser: its parts have the genes"
                 f" {', '.join(experiment.gene_names)}, which only the engine in Python supports"
-            )
-        if count_worlds(experiment) > 1 or experiment.record.every is not None:
-            raise RefusedError(
-                f"{experiment.name} cannot run in a browser: population.worlds, lifetime.repeats"
-                " or record.every is set, which only the engine in Python supports"
-            )
-        if experiment.learning.control != "none":
-            raise RefusedError(
-                f"{experiment.name} cannot run in a browser: learning.control ="
-                f" {experiment.learning.control!r} is set, which only the engine in Python supports"
             )
         if experiment.part_records or uses_run_arrays(experiment):
             raise RefusedError(

@@ -13,6 +13,7 @@ from typing import Any, Final, get_type_hints
 import numpy as np
 from numba import typeof
 
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine import wasm
 from baldwinlab.evolution.founders import list_module_purposes
 from baldwinlab.evolution.inheritance import Darwinian
@@ -126,7 +127,13 @@ class ModuleLayout:
         )
 
     def plan(self) -> dict[str, Any]:
-        """Return the layout as JSON data. Tuples have the order of the arguments."""
+        """Return the layout as JSON data. Tuples have the order of the arguments.
+
+        Raises
+        ------
+        RefusedError
+            The experiment has arrays or numbers that no page can fill.
+        """
         experiment = self.experiment
         teacher_array = experiment.part("learning.rule").teacher_array
         leaves = {
@@ -138,6 +145,11 @@ class ModuleLayout:
         tuples = {}
         for name, sources in leaves.items():
             size, offsets = wasm.memory_offsets(typeof(getattr(self, name)))
+            if unknown := [f"{name}.{leaf}" for leaf in offsets if leaf not in sources]:
+                raise RefusedError(
+                    f"{experiment.name} cannot run in a browser: only the engine in Python has"
+                    f" {', '.join(unknown)}"
+                )
             tuples[name] = {
                 "bytes": size,
                 "leaves": {
