@@ -5,17 +5,20 @@ from __future__ import annotations
 import builtins
 import gc
 import importlib.util
+import inspect
 import os
 import random
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import wraps
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import HealthCheck, settings
 
 # The package reads this variable when it is imported. Subprocesses of tests inherit it.
@@ -183,6 +186,26 @@ def no_video_extra(monkeypatch: pytest.MonkeyPatch) -> None:
         return original_import(name, *arguments)
 
     monkeypatch.setattr(builtins, "__import__", import_without_ffmpeg)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _refuse_unknown_dimensions() -> Iterator[None]:
+    """Raise KeyError for a dimension that does not exist, which `reindex` of xarray ignores."""
+    with pytest.MonkeyPatch.context() as patch:
+        for data_class in (xr.DataArray, xr.Dataset):
+            patch.setattr(data_class, "reindex", _make_strict(data_class.reindex))
+        yield
+
+
+def _make_strict(reindex: Callable[..., Any]) -> Callable[..., Any]:
+    @wraps(reindex)
+    def reindex_existing(data: Any, *arguments: Any, **labels: Any) -> Any:
+        options = inspect.signature(reindex).parameters
+        if unknown := labels.keys() - options - {*data.dims}:
+            raise KeyError(f"{unknown} are not among the dimensions {data.dims}")
+        return reindex(data, *arguments, **labels)
+
+    return reindex_existing
 
 
 @pytest.fixture(autouse=True)

@@ -34,8 +34,8 @@ from baldwinlab.simulation.simulate import simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
 VARIABLES = ("food_eaten", "energy", "parents", "genome")
-# Other values of settings that are lists, or that are not set, and of the learning rule, because the
-# rule `none` does not read the learning rate.
+# Other values of settings that are lists, or that are not set, and of the learning rule: with the
+# rule `none`, the learning rate is refused.
 OTHER_VALUES: Mapping[str, Any] = {
     "world.food": [{"x": [90.0, 270.0], "y": [60.0, 240.0], "count": 70, "energy": 0.5}],
     "population.species": [{"name": "first", "size": 8}, {"name": "second", "size": 8}],

@@ -53,6 +53,9 @@ def test_curves_of_an_unknown_condition_or_of_too_many_runs_are_rejected(
     )
 
 
+FOOD = {"x": [400.0, 560.0], "y": [80.0, 240.0]}
+
+
 def test_reaction_norms_are_the_medians_of_the_assay_with_the_evolved_value(
     tmp_path: Path,
 ) -> None:
@@ -85,6 +88,30 @@ def test_reaction_norms_are_the_medians_of_the_assay_with_the_evolved_value(
         assert count["norms"]["evo/A"]["low"][0] < medians[0] < count["norms"]["evo/A"]["high"][0]
         (folder / "A.nc").write_bytes(b"torn")
         assert "A.nc is damaged" in get_error(server.address, "results/reaction", 400, study="it")
+
+
+def test_reaction_norms_of_conditions_with_other_evolved_values_have_gaps(tmp_path: Path) -> None:
+    counts = {"evo/A": 20, "evo+self-taught/A": 50}
+    experiments = [
+        shorten_preset(name).replace(world={"food": [FOOD | {"count": count}]})
+        for name, count in counts.items()
+    ]
+    study = make_small_study(tmp_path / "it", experiments, runs=2)
+    for name in counts:
+        path = tmp_path / "it" / "assays" / "reaction" / f"{name}.nc"
+        path.parent.mkdir(parents=True)
+        path.write_bytes(to_bytes(assign_to_study(reaction(name, 60, runs=2), study, name)))
+    panels = lab_results.read_reaction_norms(study)["panels"]
+    panel = next(panel for panel in panels if panel["field"] == "world.food.0.count")
+    assert panel["values"] == ("10", "20", "50", "100")
+    is_measured = {
+        name: [median is not None for median in norm["median"]]
+        for name, norm in panel["norms"].items()
+    }
+    assert is_measured == {
+        "evo/A": [True, True, False, True],
+        "evo+self-taught/A": [True, False, True, True],
+    }
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the platform has no named pipes")

@@ -300,7 +300,7 @@ def _summarize_norms(panel: Panel) -> dict[str, dict[str, list[float | None]]]:
         median, low, high = curve_intervals.interval_of_median(fitness_values)
         curves = {"median": median, "low": low, "high": high}
         summaries[name] = {
-            curve_name: _to_list(curve.reindex(place=indices))
+            curve_name: _to_list(curve.reindex(position=indices))
             for curve_name, curve in curves.items()
         }
     return summaries
