@@ -7,7 +7,7 @@ corrected by Holm's method.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import nan
 
@@ -29,7 +29,7 @@ from baldwinlab.analysis.assays.criteria import (
     combine_verdicts,
     load_criteria,
 )
-from baldwinlab.analysis.assays.phrases import has_foragers
+from baldwinlab.analysis.assays.phrases import Terms, has_foragers, select_terms
 from baldwinlab.analysis.assays.values import (
     Assays,
     Quantity,
@@ -177,7 +177,13 @@ class Analysis:
     def applicable_criteria(self) -> list[Criterion]:
         """The criteria that apply to a condition."""
         applicable = {answer.criterion for result in self.results for answer in result.answers}
-        return [criterion for criterion in load_criteria() if criterion in applicable]
+        criteria = load_criteria(self.is_foraging)
+        return [criterion for criterion in criteria if criterion in applicable]
+
+    @property
+    def terms(self) -> Terms:
+        """The terms of the texts about the conditions."""
+        return select_terms(self.is_foraging)
 
     def find_number(self, condition: str, measure: str, when: str) -> Number | None:
         """Return the number of a quantity of a condition, or None if it does not exist."""
@@ -229,7 +235,9 @@ def evaluate_assays(assays: Assays, last: int = 10, instruction: str = "") -> An
         if control and INNATE_LAST in tables[control]:
             # Criteria compare quantities of one table.
             tables[name][CONTROL_LAST] = tables[control][INNATE_LAST]
-    answers = _answer_criteria(tables, {name: experiments[name] for name in learning_conditions})
+    is_foraging = has_foragers(experiments.values())
+    learning_experiments = {name: experiments[name] for name in learning_conditions}
+    answers = _answer_criteria(tables, learning_experiments, load_criteria(is_foraging))
     results = [
         ConditionResult(
             condition=name,
@@ -247,18 +255,20 @@ def evaluate_assays(assays: Assays, last: int = 10, instruction: str = "") -> An
         numbers=numbers,
         last=last,
         tables=tables,
-        is_foraging=has_foragers(experiments.values()),
+        is_foraging=is_foraging,
     )
 
 
 def _answer_criteria(
-    tables: Mapping[str, Table], experiments: Mapping[str, BaseExperiment]
+    tables: Mapping[str, Table],
+    experiments: Mapping[str, BaseExperiment],
+    criteria: Sequence[Criterion],
 ) -> dict[str, tuple[Answer, ...]]:
     """Answer the criteria of all conditions, whose tests are one family."""
     comparisons = {
         (name, criterion): _compare_quantities(tables[name], criterion)
         for name, experiment in experiments.items()
-        for criterion in load_criteria()
+        for criterion in criteria
         if criterion.applies_to(experiment)
     }
     tests = {key: pairs for key, (pairs, _) in comparisons.items() if pairs}

@@ -9,6 +9,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, Final, Literal
 
+from baldwinlab.analysis.assays.phrases import Terms, fill_terms, select_terms
 from baldwinlab.analysis.assays.values import Quantity
 from baldwinlab.experiment import BaseExperiment, Experiment
 
@@ -55,12 +56,15 @@ def _load_questions() -> dict[str, Any]:
 
 
 @cache
-def load_criteria() -> tuple[Criterion, ...]:
-    """Return all criteria of `questions.toml`."""
-    return tuple(
-        Criterion(**{**entry, "a": tuple(entry["a"]), "b": tuple(entry["b"])})
-        for entry in _load_questions()["criteria"]
-    )
+def load_criteria(is_foraging: bool = True) -> tuple[Criterion, ...]:
+    """Return all criteria of `questions.toml`, with the terms of models with or without food."""
+    terms = select_terms(is_foraging)
+    return tuple(_read_criterion(entry, terms) for entry in _load_questions()["criteria"])
+
+
+def _read_criterion(entry: dict[str, Any], terms: Terms) -> Criterion:
+    texts = {name: fill_terms(entry[name], terms) for name in ("question", "detail")}
+    return Criterion(**{**entry, **texts, "a": tuple(entry["a"]), "b": tuple(entry["b"])})
 
 
 def load_rules() -> dict[str, str]:

@@ -11,6 +11,7 @@ from typing import Final
 
 from baldwinlab.analysis.assays.analysis import Analysis, ConditionResult
 from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, UNDECIDED, YES
+from baldwinlab.analysis.assays.phrases import Terms
 from baldwinlab.papers.texts import Inference
 
 NOTHING_INNATE_HEADLINE: Final = "learning raises fitness; no agent eats without learning"
@@ -53,7 +54,7 @@ def describe_phases(result: ConditionResult) -> str:
     return headline + PHASE_2_ADDITIONS[second_phase]
 
 
-def compose_headline(result: ConditionResult) -> str:
+def compose_headline(result: ConditionResult, terms: Terms) -> str:
     """Return the verdict on a condition, with the criteria that fail or were not measured."""
     text = f"{describe_phases(result)}."
     if {result.phase_verdict(1), result.phase_verdict(2)} != {NOT_MEASURED}:
@@ -63,8 +64,8 @@ def compose_headline(result: ConditionResult) -> str:
         text += f" Not measured: {unmeasured}" if unmeasured else ""
     if result.is_lamarckian:
         text += (
-            " Agents inherit learned weights here (Lamarckian inheritance), so a rise of innate "
-            "fitness is not evidence for the Baldwin effect."
+            f" Agents inherit learned {terms.weights} here (Lamarckian inheritance), so a rise "
+            "of innate fitness is not evidence for the Baldwin effect."
         )
     return text
 

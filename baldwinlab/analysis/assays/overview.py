@@ -10,6 +10,7 @@ import numpy as np
 from baldwinlab.analysis.assays.analysis import Analysis, ConditionResult
 from baldwinlab.analysis.assays.criteria import NO, NOT_MEASURED, YES
 from baldwinlab.analysis.assays.headlines import describe_phases
+from baldwinlab.analysis.assays.phrases import fill_terms
 from baldwinlab.analysis.figures.overview import OverviewCell
 from baldwinlab.analysis.figures.overview import draw_overview as draw_cell_tables
 from baldwinlab.analysis.report.embedding import ReportFigure
@@ -28,8 +29,8 @@ CRITERION_CAPTIONS: Final = {
     "gain": "fitness of the average agent with learning, minus its fitness without learning, over "
     "all generations",
     "innate": "innate fitness in the last generations, minus the same in the first generations",
-    "cost": "fitness of agents born with their weights at death, minus fitness of agents that "
-    "learn from birth (below 0, the weights at death do not suffice)",
+    "cost": "fitness of agents born with their {weights} at death, minus fitness of agents that "
+    "learn from birth (below 0, the {weights} at death do not suffice)",
     "built-innate": "innate fitness in the last generations, minus the same in the neutral "
     "control, whose parents are chosen at random",
     "built-learned": "gain from learning in the last generations, minus the same in the neutral "
@@ -92,7 +93,9 @@ def draw_overview(analysis: Analysis, order: Sequence[str]) -> ReportFigure | No
     if not panels:
         return None
     titled = {CRITERION_TITLES[criterion]: cells for criterion, cells in panels.items()}
-    captions = "; ".join(CRITERION_CAPTIONS[criterion] for criterion in panels)
+    captions = "; ".join(
+        fill_terms(CRITERION_CAPTIONS[criterion], analysis.terms) for criterion in panels
+    )
     title = "Gain from learning and innate fitness"
     return ReportFigure(
         name="baldwin-overview",

@@ -1,25 +1,24 @@
-"""Terms of the assay section for models without food, whose agents gain fitness."""
+"""Terms of the assay section, which depend on whether a model has food and weights."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
-from typing import Final
+from typing import Final, NamedTuple
 
 from baldwinlab.experiment import BaseExperiment, Experiment
 
-# General terms by terms for food.
-FITNESS_TERMS: Final = {
-    "eats": "gains",
-    "eat": "gain",
-    "eaten": "gained",
-    "ate": "gained",
-    "food": "fitness",
-    "weights": "genome",
-}
-FOOD_TERM_PATTERN: Final = re.compile(rf"(?<![\w-])({'|'.join(FITNESS_TERMS)})(?![\w-])")
-# The data of an embedded image, which is not text.
-IMAGE_PATTERN: Final = re.compile(r'(src="[^"]*")')
+
+class Terms(NamedTuple):
+    """Words that the texts of the section contain as placeholders, for example "{weights}"."""
+
+    eat: str
+    eats: str
+    weights: str
+
+
+FOOD_TERMS: Final = Terms(eat="eat", eats="eats", weights="weights")
+# Agents of other models gain fitness, and learning may change more than weights.
+FITNESS_TERMS: Final = Terms(eat="gain", eats="gains", weights="genome")
 
 
 def has_foragers(experiments: Iterable[BaseExperiment]) -> bool:
@@ -27,26 +26,11 @@ def has_foragers(experiments: Iterable[BaseExperiment]) -> bool:
     return any(isinstance(experiment, Experiment) for experiment in experiments)
 
 
-def adapt_terms(text: str, is_foraging: bool) -> str:
-    """Replace the terms for food in a text or in HTML.
+def select_terms(is_foraging: bool) -> Terms:
+    """Return the terms for conditions of which any, or none, uses the MiniWorld model."""
+    return FOOD_TERMS if is_foraging else FITNESS_TERMS
 
-    Parameters
-    ----------
-    text : str
-        The text.
-    is_foraging : bool
-        Whether any condition uses the MiniWorld model. Then the text does not change.
 
-    Returns
-    -------
-    str
-        The text. Images that HTML embeds do not change.
-    """
-    if is_foraging:
-        return text
-    pieces = IMAGE_PATTERN.split(text)
-    # The pattern has a group, so pieces at odd positions are images.
-    pieces[::2] = [
-        FOOD_TERM_PATTERN.sub(lambda match: FITNESS_TERMS[match[0]], piece) for piece in pieces[::2]
-    ]
-    return "".join(pieces)
+def fill_terms(text: str, terms: Terms) -> str:
+    """Replace the placeholders of a text of this package. The text has no other braces."""
+    return text.format_map(terms._asdict())

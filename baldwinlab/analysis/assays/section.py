@@ -16,7 +16,6 @@ from baldwinlab.analysis.assays import (
 )
 from baldwinlab.analysis.assays.analysis import Analysis, Number, evaluate_assays
 from baldwinlab.analysis.assays.criteria import Criterion, load_rules
-from baldwinlab.analysis.assays.phrases import adapt_terms
 from baldwinlab.analysis.assays.records import write_analysis
 from baldwinlab.analysis.assays.section_figures import draw_assay_figures, name_measure
 from baldwinlab.analysis.assays.values import Assays
@@ -71,7 +70,6 @@ def make_section(
     analysis = analysis or evaluate_assays(assays, last)
     write_analysis(analysis, directory)
     figure_folder = directory / "figures"
-    is_foraging = analysis.is_foraging
     is_large = overview.is_large(analysis)
     groups = overview.group_by_verdict(analysis) if is_large else {}
     order = list(dict.fromkeys(name for stored in assays.values() for name in stored))
@@ -79,7 +77,7 @@ def make_section(
     inlined_overview = save_and_inline(overview_figure, figure_folder) if overview_figure else None
     assay_figures = draw_assay_figures(assays, analysis)
     paper_comparison = ""
-    if inference is not None and analysis.results and is_foraging:
+    if inference is not None and analysis.results and analysis.is_foraging:
         paper_comparison = headlines.compare_with_paper(analysis, inference)
     body = render(
         "assays/section.html",
@@ -107,19 +105,21 @@ def make_section(
         table=tabulate_numbers(analysis),
         conditions=list(dict.fromkeys(number.condition for number in analysis.numbers)),
     )
-    summary = _summarize(analysis)
     return Section(
         anchor="baldwin",
         title=SECTION_TITLE,
-        body=adapt_terms(body, is_foraging),
-        summary=adapt_terms(summary, is_foraging),
+        body=body,
+        summary=_summarize(analysis),
     )
 
 
 def _compose_headlines(analysis: Analysis) -> dict[str, tuple[str, str]]:
     """Return a description of each condition and its headline."""
     return {
-        result.condition: (headlines.describe_condition(result), headlines.compose_headline(result))
+        result.condition: (
+            headlines.describe_condition(result),
+            headlines.compose_headline(result, analysis.terms),
+        )
         for result in analysis.results
     }
 
@@ -171,7 +171,7 @@ def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:
     order = list(dict.fromkeys(measure for measure, _ in rows))
     rows = dict(sorted(rows.items(), key=lambda row: order.index(row[0][0])))
     return [
-        {"measure": name_measure(measure), "when": when, "numbers": numbers}
+        {"measure": name_measure(measure, analysis.terms), "when": when, "numbers": numbers}
         for (measure, when), numbers in rows.items()
     ]
 

@@ -15,6 +15,7 @@ from baldwinlab.analysis.assays import (
     within_life_figure,
 )
 from baldwinlab.analysis.assays.analysis import Analysis
+from baldwinlab.analysis.assays.phrases import Terms, fill_terms
 from baldwinlab.analysis.assays.reaction_norms import PARAMETERS, QUANTITY_PREFIX
 from baldwinlab.analysis.assays.values import Assays, parse_experiments
 from baldwinlab.analysis.report.embedding import ReportFigure
@@ -25,16 +26,16 @@ from baldwinlab.experiment.outcome import name_food_outcome
 MEASURE_NAMES: Final = {
     "off": "fitness, learning off (innate fitness)",
     "on": "fitness, learning on",
-    "frozen": "fitness, weights at death, learning off",
+    "frozen": "fitness, {weights} at death, learning off",
     "drift": "fitness, random changes instead of learning (drift)",
     "on, with drift control": "fitness, learning on, generations with the drift control",
     "gain": "gain from learning (on - off)",
     "innate share": "innate share (off / on)",
-    "frozen share": "share of the weights at death (frozen / on)",
+    "frozen share": "share of the {weights} at death (frozen / on)",
     "off, neutral assay": "innate fitness, assay neutral",
     "on, neutral assay": "fitness, learning on, assay neutral",
     "gain, neutral assay": "gain from learning, assay neutral",
-    "distance": "distance between weights at birth and at death",
+    "distance": "distance between {weights} at birth and at death",
     "modules": "fitness with these modules",
     "setting": "fitness in this setting",
     "setting, relative": "fitness relative to the setting of evolution",
@@ -74,7 +75,7 @@ ASSAY_FIGURES: Final = (
         title="Innate and learned fitness",
         caption=(
             "Newborns of each generation, simulated again. Top: fitness of the average agent with "
-            "learning on, with learning off (innate fitness), with the weights at death and "
+            "learning on, with learning off (innate fitness), with the {weights} at death and "
             "learning off, and with random changes instead of learning (drift). Bottom: the same "
             "as a share of the fitness with learning on. Genetic assimilation raises the innate "
             f"share toward 1. {BANDS_NOTE}"
@@ -88,8 +89,8 @@ ASSAY_FIGURES: Final = (
         name="learning",
         title="Gain from learning and weight changes",
         caption=(
-            "Top: gain from learning of the average agent. Bottom, if the model has weights: "
-            "Euclidean distance between the weights at birth and at death, by layer. "
+            "Top: gain from learning of the average agent. Bottom, if the model has {weights}: "
+            "Euclidean distance between the {weights} at birth and at death, by layer. "
             f"{BANDS_NOTE}"
         ),
         draw=figures.draw_gain_and_distance,
@@ -195,7 +196,7 @@ def _draw(
     return ReportFigure(
         name=f"baldwin-{figure.name}",
         title=figure.title,
-        caption=figure.caption,
+        caption=fill_terms(figure.caption, analysis.terms),
         alternative=f"{figure.title}. Medians over runs: {medians}.",
         figure=figure.draw(assays, names, unit),
         table=_tabulate_medians(assays[figure.assay]),
@@ -219,13 +220,15 @@ def _tabulate_medians(datasets: Mapping[str, xr.Dataset]) -> list[dict[str, Any]
 def _list_medians(analysis: Analysis, condition: str, measures: Sequence[str]) -> str:
     numbers = [number for number in analysis.numbers if number.condition == condition]
     texts = [
-        f"{name_measure(number.measure)}, {number.when}, {format_number(number.median)}"
+        f"{name_measure(number.measure, analysis.terms)}, {number.when}, "
+        f"{format_number(number.median)}"
         for number in numbers
         if number.measure in measures
     ]
     return ", ".join(texts)
 
 
-def name_measure(measure: str) -> str:
+def name_measure(measure: str, terms: Terms) -> str:
     """Return the name of a measure in figures and tables."""
-    return MEASURE_NAMES.get(measure, measure)
+    name = MEASURE_NAMES.get(measure)
+    return fill_terms(name, terms) if name else measure

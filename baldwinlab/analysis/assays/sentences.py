@@ -7,6 +7,7 @@ from typing import Final
 
 from baldwinlab.analysis.assays.analysis import Analysis, Answer, ConditionResult
 from baldwinlab.analysis.assays.criteria import NO, UNDECIDED, YES
+from baldwinlab.analysis.assays.phrases import Terms
 from baldwinlab.analysis.statistics.numbers import format_number
 
 # Signs of a difference.
@@ -34,9 +35,9 @@ def compose_sentences(analysis: Analysis, result: ConditionResult) -> list[str]:
         *_describe_gain(analysis, result),
         *_describe_drift(result),
         *_describe_newborns(result),
-        *_describe_innate(result, analysis.last),
+        *_describe_innate(analysis, result),
         *_describe_gain_change(result),
-        *_describe_cost(result),
+        *_describe_cost(result, analysis.terms),
         *_describe_selection(result),
         *_describe_modules(analysis, result),
     ]
@@ -48,10 +49,11 @@ def _describe_gain(analysis: Analysis, result: ConditionResult) -> Iterator[str]
     off = analysis.find_number(result.condition, "off", "last")
     if gain.numbers and on and off:
         yield (
-            "Over all generations, the average agent eats "
+            f"Over all generations, the average agent {analysis.terms.eats} "
             f"{format_number(gain.numbers.median_a)} with learning on and "
             f"{format_number(gain.numbers.median_b)} with learning off"
-            f"{_note_insignificance(gain)}. In the last {analysis.last} generations, it eats "
+            f"{_note_insignificance(gain)}. In the last {analysis.last} generations, it "
+            f"{analysis.terms.eats} "
             f"{format_number(on.median)} and {format_number(off.median)}."
         )
 
@@ -81,16 +83,17 @@ def _describe_newborns(result: ConditionResult) -> Iterator[str]:
         )
 
 
-def _describe_innate(result: ConditionResult, last: int) -> Iterator[str]:
+def _describe_innate(analysis: Analysis, result: ConditionResult) -> Iterator[str]:
     if result.eats_only_with_learning:
         yield _explain_nothing_innate(result)
         return
     innate = result.answer("innate")
     if innate.numbers:
         yield (
-            "With learning off, agents eat "
-            f"{format_number(innate.numbers.median_b)} in the first {last} generations and "
-            f"{format_number(innate.numbers.median_a)} in the last{_note_insignificance(innate)}."
+            f"With learning off, agents {analysis.terms.eat} "
+            f"{format_number(innate.numbers.median_b)} in the first {analysis.last} generations "
+            f"and {format_number(innate.numbers.median_a)} in the last"
+            f"{_note_insignificance(innate)}."
         )
     share = result.answer("share")
     if share.numbers:
@@ -104,7 +107,7 @@ def _describe_innate(result: ConditionResult, last: int) -> Iterator[str]:
             f"first generations and {format_number(100 * share.numbers.median_a)} % in the "
             f"last{_note_insignificance(share)}.{meaning}"
         )
-    yield from _describe_guidance(result)
+    yield from _describe_guidance(result, analysis.terms)
 
 
 def _explain_nothing_innate(result: ConditionResult) -> str:
@@ -117,7 +120,7 @@ def _explain_nothing_innate(result: ConditionResult) -> str:
     )
 
 
-def _describe_guidance(result: ConditionResult) -> Iterator[str]:
+def _describe_guidance(result: ConditionResult, terms: Terms) -> Iterator[str]:
     guidance = result.answer("guidance")
     if guidance.numbers:
         meaning = {
@@ -129,9 +132,9 @@ def _describe_guidance(result: ConditionResult) -> Iterator[str]:
             UNDECIDED: "The runs do not show a difference.",
         }
         yield (
-            "With learning off, agents of the last generations eat "
+            f"With learning off, agents of the last generations {terms.eat} "
             f"{format_number(guidance.numbers.median_a)}; agents of the no-learning control "
-            f"({result.control}) eat {format_number(guidance.numbers.median_b)}. "
+            f"({result.control}) {terms.eat} {format_number(guidance.numbers.median_b)}. "
             f"{meaning[_difference_sign(guidance)]}"
         )
 
@@ -152,18 +155,18 @@ def _describe_gain_change(result: ConditionResult) -> Iterator[str]:
         )
 
 
-def _describe_cost(result: ConditionResult) -> Iterator[str]:
+def _describe_cost(result: ConditionResult, terms: Terms) -> Iterator[str]:
     cost = result.answer("cost")
     if cost.numbers and _difference_sign(cost) == MORE:
         yield (
-            f"Learning has a cost of {format_number(cost.numbers.effect)}: agents eat this much "
-            "more if they are born with their weights at death."
+            f"Learning has a cost of {format_number(cost.numbers.effect)}: agents {terms.eat} "
+            f"this much more if they are born with their {terms.weights} at death."
         )
     if cost.numbers and _difference_sign(cost) == LESS:
         yield (
-            "Agents that are born with their weights at death and do not learn eat only "
-            f"{format_number(cost.numbers.median_a)}. These weights do not suffice: agents must "
-            "learn during their lifetime."
+            f"Agents that are born with their {terms.weights} at death and do not learn "
+            f"{terms.eat} only {format_number(cost.numbers.median_a)}. These {terms.weights} do "
+            "not suffice: agents must learn during their lifetime."
         )
 
 

@@ -19,6 +19,8 @@ from baldwinlab.analysis.assays.section import make_section, tabulate_numbers
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report import write_page
 from baldwinlab.analysis.report.sections import Section
+from baldwinlab.experiment.toml import to_toml
+from baldwinlab.papers.presets import load
 from tests.analysis.assays.artificial_assays import (
     constant,
     innate,
@@ -42,7 +44,7 @@ def text_on(**assays: xr.Dataset) -> str:
     assert inference is not None
     comparison = headlines.compare_with_paper(analysis, inference)
     sentences = wording.compose_sentences(analysis, result)
-    return " ".join([headlines.compose_headline(result), comparison, *sentences])
+    return " ".join([headlines.compose_headline(result, analysis.terms), comparison, *sentences])
 
 
 LEARNERS = within_life(A, 1, 9)
@@ -335,3 +337,19 @@ def test_a_browser_shows_it_without_scrolling_sideways(
     )
     assert complaints == []
     opened.close()
+
+
+def test_terms_of_a_model_without_food_leave_names_and_commands_unchanged(tmp_path: Path) -> None:
+    preset = load("hinton-nowlan-1987:guessing")
+    conditions = {}
+    for name in ("food", "eat/weights"):
+        assay = innate(A, on=rising(4, 9), off=rising(1, 2), frozen=rising(5, 12))
+        provenance = {"experiment": to_toml(preset.replace(name=name)), "learner": name, "map": ""}
+        conditions[name] = assay.assign_attrs(provenance)
+    section = make_section({"innate": conditions}, tmp_path)
+    assert section.summary.startswith("On food: ") and "On eat/weights: " in section.summary
+    body = re.sub(r'src="[^"]*"', "", section.body)
+    for name in conditions:
+        assert f"<p><strong>{name}</strong></p>" in body
+    assert "the average agent gains" in body and "born with their genome at death" in body
+    assert not re.search(r"\b(eats?|food|weights)\b", re.sub(r"eat/weights|\bfood\b", "", body))
