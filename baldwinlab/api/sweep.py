@@ -17,6 +17,7 @@ from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError, require_positive
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment.factors import SWEEP
+from baldwinlab.experiment.fields import to_plain_data
 from baldwinlab.simulation.memory import estimate_tables
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep
 from baldwinlab.studies.sweeps.file import read_sweep, validate_sweep
@@ -80,6 +81,7 @@ def sweep(
             raise RefusedError("out is missing: a sweep from a dict needs the study's directory")
         # Errors in the plan name this path.
         path = Path("sweep")
+        plan = to_plain_data(plan)
         content = tomlkit.dumps(plan).encode()
         design = validate_sweep(plan, str(path))
     else:

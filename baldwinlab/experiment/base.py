@@ -413,9 +413,8 @@ def _with_valid_species(experiment: BaseExperiment) -> Any:
 @lru_cache(maxsize=256)
 def _apply_changes(experiment: BaseExperiment, n_changes: int) -> Any:
     """Return an experiment with its first `n_changes` scheduled changes, without a schedule."""
-    settings: dict[str, Any] = {}
-    for change in experiment.schedule[:n_changes]:
-        settings |= change.settings
+    changes = [change.settings for change in experiment.schedule[:n_changes]]
+    settings = paths.combine_settings(changes)
     return experiment.replace(schedule=[], **paths.nest_settings(settings))
 
 
@@ -436,7 +435,7 @@ def validate(tree: Any, lenient: bool = False) -> Any:
     """
     if not isinstance(tree, dict):
         raise ExperimentError("an experiment is a table of its fields")
-    upgraded_tree = upgrade(tree) if lenient else tree
+    upgraded_tree = upgrade(tree) if lenient else to_plain_data(tree)
     experiment = _make_experiment(upgraded_tree, lenient)
     if not lenient:
         check_added_parts(experiment)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from pathlib import PurePath
 from typing import Any, Final
 
 from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
@@ -71,27 +72,51 @@ def refuse_fields(faults: Sequence[tuple[str, object, str]]) -> None:
         raise PydanticCustomError(FIELDS_REFUSED, "fields are refused", {"faults": list(faults)})
 
 
-def merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    """Return `base` with `changes`, table by table. A list replaces a list."""
+def merge(base: dict[str, Any], changes: dict[str, Any], path: str = "") -> dict[str, Any]:
+    """Return `base` with `changes`, table by table.
+
+    A list replaces a list. A table with the keys "0", "1" and so on changes entries of a list.
+    `path` is that of `base`, for messages. Raises ExperimentError if a list has no such entry.
+    """
     merged = dict(base)
     for key, value in changes.items():
         base_value = merged.get(key)
         if isinstance(base_value, dict) and isinstance(value, dict):
-            merged[key] = merge(base_value, value)
+            merged[key] = merge(base_value, value, f"{path}{key}.")
+        elif isinstance(base_value, list) and isinstance(value, dict) and value:
+            # A key of a tree from Python can be a number.
+            changes_by_key = {str(index): entry for index, entry in value.items()}
+            entries = {str(index): entry for index, entry in enumerate(base_value)}
+            list_path = f"{path}{key}."
+            for index in changes_by_key.keys() - entries.keys():
+                raise ExperimentError(describe_missing_name(f"{list_path}{index}", index, entries))
+            merged[key] = list(merge(entries, changes_by_key, list_path).values())
         else:
             merged[key] = value
     return merged
 
 
+def describe_missing_name(path: str, name: str, names: Iterable[Any]) -> str:
+    """Return the message about a path whose step `name` is not one of `names`."""
+    return f"{path}: there is no {name!r} here; there are: {', '.join(map(str, names)) or 'none'}"
+
+
 def to_plain_data(value: Any) -> Any:
-    """Return a value with tables as dicts and tuples as lists, at all levels."""
+    """Return a value as TOML has it, at all levels.
+
+    Tables are dicts, tuples and arrays are lists, numbers of NumPy are numbers of Python, and paths
+    are texts.
+    """
     if isinstance(value, BaseModel):
         return value.model_dump(mode="json")
-    if isinstance(value, dict):
+    if isinstance(value, Mapping):
         return {key: to_plain_data(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
         return [to_plain_data(entry) for entry in value]
-    return value
+    # NumPy takes a while to load, so its types are recognized by their method.
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return str(value) if isinstance(value, PurePath) else value
 
 
 def format_validation_error(error: ValidationError, model: type[BaseModel]) -> str:

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
+from copy import deepcopy
 from typing import Any
 
 from pydantic import BaseModel
 
 from baldwinlab.core.files import parse_toml
-from baldwinlab.experiment.fields import ExperimentError, renamed_message, to_plain_data
+from baldwinlab.experiment.fields import (
+    ExperimentError,
+    describe_missing_name,
+    renamed_message,
+    to_plain_data,
+)
 from baldwinlab.experiment.renamed import new_path
 
 
@@ -100,6 +106,28 @@ def nest_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
     return tree
 
 
+def combine_settings(changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the settings by path after several changes, each of which is settings by path.
+
+    A list replaces the earlier changes of its entries, and a later change of an entry changes the
+    list.
+    """
+    combined: dict[str, Any] = {}
+    for path, value in (setting for change in changes for setting in change.items()):
+        if isinstance(value, list):
+            prefix = f"{path}."
+            combined = {key: entry for key, entry in combined.items() if not key.startswith(prefix)}
+        lists = (key for key, entry in combined.items() if isinstance(entry, list))
+        changed_list = next((key for key in lists if path.startswith(f"{key}.")), "")
+        if changed_list:
+            tree = {"": deepcopy(combined[changed_list])}
+            set_value(tree, path.removeprefix(changed_list), value)
+            combined[changed_list] = tree[""]
+        else:
+            combined[path] = value
+    return combined
+
+
 def set_value(tree: dict[str, Any], path: str, value: Any) -> None:
     """Set the value at a path of a tree of dicts and lists.
 
@@ -131,7 +159,7 @@ def _describe_missing_step(table: Any, step: str, path: str) -> str:
         names = list(table)
     elif isinstance(table, list):
         names = range(len(table))
-    return f"{path}: there is no {step!r} here; there are: {', '.join(map(str, names)) or 'none'}"
+    return describe_missing_name(path, step, names)
 
 
 def parse_assignment(assignment: str) -> tuple[str, Any]:

@@ -12,9 +12,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from baldwinlab.experiment.fields import ExperimentError, Fields
+from baldwinlab.experiment.fields import ExperimentError, Fields, to_plain_data
 from baldwinlab.experiment.paths import iterate_settings, parse_assignment
 
 # Tables and fields that cannot change during a run: its size, its records, the layout of genomes.
@@ -33,6 +33,12 @@ class Change(Fields, extra="allow"):
     generation: int = Field(
         ge=0, le=1_000_000, description="First generation with the new values, from 0."
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _flatten_tables(cls, tree: Any) -> Any:
+        """Read a table `learning` with the setting `rule` as the key "learning.rule"."""
+        return dict(iterate_settings(to_plain_data(tree))) if isinstance(tree, Mapping) else tree
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -168,12 +174,20 @@ def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, A
         settings = {
             path: value
             for path, value in change.items()
-            if path not in replaced_values and _parent_path(_parent_path(path)) not in sections
+            if not _is_replaced(path, replaced_values)
+            and _parent_path(_parent_path(path)) not in sections
         }
         # The first entry is the generation of the change.
         if len(settings) > 1:
             remaining_changes.append(settings)
     return remaining_changes
+
+
+def _is_replaced(path: str, replaced_values: Mapping[str, Any]) -> bool:
+    """Return whether a setting, or the list that contains it, gets a value."""
+    return path in replaced_values or any(
+        path.startswith(f"{replaced}.") for replaced in replaced_values
+    )
 
 
 def _parent_path(path: str) -> str:

@@ -9,9 +9,11 @@ from typing import Any
 
 import tomlkit
 from pydantic import BaseModel
+from tomlkit.exceptions import ConvertError
 
 from baldwinlab.core.files import parse_toml
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError, validate
+from baldwinlab.experiment.fields import to_plain_data
 from baldwinlab.experiment.paths import iterate_settings
 
 
@@ -112,4 +114,23 @@ def format_assignments(tables: Mapping[str, Any]) -> list[str]:
     list of str
         Assignments, such as "lifetime.steps=5".
     """
-    return [f"{path}={tomlkit.item(value).as_string()}" for path, value in iterate_settings(tables)]
+    assignments = []
+    for path, value in iterate_settings(to_plain_data(tables)):
+        try:
+            assignments.append(f"{path}={format_inline(value)}")
+        except ConvertError:
+            raise ExperimentError(
+                f"{path} = {value!r}: a value must be a number, true or false, a text, or a list "
+                "or a table of these"
+            ) from None
+    return assignments
+
+
+def format_inline(value: Any) -> str:
+    """Return a value as TOML on one line. A table in a list is written as `{count = 3}`."""
+    if isinstance(value, Mapping):
+        entries = (f"{key} = {format_inline(entry)}" for key, entry in value.items())
+        return f"{{{', '.join(entries)}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(format_inline(entry) for entry in value)}]"
+    return tomlkit.item(value).as_string()

@@ -19,16 +19,15 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import tomlkit
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment import Experiment, ExperimentError, assign, look_up
 from baldwinlab.experiment.factors import SWEEP
-from baldwinlab.experiment.fields import format_faults
+from baldwinlab.experiment.fields import format_faults, to_plain_data
 from baldwinlab.experiment.miniworld_tables import MAX_LIFETIME_STEPS
 from baldwinlab.experiment.paths import short_name
-from baldwinlab.experiment.toml import format_assignments
+from baldwinlab.experiment.toml import format_assignments, format_inline
 from baldwinlab.experiment.unused_settings import describe_unused_setting, list_unused_settings
 from baldwinlab.papers import presets
 from baldwinlab.studies.open import open_conditions
@@ -162,9 +161,7 @@ def _look_up(experiment: Experiment, path: str) -> tuple[Any, str]:
 def _format_value(value: Any) -> str:
     if isinstance(value, str):
         return value
-    toml_value = list(value) if isinstance(value, tuple) else value
-    text: str = tomlkit.item(toml_value).as_string()
-    return text
+    return format_inline(to_plain_data(value))
 
 
 def _setting_values(points: Iterable[Experiment], field: str) -> list[int | float] | list[str]:

@@ -108,7 +108,7 @@ class Sweep(Fields):
         if paths:
             raise ValueError(
                 f"{shorten(', '.join(paths))}: "
-                "a value must be a number, true or false, a text, or a list of these"
+                "a value must be a number, true or false, a text, or a list or a table of these"
             )
         return self
 
@@ -162,8 +162,8 @@ def _flatten(tables: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str,
 
 
 def _is_plain(value: Any) -> bool:
-    if isinstance(value, list):
-        return all(map(_is_plain, value))
+    if isinstance(value, list | dict):
+        return all(map(_is_plain, value.values() if isinstance(value, dict) else value))
     return isinstance(value, bool | int | float | str)
 
 

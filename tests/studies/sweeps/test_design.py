@@ -244,9 +244,10 @@ def test_the_experiment_of_a_sweep_can_be_a_file_in_the_same_folder(tmp_path: Pa
             "network.hidden.0: is set here, but network",
         ),
         (
-            HEAD + "[fields]\nworld.food = [[{ x = [1, 2] }]]",
-            "fields.world.food: a value must be a number",
+            HEAD + "[fields]\nmotor.noise = [2026-01-01]",
+            "fields.motor.noise: a value must be a number",
         ),
+        (HEAD + "[fields]\nworld.food = [[{ x = [1, 2] }]]", "world.food.0.y: is missing"),
         (
             HEAD + "world.food = [{ x = 1 }]\n[fields]\nlearning = { rate = [{ a = 1 }] }",
             ".toml: set.world.food, fields.learning.rate: a value must be a number",
