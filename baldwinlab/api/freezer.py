@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -16,11 +16,11 @@ from baldwinlab.api.load import load_installed_parts
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import parse_location
-from baldwinlab.core.output_paths import FREEZE_MARK, is_study, require_writable
+from baldwinlab.core.output_paths import FREEZE_MARK, require_writable
 from baldwinlab.evolution import Genome
 from baldwinlab.evolution.genome_file import decode_genomes, encode_genomes, require_fit
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.studies.creation import require_available
+from baldwinlab.experiment.file import hash_content
 from baldwinlab.studies.store import StudyStore
 
 # STUDY:CONDITION@GENERATION[RUN]=SHARE. The run and the share are optional.
@@ -246,11 +246,9 @@ def _make_population(match: re.Match[str]) -> StoredPopulation:
 
 
 def add_founders(
-    experiments: Sequence[BaseExperiment], references: Sequence[str], directory: Path, runs: int
-) -> list[BaseExperiment]:
+    experiments: Sequence[BaseExperiment], references: Sequence[str], runs: int
+) -> tuple[list[BaseExperiment], list[bytes]]:
     """Return experiments whose first generation has the genomes that references name.
-
-    The genomes of stored studies are written to files in `directory`/founders, after all checks.
 
     Parameters
     ----------
@@ -260,8 +258,6 @@ def add_founders(
         STUDY:CONDITION@GENERATION, with [RUN] for the population of one run, or a genome file
         (.nc, .npy). =SHARE at the end is the share of the first generation; without it, all
         references have equal shares.
-    directory
-        The directory of the new study.
     runs
         Number of runs of the new study.
 
@@ -269,27 +265,29 @@ def add_founders(
     -------
     list of BaseExperiment
         The experiments with the setting `evolution.founders`.
+    list of bytes
+        Genome files of the populations of stored studies, which are in memory only; see
+        `baldwinlab.experiment.file.hold_contents`.
 
     Raises
     ------
     ArgumentError
         A reference has another form.
     StudyError
-        There is no such study, condition or run, or the directory holds other files.
+        There is no such study, condition or run.
     RefusedError
-        The genomes do not fit an experiment, or the directory holds other founders.
+        The genomes do not fit an experiment.
     """
     founders: list[dict[str, Any]] = []
-    contents: dict[Path, bytes] = {}
+    contents: dict[str, bytes] = {}
     for reference in references:
         if match := POPULATION_PATTERN.fullmatch(reference):
             population = _make_population(match)
-            path = directory / "founders" / population.file_name
-            contents[path] = encode_population(population)
-            sha256 = hashlib.sha256(contents[path]).hexdigest()
+            path = population.file_name
+            contents[reference] = encode_population(population)
+            sha256 = hash_content(contents[reference])
         elif match := GENOME_FILE_PATTERN.fullmatch(reference):
-            path = Path(match["path"])
-            sha256 = ""
+            path, sha256 = match["path"], ""
         else:
             raise ArgumentError(
                 "founders",
@@ -299,14 +297,13 @@ def add_founders(
             )
         equal_share = 1 / len(references)
         share = equal_share if match["share"] is None else _parse_share(match["share"])
-        founders.append({"path": str(path), "sha256": sha256, "share": share})
+        founders.append({"path": path, "sha256": sha256, "share": share})
     changed = [experiment.replace(evolution={"founders": founders}) for experiment in experiments]
-    for path, content in contents.items():
-        stored = decode_genomes(content, str(path))
+    for reference, content in contents.items():
+        stored = decode_genomes(content, reference)
         for experiment in changed:
-            require_fit(stored, str(path), experiment, runs)
-    _write_founders(directory, contents)
-    return changed
+            require_fit(stored, reference, experiment, runs)
+    return changed, list(contents.values())
 
 
 def _parse_share(text: str) -> float:
@@ -314,16 +311,3 @@ def _parse_share(text: str) -> float:
         return float(text)
     except ValueError:
         raise ArgumentError("share", text, "must be a number above 0, at most 1") from None
-
-
-def _write_founders(directory: Path, contents: Mapping[Path, bytes]) -> None:
-    """Write the genome files of a new study. Raise RefusedError if the study has other files."""
-    require_available(directory)
-    for path, content in contents.items():
-        is_stored = path.exists() and path.read_bytes() == content
-        if not is_stored and (path.exists() or is_study(directory)):
-            raise RefusedError(
-                f"{directory} holds a study with other founders; choose another --out"
-            )
-    for path, content in contents.items():
-        write_atomically(path, content)

@@ -19,6 +19,7 @@ from baldwinlab.core.files import parse_location
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.experiment import BaseExperiment, assign
 from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.file import hold_contents
 from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import LoadedExperiment, factors, load_with_origin
@@ -206,10 +207,12 @@ def run_loaded(
     folder = "-".join(name.replace("/", "-") for name in names)
     directory = Path("results") / folder if out is None else parse_location(out)
     console.info_if_any(_describe_too_few(names, runs, baseline, directory))
+    contents: list[bytes] = []
     if founders:
-        experiments = add_founders(experiments, founders, directory, runs)
+        experiments, contents = add_founders(experiments, founders, runs)
     request = StudyRequest(experiments, directory, runs=runs, seed=seed)
-    return run_missing(request, options)
+    with hold_contents(contents):
+        return run_missing(request, options)
 
 
 def _describe_too_few(names: Sequence[str], runs: int, baseline: str, directory: Path) -> str:

@@ -17,6 +17,7 @@ FREEZE_MARK: Final = "baldwinlab freeze"
 _STUDY_ENTRIES: Final = (
     "runs",
     "parts",
+    "inputs",
     "founders",
     "assays",
     "paper",

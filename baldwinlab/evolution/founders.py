@@ -13,11 +13,12 @@ from typing import Final
 
 import numpy as np
 
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine import poison, rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.engine.threads import run_in_ranges
-from baldwinlab.evolution.finite import require_finite
+from baldwinlab.evolution.finite import find_faulty_gene, require_finite
 from baldwinlab.evolution.genes import require_genes_in_range, set_initial_genes
 from baldwinlab.evolution.genome_file import arrange_genomes, read_genomes, require_fit
 from baldwinlab.evolution.rng_key import GenerationKey, Genome
@@ -108,8 +109,22 @@ def require_founders(experiment: BaseExperiment, runs: int) -> None:
     for entry in experiment.evolution.founders:
         stored = read_genomes(entry)
         require_fit(stored, entry.path, experiment, runs)
-        for population in arrange_genomes(stored, entry.path, experiment):
+        genomes = arrange_genomes(stored, entry.path, experiment)
+        _require_finite_genes(experiment, genomes, entry.path)
+        for population in genomes:
             require_genes_in_range(experiment, population, entry.path)
+
+
+def _require_finite_genes(experiment: BaseExperiment, genomes: Genome, path: str) -> None:
+    """Raise RefusedError if a gene of a genome file [run, agent, module, weight] is not finite."""
+    position = find_faulty_gene(experiment, genomes)
+    if position:
+        run, agent, module, gene = position
+        in_run = f" of run {run}" if len(genomes) > 1 else ""
+        raise RefusedError(
+            f"{path}: gene {gene} of the module {experiment.modules[module]!r} of genome {agent}"
+            f"{in_run} is {genomes[position]:g}; every gene must be a finite number"
+        )
 
 
 def _sample_genomes(

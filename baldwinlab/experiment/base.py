@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import Field, ValidationError, create_model, model_validator
 
+from baldwinlab.core.files import parse_location
 from baldwinlab.core.measures import Measure
 from baldwinlab.experiment import paths, registry
 from baldwinlab.experiment.added_parts import check_added_parts
@@ -34,6 +35,7 @@ from baldwinlab.experiment.fields import (
     shorten,
     to_plain_data,
 )
+from baldwinlab.experiment.file import find_paths, remember_path
 from baldwinlab.experiment.genes import list_gene_names, resolve_genes
 from baldwinlab.experiment.html import format_html
 from baldwinlab.experiment.registry import table_name
@@ -100,9 +102,8 @@ class BaseExperiment(Fields):
         return copied
 
     def __reduce__(self) -> Any:
-        # A copy may be loaded without the custom parts.
-        lenient = True
-        return validate, (self.to_dict(), lenient)
+        tree = self.to_dict()
+        return _restore, (tree, find_paths(tree))
 
     def replace(self, /, **changes: Any) -> Self:
         """Return a changed copy.
@@ -449,6 +450,14 @@ def validate(tree: Any, lenient: bool = False) -> Any:
         if experiment.population.species:
             experiment = _with_valid_species(experiment)
     return experiment
+
+
+def _restore(tree: dict[str, Any], paths_of_files: Mapping[str, str]) -> Any:
+    """Return a pickled experiment. `paths_of_files` are those of its data files, by SHA-256."""
+    for sha256, path in paths_of_files.items():
+        remember_path(sha256, parse_location(path))
+    # A copy may be loaded without the custom parts.
+    return validate(tree, lenient=True)
 
 
 def _make_experiment(tree: dict[str, Any], lenient: bool = False) -> Any:

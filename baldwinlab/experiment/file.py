@@ -1,20 +1,38 @@
-"""Data files as settings of a part. The SHA-256 of the content is part of the experiment."""
+"""Data files as settings of a part.
+
+The identity of a file is the SHA-256 of its content, which is part of the experiment. The path is
+only the name that the user gave. A text has the same identity with each kind of line ending, and
+with or without a byte order mark.
+
+The process knows where it saw each content: at the absolute path of a given file, in a study, or in
+memory. So an experiment can be simulated after a change of the working directory, and a study can
+be moved.
+"""
 
 from __future__ import annotations
 
+import codecs
 import hashlib
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePath
 from typing import Any, Final
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from baldwinlab.core.errors import PartError
-from baldwinlab.core.files import DATA_FILE, read_bytes
+from baldwinlab.core.files import DATA_FILE, is_local, parse_location, read_bytes
 from baldwinlab.experiment.fields import Fields
 
-HASH_DIGITS: Final = 12
-"""Number of digits of a hash in messages."""
+FORMER_FOLDER: Final = "founders"
+"""Folder of a study with the genome files of earlier versions.
+
+They have a path relative to the working directory of the command that made the study.
+"""
+_PATHS: Final[dict[str, Path]] = {}
+"""Absolute path of each known content, by its SHA-256. A content is verified when it is read."""
+_CONTENTS: Final[dict[str, bytes]] = {}
+"""Contents in memory, by SHA-256; see `hold_contents`."""
 
 
 class File(Fields):
@@ -46,55 +64,118 @@ class File(Fields):
         has_hash = bool(tree.get("sha256"))
         if has_hash or not tree.get("path"):
             return tree
-        return {**tree, "sha256": hashlib.sha256(_read_content(str(tree["path"]))).hexdigest()}
+        path = parse_location(str(tree["path"]))
+        digest = hash_content(_read_content(path, str(tree["path"])))
+        remember_path(digest, path)
+        return {**tree, "sha256": digest}
 
     def read(self) -> bytes:
-        """Read the file.
+        """Read the file. A text has line feeds as line endings, and no byte order mark.
 
         Raises
         ------
         PartError
             If the file cannot be read, or its content is not that of the experiment.
         """
-        try:
-            content = _read_content(self.path)
-        except ValueError as error:
-            raise PartError(str(error)) from None
-        digest = hashlib.sha256(content).hexdigest()
-        if digest != self.sha256:
-            raise PartError(
-                f"the file {self.path} has the SHA-256 {digest[:HASH_DIGITS]}..., and the "
-                f"experiment was made with a file with {self.sha256[:HASH_DIGITS]}...: "
-                "give that file again, or make another experiment"
-            )
+        if self.sha256 in _CONTENTS:
+            return _CONTENTS[self.sha256]
+        known_path = _PATHS.get(self.sha256)
+        paths = [*([known_path] if known_path else []), parse_location(self.path)]
+        problem = f"the file {self.path} has changed since the experiment was made"
+        for path in paths:
+            try:
+                content = _read_content(path, self.path)
+            except ValueError as error:
+                problem = str(error)
+                continue
+            # Earlier versions stored the hash of a text with its own line endings.
+            for form in (normalize_text(content), content):
+                if hashlib.sha256(form).hexdigest() == self.sha256:
+                    return form
+            problem = f"the file {self.path} has changed since the experiment was made"
+        raise PartError(f"{problem}; give the original file")
+
+
+def hash_content(content: bytes) -> str:
+    """Return the SHA-256 of a content, which is the identity of a data file."""
+    return hashlib.sha256(normalize_text(content)).hexdigest()
+
+
+def normalize_text(content: bytes) -> bytes:
+    """Return a text with line feeds and without a byte order mark, and other content unchanged."""
+    if b"\0" in content:
         return content
+    try:
+        content.decode()
+    except UnicodeDecodeError:
+        return content
+    text = content.removeprefix(codecs.BOM_UTF8)
+    return text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
 
-def iterate_files(table: BaseModel, path: str = "") -> Iterator[tuple[str, File]]:
-    """Yield the path of each setting with a data file, and the file."""
-    for name, value in table:
-        entries = value if isinstance(value, tuple) else (value,)
-        for entry in entries:
-            if isinstance(entry, File) and entry.path:
-                yield f"{path}{name}", entry
-            elif isinstance(entry, BaseModel):
-                yield from iterate_files(entry, f"{path}{name}.")
+def remember_path(sha256: str, path: Path) -> None:
+    """Remember where a content is, as an absolute path."""
+    _PATHS[sha256] = path.absolute() if is_local(path) else path
+
+
+@contextmanager
+def hold_contents(contents: Iterable[bytes]) -> Iterator[None]:
+    """Keep contents that are in no file yet readable by their hash."""
+    held = {hash_content(content): content for content in contents}
+    _CONTENTS.update(held)
+    try:
+        yield
+    finally:
+        for sha256 in held:
+            _CONTENTS.pop(sha256, None)
+
+
+def iterate_file_tables(tree: Any, path: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the path of each setting with a data file in plain data, and its table."""
+    if isinstance(tree, dict) and tree.get("path") and tree.get("sha256"):
+        yield path.removesuffix("."), tree
+        return
+    children = tree.items() if isinstance(tree, dict) else enumerate(tree)
+    for name, value in children:
+        if isinstance(value, dict | list):
+            yield from iterate_file_tables(value, f"{path}{name}.")
+
+
+def find_files(tree: Any, folders: Iterable[Path]) -> None:
+    """Remember where the data files in plain data are, if one of the folders has them.
+
+    The folder of a study has copies; see `baldwinlab.studies.input_files`.
+    """
+    folders = list(folders)
+    for _, table in iterate_file_tables(tree):
+        given_path = PurePath(table["path"])
+        names = [f"{FORMER_FOLDER}/{given_path.name}"]
+        if not given_path.is_absolute():
+            names.insert(0, str(given_path))
+        candidates = (folder / name for folder in folders for name in names)
+        path = next((path for path in candidates if path.exists()), None)
+        if path is not None:
+            remember_path(table["sha256"], path)
+
+
+def find_paths(tree: Any) -> dict[str, str]:
+    """Return the known path of each data file in plain data, by SHA-256."""
+    hashes = {table["sha256"] for _, table in iterate_file_tables(tree)}
+    return {sha256: str(_PATHS[sha256]) for sha256 in hashes & _PATHS.keys()}
 
 
 def require_files(experiment: Any, where: str) -> None:
     """Raise PartError if a data file of an experiment is missing or has changed."""
-    for member in experiment.species_experiments():
-        require_files(member, where)
-    for path, file in iterate_files(experiment):
+    for path, table in iterate_file_tables(experiment.to_dict()):
         try:
-            file.read()
+            File(path=table["path"], sha256=table["sha256"]).read()
         except PartError as error:
             raise PartError(f"{path} of {experiment.name}{where}: {error}") from None
 
 
-def _read_content(path: str) -> bytes:
+def _read_content(path: Path, name: str) -> bytes:
     try:
-        return read_bytes(Path(path), DATA_FILE)
+        return read_bytes(path, DATA_FILE)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        raise ValueError(f"the file {path} cannot be read: {reason}") from None
+        raise ValueError(f"the file {name} cannot be read: {reason}") from None

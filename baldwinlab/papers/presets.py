@@ -30,6 +30,7 @@ from baldwinlab.experiment import (
 )
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.fields import renamed_message
+from baldwinlab.experiment.file import find_files
 from baldwinlab.experiment.renamed import new_condition
 from baldwinlab.experiment.toml import name_source_in_errors, parse_tree
 from baldwinlab.papers.paper import PRESET_KINDS, STANDARD_VARIANT, Paper
@@ -186,6 +187,8 @@ def _load_file(path: Path, derived_files: tuple[Path, ...] = ()) -> LoadedExperi
         reason = error.strerror if isinstance(error, OSError) else error
         raise ExperimentError(f"cannot read {path}: {reason}") from None
     tree = {"name": _derive_name(path), **parse_tree(content, str(path))}
+    # The experiment of a study names the copies of the study, whose folder is above this file.
+    find_files(tree, path.absolute().parents)
     base = tree.pop("base", None)
     if base is not None:
         origin = _load_base(base, path, (*derived_files, path))

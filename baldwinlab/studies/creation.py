@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -12,9 +13,10 @@ from baldwinlab.core.files import PARTIAL_SUFFIX, STUDY_FILE_NAME, is_local, req
 from baldwinlab.core.output_paths import enclosing_study, is_study
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import CONDITIONS, SWEEP, Factors, StudyKind
-from baldwinlab.experiment.file import require_files
+from baldwinlab.experiment.file import iterate_file_tables, require_files
 from baldwinlab.experiment.toml import to_toml
 from baldwinlab.studies import part_sources
+from baldwinlab.studies.input_files import name_copies, write_copies
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore, read_experiment
 from baldwinlab.studies.study_file import add_checksum, format_study
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 
 # Suffixes of the files of a study, which the folder of a condition must not have.
 RESERVED_SUFFIXES = (".nc", ".toml", ".damaged")
+HASH_PATTERN = re.compile("[0-9a-f]{64}")
 # Value of a setting that one of two compared experiments lacks.
 NOT_SET = "not set"
 
@@ -103,7 +106,7 @@ def create_study(
             )
         )
         try:
-            is_new = _write_study(directory, experiments, sources, text)
+            is_new = _write_study(directory, name_copies(experiments), sources, text)
         except OSError as error:
             raise StudyError(
                 f"{error.filename or directory} cannot be written: {error.strerror or error}"
@@ -127,6 +130,7 @@ def _write_study(
     require_available(directory)
     # Two processes may create different studies in this directory at the same time. Both write the
     # conditions in alphabetical order. The second one finds a different file and raises an error.
+    write_copies(directory, experiments)
     experiments_in_order = sorted(experiments, key=lambda experiment: experiment.name)
     for experiment in experiments_in_order:
         _write_experiment(directory, experiment)
@@ -145,7 +149,7 @@ def _write_experiment(directory: Path, experiment: BaseExperiment) -> None:
     try:
         write_exclusively(path, add_checksum(to_toml(experiment)).encode())
     except FileExistsError:
-        if read_experiment(path) != experiment:
+        if _describe_identity(read_experiment(path)) != _describe_identity(experiment):
             raise StudyError(
                 f"{directory} holds the beginning of another study; choose another --out"
             ) from None
@@ -160,7 +164,7 @@ def require_available(directory: Path) -> None:
 
 def _is_study_entry(entry: Path) -> bool:
     """Return whether an entry can belong to an unfinished study, or to a study in a subfolder."""
-    is_study_folder = entry.name in ("runs", "parts", "founders")
+    is_study_folder = entry.name in ("runs", "parts", "inputs", "founders")
     is_partial_file = entry.name.endswith(PARTIAL_SUFFIX)
     is_other_study = (entry / "runs").is_dir()
     return is_study_folder or is_partial_file or is_other_study
@@ -190,13 +194,30 @@ def _require_same(
             "choose another --out"
         )
     for experiment in experiments:
-        stored_fields = study.experiments[experiment.name].to_dict()
+        stored_fields = _describe_identity(study.experiments[experiment.name])
         # The first difference is sufficient for a message.
-        for path, stored, given in _list_differences(stored_fields, experiment.to_dict()):
-            raise StudyError(
-                f"{where}: {path} of {experiment.name} is {stored}, not {given}; "
-                "choose another --out"
-            )
+        for path, stored, given in _list_differences(stored_fields, _describe_identity(experiment)):
+            if path.startswith("evolution.founders"):
+                raise StudyError(
+                    f"{study.directory} holds a study with other founders; choose another --out"
+                )
+            difference = _describe_difference(f"{path} of {experiment.name}", stored, given)
+            raise StudyError(f"{where}: {difference}; choose another --out")
+
+
+def _describe_difference(name: str, stored: Any, given: Any) -> str:
+    """Return a clause about two values of a setting. The hash of a data file is not shown."""
+    if HASH_PATTERN.search(f"{stored} {given}"):
+        return f"the data file of {name.replace('.sha256 of', ' of')} has other content"
+    return f"{name} is {stored}, not {given}"
+
+
+def _describe_identity(experiment: BaseExperiment) -> dict[str, Any]:
+    """Return the settings of an experiment, with the content of a data file instead of its path."""
+    tree = experiment.to_dict()
+    for _, table in iterate_file_tables(tree):
+        table["path"] = ""
+    return tree
 
 
 def _join_names(names: Sequence[str], limit: int = 10) -> str:

@@ -1,7 +1,7 @@
 """A study on disk: a directory with the experiments as TOML and one record per run.
 
     DIR/study.toml                              format, kind, seed, conditions, their factors
-    DIR/founders/evo-A-99.nc                    genomes of founders from another study
+    DIR/inputs/evo-A-generation-99-1a2b3c4d.nc  copy of a data file: see `input_files`
     DIR/parts/sense-poison.py                   source of a third-party part: see `part_sources`
     DIR/runs/evo+self-taught/B/experiment.toml  all settings of a condition
     DIR/runs/evo+self-taught/B/0007.nc          record of a run: netCDF with a checksum
@@ -19,6 +19,7 @@ and no factors, and format 2, which has no checksum lines.
 from __future__ import annotations
 
 import json
+import re
 import time
 from collections.abc import Container, Iterable, Iterator
 from pathlib import Path
@@ -42,6 +43,7 @@ from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.core.variables import as_run, without_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
+from baldwinlab.experiment.file import find_files
 from baldwinlab.experiment.toml import from_toml
 from baldwinlab.studies import part_sources
 from baldwinlab.studies.progress import remove_ended_processes
@@ -73,6 +75,8 @@ from baldwinlab.studies.study_file import (
 )
 
 SESSIONS_FILE_NAME = "sessions.jsonl"
+# The hash of a data file in the text of an experiment.
+HASH_PATTERN = re.compile('sha256"? = "[0-9a-f]')
 # A running writer renames its temporary file within seconds. Older files are from killed processes.
 STALE_SECONDS = 60
 NUMERIC_SESSION_FIELDS = ("seconds", "compile_seconds", "workers", "agent_steps")
@@ -136,6 +140,9 @@ class StudyStore:
             experiment = from_toml(text, source=str(path), lenient=True)
             if experiment.name != condition:
                 raise ValueError(f"it belongs to the condition {experiment.name}")
+            # Most experiments have no data file, and a study can have thousands of conditions.
+            if HASH_PATTERN.search(text):
+                find_files(experiment.to_dict(), [self.directory])
             return experiment
         except (OSError, ValueError, RecursionError) as error:
             raise StudyError(f"{path} cannot be read: {error}") from None

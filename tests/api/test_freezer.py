@@ -9,13 +9,17 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.freezer import encode_population, parse_population
+from baldwinlab.api.freezer import add_founders, encode_population, parse_population
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError
+from baldwinlab.evolution import genome_file
 from baldwinlab.evolution.genome_file import decode_genomes
-from baldwinlab.experiment.toml import from_toml
+from baldwinlab.experiment.file import hold_contents
+from baldwinlab.experiment.toml import from_toml, to_toml
+from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study_file import add_checksum
 from tests.commands import Command
-from tests.small_studies import make_small_study, shorten_preset
+from tests.small_studies import make_small_study, read_records, shorten_preset
 
 SETTINGS = {"evolution.generations": 2, "lifetime.steps": 100}
 
@@ -142,3 +146,107 @@ def test_other_founders_in_the_same_directory_are_refused(
 def test_a_share_that_is_no_number_is_refused(source: StudyStore, tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match="share"):
         bl.run("evo/A", runs=1, out=tmp_path / "x", founders=f"{source.directory}:evo/A@1=1.2.3")
+
+
+def forget_files(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forget which files this process has seen, as another process does not know them."""
+    monkeypatch.setattr("baldwinlab.experiment.file._PATHS", {})
+    genome_file.read_genomes.cache_clear()
+
+
+def test_founders_of_two_studies_with_one_condition_and_generation_are_both_kept(
+    source: StudyStore, tmp_path: Path
+) -> None:
+    other = make_small_study(tmp_path / "other", runs=2, seed=6)
+    references = [f"{study.directory}:evo/A@2" for study in (source, other)]
+    study = bl.run("evo/B", runs=2, out=tmp_path / "new", set=SETTINGS, founders=references)
+    paths = [entry.path for entry in study.experiment("evo/B").evolution.founders]
+    assert len({*paths}) == 2
+    assert sorted(paths) == sorted(
+        path.relative_to(study.directory).as_posix()
+        for path in study.directory.glob("inputs/evo-A-generation-2-*.nc")
+    )
+    genomes = study.genomes(0, 0).values
+    for first_agent, origin in ((0, source), (10, other)):
+        population = bl.open_study(origin.directory).genomes(0, 2, condition="evo/A").values
+        copies = (genomes[first_agent : first_agent + 10, None] == population).all(axis=(2, 3))
+        assert copies.any(axis=1).all()
+
+
+@pytest.mark.parametrize("name", ["new", "a b/c=d"])
+def test_a_study_with_founders_works_without_the_other_study(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    make_small_study(Path("base"), runs=2)
+    bl.run("evo/B", runs=1, out=name, set=SETTINGS, founders="base:evo/A@2")
+    forget_files(monkeypatch)
+    Path("base").rename("renamed")
+    Path(name).rename("moved")
+    monkeypatch.chdir(tmp_path / "renamed")
+    study = bl.open_study("../moved")
+    study.extend(3, runs=2)
+    assert study.assay("innate").sizes["run"] == 2
+    assert study.replay(run=0, generation=0).sizes["agent"] == 20
+    study.to_csv(tmp_path / "new.csv")
+    repeated = bl.open_study(tmp_path / "renamed").genomes(1, 2, condition="evo/A").values
+    np.testing.assert_array_equal(study.genomes(1, 0).values, repeated)
+
+
+def test_records_of_a_study_with_founders_do_not_depend_on_its_path(
+    source: StudyStore, tmp_path: Path
+) -> None:
+    reference = f"{source.directory}:evo/A@2"
+    for name in ("first", "second"):
+        bl.run("evo/B", runs=1, out=tmp_path / name, set=SETTINGS, founders=reference)
+    first, second = (read_records(tmp_path / name) for name in ("first", "second"))
+    assert first == second
+
+
+def test_genome_files_of_one_name_are_both_kept(source: StudyStore, tmp_path: Path) -> None:
+    genomes = bl.open_study(source.directory).genomes(0, 2, condition="evo/A").values
+    for folder, values in (("first", genomes), ("second", genomes[::-1])):
+        (tmp_path / folder).mkdir()
+        np.save(tmp_path / folder / "genomes.npy", values)
+    paths = [str(tmp_path / folder / "genomes.npy") for folder in ("first", "second")]
+    study = bl.run("evo/B", runs=1, out=tmp_path / "new", set=SETTINGS, founders=paths)
+    assert len([*study.directory.glob("inputs/genomes-*.npy")]) == 2
+
+
+def test_a_study_of_an_earlier_version_finds_its_founders(
+    source: StudyStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Earlier versions stored a path relative to the working directory of the command."""
+    monkeypatch.chdir(tmp_path)
+    experiment = bl.load("evo/B").replace(evolution={"generations": 2}, lifetime={"steps": 100})
+    experiments, contents = add_founders([experiment], [f"{source.directory}:evo/A@2"], runs=1)
+    with hold_contents(contents):
+        create_study(Path("new"), experiments, seed=0)
+    (copy,) = Path("new/inputs").iterdir()
+    Path("new/inputs").rename("new/founders")
+    file = Path("new/runs/evo/B/experiment.toml")
+    text = to_toml(StudyStore(Path("new")).experiment("evo/B"))
+    assert f"inputs/{copy.name}" in text
+    text = add_checksum(text.replace("inputs/", "elsewhere/new/founders/"))
+    file.write_text(text, encoding="utf-8")
+    forget_files(monkeypatch)
+    study = bl.open_study("new")
+    study.extend(runs=1)
+    population = bl.open_study(source.directory).genomes(0, 2, condition="evo/A").values
+    np.testing.assert_array_equal(study.genomes(0, 0).values, population)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_genomes_that_are_not_finite_are_refused_with_their_index(
+    source: StudyStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, value: float
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    genomes = bl.open_study(source.directory).genomes(0, 2, condition="evo/A").values.copy()
+    genomes[7, 0, 5] = value
+    np.save("wrong.npy", genomes)
+    with pytest.raises(
+        BaldwinLabError,
+        match=rf"wrong\.npy: gene 5 of the module 'action' of genome 7 is {value:g}; every gene",
+    ):
+        bl.run("evo/B", runs=1, out="new", set=SETTINGS, founders="wrong.npy")
+    assert [path.name for path in tmp_path.iterdir()] == ["wrong.npy"]

@@ -12,7 +12,7 @@ from baldwinlab.core.errors import PartError
 from baldwinlab.core.file_writing import write_exclusively
 from baldwinlab.core.files import parse_location
 from baldwinlab.parts import Source
-from baldwinlab.studies import part_sources
+from baldwinlab.studies import creation, part_sources
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
@@ -124,6 +124,6 @@ def test_an_experiment_with_a_setting_that_the_study_lacks_is_refused(
     complete = experiment.to_dict()
     extended = complete | {"learning": complete["learning"] | {"delay": 3}}
     dicts = iter([complete, extended])
-    monkeypatch.setattr(type(experiment), "to_dict", lambda self: next(dicts))
+    monkeypatch.setattr(creation, "_describe_identity", lambda experiment: next(dicts))
     with pytest.raises(StudyError, match=r"learning\.delay of .* is not set, not 3"):
         create_study(tmp_path / "study", [experiment], 1)
