@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from baldwinlab._version import __version__
+from baldwinlab.core.gymnasium_registration import register_environments
 
 if TYPE_CHECKING:
     from baldwinlab.api.atlas.reproduce import reproduce_atlas
@@ -164,3 +165,4 @@ def _format_dataset(dataset: Any) -> Any:
 
 
 _register_notebook_display()
+register_environments()

@@ -52,11 +52,17 @@ class Scene(NamedTuple):
         A lifetime, as `replay` returns it.
     width, height : float
         The size of the map, in map units.
+    first_step : int
+        Number of the first step of the trace.
+    n_steps : int or None
+        Number of steps of the lifetime. None: the trace is the complete lifetime.
     """
 
     trace: xr.Dataset
     width: float
     height: float
+    first_step: int = 0
+    n_steps: int | None = None
 
 
 class SceneRenderer:
@@ -64,6 +70,8 @@ class SceneRenderer:
 
     def __init__(self, scene: Scene) -> None:
         self.trace = scene.trace
+        self.first_step = scene.first_step
+        self.n_steps = scene.n_steps or self.trace.sizes["step"]
         self.appearance = read_appearance(self.trace)
         # [step, agent]
         self.x = self.trace.x.values
@@ -102,7 +110,7 @@ class SceneRenderer:
         frame = Image.new("RGB", (width, height + self.map_top), MOVIE_COLORS["background"])
         frame.paste(image.reduce(OVERSAMPLING), (0, self.map_top))
         draw = ImageDraw.Draw(frame)
-        self._draw_caption(draw, step, last_step)
+        self._draw_caption(draw, step)
         self._draw_legend(draw, step)
         return frame
 
@@ -210,19 +218,20 @@ class SceneRenderer:
             draw_shape(draw, symbol, center, LEGEND_RADIUS, symbol.fill, 1)
             draw.text((left + 3 * LEGEND_RADIUS, top + 3), text, MOVIE_COLORS["text"], FONT)
 
-    def _draw_caption(self, draw: ImageDraw.ImageDraw, step: int, last: int) -> None:
+    def _draw_caption(self, draw: ImageDraw.ImageDraw, step: int) -> None:
         """Draw the title, the step, the number of eaten items, and a progress bar."""
         eaten = self.eaten[step]
+        number = self.first_step + step
         width = self.size[0]
         title = f"{self.trace.attrs['condition']}, generation {self.trace.attrs['generation']}"
         progress = (
-            f"step {step:,} of {last + 1:,}: {eaten.sum():,} eaten, "
+            f"step {number:,} of {self.n_steps:,}: {eaten.sum():,} eaten, "
             f"{(eaten > 0).sum()} of {len(eaten)} agents ate"
         )
         draw.text((8, 4), title, MOVIE_COLORS["text"], FONT)
         draw.text((8, 22), progress, MOVIE_COLORS["text"], FONT)
         top = self.map_top - 3
         bottom = self.map_top - 1
-        finished_width = width * (step + 1) / (last + 1)
+        finished_width = width * min(1, (number + 1) / self.n_steps)
         draw.rectangle((0, top, width, bottom), fill=MOVIE_COLORS["line"])
         draw.rectangle((0, top, finished_width, bottom), fill=MOVIE_COLORS["agent"])

@@ -18,7 +18,7 @@ from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.study_exports import StudyExports
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import require_positive
-from baldwinlab.core.files import parse_location
+from baldwinlab.core.files import is_local, parse_location
 from baldwinlab.studies.assays.catalog import ASSAYS, not_applicable_reasons
 from baldwinlab.studies.assays.results import (
     find_missing_assays,
@@ -52,6 +52,12 @@ class Study(StudyExports):
             """Raise AttributeError, with the new name of a renamed method."""
             hint = f"; it was renamed to {RENAMED_METHODS[name]}" if name in RENAMED_METHODS else ""
             raise AttributeError(f"'Study' object has no attribute {name!r}{hint}")
+
+    def __reduce__(self) -> Any:
+        # Another process, with another working directory, opens the same directory.
+        directory = self.directory
+        location = str(directory.absolute()) if is_local(directory) else str(directory)
+        return open_study, (location,)
 
     def extend(
         self,

@@ -6,9 +6,10 @@ next to the setting that chooses the part (`class_builder`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache, lru_cache, reduce
+from importlib import import_module
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Self
 
@@ -17,7 +18,7 @@ from pydantic import Field, ValidationError, create_model, model_validator
 from baldwinlab.core.files import parse_location
 from baldwinlab.core.measures import Measure
 from baldwinlab.experiment import paths, registry
-from baldwinlab.experiment.added_parts import check_added_parts
+from baldwinlab.experiment.added_parts import check_added_parts, custom_choices
 from baldwinlab.experiment.class_builder import (
     choosing_fields,
     chosen_parts,
@@ -97,13 +98,26 @@ class BaseExperiment(Fields):
 
     def __copy__(self) -> Self:
         """Return a copy without the hash, because `model_copy` changes the copy."""
-        copied = super().__copy__()
-        vars(copied).pop("_hash", None)
+        # `__new__` of this class would choose the class of an experiment with default parts.
+        copied: Self = object.__new__(type(self))
+        state = self.__getstate__()
+        values = {name: value for name, value in vars(self).items() if name != "_hash"}
+        set_fields = set(self.model_fields_set)
+        copied.__setstate__(state | {"__dict__": values, "__pydantic_fields_set__": set_fields})
         return copied
+
+    def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
+        """Return the experiment itself, because it is immutable."""
+        return self
 
     def __reduce__(self) -> Any:
         tree = self.to_dict()
-        return _restore, (tree, find_paths(tree))
+        origins: tuple[Any, ...] = ()
+        if any(custom_choices(self)):
+            # The process that reads the copy may not have loaded the custom parts. The package
+            # `parts` is above this one, and is loaded if there is a custom part.
+            origins = import_module("baldwinlab.parts.transfer").find_origins(self)
+        return _restore, (tree, find_paths(tree), origins)
 
     def replace(self, /, **changes: Any) -> Self:
         """Return a changed copy.
@@ -452,11 +466,18 @@ def validate(tree: Any, lenient: bool = False) -> Any:
     return experiment
 
 
-def _restore(tree: dict[str, Any], paths_of_files: Mapping[str, str]) -> Any:
-    """Return a pickled experiment. `paths_of_files` are those of its data files, by SHA-256."""
+def _restore(
+    tree: dict[str, Any], paths_of_files: Mapping[str, str], origins: Iterable[Any]
+) -> Any:
+    """Return a pickled experiment, and load its custom parts from their `origins`.
+
+    `paths_of_files` are those of its data files, by SHA-256.
+    """
+    for origin in origins:
+        origin.load()
     for sha256, path in paths_of_files.items():
         remember_path(sha256, parse_location(path))
-    # A copy may be loaded without the custom parts.
+    # Tables of parts that are not loaded stay plain data.
     return validate(tree, lenient=True)
 
 

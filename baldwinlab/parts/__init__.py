@@ -27,6 +27,7 @@ from baldwinlab.engine.rng import FOUNDER, LIFE, Stream, draw, philox, purpose, 
 from baldwinlab.engine.simd import any_of, choose, clamp, get, negated, put, simd_block, square_root
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.experiment.file import File
+from baldwinlab.parts import transfer as transfer
 from baldwinlab.parts.births_and_deaths import bear, die, find_free_slot
 from baldwinlab.parts.bodies import Body
 from baldwinlab.parts.fitness import Fitness

@@ -9,22 +9,35 @@ M. Towers and others, "Gymnasium", arXiv 2407.17032 (2024).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.api.integrations.steered_worlds import SteeredWorlds
+from baldwinlab.api.integrations.steered_worlds import (
+    RENDER_FPS,
+    RENDER_MODES,
+    SteeredWorlds,
+    read_seed,
+)
+from baldwinlab.api.load import load
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra_error
-from baldwinlab.experiment import BaseExperiment
+from baldwinlab.experiment import BaseExperiment, Experiment, assign
+from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.models.miniworld.external_actions import Numbers
 
 try:
     import gymnasium
     from gymnasium.vector import AutoresetMode, VectorEnv
+    from gymnasium.wrappers import HumanRendering
 except ImportError:
     raise missing_extra_error("rl", "an environment") from None
+
+METADATA: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": RENDER_FPS}
+"""Metadata of an environment of one agent."""
 
 
 class SingleForager(gymnasium.Env[Numbers, Any]):
@@ -34,12 +47,13 @@ class SingleForager(gymnasium.Env[Numbers, Any]):
     ----------
     experiment
         The experiment.
+    render_mode
+        "rgb_array" for images, or None.
     """
 
-    # Gymnasium declares the type of `metadata`.
-    metadata = {"render_modes": []}  # noqa: RUF012
+    metadata = METADATA
 
-    def __init__(self, experiment: BaseExperiment) -> None:
+    def __init__(self, experiment: BaseExperiment, render_mode: str | None = None) -> None:
         """Make the environment."""
         if experiment.population.size != 1:
             size = experiment.population.size
@@ -47,7 +61,8 @@ class SingleForager(gymnasium.Env[Numbers, Any]):
                 f"population.size = {size}, but single_env needs 1; use parallel_env or vector_env "
                 "for more"
             )
-        self._worlds = SteeredWorlds(experiment, 1)
+        self.render_mode = render_mode
+        self._worlds = SteeredWorlds(experiment, 1, render_mode)
         self.observation_space = self._worlds.observation_space()
         self.action_space = self._worlds.action_space()
 
@@ -59,7 +74,7 @@ class SingleForager(gymnasium.Env[Numbers, Any]):
         Parameters
         ----------
         seed
-            Seed of the simulations.
+            Seed of the simulations, 0 to 2**32 - 1.
         options
             Not used.
 
@@ -67,8 +82,13 @@ class SingleForager(gymnasium.Env[Numbers, Any]):
         -------
         tuple
             The inputs and an empty dict.
+
+        Raises
+        ------
+        ArgumentError
+            The seed is out of range.
         """
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else read_seed(seed))
         return self._worlds.reset(seed)[0, 0], {}
 
     def step(self, action: Any) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
@@ -84,9 +104,31 @@ class SingleForager(gymnasium.Env[Numbers, Any]):
         tuple
             Inputs, energy eaten, termination (never), truncation (the end of life) and an empty
             dict.
+
+        Raises
+        ------
+        ResetNeededError
+            The lifetime has not started, or it is over.
+        InvalidActionError
+            The action is not in `action_space`.
         """
-        inputs, energy = self._worlds.act(np.array([action]))
+        inputs, energy = self._worlds.act([action], ["action"])
         return inputs[0, 0], float(energy[0, 0]), False, self._worlds.is_over, {}
+
+    def render(self) -> Any:
+        """Draw the map with the agent, its trail and the items.
+
+        Returns
+        -------
+        array of uint8 or None
+            The image, [row, column, (red, green, blue)]. None without a render mode.
+
+        Raises
+        ------
+        ResetNeededError
+            No lifetime has started.
+        """
+        return next(iter(self._worlds.draw()), None)
 
 
 class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
@@ -98,14 +140,24 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
         The experiment.
     worlds
         Number of worlds.
+    render_mode
+        "rgb_array" for images, or None.
     """
 
     # Gymnasium declares the type of `metadata`.
-    metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+    metadata = {  # noqa: RUF012
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+        "render_modes": ["rgb_array"],
+        "render_fps": RENDER_FPS,
+    }
 
-    def __init__(self, experiment: BaseExperiment, worlds: int) -> None:
+    def __init__(
+        self, experiment: BaseExperiment, worlds: int, render_mode: str | None = None
+    ) -> None:
         """Make the environments."""
-        self._worlds = SteeredWorlds(experiment, worlds)
+        _refuse_window(render_mode)
+        self.render_mode = render_mode
+        self._worlds = SteeredWorlds(experiment, worlds, render_mode)
         self.num_envs = worlds * experiment.population.size
         self.single_observation_space = self._worlds.observation_space()
         self.single_action_space = self._worlds.action_space()
@@ -124,7 +176,7 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
         Parameters
         ----------
         seed
-            One seed. World 0 is run 0 of the seed, world 1 is run 1.
+            One seed, 0 to 2**32 - 1. World 0 is run 0 of the seed, world 1 is run 1.
         options
             Not used.
 
@@ -136,13 +188,13 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
         Raises
         ------
         RefusedError
-            `seed` is a list.
+            `seed` is a list, or out of range.
         """
         if isinstance(seed, list):
             raise RefusedError(
                 "seed must be one number; the worlds share it and differ by their run"
             )
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else read_seed(seed))
         return self._flatten_agents(self._worlds.reset(seed)), {}
 
     def step(self, actions: npt.NDArray[Any]) -> tuple[Any, ...]:
@@ -158,6 +210,13 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
         tuple
             Inputs, energy eaten, terminations (never), truncations (the end of life) and an empty
             dict.
+
+        Raises
+        ------
+        ResetNeededError
+            No lifetime has started.
+        InvalidActionError
+            An action is not in `single_action_space`.
         """
         all_false = np.zeros(self.num_envs, bool)
         if self._worlds.is_over:
@@ -169,7 +228,8 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
                 all_false.copy(),
                 {},
             )
-        inputs, energy = self._worlds.act(np.asarray(actions))
+        names = [f"actions[{index}]" for index in range(self.num_envs)]
+        inputs, energy = self._worlds.act(actions, names)
         return (
             self._flatten_agents(inputs),
             energy.reshape(-1),
@@ -178,18 +238,47 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
             {},
         )
 
+    def render(self) -> tuple[Any, ...] | None:
+        """Draw the world of each environment.
+
+        Returns
+        -------
+        tuple of array of uint8, or None
+            An image per environment; agents of the same world have the same image. None without a
+            render mode.
+
+        Raises
+        ------
+        ResetNeededError
+            No lifetime has started.
+        """
+        images = self._worlds.draw()
+        agents_per_world = self._worlds.shape[1]
+        return tuple(image for image in images for _ in range(agents_per_world)) or None
+
     def _flatten_agents(self, inputs: Numbers) -> Numbers:
         """Return inputs [world, agent, input] as an array [environment, input]."""
         return inputs.reshape(self.num_envs, -1)
 
 
-def single_env(experiment: BaseExperiment) -> SingleForager:
+def _refuse_window(render_mode: str | None) -> None:
+    """Raise RefusedError for a render mode that only an environment of one agent has."""
+    if render_mode == "human":
+        raise RefusedError("render_mode = 'human' needs single_env; use 'rgb_array' for images")
+
+
+def single_env(
+    experiment: BaseExperiment, render_mode: str | None = None
+) -> gymnasium.Env[Numbers, Any]:
     """Return a world with one forager as an Env of Gymnasium.
 
     Parameters
     ----------
     experiment
         The experiment, with `population.size` = 1.
+    render_mode
+        "rgb_array": `render()` returns an image. "human": each step is shown in a window, which
+        needs pygame. None: no images.
 
     Returns
     -------
@@ -201,10 +290,14 @@ def single_env(experiment: BaseExperiment) -> SingleForager:
     RefusedError
         The experiment has more than one agent, or its model has no steps.
     """
-    return SingleForager(experiment)
+    if render_mode == "human":
+        return HumanRendering(SingleForager(experiment, "rgb_array"))
+    return SingleForager(experiment, render_mode)
 
 
-def vector_env(experiment: BaseExperiment, worlds: int = 1) -> VectorForagers:
+def vector_env(
+    experiment: BaseExperiment, worlds: int = 1, render_mode: str | None = None
+) -> VectorForagers:
     """Return the agents of several worlds as a VectorEnv of Gymnasium, for one policy.
 
     All worlds start and end their lives at the same time.
@@ -215,6 +308,8 @@ def vector_env(experiment: BaseExperiment, worlds: int = 1) -> VectorForagers:
         The experiment.
     worlds
         Number of worlds, at least 1. World 0 is run 0 of the seed, world 1 is run 1.
+    render_mode
+        "rgb_array": `render()` returns an image per environment. None: no images.
 
     Returns
     -------
@@ -229,4 +324,79 @@ def vector_env(experiment: BaseExperiment, worlds: int = 1) -> VectorForagers:
     RefusedError
         The model has no steps, or its agents act one after another.
     """
-    return VectorForagers(experiment, worlds)
+    return VectorForagers(experiment, worlds, render_mode)
+
+
+def make_forager(
+    preset: str | Path | Experiment = "evo/A",
+    set: Mapping[str, Any] | None = None,
+    render_mode: str | None = None,
+) -> gymnasium.Env[Numbers, Any]:
+    """Return the environment "baldwinlab/Forager-v0" of `gymnasium.make`.
+
+    Parameters
+    ----------
+    preset
+        A preset, an experiment file, or an experiment. The agent is alone in its world.
+    set
+        Settings that change, such as {"lifetime.steps": 500} or {"lifetime": {"steps": 500}}.
+    render_mode
+        As in `single_env`.
+
+    Returns
+    -------
+    gymnasium.Env
+        The environment.
+
+    Raises
+    ------
+    ExperimentError
+        There is no such preset or setting.
+    RefusedError
+        The model has no steps, or its agents act one after another.
+    """
+    return single_env(_load_single_forager(preset, set), render_mode)
+
+
+# `gymnasium.make` reads the render modes of the function.
+make_forager.metadata = METADATA  # type: ignore[attr-defined]
+
+
+def make_foragers(
+    num_envs: int = 1,
+    preset: str | Path | Experiment = "evo/A",
+    set: Mapping[str, Any] | None = None,
+    render_mode: str | None = None,
+) -> VectorForagers:
+    """Return the environments "baldwinlab/Forager-v0" of `gymnasium.make_vec`.
+
+    Parameters
+    ----------
+    num_envs
+        Number of worlds with one agent each.
+    preset, set
+        As in `make_forager`.
+    render_mode
+        As in `vector_env`.
+
+    Returns
+    -------
+    gymnasium.vector.VectorEnv
+        The environments.
+
+    Raises
+    ------
+    ExperimentError, RefusedError
+        As in `make_forager`.
+    """
+    return vector_env(_load_single_forager(preset, set), num_envs, render_mode)
+
+
+def _load_single_forager(
+    preset: str | Path | Experiment, settings: Mapping[str, Any] | None
+) -> BaseExperiment:
+    """Return an experiment with one agent per world, and with changed settings."""
+    experiment = preset if isinstance(preset, BaseExperiment) else load(preset)
+    if isinstance(experiment, Experiment):
+        experiment = experiment.replace(population={"size": 1, "worlds": 1}, evolution={"elite": 0})
+    return assign(experiment, format_assignments(settings or {}))

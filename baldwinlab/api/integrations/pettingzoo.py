@@ -14,10 +14,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.api.integrations.steered_worlds import SteeredWorlds
+from baldwinlab.api.integrations.steered_worlds import (
+    RENDER_FPS,
+    InvalidActionError,
+    SteeredWorlds,
+)
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.experiment import BaseExperiment
@@ -37,15 +40,24 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
     ----------
     experiment
         The experiment.
+    render_mode
+        "rgb_array" for images, or None.
     """
 
     # PettingZoo declares the type of `metadata`.
-    metadata = {"name": "baldwinlab_v0", "render_modes": []}  # noqa: RUF012
-    render_mode = None
+    metadata = {  # noqa: RUF012
+        "name": "baldwinlab_v0",
+        "render_modes": ["rgb_array"],
+        "render_fps": RENDER_FPS,
+        "is_parallelizable": True,
+    }
 
-    def __init__(self, experiment: BaseExperiment) -> None:
+    def __init__(self, experiment: BaseExperiment, render_mode: str | None = None) -> None:
         """Make the environment."""
-        self._worlds = SteeredWorlds(experiment, 1)
+        if render_mode == "human":
+            raise RefusedError("render_mode = 'human' needs single_env; use 'rgb_array' for images")
+        self.render_mode = render_mode
+        self._worlds = SteeredWorlds(experiment, 1, render_mode)
         _, n_agents = self._worlds.shape
         self.possible_agents = [f"agent_{index}" for index in range(n_agents)]
         self.agents: list[str] = []
@@ -92,7 +104,7 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
         Parameters
         ----------
         seed
-            Seed of the simulations.
+            Seed of the simulations, 0 to 2**32 - 1.
         options
             Not used.
 
@@ -100,6 +112,11 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
         -------
         tuple of dict
             The inputs and an empty dict of each agent.
+
+        Raises
+        ------
+        ArgumentError
+            The seed is out of range.
         """
         inputs = self._worlds.reset(seed)
         self.agents = list(self.possible_agents)
@@ -121,16 +138,14 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
 
         Raises
         ------
-        RefusedError
-            An agent has no action, or the life is over.
+        ResetNeededError
+            The lifetime has not started, or it is over.
+        InvalidActionError
+            An agent has no action, there is no such agent, or an action is not in its space.
         """
-        if missing := [agent for agent in self.agents if agent not in actions]:
-            raise RefusedError(
-                f"{missing[0]} has no action; give one for each of the {len(self.agents)} agents"
-            )
-        if not self.agents:
-            raise RefusedError("the life is over; call reset() to start the next one")
-        inputs, energy = self._worlds.act(np.array([actions[agent] for agent in self.agents]))
+        names = [f"actions[{agent!r}]" for agent in self.possible_agents]
+        listed_actions = self._list_actions(actions) if self.agents else []
+        inputs, energy = self._worlds.act(listed_actions, names)
         is_over = self._worlds.is_over
         agents = self.agents
         results: tuple[dict[str, Any], ...] = (
@@ -143,8 +158,33 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
         self.agents = [] if is_over else agents
         return results
 
-    def render(self) -> None:
-        """Do nothing. The command `baldwinlab lab` shows lives."""
+    def _list_actions(self, actions: dict[str, Any]) -> list[Any]:
+        """Return the actions in the order of the agents."""
+        if missing := [agent for agent in self.agents if agent not in actions]:
+            raise InvalidActionError(
+                f"{missing[0]} has no action; give one for each of the {len(self.agents)} agents"
+            )
+        if unknown := [agent for agent in actions if agent not in self.action_spaces]:
+            raise InvalidActionError(
+                f"there is no agent {unknown[0]!r}; the agents are {self.agents[0]} to "
+                f"{self.agents[-1]}"
+            )
+        return [actions[agent] for agent in self.agents]
+
+    def render(self) -> Any:
+        """Draw the map with the agents, their trails and the items.
+
+        Returns
+        -------
+        array of uint8 or None
+            The image, [row, column, (red, green, blue)]. None without a render mode.
+
+        Raises
+        ------
+        ResetNeededError
+            No lifetime has started.
+        """
+        return next(iter(self._worlds.draw()), None)
 
     def close(self) -> None:
         """Do nothing. No resource is open."""
@@ -154,7 +194,7 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
         return dict(zip(self.possible_agents, rows, strict=True))
 
 
-def parallel_env(experiment: BaseExperiment) -> ParallelForagers:
+def parallel_env(experiment: BaseExperiment, render_mode: str | None = None) -> ParallelForagers:
     """Return one world of foragers as a ParallelEnv of PettingZoo.
 
     Observations are inputs from 0 to 1, and the reward is the energy that an agent eats in a step.
@@ -164,7 +204,10 @@ def parallel_env(experiment: BaseExperiment) -> ParallelForagers:
     Parameters
     ----------
     experiment
-        The experiment. Its learning rule, selection and variation are not used.
+        The experiment. Its learning rule, selection and variation are not used. A generation has
+        the settings that the schedule gives to it.
+    render_mode
+        "rgb_array": `render()` returns an image. None: no images.
 
     Returns
     -------
@@ -176,4 +219,4 @@ def parallel_env(experiment: BaseExperiment) -> ParallelForagers:
     RefusedError
         The model has no steps, or its agents act one after another.
     """
-    return ParallelForagers(experiment)
+    return ParallelForagers(experiment, render_mode)

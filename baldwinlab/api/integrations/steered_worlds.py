@@ -2,28 +2,47 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.errors import RefusedError, require_positive
+from baldwinlab.api.integrations.lifetime_images import Image, LifetimeImages
+from baldwinlab.core.errors import ArgumentError, RefusedError, require_positive
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.models.miniworld.appearance import describe_appearance
-from baldwinlab.models.miniworld.external_actions import Numbers, SteeredBatch
+from baldwinlab.models.miniworld.appearance import Appearance, describe_appearance
+from baldwinlab.models.miniworld.external_actions import (
+    Numbers,
+    SteeredBatch,
+    require_external_actions,
+)
 
 try:
-    from gymnasium import spaces
+    from gymnasium import error, spaces
 except ImportError:
     raise missing_extra_error("rl", "an environment") from None
 
-SEED_LIMIT: Final = 2**31
-"""Seeds are less than this limit."""
+SEED_LIMIT: Final = 2**32
+"""Seeds are less than this limit, because the key of the random numbers has 32 bits."""
+RENDER_MODES: Final = ("human", "rgb_array")
+RENDER_FPS: Final = 25
+"""Images per second of a recorded video or of a window. An image shows one step."""
+
+
+class ResetNeededError(RefusedError, error.ResetNeeded):
+    """A step or an image before the first reset, or a step after the end of a lifetime."""
+
+
+class InvalidActionError(RefusedError, error.InvalidAction):
+    """An action that the space of the actions does not contain."""
 
 
 class SteeredWorlds:
     """Several worlds whose agents get their actions from a policy outside the package.
+
+    A generation has the settings that the schedule of the experiment gives to it.
 
     Parameters
     ----------
@@ -31,24 +50,35 @@ class SteeredWorlds:
         The experiment.
     worlds
         Number of worlds, at least 1.
+    render_mode
+        "rgb_array" for images of the worlds, or None.
     """
 
-    def __init__(self, experiment: BaseExperiment, worlds: int) -> None:
+    def __init__(
+        self, experiment: BaseExperiment, worlds: int, render_mode: str | None = None
+    ) -> None:
         if not isinstance(experiment, Experiment):
             raise RefusedError(
                 f"{experiment.name} has the model {experiment.model!r}, whose lives have no steps; "
                 "choose an experiment of the model 'miniworld'"
             )
         require_positive("worlds", worlds)
-        self._batch = SteeredBatch(experiment, 0, range(worlds))
+        if render_mode not in (None, *RENDER_MODES):
+            raise ArgumentError("render_mode", render_mode, f"must be one of {RENDER_MODES}")
+        appearance = _require_constant_spaces(experiment)
+        self._experiment = experiment
+        # The settings of the current generation.
+        self._settings = experiment.at(0)
+        self._batch = SteeredBatch(self._settings, 0, range(worlds))
         self.shape = (worlds, experiment.population.size)
         self.life_steps = experiment.lifetime.steps
-        appearance = describe_appearance(experiment)
         self.inputs = appearance.inputs
         self.actions = appearance.actions
         self.has_discrete_actions = bool(experiment.part("motor.body").chooses)
         self._seed = 0
         self._generation = -1
+        n_images = 0 if render_mode is None else worlds
+        self._images = [LifetimeImages(world) for world in range(n_images)]
 
     def observation_space(self) -> Any:
         """Return the space of the inputs.
@@ -89,30 +119,160 @@ class SteeredWorlds:
         -------
         array of float32
             The first inputs, [world, agent, input].
+
+        Raises
+        ------
+        ArgumentError
+            The seed is out of range.
         """
         if seed is not None:
-            self._seed = seed % SEED_LIMIT
+            self._seed = read_seed(seed)
             self._generation = -1
         self._generation += 1
-        return self._batch.begin(self._seed, self._generation)
+        settings = self._experiment.at(self._generation)
+        if settings != self._settings:
+            self._settings = settings
+            self._batch = SteeredBatch(settings, 0, range(self.shape[0]))
+        inputs = self._batch.begin(self._seed, self._generation)
+        for images in self._images:
+            images.begin(settings, self._generation, self._batch.view)
+        return inputs
 
-    def act(self, actions: npt.NDArray[Any]) -> tuple[Numbers, npt.NDArray[np.float64]]:
+    def act(self, actions: Any, names: Sequence[str]) -> tuple[Numbers, npt.NDArray[np.float64]]:
         """Simulate one step of all agents.
 
         Parameters
         ----------
         actions
-            An array [agent], with the agents of all worlds. For continuous actions an array
-            [agent, action].
+            The action of each agent, with the agents of all worlds.
+        names
+            Names of the actions, for an error.
 
         Returns
         -------
         tuple of array
             The inputs, [world, agent, input], and the eaten energy, [world, agent].
+
+        Raises
+        ------
+        ResetNeededError
+            The lifetime has not started, or it is over.
+        InvalidActionError
+            The space of the actions does not contain an action.
         """
+        self._require_started("step")
+        if self.is_over:
+            raise ResetNeededError("the lifetime is over; call reset() to start the next one")
+        checked_actions = self._check_actions(actions, names)
         if self.has_discrete_actions:
             # The output of the chosen action is 1, and the others are 0.
-            outputs = np.eye(len(self.actions), dtype=np.float32)[actions]
+            outputs = np.eye(len(self.actions), dtype=np.float32)[checked_actions]
         else:
-            outputs = np.asarray(actions, np.float32)
-        return self._batch.act(outputs.reshape(*self.shape, -1))
+            outputs = checked_actions.astype(np.float32)
+        results = self._batch.act(outputs.reshape(*self.shape, -1))
+        for images in self._images:
+            images.record(self._batch.view)
+        return results
+
+    def draw(self) -> list[Image]:
+        """Draw the current step of each world. The list is empty without a render mode.
+
+        Returns
+        -------
+        list of array of uint8
+            Images, [row, column, (red, green, blue)].
+
+        Raises
+        ------
+        ResetNeededError
+            No lifetime has started.
+        """
+        self._require_started("render")
+        return [images.draw() for images in self._images]
+
+    def _require_started(self, method: str) -> None:
+        if self._generation < 0:
+            raise ResetNeededError(f"{method}() needs a lifetime; call reset() before")
+
+    def _check_actions(self, actions: Any, names: Sequence[str]) -> npt.NDArray[Any]:
+        """Return the actions as an array [agent] or [agent, action]."""
+        n_actions = 0 if np.isscalar(actions) or actions is None else len(actions)
+        if n_actions != len(names):
+            raise InvalidActionError(
+                f"{n_actions} actions do not fit {len(names)} agents; give one action for each "
+                f"agent, which {self._describe_actions()}"
+            )
+        checked_actions = self._select_valid(actions)
+        if checked_actions is not None:
+            return checked_actions
+        for name, action in zip(names, actions, strict=True):
+            if self._select_valid([action]) is None:
+                raise InvalidActionError(f"{name} = {action!r} {self._describe_actions()}")
+        raise InvalidActionError(
+            f"the actions have different types; each {self._describe_actions()}"
+        )
+
+    def _select_valid(self, values: Any) -> npt.NDArray[Any] | None:
+        """Return actions [agent, ...] as an array, or None if their space does not contain all."""
+        try:
+            actions = np.asarray(values)
+        except ValueError:
+            # The actions have different shapes.
+            return None
+        if self.has_discrete_actions:
+            highest = len(self.actions) - 1
+            has_valid_type = actions.ndim == 1 and actions.dtype.kind in "iu"
+        else:
+            highest = 1
+            has_valid_type = (
+                actions.shape[1:] == (len(self.actions),) and actions.dtype.kind in "iuf"
+            )
+        # A comparison with NaN is false.
+        is_valid = has_valid_type and bool(((actions >= 0) & (actions <= highest)).all())
+        return actions if is_valid else None
+
+    def _describe_actions(self) -> str:
+        names = ", ".join(self.actions)
+        if self.has_discrete_actions:
+            return f"must be a whole number from 0 to {len(self.actions) - 1} ({names})"
+        return f"must be an array of {len(self.actions)} numbers from 0 to 1 ({names})"
+
+
+def read_seed(seed: Any) -> int:
+    """Return a seed as an integer of Python.
+
+    Parameters
+    ----------
+    seed
+        The seed.
+
+    Raises
+    ------
+    ArgumentError
+        The seed is no whole number, or out of range.
+    """
+    is_integer = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
+    if not is_integer or not 0 <= seed < SEED_LIMIT:
+        raise ArgumentError("seed", seed, f"must be a whole number from 0 to {SEED_LIMIT - 1}")
+    return int(seed)
+
+
+def _require_constant_spaces(experiment: Experiment) -> Appearance:
+    """Return the appearance of all generations. Raise RefusedError if the spaces would change."""
+    first_settings = experiment.at(0)
+    first_appearance = describe_appearance(first_settings)
+    for generation in (0, *(change.generation for change in experiment.schedule)):
+        settings = experiment.at(generation)
+        require_external_actions(settings)
+        appearance = describe_appearance(settings)
+        has_same_actions = (
+            appearance.actions == first_appearance.actions
+            and settings.part("motor.body").chooses == first_settings.part("motor.body").chooses
+        )
+        if appearance.inputs != first_appearance.inputs or not has_same_actions:
+            raise RefusedError(
+                f"the schedule of {experiment.name} changes the inputs or the actions at "
+                f"generation {generation}, and those of an environment are constant; use "
+                f"experiment.at({generation}) for an environment with the later settings"
+            )
+    return first_appearance

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,11 +15,17 @@ from baldwinlab.engine.reference import as_pointer
 from baldwinlab.engine.simd import get, lanes_in_block, put, simd_block
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.several_worlds import count_worlds
+from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models.miniworld.allocation import make_model, make_state
+from baldwinlab.models.miniworld.backends.cpu import PopulationView
 from baldwinlab.models.miniworld.birth import init_generation
 from baldwinlab.models.miniworld.regions import eaten_energies
 from baldwinlab.models.miniworld.state import Floats, MiniWorldModel, State
-from baldwinlab.models.miniworld.state_arrays import list_hooks, poison_state
+from baldwinlab.models.miniworld.state_arrays import (
+    iterate_arrays,
+    list_hooks,
+    poison_state,
+)
 from baldwinlab.models.miniworld.step import (
     act_and_learn,
     all_agents,
@@ -60,31 +67,32 @@ def simulate_steered(
     sense_environment(agents, model, state, step + 1)
 
 
+def require_external_actions(experiment: Experiment) -> None:
+    """Raise RefusedError if an external program cannot set the actions of an experiment."""
+    require_single_species(experiment, "an environment with external actions")
+    if experiment.births_in_life:
+        raise RefusedError("external actions do not apply: world.features has births during life")
+    if experiment.lifetime.update == "sequential":
+        raise RefusedError(
+            'external actions do not apply: lifetime.update = "sequential". Use "simultaneous"'
+        )
+    if count_worlds(experiment) > 1:
+        raise RefusedError(
+            "external actions do not apply: population.worlds and lifetime.repeats must be 1, "
+            "because an environment is one world"
+        )
+
+
 class SteeredBatch:
-    """A batch of worlds of one experiment, whose agents take external actions and do not learn."""
+    """A batch of worlds of one experiment, whose agents take external actions and do not learn.
+
+    A pickle of a batch holds its experiment and its arrays. The process that reads the pickle
+    compiles the code, or loads it from the cache.
+    """
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:
-        """Compile the simulation.
-
-        Raises
-        ------
-        RefusedError
-            The experiment has the sequential update, births during life, several worlds, or
-            several lifetimes.
-        """
-        if experiment.births_in_life:
-            raise RefusedError(
-                "external actions do not apply: world.features has births during life"
-            )
-        if experiment.lifetime.update == "sequential":
-            raise RefusedError(
-                'external actions do not apply: lifetime.update = "sequential". Use "simultaneous"'
-            )
-        if count_worlds(experiment) > 1:
-            raise RefusedError(
-                "external actions do not apply: population.worlds and lifetime.repeats must be 1, "
-                "because an environment is one world"
-            )
+        """Compile the simulation. Raises the error of `require_external_actions`."""
+        require_external_actions(experiment)
         without_learning = experiment.replace(
             learning={"rule": "none"}, evolution={"lamarckian_share": 0}
         )
@@ -101,7 +109,13 @@ class SteeredBatch:
         self._simulate = resolve_call(simulate, *arguments)
         self._shape = (len(runs), without_learning.population.size)
         self._item_energies = np.array(eaten_energies(without_learning) or [0.0])
+        self.view = PopulationView(self._model, self._state, self._shape)
         self.step = 0
+
+    def __reduce__(self) -> Any:
+        runs = self._state.keys[:, 1].tolist()
+        arrays = [array.copy() for array in iterate_arrays(self._state)]
+        return _restore_batch, (self.experiment, runs, self.step, arrays)
 
     def begin(self, seed: int, generation: int) -> Numbers:
         """Initialize a generation, and return its first inputs [world, agent, input]."""
@@ -135,3 +149,14 @@ class SteeredBatch:
             .copy()
         )
         return inputs
+
+
+def _restore_batch(
+    experiment: Experiment, runs: Sequence[int], step: int, arrays: Sequence[npt.NDArray[Any]]
+) -> SteeredBatch:
+    """Return a batch with the given arrays, which include the seed and the generation."""
+    batch = SteeredBatch(experiment, 0, runs)
+    batch.step = step
+    for array, values in zip(iterate_arrays(batch._state), arrays, strict=True):
+        array[...] = values
+    return batch
