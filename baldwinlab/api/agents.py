@@ -9,13 +9,15 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.errors import ArgumentError, RefusedError
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.numbers import require_whole_number
 from baldwinlab.core.suggestions import list_names
 from baldwinlab.core.variables import RUN_VARIABLES, TRACE_VARIABLES
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.species import make_species_batch
 from baldwinlab.parts.networks import forward
 from baldwinlab.simulation.reevaluation import make_batch, restore_genomes
+from baldwinlab.simulation.replay import require_generation
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
@@ -145,9 +147,9 @@ def read_genomes(
         The experiment has no such generation or agent.
     """
     experiment = study.experiment(condition)
-    _require_index("generation", generation, experiment.evolution.generations)
+    require_generation(experiment, generation)
     for agent_index in _list_agents(agent):
-        _require_index("agent", agent_index, experiment.population.size)
+        require_whole_number("agent", agent_index, experiment.population.size - 1)
     array = _read_genome_array(study, condition, run, generation)
     variable = RUN_VARIABLES["genome"]
     genomes = xr.DataArray(
@@ -197,8 +199,8 @@ def make_network(
         The agents have no such module, or are not foragers.
     """
     experiment = _require_forager(study.experiment(condition))
-    _require_index("generation", generation, experiment.evolution.generations)
-    _require_index("agent", agent, experiment.population.size)
+    require_generation(experiment, generation)
+    require_whole_number("agent", agent, experiment.population.size - 1)
     _require_network(experiment, condition, module)
     study.require_parts(condition)
     genomes = _read_genome_array(study, condition, run, generation)
@@ -248,14 +250,6 @@ def _require_forager(experiment: BaseExperiment) -> Experiment:
             "'miniworld' have a network that can be evaluated"
         )
     return experiment
-
-
-def _require_index(name: str, value: int, count: int) -> None:
-    """Raise ArgumentError unless `value` is an integer from 0 to `count` - 1."""
-    value = int(value) if isinstance(value, np.integer) else value
-    is_integer = isinstance(value, int) and not isinstance(value, bool)
-    if not is_integer or not 0 <= value < count:
-        raise ArgumentError(name, value, f"must be a whole number from 0 to {count - 1}")
 
 
 def select_condition(study: StudyStore, condition: str | None) -> str:

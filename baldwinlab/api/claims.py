@@ -13,7 +13,8 @@ from baldwinlab.analysis.claims import describe_claims_too_few, evaluate_samples
 from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.tables import make_claims_table
 from baldwinlab.core import console
-from baldwinlab.core.errors import RefusedError, require_positive
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.papers import PaperError, load, load_stored_paper
 from baldwinlab.papers.checks import require_existing_names
 from baldwinlab.papers.claims import Claim, read_claims
@@ -45,6 +46,7 @@ class CustomClaims:
         return self.study.experiments[name].measures
 
 
+@check_numbers
 def evaluate_claims(
     study: StudyStore, file: Path | None = None, *, paper: str = "", last: int = 10
 ) -> list[ClaimResult]:
@@ -80,7 +82,6 @@ def evaluate_claims(
     RefusedError
         No claims are given, and no paper defines the study.
     """
-    require_positive("last", last)
     study.require_runs()
     title, source = _select_claims(study, file, paper)
     claim_conditions = set().union(*(claim.conditions for claim in source.claims))

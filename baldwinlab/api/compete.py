@@ -17,14 +17,14 @@ from baldwinlab.api.frozen_genomes import (
     require_finite_genes,
 )
 from baldwinlab.api.load import load_installed_parts
-from baldwinlab.core.errors import RefusedError, require_positive
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.evolution import Genome
 from baldwinlab.evolution.genome_file import StoredGenomes, arrange_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
 from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation.reevaluation import reevaluate
-from baldwinlab.simulation.simulate import check_seed
 
 # Settings of agents that a competition takes from the first file.
 AGENT_TABLES: Final = ("senses", "motor", "network", "learning")
@@ -112,6 +112,7 @@ def compete(
     )
 
 
+@check_numbers
 def run_competition(
     path_a: Path,
     path_b: Path,
@@ -145,8 +146,6 @@ def run_competition(
     ArgumentError, RefusedError, ExperimentError
         As in `compete`.
     """
-    require_positive("lives", lives)
-    check_seed(seed)
     load_installed_parts()
     stored_a = read_genome_file(path_a)
     stored_b = read_genome_file(path_b)

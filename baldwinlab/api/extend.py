@@ -5,10 +5,12 @@ from __future__ import annotations
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.core import console
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.studies.extension import extend_study
 from baldwinlab.studies.store import StudyStore
 
 
+@check_numbers
 def extend(
     study: StudyStore,
     options: RunOptions,

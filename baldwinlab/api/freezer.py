@@ -16,6 +16,7 @@ from baldwinlab.api.load import load_installed_parts
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import parse_location
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.output_paths import FREEZE_MARK, require_writable
 from baldwinlab.evolution import Genome
 from baldwinlab.evolution.genome_file import decode_genomes, encode_genomes, require_fit
@@ -78,6 +79,7 @@ class FrozenFile(NamedTuple):
     n_agents: int
 
 
+@check_numbers
 def freeze(
     reference: str, agent: int | None = None, *, out: str | Path, force: bool = False
 ) -> FrozenFile:

@@ -16,7 +16,7 @@ from baldwinlab.api.publish.gallery import (
 )
 from baldwinlab.api.reproduce import reproduce
 from baldwinlab.core import console
-from baldwinlab.core.errors import require_positive
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.output_paths import REPORT_MARK, require_writable
 from baldwinlab.papers.design import read_design
 
@@ -24,6 +24,7 @@ ALL_PAPERS: Final = "all"
 """The argument of `baldwinlab reproduce` for every paper."""
 
 
+@check_numbers
 def compare_papers(
     folder: str | Path = "results",
     out: str | Path | None = None,
@@ -59,7 +60,6 @@ def compare_papers(
     RefusedError
         The folder holds no study of a paper, or `out` is a file of another program.
     """
-    require_positive("last", last)
     load_installed_parts()
     page = Path(folder) / GALLERY_FILE if out is None else Path(out)
     if out is not None:
@@ -71,6 +71,7 @@ def compare_papers(
     return page
 
 
+@check_numbers
 def reproduce_all(
     folder: str | Path = "results", *, steps: int | None = None, last: int = 10, **options: Any
 ) -> Path:

@@ -7,12 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from baldwinlab.api.frozen_genomes import read_frozen, replay_frozen
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.experiment.toml import format_assignments
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+@check_numbers
 def replay_genome_file(
     genome: str | Path,
     *,

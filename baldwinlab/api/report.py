@@ -20,9 +20,10 @@ from baldwinlab.api.tables import (
     show_contrasts,
 )
 from baldwinlab.core import console
-from baldwinlab.core.errors import RefusedError, require_positive
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import require_writable_path
 from baldwinlab.core.files import is_local
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.output_paths import REPORT_MARK, require_writable
 from baldwinlab.core.resources import require_resources
 from baldwinlab.experiment.factors import CONDITIONS, MULTIVERSE, SWEEP
@@ -31,6 +32,7 @@ from baldwinlab.studies.claims_file import CLAIMS_FILE
 from baldwinlab.studies.store import StudyStore
 
 
+@check_numbers
 def report(
     study: StudyStore,
     out: Path | None = None,
@@ -78,7 +80,6 @@ def report(
         `out` is a file of a study or of another program; too little memory is free; or the study is
         of a kind that has no baseline or no claims.
     """
-    require_positive("last", last)
     _check_options(study, baseline, paper)
     page = study.directory / "report.html" if out is None else out
     if out is not None and is_local(out):

@@ -22,8 +22,9 @@ from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.api.stages import StagedReproduction, run_stages
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
-from baldwinlab.core.errors import RefusedError, require_positive
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import parse_location
+from baldwinlab.core.numbers import check_numbers, require_whole_number
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.toml import format_assignments
 from baldwinlab.experiment.unused_settings import require_effect
@@ -98,6 +99,7 @@ class Reproduction:
         return "-".join(words)[:MAX_FOLDER_NAME]
 
 
+@check_numbers
 def reproduce(
     paper: str | Path = papers.DEFAULT_PAPER,
     *,
@@ -258,6 +260,9 @@ def run_reproduction(request: Reproduction, options: RunOptions) -> Study:
     InterruptedStudyError
         A worker or a disk failed.
     """
+    require_whole_number("last", request.last)
+    require_whole_number("runs", request.runs_of_condition)
+    require_whole_number("seed", request.seed)
     design = read_design(request.paper)
     if design:
         return Study(run_stages(_plan_stages(request, design), options))
@@ -270,7 +275,6 @@ def run_reproduction(request: Reproduction, options: RunOptions) -> Study:
     originals = paper.experiments(request.variant)
     experiments = [assign(original, request.assignments) for original in originals]
     require_effect(experiments, originals)
-    require_positive("last", request.last)
     runs = request.runs_of_condition
     # An assignment of the value that the paper has is not a change.
     changes = request.assignments if experiments != originals else ()
@@ -308,8 +312,6 @@ def _plan_stages(request: Reproduction, design: Design) -> StagedReproduction:
             f"--variant {request.variant} applies to papers without stages; "
             f"{paper.name} has stages ({DESIGN_FILE}): remove --variant"
         )
-    require_positive("last", request.last)
-    require_positive("runs", request.runs)
     runs = request.runs or (design.quick.runs if request.is_quick else paper.metadata.runs)
     if request.is_quick:
         design = design.shorten()

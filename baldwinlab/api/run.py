@@ -16,6 +16,7 @@ from baldwinlab.api.study import Study
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import parse_location
+from baldwinlab.core.numbers import check_numbers, require_whole_number
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.experiment import BaseExperiment, assign
 from baldwinlab.experiment.factors import Factors
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@check_numbers
 def run(
     experiments: str | Path | BaseExperiment | Sequence[str | Path | BaseExperiment],
     *,
@@ -111,8 +113,13 @@ def run(
         workers=workers, backend=backend, executor=executor, force=force, callback=callback
     )
     references = [founders] if isinstance(founders, str) else founders
+    settings_by_generation = {
+        require_whole_number("generation", generation): settings
+        for generation, settings in schedule.items()
+    }
     changes = [
-        {"generation": generation, **settings} for generation, settings in sorted(schedule.items())
+        {"generation": generation, **settings}
+        for generation, settings in sorted(settings_by_generation.items())
     ]
     store = run_loaded(
         loaded,
@@ -133,6 +140,7 @@ def _load(source: str | Path | BaseExperiment) -> LoadedExperiment:
     return load_with_origin(source)
 
 
+@check_numbers
 def run_loaded(
     loaded: Sequence[LoadedExperiment],
     assignments: Sequence[str],

@@ -8,8 +8,9 @@ from baldwinlab.api.interruptions import report_progress_on_error
 from baldwinlab.api.run_options import RunOptions, exclude_remote_memory
 from baldwinlab.core import console
 from baldwinlab.core.assay_variables import FORKS
-from baldwinlab.core.errors import ArgumentError, require_positive
+from baldwinlab.core.errors import ArgumentError
 from baldwinlab.core.file_writing import require_writable_path
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.resources import require_resources
 from baldwinlab.studies.assays import fork
 from baldwinlab.studies.assays.catalog import not_applicable_reasons
@@ -89,6 +90,7 @@ def run_missing_assays(
         )
 
 
+@check_numbers
 def require_branch_length(generations: int | None, names: Sequence[str]) -> None:
     """Check the number of generations of the branches of a fork.
 
@@ -104,6 +106,5 @@ def require_branch_length(generations: int | None, names: Sequence[str]) -> None
     ArgumentError
         The number is below 1, or no assay is a fork.
     """
-    require_positive("generations", generations)
     if generations is not None and not FORKS.keys() & set(names):
         raise ArgumentError("generations", generations, "needs the assay fork or fork-mode")

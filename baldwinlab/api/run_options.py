@@ -8,7 +8,8 @@ from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from baldwinlab.core.errors import RefusedError, require_positive
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.numbers import require_whole_number
 from baldwinlab.core.resources import Need
 from baldwinlab.studies import executors
 from baldwinlab.studies.executors import THREADS, Executor
@@ -46,6 +47,11 @@ class RunOptions:
     checkpoint: str = "60s"
     callback: Callable[[xr.Dataset], None] | None = None
 
+    def __post_init__(self) -> None:
+        """Raise ArgumentError for an invalid number of workers, before anything is written."""
+        if self.workers is not None:
+            require_whole_number("workers", self.workers)
+
     def make_executor(self) -> Executor:
         """Return the executor.
 
@@ -57,11 +63,10 @@ class RunOptions:
         Raises
         ------
         ArgumentError
-            The number of workers is below 1, or the executor does not exist.
+            The executor does not exist, or has its own number of workers.
         RefusedError
             There is a callback, and the executor uses other machines.
         """
-        require_positive("workers", self.workers)
         if self.callback and self.executor != THREADS.name:
             raise RefusedError(
                 "a callback runs on this machine only: leave it out, or use 'threads', "

@@ -10,8 +10,8 @@ from pathlib import Path
 from baldwinlab.api.interruptions import report_progress_on_error
 from baldwinlab.api.run_options import RunOptions, exclude_remote_memory
 from baldwinlab.core import console
-from baldwinlab.core.errors import ArgumentError, require_positive
 from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.numbers import SEED_LIMIT, require_whole_number
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.resources import NO_NEED, Need, require_resources
 from baldwinlab.core.sparkline import FitnessCurves
@@ -26,11 +26,10 @@ from baldwinlab.models.miniworld.backends.choice import (
 )
 from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
-from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies.checkpoints import Interval
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS, Executor
-from baldwinlab.studies.record_files import RUN_LIMIT, condition_folder, list_stored_runs
+from baldwinlab.studies.record_files import condition_folder, list_stored_runs
 from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
 
@@ -178,12 +177,9 @@ def require_request(request: StudyRequest, options: RunOptions) -> ExecutionPlan
 
 def _check_request(request: StudyRequest, options: RunOptions) -> ExecutionPlan:
     """Return the plan of execution. Raise ArgumentError for a number out of range."""
-    require_positive("runs", request.runs)
-    max_runs = RUN_LIMIT - request.first_run
-    if request.runs > max_runs:
-        raise ArgumentError("runs", request.runs, f"must be at most {max_runs}")
+    require_whole_number("runs", request.runs, SEED_LIMIT - request.first_run)
+    require_whole_number("seed", request.seed)
     executor = options.make_executor()
-    check_seed(request.seed)
     backend = _choose_backend(options.backend, executor, request)
     parallel_tasks = executor.workers
     if backend.name == "cuda":

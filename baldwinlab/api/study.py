@@ -17,8 +17,8 @@ from baldwinlab.api.run_assays import require_branch_length, run_missing_assays
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.study_exports import StudyExports
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.errors import require_positive
 from baldwinlab.core.files import is_local, parse_location
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.studies.assays.catalog import ASSAYS, not_applicable_reasons
 from baldwinlab.studies.assays.results import (
     find_missing_assays,
@@ -59,6 +59,7 @@ class Study(StudyExports):
         location = str(directory.absolute()) if is_local(directory) else str(directory)
         return open_study, (location,)
 
+    @check_numbers
     def extend(
         self,
         generations: int | None = None,
@@ -103,6 +104,7 @@ class Study(StudyExports):
         options = RunOptions(workers=workers, backend=backend, executor=executor, force=force)
         self._store = extend(self._store, options, generations=generations, runs=runs)
 
+    @check_numbers
     def assay(
         self,
         name: str,
@@ -167,6 +169,7 @@ class Study(StudyExports):
             raise StudyError(f"{self.directory}: {reason}")
         return open_assays(self._store, name, conditions)
 
+    @check_numbers
     def compare(self, baseline: str | None = None, *, last: int = 10) -> pd.DataFrame:
         """Compare the conditions of the study, as its report does.
 
@@ -223,7 +226,6 @@ class Study(StudyExports):
         from baldwinlab.analysis.statistics.contrasts import COMPARISON_COLUMNS
         from baldwinlab.api.publish import lab_results
 
-        require_positive("last", last)
         contrasts = lab_results.compare_study(self._store, last, baseline or "")
         rows = [
             {**contrast.row(), "smallest_p_holm": contrast.smallest_p_holm}

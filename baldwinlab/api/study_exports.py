@@ -14,6 +14,7 @@ from baldwinlab.api.export.tree_sequence import write_tree_sequence
 from baldwinlab.api.export.zarr import write_zarr
 from baldwinlab.api.study_runs import StudyRuns
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.resources import require_resources
 from baldwinlab.simulation.memory import estimate_tables
 
@@ -96,6 +97,7 @@ class StudyExports(StudyRuns):
         """
         files.write_csv(Table(self._store), Path(path), force=force)
 
+    @check_numbers
     def to_phylogeny(
         self,
         path: str | Path,
@@ -126,6 +128,7 @@ class StudyExports(StudyRuns):
         """
         files.write_phylogeny(self._store, Path(path), condition, run, force=force)
 
+    @check_numbers
     def to_tskit(
         self,
         path: str | Path,
@@ -168,6 +171,7 @@ class StudyExports(StudyRuns):
         """
         write_tree_sequence(self._store, Path(path), condition, run, force=force)
 
+    @check_numbers
     def to_onnx(
         self,
         path: str | Path,
@@ -274,6 +278,7 @@ class StudyExports(StudyRuns):
         """
         return frames.to_polars(Table(self._store))
 
+    @check_numbers
     def to_arviz(self, *, last: int = 10) -> xr.DataTree:
         """Return the outcome of each run as observations for ArviZ.
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from baldwinlab.api.agents import AgentNetwork, make_network, read_genomes, select_condition
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.simulation.reevaluation import restore_genomes
@@ -114,6 +115,7 @@ class StudyRuns:
             return open_sweep(self.directory)
         return open_runs(self.directory, conditions)
 
+    @check_numbers
     def replay(
         self,
         condition: str | None = None,
@@ -182,6 +184,7 @@ class StudyRuns:
             force=force,
         )
 
+    @check_numbers
     def genomes(
         self,
         run: int,
@@ -221,6 +224,7 @@ class StudyRuns:
         name = select_condition(self._store, condition)
         return read_genomes(self._store, name, run, generation, agent)
 
+    @check_numbers
     def network(
         self,
         run: int,

@@ -14,8 +14,9 @@ from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
 from baldwinlab.api.study import Study
 from baldwinlab.core import console
-from baldwinlab.core.errors import RefusedError, require_positive
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import parse_location
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.experiment.fields import to_plain_data
 from baldwinlab.simulation.memory import estimate_tables
@@ -23,6 +24,7 @@ from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep
 from baldwinlab.studies.sweeps.file import read_sweep, validate_sweep
 
 
+@check_numbers
 def sweep(
     plan: Mapping[str, Any] | str | Path,
     *,
@@ -74,16 +76,15 @@ def sweep(
     InterruptedStudyError
         A worker or a disk failed. The stored runs remain, and a repeated call continues.
     """
-    require_positive("workers", workers)
     load_installed_parts()
     if isinstance(plan, Mapping):
         if out is None:
             raise RefusedError("out is missing: a sweep from a dict needs the study's directory")
         # Errors in the plan name this path.
         path = Path("sweep")
-        plan = to_plain_data(plan)
-        content = tomlkit.dumps(plan).encode()
-        design = validate_sweep(plan, str(path))
+        tables = to_plain_data(plan)
+        content = tomlkit.dumps(tables).encode()
+        design = validate_sweep(tables, str(path))
     else:
         path = Path(plan)
         design = read_sweep(path)

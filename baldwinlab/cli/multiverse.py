@@ -28,7 +28,7 @@ from baldwinlab.cli.options import (
 )
 from baldwinlab.cli.results import print_results
 from baldwinlab.core import console
-from baldwinlab.core.errors import require_positive
+from baldwinlab.core.numbers import require_whole_number
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment.factors import MULTIVERSE
 from baldwinlab.papers import DEFAULT_PAPER, Paper, PaperError, load
@@ -95,7 +95,7 @@ def multiverse(
     load_parts(part)
     if json:
         console.reserve_stdout()
-    require_positive("last", last_generations)
+    require_whole_number("last", last_generations)
     custom_paper = None if paper == DEFAULT_PAPER else load(paper)
     variants = _list_variants(custom_paper, all_combinations)
     out = out or _default_directory(custom_paper, all_combinations)

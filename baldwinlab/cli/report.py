@@ -22,7 +22,7 @@ from baldwinlab.cli.options import (
 )
 from baldwinlab.cli.results import print_results
 from baldwinlab.core import console
-from baldwinlab.core.errors import require_positive
+from baldwinlab.core.numbers import require_whole_number
 from baldwinlab.papers import load
 from baldwinlab.studies.store import StudyStore
 
@@ -56,7 +56,7 @@ def report(
         baldwinlab report results/evo-A-evo+self-taught-A
     """
     load_parts(part)
-    require_positive("last", last_generations)
+    require_whole_number("last", last_generations)
     paper_data = load(paper) if paper else None
     if json:
         console.reserve_stdout()

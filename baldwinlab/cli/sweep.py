@@ -22,7 +22,7 @@ from baldwinlab.cli.options import (
 )
 from baldwinlab.cli.results import print_results
 from baldwinlab.core import console
-from baldwinlab.core.errors import require_positive
+from baldwinlab.core.numbers import require_whole_number
 from baldwinlab.studies.store import StudyStore
 
 
@@ -55,7 +55,7 @@ def sweep(
         baldwinlab sweep examples/sweep.toml
     """
     load_parts(part)
-    require_positive("last", last_generations)
+    require_whole_number("last", last_generations)
     if json:
         console.reserve_stdout()
     study = run_sweep(

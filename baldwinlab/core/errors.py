@@ -31,7 +31,7 @@ class ArgumentError(RefusedError):
     value
         The invalid value.
     rule
-        The rule that the value violates, such as "must be at least 1".
+        The rule that the value violates, such as "must be a whole number from 1 to 5".
 
     Attributes
     ----------
@@ -46,12 +46,6 @@ class ArgumentError(RefusedError):
     def __str__(self) -> str:
         name, value, rule = self.args
         return f"{name} = {value!r} {rule}"
-
-
-def require_positive(name: str, value: int | None) -> None:
-    """Raise ArgumentError for a number below 1; None passes."""
-    if value is not None and value < 1:
-        raise ArgumentError(name, value, "must be at least 1")
 
 
 class InterruptedStudyError(BaldwinLabError):

@@ -5,10 +5,9 @@ from baldwinlab.experiment.fields import ExperimentError, Fields, merge
 from baldwinlab.experiment.miniworld import Experiment
 from baldwinlab.experiment.miniworld_tables import FoodRegion, World
 from baldwinlab.experiment.paths import look_up
-from baldwinlab.experiment.tables import NAME_PATTERN, Evolution
+from baldwinlab.experiment.tables import Evolution
 
 __all__ = [
-    "NAME_PATTERN",
     "BaseExperiment",
     "Evolution",
     "Experiment",

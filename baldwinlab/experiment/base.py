@@ -17,6 +17,7 @@ from pydantic import Field, ValidationError, create_model, model_validator
 
 from baldwinlab.core.files import parse_location
 from baldwinlab.core.measures import Measure
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.experiment import paths, registry
 from baldwinlab.experiment.added_parts import check_added_parts, custom_choices
 from baldwinlab.experiment.class_builder import (
@@ -141,6 +142,7 @@ class BaseExperiment(Fields):
         copy: Self = validate(_without_idle_tables(self, tree, changed))
         return copy
 
+    @check_numbers
     def at(self, generation: int) -> Self:
         """Return the experiment with the settings of a generation, without a schedule.
 

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, field_validator
 from pydantic_core import PydanticCustomError
 
 from baldwinlab.core.errors import BaldwinLabError
+from baldwinlab.core.patterns import describe_pattern
 from baldwinlab.experiment.renamed import new_path
 
 MAX_FAULTS: Final = 10
@@ -50,8 +51,9 @@ class Fields(BaseModel):
 
     @field_validator("*", mode="before")
     @classmethod
-    def _refuse_truth_values(cls, value: Any, info: Any) -> Any:
-        """Refuse true and false for a number. Python would read true as 1."""
+    def _normalize_numbers(cls, value: Any, info: Any) -> Any:
+        """Refuse true and false for a number, which Python would read as 1. Convert NumPy."""
+        value = to_plain_data(value) if hasattr(value, "tolist") else value
         accepts_truth = cls.model_fields[info.field_name].annotation in (bool, Any)
         if isinstance(value, bool) and not accepts_truth:
             raise ValueError("true and false are not numbers")
@@ -170,14 +172,29 @@ def _format_fault(fault: Any, model: type[BaseModel]) -> str:
     if not path:
         return message
     value = fault["input"]
+    if fault["type"] == "string_pattern_mismatch":
+        description = _find_description(fault["loc"], model)
+        message = describe_pattern(fault["ctx"]["pattern"], description)
     value_text = "this table" if isinstance(value, dict) else shorten(repr(value))
     if isinstance(value, float) and not math.isfinite(value):
         value_text = str(value)
     return f"{path} = {value_text}: {message[0].lower()}{message[1:]}"
 
 
-def _setting_names(location: Iterable[str | int], model: Any) -> list[str]:
+def _setting_names(location: Sequence[str | int], model: Any) -> list[str]:
     """Return the names of the settings of the table with an unknown setting."""
+    return list(_find_table(location, model).model_fields)
+
+
+def _find_description(location: Sequence[str | int], model: Any) -> str:
+    """Return the description of a setting."""
+    fields = _find_table(location, model).model_fields
+    # An entry of a list has a number.
+    return (fields[location[-1]].description or "") if location[-1] in fields else ""
+
+
+def _find_table(location: Sequence[str | int], model: Any) -> Any:
+    """Return the class of the table that has a setting."""
     *steps, _ = location
     for step in steps:
         # A number is the index of a table in a tuple of tables, which have the same fields.
@@ -185,4 +202,4 @@ def _setting_names(location: Iterable[str | int], model: Any) -> list[str]:
             annotation = model.model_fields[step].annotation
             entry_types = getattr(annotation, "__args__", ())
             model = entry_types[0] if entry_types else annotation
-    return list(model.model_fields)
+    return model

@@ -20,6 +20,7 @@ from typing import Any, Final
 
 from pydantic import Field, model_validator
 
+from baldwinlab.core import patterns
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.files import DATA_FILE, is_local, parse_location, read_bytes
 from baldwinlab.experiment.fields import Fields
@@ -50,7 +51,7 @@ class File(Fields):
     )
     sha256: str = Field(
         "",
-        pattern="^([0-9a-f]{64})?$",
+        pattern=patterns.SHA256,
         description="SHA-256 of the content, computed by baldwinlab.",
     )
 

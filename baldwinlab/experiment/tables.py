@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from baldwinlab.core import patterns
 from baldwinlab.experiment.fields import Fields, refuse_fields
 from baldwinlab.experiment.file import File
 from baldwinlab.experiment.registry import PartChoice
@@ -13,12 +14,11 @@ from baldwinlab.experiment.species import SPECIES_FIELD, Species, find_species_f
 
 SHARE_TOLERANCE = 1e-9
 """Tolerance of the sum of shares, which rounding changes."""
-NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9+_.-]*(/[A-Za-z0-9][A-Za-z0-9+_.-]*)*$"
 
 Name = Annotated[
     str,
     Field(
-        pattern=NAME_PATTERN,
+        pattern=patterns.CONDITION_NAME,
         max_length=200,
         description="Name of the condition, in results and figures.",
     ),

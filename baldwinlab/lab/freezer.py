@@ -23,6 +23,7 @@ from starlette.routing import BaseRoute, Route
 from baldwinlab.api.freezer import encode_agents
 from baldwinlab.api.frozen_genomes import choose_experiment, read_genome_file
 from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.file_names import find_name_fault
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.files import STUDY_FILE_NAME
 from baldwinlab.core.output_paths import FREEZE_MARK, enclosing_study, has_mark, is_study
@@ -102,6 +103,8 @@ def _choose_path(root: Path, name: str) -> Path:
             f"{name!r} is not a valid name: use at most 100 letters, digits, + - and _, and begin"
             " with a letter or a digit"
         )
+    if fault := find_name_fault(name):
+        raise StudyError(f"{name!r} is not a valid name: {fault}; choose another name")
     path = root / FOLDER / f"{name}{SUFFIX}"
     require_inside(root, path)
     if is_study(root) or enclosing_study(path):

@@ -22,6 +22,7 @@ from starlette.responses import JSONResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from baldwinlab.core.file_names import find_name_fault
 from baldwinlab.core.files import parse_json
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.experiment.outcome import describe_experiment_measures
@@ -198,6 +199,8 @@ def choose_study_directory(root: Path, name: str) -> Path:
             f"{name!r} is not a valid name of a study: use letters, digits, + - _ and / between"
             f" folders, at most {MAX_NAME_LENGTH} characters, and no folder called runs"
         )
+    if fault := find_name_fault(name):
+        raise StudyError(f"{name!r} is not a valid name of a study: {fault}; choose another name")
     directory = root / name
     if not directory.resolve().is_relative_to(root.resolve()):
         raise StudyError(f"{name} leads out of {root}; choose another name")

@@ -14,6 +14,7 @@ from typing import Any, Final
 
 from pydantic import Field
 
+from baldwinlab.core import patterns
 from baldwinlab.papers.loading import DeclaredTable, read_tables, validate_tables
 
 FOLDER: Final = Path(__file__).with_name("atlas")
@@ -34,7 +35,7 @@ class Size(DeclaredTable):
 class AtlasMap(DeclaredTable):
     """A map: a model on a grid of settings."""
 
-    name: str = Field(pattern=r"^[a-z-]+$")
+    name: str = Field(pattern=patterns.MAP_NAME)
     title: str
     # The model, in one sentence.
     description: str
@@ -66,7 +67,7 @@ class AtlasMap(DeclaredTable):
 class AtlasClaim(DeclaredTable):
     """A claim, with the rule by which it fails."""
 
-    id: str = Field(pattern=r"^X\d+$")
+    id: str = Field(pattern=patterns.ATLAS_CLAIM)
     claim: str
     rule: str
     # Numbers of the rule, which names them in braces.

@@ -19,6 +19,7 @@ from typing import Any, Final, Literal, NamedTuple
 
 from pydantic import Field
 
+from baldwinlab.core import patterns
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import format_assignments
@@ -41,7 +42,7 @@ class TuningGrid(DeclaredTable):
     """Values of a setting, of which the best is chosen for each condition."""
 
     # First part of the folders of the studies: rate-0.01.
-    name: str = Field(pattern=r"^[a-z]+$")
+    name: str = Field(pattern=patterns.GRID_NAME)
     # Path of the setting.
     field: str
     values: tuple[float, ...] = Field(min_length=2)

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, fie
 
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.files import PAPER_FILE, parse_toml, read_text
+from baldwinlab.core.patterns import describe_pattern
 
 
 class PaperError(BaldwinLabError, ValueError):
@@ -73,6 +74,8 @@ def _format_error(error: ValidationError) -> str:
         return f"{key} is missing"
     if fault["type"] == "extra_forbidden":
         return f"{key}: there is no such key"
+    if fault["type"] == "string_pattern_mismatch":
+        message = describe_pattern(fault["ctx"]["pattern"])
     if not key or fault["type"] == "value_error":
         return f"{key}: {message}" if key else message
     return f"{key} = {fault['input']!r}: {message[0].lower()}{message[1:]}"

@@ -27,6 +27,9 @@ from typing import Any
 
 from pydantic import Field, field_validator
 
+from baldwinlab.core import patterns
+from baldwinlab.core.file_names import find_name_fault
+from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.core.suggestions import list_names, suggest
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.factors import Factors
@@ -51,8 +54,6 @@ PRESET_KINDS = ("conditions", "controls", "maps", "variants")
 # Names of folders in papers of version 0.1.
 OLD_FOLDERS = {"variants": "readings"}
 CARD_FILE = "card.png"
-# Maximum number of runs in a study.
-MAX_RUNS = 2**31
 # Default variant.
 STANDARD_VARIANT = "standard"
 
@@ -60,7 +61,7 @@ STANDARD_VARIANT = "standard"
 class PaperMetadata(DeclaredTable):
     """The fields of `paper.toml`."""
 
-    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$")
+    name: str = Field(pattern=patterns.PAPER_NAME)
     title: str
     authors: tuple[str, ...] = Field(min_length=1)
     year: int = Field(ge=1, le=9999)
@@ -74,9 +75,9 @@ class PaperMetadata(DeclaredTable):
     conditions: tuple[str, ...] = ()
     maps: tuple[str, ...] = ()
     # Runs of each condition.
-    runs: int = Field(30, ge=1, le=MAX_RUNS)
+    runs: int = Field(30, ge=1, le=SEED_LIMIT)
     # Number of the first run.
-    first_run: int = Field(0, ge=0, lt=MAX_RUNS)
+    first_run: int = Field(0, ge=0, lt=SEED_LIMIT)
     figures: tuple[Figure, ...] = DEFAULT_FIGURES
     # Assays of `reproduce`.
     assays: tuple[Assay, ...] = DEFAULT_ASSAYS
@@ -84,6 +85,13 @@ class PaperMetadata(DeclaredTable):
     emergence: str = ""
     # Names of the experiments in the gallery. Default: all experiments with learning.
     compared: tuple[str, ...] = ()
+
+    @field_validator("name")
+    @classmethod
+    def _is_folder_name(cls, name: str) -> str:
+        if fault := find_name_fault(name):
+            raise ValueError(f"{name!r} cannot be the name of a paper: {fault}")
+        return name
 
     @field_validator("link")
     @classmethod

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.errors import ArgumentError, RefusedError
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.numbers import check_numbers, require_whole_number
 from baldwinlab.core.resources import Need, require_resources
 from baldwinlab.core.variables import STOP_ATTRIBUTE
 from baldwinlab.evolution import (
@@ -20,10 +21,11 @@ from baldwinlab.evolution.species import SpeciesIndices, list_initial_species
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.species import ACROSS
 from baldwinlab.simulation.memory import estimate_replay, estimate_simulation
-from baldwinlab.simulation.simulate import check_seed, simulate_batch
+from baldwinlab.simulation.simulate import simulate_batch
 from baldwinlab.simulation.trace import Agents, trace_lifetime
 
 
+@check_numbers
 def replay(
     experiment: Experiment,
     *,
@@ -66,12 +68,11 @@ def replay(
     Raises
     ------
     ArgumentError
-        The seed or the number of the run or of the world is out of range.
+        The seed or the number of the run, of the generation or of the world is out of range.
     RefusedError
-        The model has no world, the experiment has no such generation, the run stops before it, or
-        too little memory is free.
+        The model has no world, the run stops before the generation, or too little memory is
+        free.
     """
-    check_seed(seed, run)
     _require_world_number(require_world(experiment), world)
     require_generation(experiment, generation)
     if energy is not None:
@@ -88,6 +89,7 @@ def replay(
     return trace_lifetime(experiment, recompute_agents(experiment, key, energy), key, world)
 
 
+@check_numbers
 def replay_genomes(
     experiment: BaseExperiment,
     genome: Genome,
@@ -129,8 +131,6 @@ def replay_genomes(
     RefusedError
         The model has no world, the species of the agents are unknown, or too little memory is free.
     """
-    check_seed(seed, run)
-    check_seed(generation)
     experiment = require_world(experiment)
     _require_world_number(experiment, world)
     if experiment.population.species and species is None:
@@ -153,18 +153,12 @@ def _list_constant_species(experiment: Experiment) -> SpeciesIndices:
 
 def _require_world_number(experiment: Experiment, world: int) -> None:
     """Raise ArgumentError if a population does not have this world."""
-    last_world = experiment.population.worlds - 1
-    if not 0 <= world <= last_world:
-        raise ArgumentError("world", world, f"must be a whole number from 0 to {last_world}")
+    require_whole_number("world", world, experiment.population.worlds - 1)
 
 
 def require_generation(experiment: BaseExperiment, generation: int) -> None:
-    """Raise RefusedError if an experiment does not have this generation."""
-    if not 0 <= generation < experiment.evolution.generations:
-        raise RefusedError(
-            f"generation = {generation} must be at least 0 and less than "
-            f"{experiment.evolution.generations}"
-        )
+    """Raise ArgumentError if an experiment does not have this generation."""
+    require_whole_number("generation", generation, experiment.evolution.generations - 1)
 
 
 def require_world(experiment: BaseExperiment) -> Experiment:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.errors import ArgumentError
+from baldwinlab.core.numbers import check_numbers, require_whole_number
 from baldwinlab.core.resources import require_resources
 from baldwinlab.engine.threads import available_cores, use_threads
 from baldwinlab.evolution.species import count_agents
@@ -19,10 +19,8 @@ from baldwinlab.models.miniworld.backends.choice import CPU, Backend, choose_bac
 from baldwinlab.simulation.history import History
 from baldwinlab.simulation.memory import estimate_simulation
 
-# Records hold seeds as signed 32-bit integers.
-SEED_LIMIT = 2**31
 
-
+@check_numbers
 def simulate(
     experiment: BaseExperiment,
     *,
@@ -185,8 +183,7 @@ def _count_species(
 
 
 def check_seed(seed: int, *runs: int) -> None:
-    """Raise ArgumentError if the seed or the number of a run is not in [0, 2**31)."""
-    named_values = [("seed", seed), *(("run", run) for run in runs)]
-    for name, value in named_values:
-        if not 0 <= value < SEED_LIMIT:
-            raise ArgumentError(name, value, f"must be at least 0 and less than {SEED_LIMIT}")
+    """Raise ArgumentError unless the seed and the numbers of runs are integers in [0, 2**31)."""
+    require_whole_number("seed", seed)
+    for run in runs:
+        require_whole_number("run", run)

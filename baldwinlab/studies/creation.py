@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from baldwinlab.core.file_names import find_case_collision, find_name_fault
 from baldwinlab.core.file_writing import write_exclusively
 from baldwinlab.core.files import PARTIAL_SUFFIX, STUDY_FILE_NAME, is_local, require_inside_study
 from baldwinlab.core.output_paths import enclosing_study, is_study
@@ -82,10 +83,13 @@ def create_study(
             f"two conditions have the same name, {repeated!r}: change name in one of them"
         )
     for name in names:
-        if any(folder.endswith(RESERVED_SUFFIXES) for folder in name.split("/")):
+        if any(folder.casefold().endswith(RESERVED_SUFFIXES) for folder in name.split("/")):
             raise StudyError(
                 f"no condition can be called {name!r}: a study has files with such endings"
             )
+    # A study of an earlier version may have such names, and is completed.
+    if not is_study(directory):
+        _require_portable_names(names)
     if is_local(directory) and (outer_study := enclosing_study(directory)):
         raise StudyError(f"{directory} is inside the study {outer_study}. Choose another path.")
     is_new = False
@@ -121,6 +125,21 @@ def create_study(
                 f"not {first_run}; choose another --out"
             )
     return study
+
+
+def _require_portable_names(names: Sequence[str]) -> None:
+    """Raise StudyError if conditions cannot be folders on macOS or Windows."""
+    for name in names:
+        if fault := find_name_fault(name):
+            raise StudyError(
+                f"no condition can be called {name!r}: {fault}; change its name, so that the study "
+                "can be copied to every machine"
+            )
+    if pair := find_case_collision(names):
+        raise StudyError(
+            f"the conditions {pair[0]!r} and {pair[1]!r} differ only in capital letters, and are "
+            "one folder on macOS and Windows: change name in one of them"
+        )
 
 
 def _write_study(

@@ -20,10 +20,9 @@ from typing import Final, NamedTuple
 
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.files import is_local
+from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.simulation.memory import MAX_RUNS_PER_FILE
 
-# Upper bound of the numbers of runs, exclusive.
-RUN_LIMIT: Final = 2**31
 _NAME_PATTERN: Final = re.compile(r"([0-9]{1,10})(?:-([0-9]{1,10}))?\.nc")
 
 
@@ -117,7 +116,7 @@ def _parse_file(path: Path, is_file: bool) -> RecordFile:
         raise StudyError(f"{path} has no name of a record: {remedy}")
     first = int(match[1])
     last = first if match[2] is None else int(match[2])
-    if max(first, last) >= RUN_LIMIT:
+    if max(first, last) >= SEED_LIMIT:
         raise StudyError(f"{path} has no name of a record: {remedy}")
     is_valid_range = match[2] is None or first < last < first + MAX_RUNS_PER_FILE
     if not is_valid_range:

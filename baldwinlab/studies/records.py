@@ -31,7 +31,6 @@ from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.simulation.memory import record_bytes
 from baldwinlab.studies.record_checks import DamagedRecordError, RunLengths, require_content
 from baldwinlab.studies.record_files import (
-    RUN_LIMIT,
     RecordFile,
     StudyError,
     find_record_file,
@@ -40,7 +39,6 @@ from baldwinlab.studies.record_files import (
 )
 
 __all__ = [
-    "RUN_LIMIT",
     "DamagedRecordError",
     "StudyError",
     "encode_record",

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from baldwinlab.core.files import FileKind, is_local, read_text
-from baldwinlab.experiment import NAME_PATTERN
+from baldwinlab.core.numbers import SEED_LIMIT
+from baldwinlab.core.patterns import CONDITION_NAME
 from baldwinlab.experiment.factors import STUDY_KINDS, SWEEP, Factors, StudyKind
 from baldwinlab.studies import format_1, part_sources
-from baldwinlab.studies.records import RUN_LIMIT
 
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
@@ -86,14 +86,14 @@ def read_text_of_study(path: Path, kind: FileKind) -> str:
 
 def require_valid_contents(seed: Any, names: Any) -> None:
     """Raise ValueError for an invalid seed, or for invalid names of conditions."""
-    if type(seed) is not int or not 0 <= seed < RUN_LIMIT:
+    if type(seed) is not int or not 0 <= seed < SEED_LIMIT:
         raise ValueError(
-            f"seed = {seed!r} must be a whole number, at least 0 and less than {RUN_LIMIT}"
+            f"seed = {seed!r} must be a whole number, at least 0 and less than {SEED_LIMIT}"
         )
     if not isinstance(names, list):
         raise ValueError(f"conditions = {names!r} must be a list of names")
     for name in names:
-        if not isinstance(name, str) or not re.match(NAME_PATTERN, name):
+        if not isinstance(name, str) or not re.match(CONDITION_NAME, name):
             raise ValueError(f"conditions: {name!r} is no name of a condition")
     if len(set(names)) < len(names):
         raise ValueError("conditions: a name is listed twice; list each name once")
@@ -115,10 +115,10 @@ def read_changes(content: Mapping[str, Any]) -> tuple[str, ...]:
 def read_first_run(content: Mapping[str, Any]) -> int:
     """Return the number of the first run. Raises ValueError if it is not a number of a run."""
     first_run = content.get("first_run", 0)
-    if type(first_run) is not int or not 0 <= first_run < RUN_LIMIT:
+    if type(first_run) is not int or not 0 <= first_run < SEED_LIMIT:
         raise ValueError(
             f"first_run = {first_run!r} must be a whole number, at least 0 and less than "
-            f"{RUN_LIMIT}"
+            f"{SEED_LIMIT}"
         )
     return first_run
 

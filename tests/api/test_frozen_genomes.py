@@ -111,7 +111,7 @@ def test_the_command_replay_writes_the_lifetime_of_a_genome_file(
         (["--genome", "FILE", "--map", "Q"], "there is no map 'Q'"),
         (["evo/A", "--genome", "FILE"], "do not fit evo/A: their modules"),
         (["--genome", "FILE", "--set", "population.size=3"], "must be 20, the number of genomes"),
-        (["--genome", "FILE", "--seed", "-1"], "--seed -1 must be at least 0"),
+        (["--genome", "FILE", "--seed", "-1"], "--seed -1 must be a whole number from 0"),
         (["hinton-nowlan-1987:guessing", "--genome", "FILE"], "do not fit"),
         (["evo/A", "--genome", "nan.npy"], "gene 3 of the module 'action' of agent 0 is not"),
     ],

@@ -55,10 +55,10 @@ def test_the_first_use_of_a_preset_executes_an_installed_part_once(run_code: Run
 def test_a_run_loads_installed_parts(run_code: RunCode) -> None:
     code = (
         "import baldwinlab as bl;"
-        "bl.run('evo/A', runs=0, out='study', set={'evolution.selection': 'theirs'})"
+        "bl.run('evo/A', executor='cloud', out='study', set={'evolution.selection': 'theirs'})"
     )
     shown = run_code(code)
-    assert shown[0] == "executed" and "runs = 0 must be at least 1" in shown[-1]
+    assert shown[0] == "executed" and "executor = 'cloud' must be threads" in shown[-1]
 
 
 def test_the_command_line_loads_installed_parts(run_code: RunCode) -> None:

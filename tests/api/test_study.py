@@ -156,9 +156,9 @@ def test_invalid_arguments_are_refused_before_the_study_is_created(
 ) -> None:
     out = tmp_path / "study"
     for sentence, arguments in {
-        "runs = 0 must be at least 1": {"runs": 0},
-        "workers = -1 must be at least 1": {"workers": -1},
-        "seed = -1 must be at least 0": {"seed": -1},
+        "runs = 0 must be a whole number from 1 to 2147483648": {"runs": 0},
+        "workers = -1 must be a whole number from 1 to 2147483648": {"workers": -1},
+        "seed = -1 must be a whole number from 0": {"seed": -1},
         "executor = 'cloud' must be threads": {"executor": "cloud"},
         "lifetime.steps = 0: input should be": {"set": {"lifetime.steps": 0}},
     }.items():

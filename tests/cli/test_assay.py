@@ -39,7 +39,10 @@ def test_a_fork_from_the_mode_is_another_assay(study: Path, command: Command) ->
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["fork", "--generations", "0"], "--generations 0 must be at least 1"),
+        (
+            ["fork", "--generations", "0"],
+            "--generations 0 must be a whole number from 1",
+        ),
         (["fork", "--from", "center"], "--from center must be population or mode"),
         (["innate", "--from", "mode"], "--from mode needs the assay fork"),
         (["innate", "--generations", "4"], f"--generations 4 needs the assay {' or '.join(FORKS)}"),

@@ -43,12 +43,18 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             ["article", "atlas", "--folder", "nowhere"],
             "nowhere holds no atlas: it has no request.json",
         ),
-        (["run", "evo/A", "--runs", "0"], "--runs 0 must be at least 1"),
-        (["run", "evo/A", "--workers", "-2"], "--workers -2 must be at least 1"),
-        (["run", "evo/A", "--seed", "-1"], "--seed -1 must be at least 0 and less than 2147483648"),
+        (["run", "evo/A", "--runs", "0"], "--runs 0 must be a whole number from 1"),
+        (
+            ["run", "evo/A", "--workers", "-2"],
+            "--workers -2 must be a whole number from 1",
+        ),
+        (["run", "evo/A", "--seed", "-1"], "--seed -1 must be a whole number from 0 to 2147483647"),
         (["reproduce", "--variant", "sloppy"], "there is no variant 'sloppy'"),
         (["reproduce", "--generations", "0"], "evolution.generations = 0"),
-        (["report", "study", "--last-generations", "0"], "--last-generations 0 must be at least 1"),
+        (
+            ["report", "study", "--last-generations", "0"],
+            "--last-generations 0 must be a whole number from 1",
+        ),
         (["report", "nowhere"], "nowhere holds no study"),
         (
             [
@@ -145,7 +151,10 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             ["assay", "study", "--assays", "innate,instinct"],
             "there is no assay 'instinct'; there are innate, neutral",
         ),
-        (["assay", "study", "--workers", "0"], "--workers 0 must be at least 1"),
+        (
+            ["assay", "study", "--workers", "0"],
+            "--workers 0 must be a whole number from 1",
+        ),
         (
             [
                 "export",
@@ -264,7 +273,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["run", "evo/A", "--runs", "100000000"], "100,000,000 runs: needs about"),
         (
             ["run", "evo/A", "--runs", "3000000000", "--force"],
-            "--runs 3000000000 must be at most 2147483648",
+            "--runs 3000000000 must be a whole number from 1",
         ),
         (
             ["run", "evo/A", "--set", "population.size=1000000", "evolution.generations=1000000"],

@@ -112,6 +112,7 @@ def test_founders_that_do_not_fit_are_an_error_of_their_field(freezer: LabServer
         ({"name": "../escape"}, "not a valid name"),
         ({"name": "a/b"}, "not a valid name"),
         ({"name": ""}, "not a valid name"),
+        ({"name": "com1"}, "Windows reserves 'com1' for a device"),
         ({"agent": 20}, "has no agent 20"),
         ({"agent": "x"}, "must be a whole number"),
         ({"life": LIFE | {"run": 9}}, "has no run 9"),

@@ -245,6 +245,7 @@ def test_the_replay_of_a_generation_of_a_live_run_is_bit_identical(live: Live) -
         ("a\\b", "is not a valid name of a study"),
         ("study.toml", "is not a valid name of a study"),
         ("some/runs/here", "no folder called runs"),
+        ("some/Nul", "Windows reserves 'Nul' for a device"),
         ("a" * 101, "at most 100"),
         ("link/outside", "leads out of"),
         ("taken", "exists already"),

@@ -112,7 +112,7 @@ def test_a_page_pauses_resumes_stops_and_saves_a_live_run(server: LabServer) -> 
             "lifetime.steps = 0: input should be greater than or equal to 1",
         ),
         ({"experiment": {}, "runs": "two"}, "runs = 'two' must be a whole number"),
-        ({"experiment": {}, "seed": -1}, "seed = -1 must be at least 0 and less than 2147483648"),
+        ({"experiment": {}, "seed": -1}, "seed = -1 must be a whole number from 0 to 2147483647"),
         (
             {"experiment": {}, "seconds": 1e9},
             "seconds = 1000000000.0 must be a number from 0 to 60",

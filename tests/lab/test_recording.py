@@ -239,7 +239,7 @@ def test_an_incomplete_request_is_rejected_with_the_missing_name(lab_server: Lab
     message = get_error(
         lab_server.address, "recording", 400, preset="evo/A", seed=2**31, generation=0
     )
-    assert message == "seed = 2147483648 must be at least 0 and less than 2147483648"
+    assert message == "seed = 2147483648 must be a whole number from 0 to 2147483647"
 
 
 def test_a_preset_is_never_a_file(lab_server: LabServer) -> None:

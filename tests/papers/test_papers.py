@@ -205,6 +205,16 @@ def test_a_paper_can_have_no_maps_and_no_claims(
             {"paper": PAPER.replace("tiny", "le-2019", 1)},
             "{}/paper.toml: name 'le-2019' is that of a paper of baldwinlab",
         ),
+        (
+            (),
+            {"paper": PAPER.replace("tiny", "a tiny paper", 1)},
+            "{}/paper.toml: name = 'a tiny paper': must be letters, digits, _ . and -, and begin",
+        ),
+        (
+            (),
+            {"paper": PAPER.replace("tiny", "con", 1)},
+            "{}/paper.toml: name: 'con' cannot be the name of a paper: Windows reserves 'con'",
+        ),
         ((), {"plain": "[learning]\n"}, "{}/conditions/plain.toml: description is missing"),
         (
             (),

@@ -65,6 +65,6 @@ def test_the_energy_of_a_larger_population_in_the_dataset_has_no_effect() -> Non
 @pytest.mark.parametrize("generation", [-1, 3])
 def test_a_generation_out_of_range_is_refused(generation: int) -> None:
     with pytest.raises(
-        ValueError, match=f"generation = {generation} must be at least 0 and less than 3"
+        ValueError, match=f"generation = {generation} must be a whole number from 0 to 2"
     ):
         replay(shorten_preset(), seed=1, generation=generation)

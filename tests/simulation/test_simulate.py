@@ -103,7 +103,7 @@ def test_parents_are_recorded_from_the_second_generation() -> None:
     [(-1, 0, "seed = -1"), (2**31, 0, "seed = 2147483648"), (0, -5, "run = -5")],
 )
 def test_a_seed_out_of_range_is_refused(seed: int, run: int, name: str) -> None:
-    with pytest.raises(ValueError, match=f"{name} must be at least 0 and less than 2147483648"):
+    with pytest.raises(ValueError, match=f"{name} must be a whole number from 0 to 2147483647"):
         simulate(shorten_preset(), seed=seed, run=run)
 
 

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from functools import reduce
 from pathlib import Path
 
-from baldwinlab.experiment import NAME_PATTERN, Experiment, merge
+from baldwinlab.core.patterns import CONDITION_NAME
+from baldwinlab.experiment import Experiment, merge
 from baldwinlab.papers.presets import load, paper
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.multiverse import (
@@ -86,7 +87,7 @@ def test_all_combinations_have_unique_valid_names() -> None:
         variant.name for variant in variants
     }
     names = [f"{variant.name}/evo+self-taught/A" for variant in variants]
-    assert all(re.match(NAME_PATTERN, name) and len(name) <= 200 for name in names)
+    assert all(re.match(CONDITION_NAME, name) and len(name) <= 200 for name in names)
 
 
 def test_a_combination_merges_the_changes_of_its_parts() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import time
 from pathlib import Path
 
@@ -48,6 +49,25 @@ def test_a_partially_created_study_can_be_created_again(tmp_path: Path) -> None:
 def test_two_conditions_with_the_same_name_are_refused(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match="two conditions have the same name"):
         create_study(tmp_path / "study", [load("evo/A"), load("evo/A", "literal")], seed=0)
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        (["Evo/A", "evo/A"], "'Evo/A' and 'evo/A' differ only in capital letters"),
+        (["con"], "no condition can be called 'con': Windows reserves 'con' for a device"),
+        (["evo/AUX.1"], "Windows reserves 'AUX.1' for a device"),
+        (["x."], "Windows removes the dot or space at the end of 'x.'"),
+        (["x.NC"], "a study has files with such endings"),
+    ],
+)
+def test_conditions_are_folders_on_every_system(
+    tmp_path: Path, names: list[str], message: str
+) -> None:
+    experiments = [load("evo/A").replace(name=name) for name in names]
+    with pytest.raises(StudyError, match=re.escape(message)):
+        create_study(tmp_path / "study", experiments, seed=0)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(

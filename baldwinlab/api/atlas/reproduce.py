@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from baldwinlab.api.atlas.publish import publish_atlas
 from baldwinlab.api.atlas.run import AtlasRequest, run_atlas
 from baldwinlab.api.run_options import RunOptions
+from baldwinlab.core.numbers import check_numbers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,6 +30,7 @@ def default_folder(*, quick: bool) -> Path:
     return Path("results") / ("atlas-quick" if quick else "atlas")
 
 
+@check_numbers
 def reproduce_atlas(
     *,
     quick: bool = False,

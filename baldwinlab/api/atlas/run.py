@@ -24,10 +24,11 @@ from baldwinlab.api.remaining_time import RemainingTime
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.errors import ArgumentError, RefusedError, require_positive
+from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.core.files import ASSAY_FILE, RESULTS_FILE, read_bytes
 from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
+from baldwinlab.core.numbers import require_whole_number
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import SWEEP
 from baldwinlab.experiment.toml import to_toml
@@ -41,7 +42,6 @@ from baldwinlab.papers.atlas_design import (
 )
 from baldwinlab.papers.design import FROZEN_FILE
 from baldwinlab.simulation.compilation import compile_experiments
-from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import write_in_study
 from baldwinlab.studies.store import StudyStore
@@ -89,7 +89,7 @@ class AtlasRequest:
         size = design.quick if self.is_quick else design.full
         if self.runs is None:
             return size
-        require_positive("runs", self.runs)
+        require_whole_number("runs", self.runs)
         if self.runs <= size.exploration_runs:
             allowed = f"must be more than the {size.exploration_runs} exploratory runs"
             raise ArgumentError("runs", self.runs, allowed)
@@ -208,7 +208,7 @@ def run_atlas(request: AtlasRequest, options: RunOptions) -> list[PlannedMap]:
     InterruptedStudyError
         A worker or a disk failed. The stored cells remain.
     """
-    check_seed(request.seed)
+    require_whole_number("seed", request.seed)
     options.make_executor()
     design = read_atlas()
     maps = list(plan_maps(request, design))

@@ -18,9 +18,9 @@ from baldwinlab.api.checks.fixture import SEED, PartGroup, group_parts, part_lab
 from baldwinlab.api.checks.processes import Process, ProcessEndError
 from baldwinlab.api.checks.requirements import COMPILED, DECLARED, check_requirement
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError
+from baldwinlab.core.numbers import check_numbers, require_whole_number
 from baldwinlab.parts.loading import load_file, parts_in
 from baldwinlab.parts.part import Part
-from baldwinlab.simulation.simulate import check_seed
 
 PartSource = str | Path | type[Part] | Sequence[type[Part]]
 """A file with parts, a class, or several classes."""
@@ -30,6 +30,7 @@ COMPILED_REQUIREMENTS: Final = (
 REQUIREMENTS: Final[Sequence[str]] = (*DECLARED, *plain_python.DESCRIPTIONS, *COMPILED)
 
 
+@check_numbers
 def check_part(
     part: PartSource, *, requirements: Sequence[str] = (), seed: int = SEED
 ) -> list[CheckFinding]:
@@ -84,9 +85,9 @@ def iterate_findings(
     ArgumentError
         For an unknown requirement, a seed outside its limits, or a class that cannot be imported.
     """
+    require_whole_number("seed", seed)
     if unknown := [name for name in requirements if name not in REQUIREMENTS]:
         raise ArgumentError("requirements", unknown[0], f"must be one of {', '.join(REQUIREMENTS)}")
-    check_seed(seed)
     try:
         parts = _load_parts(part)
         groups = list(group_parts(parts, seed))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from baldwinlab._version import __version__
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.errors import require_positive
 
 
 def collect_outcomes(data: xr.Dataset, last: int) -> xr.DataTree:
@@ -30,7 +29,6 @@ def collect_outcomes(data: xr.Dataset, last: int) -> xr.DataTree:
     ArgumentError
         `last` is less than 1.
     """
-    require_positive("last", last)
     unit = data["energy"].attrs.get("units", "")
     attributes_by_outcome = {
         "best": {"units": unit, "long_name": "fitness of the best agent"},

@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.errors import RefusedError, require_positive
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.engine.threads import available_cores
 from baldwinlab.evolution import GenerationKey, draw_genomes, mean_fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -28,7 +29,6 @@ from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.models.miniworld.lifetimes import collect_results
 from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.simulation.reevaluation import make_batch
-from baldwinlab.simulation.simulate import check_seed
 
 Genomes = npt.NDArray[np.float32]
 """Weights, [world, agent, module, weight]."""
@@ -71,12 +71,11 @@ class Problem:
         Seed of the simulations.
     """
 
+    @check_numbers
     def __init__(
         self, experiment: BaseExperiment, seed: int = 0, workers: int | None = None
     ) -> None:
         """Compile the experiment. See `make_problem` for the errors."""
-        check_seed(seed)
-        require_positive("workers", workers)
         _require_numeric_genomes(experiment)
         if experiment.births_in_life:
             raise RefusedError(
@@ -110,6 +109,7 @@ class Problem:
             return ("x", "y")
         return tuple(self.experiment.model_part.records)
 
+    @check_numbers
     def founders(self, count: int) -> npt.NDArray[np.float32]:
         """Return random genomes: the founders of runs 0, 1, 2 and so on.
 
@@ -130,6 +130,7 @@ class Problem:
         ]
         return np.concatenate(genomes_by_world)[:count].reshape(count, self.length)
 
+    @check_numbers
     def evaluate(self, genomes: npt.ArrayLike, generation: int = 0) -> Evaluation:
         """Simulate one lifetime of each genome, on all cores.
 
@@ -159,7 +160,6 @@ class Problem:
             The generation is out of range.
         """
         genomes_by_world = self._split_into_worlds(genomes)
-        check_seed(generation)
         worlds = range(len(genomes_by_world))
         # A chunk has as many worlds as a batch of the CPU.
         chunks = [worlds[first : first + CPU.worlds] for first in worlds[:: CPU.worlds]]

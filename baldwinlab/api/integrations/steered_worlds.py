@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.api.integrations.lifetime_images import Image, LifetimeImages
-from baldwinlab.core.errors import ArgumentError, RefusedError, require_positive
+from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.extras import missing_extra_error
+from baldwinlab.core.numbers import require_whole_number
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.models.miniworld.appearance import Appearance, describe_appearance
 from baldwinlab.models.miniworld.external_actions import (
@@ -62,7 +63,7 @@ class SteeredWorlds:
                 f"{experiment.name} has the model {experiment.model!r}, whose lives have no steps; "
                 "choose an experiment of the model 'miniworld'"
             )
-        require_positive("worlds", worlds)
+        worlds = require_whole_number("worlds", worlds)
         if render_mode not in (None, *RENDER_MODES):
             raise ArgumentError("render_mode", render_mode, f"must be one of {RENDER_MODES}")
         appearance = _require_constant_spaces(experiment)

@@ -11,10 +11,10 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Discriminator, Field, Tag, ValidationError, field_validator, model_validator
 
 from baldwinlab.core.files import SWEEP_FILE, parse_toml, read_text
+from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.experiment import ExperimentError, Fields
 from baldwinlab.experiment.fields import format_faults, shorten
 from baldwinlab.experiment.renamed import upgrade_swept
-from baldwinlab.simulation.simulate import SEED_LIMIT
 
 # Maximum number of points of a sweep.
 MAX_POINTS = 10_000

@@ -255,7 +255,7 @@ def test_progress_counts_every_generation_of_a_fork(
 @pytest.mark.parametrize("generations", [0, -3])
 def test_a_fork_needs_at_least_one_generation(tmp_path: Path, generations: int) -> None:
     study = make_small_study(tmp_path, make_pair(), runs=1)
-    with pytest.raises(ArgumentError, match=r"generations = .* must be at least 1"):
+    with pytest.raises(ArgumentError, match=r"generations = .* must be a whole number from 1"):
         bl.open_study(study.directory).assay("fork", generations=generations)
     assert not (tmp_path / "assays").exists()
 

@@ -1,0 +1,96 @@
+"""Check the whole numbers that a caller gives: counts, seeds, runs, generations and agents.
+
+An argument has the same name in all functions, so the range of each name is defined once.
+"""
+
+from __future__ import annotations
+
+import inspect
+import operator
+from collections.abc import Callable, Iterable
+from functools import wraps
+from typing import Any, Final, ParamSpec, TypeVar
+
+from baldwinlab.core.errors import ArgumentError
+
+SEED_LIMIT: Final = 2**31
+"""Seeds and the numbers of runs are less than this: records hold signed 32-bit integers."""
+INDICES: Final = frozenset({"agent", "generation", "run", "seed", "world"})
+"""Arguments that number something from 0."""
+COUNTS: Final = frozenset(
+    {"count", "generations", "last", "lives", "runs", "steps", "workers", "worlds"}
+)
+"""Arguments that count something, at least 1."""
+
+_Parameters = ParamSpec("_Parameters")
+_Result = TypeVar("_Result")
+
+
+def require_whole_number(name: str, value: Any, last: int | None = None) -> int:
+    """Return a number as an int, for example an integer of NumPy.
+
+    Parameters
+    ----------
+    name
+        Name of the argument, one of `INDICES` and `COUNTS`. It determines the first valid number.
+    value
+        The number.
+    last
+        The last valid number. By default the limit of all records.
+
+    Raises
+    ------
+    ArgumentError
+        The value is not a whole number, or is out of range.
+    """
+    first = 1 if name in COUNTS else 0
+    if last is None:
+        last = SEED_LIMIT if name in COUNTS else SEED_LIMIT - 1
+    try:
+        # A truth value is an integer of Python, but not a number that a user means.
+        number = None if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        number = None
+    if number is None or not first <= number <= last:
+        shown_value = value if number is None else number
+        raise ArgumentError(name, shown_value, f"must be a whole number from {first} to {last}")
+    return number
+
+
+def check_numbers(function: Callable[_Parameters, _Result]) -> Callable[_Parameters, _Result]:
+    """Decorate a function: check its arguments in `INDICES` and `COUNTS` before each call.
+
+    The function receives each number as an int. The annotation of an argument states whether it can
+    be None or several numbers.
+    """
+    signature = inspect.signature(function)
+    annotations = {
+        name: str(parameter.annotation)
+        for name, parameter in signature.parameters.items()
+        if name in INDICES | COUNTS
+    }
+
+    @wraps(function)
+    def check_and_call(*args: _Parameters.args, **kwargs: _Parameters.kwargs) -> _Result:
+        try:
+            bound = signature.bind(*args, **kwargs)
+        except TypeError:
+            # The call itself explains best which argument is missing or unknown.
+            return function(*args, **kwargs)
+        for name, annotation in annotations.items():
+            if name in bound.arguments:
+                value = bound.arguments[name]
+                bound.arguments[name] = _check_argument(name, value, annotation)
+        return function(*bound.args, **bound.kwargs)
+
+    return check_and_call
+
+
+def _check_argument(name: str, value: Any, annotation: str) -> Any:
+    if value is None and "None" in annotation:
+        return None
+    has_several = "Sequence" in annotation and isinstance(value, Iterable)
+    # An array of NumPy without dimensions is a number.
+    if has_several and not isinstance(value, str) and getattr(value, "ndim", 1):
+        return [require_whole_number(name, number) for number in value]
+    return require_whole_number(name, value)
