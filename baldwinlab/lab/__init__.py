@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from asyncio import Semaphore
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -46,6 +46,8 @@ class Lab:
         Returns whether the engine is compiled. Until then, pages do not simulate.
     start_time
         When the server started, in seconds of the monotonic clock.
+    command
+        The command that started this lab, for messages.
 
     """
 
@@ -56,3 +58,4 @@ class Lab:
     response_slots: Semaphore = field(default_factory=lambda: Semaphore(MAX_QUEUED_RESPONSES))
     is_engine_ready: Callable[[], bool] = lambda: True
     start_time: float = field(default_factory=time.monotonic)
+    command: Sequence[str] = ("baldwinlab", "lab")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from http import HTTPStatus
 from pathlib import Path
@@ -70,7 +70,10 @@ ROUTE_MODULES = (
 
 
 def make_app(
-    root: Path, access: Access, is_engine_ready: Callable[[], bool] = lambda: True
+    root: Path,
+    access: Access,
+    is_engine_ready: Callable[[], bool] = lambda: True,
+    command: Sequence[str] = ("baldwinlab", "lab"),
 ) -> Starlette:
     """Return the application that serves the studies in `root`, at any depth.
 
@@ -82,9 +85,11 @@ def make_app(
         The token that requests need.
     is_engine_ready
         Returns whether the engine is compiled. Until then, pages do not simulate.
+    command
+        The command that started this lab, for messages.
 
     """
-    lab = Lab(root.resolve(), live.Live(), is_engine_ready=is_engine_ready)
+    lab = Lab(root.resolve(), live.Live(), is_engine_ready=is_engine_ready, command=command)
     comparisons = live_comparison.Comparisons()
 
     @asynccontextmanager

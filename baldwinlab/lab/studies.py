@@ -10,9 +10,11 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab import papers
+from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.concurrency import QueuedResponse
+from baldwinlab.lab.missing_parts import describe_missing_parts
 from baldwinlab.lab.model_displays import read_alleles, read_views
 from baldwinlab.lab.query import read_text
 from baldwinlab.lab.study_access import (
@@ -64,18 +66,23 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
 
 
 def summarize(lab: Lab, name: str) -> dict[str, Any]:
-    """Return the conditions and runs of a study, or why it cannot be read."""
+    """Return the conditions and runs of a study, or why it cannot be read.
+
+    `missing` says why lifetimes of the study cannot be simulated, and how they can.
+    """
     try:
-        return _summarize_readable(find_study(lab, name), name)
-    except StudyError as error:
+        return _summarize_readable(lab, find_study(lab, name), name)
+    except BaldwinLabError as error:
+        # A single study does not hide the others.
         return {"id": name, "seed": None, "modified": 0, "conditions": [], "problem": str(error)}
 
 
-def _summarize_readable(study: StudyStore, name: str) -> dict[str, Any]:
+def _summarize_readable(lab: Lab, study: StudyStore, name: str) -> dict[str, Any]:
     main_condition, question = _read_paper(study)
     titles = sweeps.name_points(study)
+    missing = describe_missing_parts(lab, study)
     conditions = [
-        _summarize_condition(study, experiment)
+        _summarize_condition(study, experiment, has_parts=not missing)
         | {"title": titles[experiment.name], "shown": experiment.name == main_condition}
         for experiment in study.experiments.values()
     ]
@@ -84,22 +91,31 @@ def _summarize_readable(study: StudyStore, name: str) -> dict[str, Any]:
         "seed": study.seed,
         "paper": study.paper,
         "question": question,
-        # The page opens the newest study. In seconds.
-        "modified": study.directory.stat().st_mtime,
+        # The page opens the study with the newest run. In seconds.
+        "modified": _find_last_change(study),
         "conditions": conditions,
         "report": (study.directory / "report.html").is_file(),
         "problem": None,
+        "missing": missing,
     }
 
 
-def _summarize_condition(study: StudyStore, experiment: BaseExperiment) -> dict[str, Any]:
+def _find_last_change(study: StudyStore) -> float:
+    """Return when the newest run of a study was stored, in seconds; 0 without a run."""
+    paths = (file.path for name in study.experiments for file in study.files(name))
+    return max((path.stat().st_mtime for path in paths), default=0)
+
+
+def _summarize_condition(
+    study: StudyStore, experiment: BaseExperiment, has_parts: bool
+) -> dict[str, Any]:
     views = read_views(experiment)
     return {
         "name": experiment.name,
         **study.factors[experiment.name]._asdict(),
         "runs": study.runs(experiment.name),
         "generations": experiment.evolution.generations,
-        "learns": experiment.learns,
+        "learns": has_parts and experiment.learns,
         # Those of one world.
         "agents": experiment.agents_per_world
         if isinstance(experiment, Experiment)

@@ -56,11 +56,15 @@ def collect_sources(experiments: Iterable[BaseExperiment]) -> tuple[Source, ...]
     return sources_of(custom_experiments)
 
 
+def stored_source(directory: Path, kind: str, name: str) -> Path:
+    """Return the path of the source of a part in a study."""
+    return directory / "parts" / f"{kind.replace(' ', '-')}-{name}.py"
+
+
 def save_sources(directory: Path, sources: Sequence[Source]) -> None:
     """Write the sources of parts into a study. Raises PartError if a file differs."""
     for source in sources:
-        kind = source.kind.replace(" ", "-")
-        path = directory / "parts" / f"{kind}-{source.name}.py"
+        path = stored_source(directory, source.kind, source.name)
         require_inside_study(path, directory)
         try:
             write_exclusively(path, source.text.encode())

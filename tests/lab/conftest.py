@@ -19,6 +19,7 @@ from baldwinlab.lab.rate_limit import make_server
 from baldwinlab.lab.server import make_app
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
+from baldwinlab.studies.store import StudyStore
 from tests.lab.client import LabServer
 from tests.lab.essays import open_essay
 from tests.small_studies import make_small_study, shorten_preset
@@ -105,7 +106,26 @@ def views_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer
     )
     with run_server(root) as server:
         yield server
-    registry.remove("model", "hawks-and-doves")
+    remove_hawks()
+
+
+@contextmanager
+def hawks_study(directory: Path) -> Iterator[StudyStore]:
+    """Yield a study of negative fitness, whose parts are not loaded any more."""
+    load_file(HAWKS)
+    evolution = {"selection": "rank", "fitness": "debt"}
+    hawks = validate({"model": "hawks-and-doves", "name": "hawks", "evolution": evolution})
+    study = make_small_study(directory, [hawks], runs=1)
+    remove_hawks()
+    yield study
+    remove_hawks()
+
+
+def remove_hawks() -> None:
+    """Remove the parts of HAWKS, if they are loaded."""
+    for part in (("model", "hawks-and-doves"), ("fitness", "debt")):
+        if part in registry.custom_parts():
+            registry.remove(*part)
 
 
 @contextmanager

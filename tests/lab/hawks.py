@@ -1,4 +1,4 @@
-"""The game of hawks and doves: a minimal model whose view is a matrix."""
+"""The game of hawks and doves: a minimal model whose view is a matrix, and a negative fitness."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.parts import FOUNDER, LifeResults, MatrixView, Model, View
+from baldwinlab.parts import FOUNDER, Fitness, LifeResults, MatrixView, Model, View
 
 # The payoffs [strategy of the row, strategy of the column] of hawk and dove.
 PAYOFFS = np.array([[0.0, 4.0], [1.0, 2.0]])
@@ -48,3 +48,12 @@ class Hawks(Model, name="hawks-and-doves"):
         frequencies = np.stack([1 - dove.mean(axis=1), dove.mean(axis=1)], axis=-1)
         energy = (PAYOFFS[dove] * frequencies[:, None]).sum(axis=-1)
         return LifeResults(energy=energy, cost=np.zeros_like(energy), learned=None, records={})
+
+
+class Debt(Fitness, name="debt"):
+    """The same negative fitness for all agents."""
+
+    @staticmethod
+    def evaluate(part: Any, lifetimes: Any, fitness: Any) -> None:
+        for agent in range(fitness.size):
+            fitness[agent] = -50.0

@@ -298,9 +298,29 @@ def test_five_number_summaries_and_ticks_are_correct(page: Page) -> None:
         """async () => {
             const { computeBoxStatistics } = await import("/box_chart.js");
             const { chooseTicks } = await import("/drawing.js");
-            return [computeBoxStatistics([9, 1, 2, 3, 4, 100]), chooseTicks(437), chooseTicks(0.9)];
+            return [
+                computeBoxStatistics([9, 1, 2, 3, 4, 100]),
+                chooseTicks(0, 437),
+                chooseTicks(0, 0.9),
+                chooseTicks(-50, 0),
+                chooseTicks(-3, 8),
+            ];
         }"""
     )
     assert values[0] == {"low": 1, "first": 2.25, "median": 3.5, "third": 7.75, "high": 9}
     assert values[1] == [0, 100, 200, 300, 400, 500]
     assert values[2] == [0, 0.2, 0.4, 0.6, 0.8, 1]
+    assert values[3] == [-50, -40, -30, -20, -10, 0]
+    assert values[4] == [-5, 0, 5, 10]
+
+
+def test_the_range_of_an_axis_includes_0_and_all_numbers(page: Page) -> None:
+    page.goto("/#/results")
+    ranges = page.evaluate(
+        """async () => {
+            const { computeRange } = await import("/drawing.js");
+            const lists = [[[-50]], [[2, 7], [-1]], [[0, 0]], [[null, NaN]], [], [[null, 5, NaN]]];
+            return lists.map(numbers => computeRange(...numbers));
+        }"""
+    )
+    assert ranges == [[-50, 0], [-1, 7], [0, 1], [0, 1], [0, 1], [0, 5]]

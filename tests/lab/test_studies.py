@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import shutil
 from pathlib import Path
 
@@ -14,16 +15,19 @@ from baldwinlab import papers
 from baldwinlab.analysis.claims import claim_records, evaluate_claims
 from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.api.publish import lab_results, results_cache
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import Experiment, registry
 from baldwinlab.lab import Lab, studies
 from baldwinlab.lab.live import Live
+from baldwinlab.lab.missing_parts import describe_missing_parts
+from baldwinlab.parts import load_file
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
+from baldwinlab.studies.part_sources import stored_source
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import LabServer, get_error, get_json
-from tests.lab.conftest import run_server
+from tests.lab.conftest import hawks_study, run_server
 from tests.small_studies import make_small_study, shorten_preset
 
 
@@ -52,7 +56,8 @@ def test_the_list_of_studies_contains_conditions_and_runs(lab_server: LabServer)
         }
         for name in learners
     ]
-    assert summary.pop("modified") == (lab_server.root / "small").stat().st_mtime
+    records = (lab_server.root / "small" / "runs").rglob("*.nc")
+    assert summary.pop("modified") == max(path.stat().st_mtime for path in records)
     assert summary == {
         "id": "small",
         "seed": 5,
@@ -60,6 +65,7 @@ def test_the_list_of_studies_contains_conditions_and_runs(lab_server: LabServer)
         "question": "",
         "conditions": conditions,
         "problem": None,
+        "missing": "",
         "report": False,
     }
 
@@ -95,6 +101,42 @@ def test_an_unreadable_study_is_listed_with_the_reason(tmp_path: Path) -> None:
         query = {"study": "torn", "condition": "evo/A", "run": 0, "generation": 0}
         assert get_error(server.address, "recording", 400, **query) == problems["torn"]
         assert get_error(server.address, "results", 400, study="torn") == problems["torn"]
+
+
+def test_a_study_whose_model_is_not_loaded_is_listed_with_the_command_that_loads_it(
+    tmp_path: Path,
+) -> None:
+    create_study(tmp_path / "sound", [shorten_preset()], 1)
+    with hawks_study(tmp_path / "hawks") as study:
+        lab = Lab(tmp_path, Live(), command=("baldwinlab", "lab", "a folder"))
+        (hawks, sound) = (studies.summarize(lab, name) for name in ("hawks", "sound"))
+        assert (sound["problem"], sound["missing"]) == (None, "")
+        assert [condition["runs"] for condition in hawks["conditions"]] == [[0]]
+        message, command = hawks["missing"].split(" command: ")
+        assert message.startswith(
+            "The fitness debt and the model hawks-and-doves of this study are not loaded. "
+        )
+        *words, option, file = shlex.split(command)
+        assert (words, option) == (["baldwinlab", "lab", "a folder"], "--part")
+        load_file(file)
+        assert describe_missing_parts(lab, StudyStore(study.directory)) == ""
+        registry.remove("fitness", "debt")
+        stored_source(study.directory, "fitness", "debt").write_text("# changed")
+        changed = studies.summarize(lab, "hawks")["missing"]
+        assert "(FILE is the file with the fitness debt)" in changed
+        assert changed.endswith(": baldwinlab lab 'a folder' --part FILE")
+
+
+def test_the_newest_study_is_that_of_the_last_run(tmp_path: Path) -> None:
+    older, newer = (
+        make_small_study(tmp_path / name, [shorten_preset()], runs=1) for name in ("a", "b")
+    )
+    # A report or a session is written long after the last run.
+    for second, study in enumerate((older, newer), start=1):
+        os.utime(study.path("evo+self-taught/A", 0), (second, second))
+    os.utime(older.directory, (9, 9))
+    lab = Lab(tmp_path, Live())
+    assert [studies.summarize(lab, name)["modified"] for name in ("a", "b")] == [1, 2]
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the platform has no named pipes")

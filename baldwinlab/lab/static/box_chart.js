@@ -1,7 +1,14 @@
 /** Box plots in SVG, with all values as points. A point can be a link that the keyboard reaches. */
 
 import { el } from "./common.js";
-import { chooseTicks, createSvg, drawGridLine, drawTextLabel, formatSvgFile } from "./drawing.js";
+import {
+  chooseTicks,
+  computeRange,
+  createSvg,
+  drawGridLine,
+  drawTextLabel,
+  formatSvgFile,
+} from "./drawing.js";
 
 // CSS pixels.
 const TOP = 10;
@@ -18,7 +25,7 @@ const FILE_SIZE = { width: 760, height: 400 };
 /**
  * @typedef {object} Group
  * @property {string} label
- * @property {number[]} values one per run
+ * @property {(number|null)[]} values one per run
  * @property {string} color
  * @property {(index: number) => string} [describe] the text of a point, for tooltips and screen
  *   readers
@@ -65,10 +72,10 @@ function drawPlot(title, groups, width, height) {
   const longest = Math.max(...groups.map((group) => group.label.length));
   // Approximate height of the labels.
   const bottom = BOTTOM + (isSlanted ? 14 + 4 * longest : 18);
-  const highest = Math.max(1e-9, ...groups.flatMap((group) => group.values));
-  const ticks = chooseTicks(highest);
-  const top = Math.max(highest, ticks.at(-1));
-  const y = (value) => height - bottom - (value / top) * (height - TOP - bottom);
+  const ticks = chooseTicks(...computeRange(...groups.map((group) => group.values)));
+  const [lowest, highest] = [ticks[0], ticks.at(-1)];
+  const scale = (height - TOP - bottom) / (highest - lowest);
+  const y = (value) => height - bottom - (value - lowest) * scale;
   const slot = (width - LEFT) / groups.length;
   const drawing = createSvg("svg", {
     width,
@@ -86,14 +93,15 @@ function drawPlot(title, groups, width, height) {
   groups.forEach((group, number) => {
     const middle = LEFT + slot * (number + 0.5);
     drawing.append(drawLabel(group.label, middle, height - bottom + 16, isSlanted));
-    if (group.values.length)
+    if (group.values.some(Number.isFinite))
       drawing.append(drawBox(group, middle, slot, y), ...drawPoints(group, middle, slot, y));
   });
   return drawing;
 }
 
 function drawBox(group, middle, slot, y) {
-  const { low, first, median, third, high } = computeBoxStatistics(group.values);
+  const finite = group.values.filter(Number.isFinite);
+  const { low, first, median, third, high } = computeBoxStatistics(finite);
   const half = Math.min(slot * BOX_SHARE, MAX_HALF_BOX);
   const line = (x1, y1, x2, y2, width = 1.5) =>
     createSvg("line", { x1, y1, x2, y2, stroke: group.color, "stroke-width": width });
@@ -119,7 +127,9 @@ function drawBox(group, middle, slot, y) {
 
 function drawPoints(group, middle, slot, y) {
   const half = Math.min(slot * BOX_SHARE, MAX_HALF_BOX) * 0.8;
-  return group.values.map((value, index) => {
+  return group.values.flatMap((value, index) => {
+    // The final value of a species without agents is missing.
+    if (!Number.isFinite(value)) return [];
     // Deterministic, evenly spread positions.
     const x = middle + half * (2 * ((index * 0.618034) % 1) - 1);
     const described = group.describe?.(index) ?? String(value);

@@ -33,7 +33,7 @@ export function createPlotOptions(plot, series, hidden, options, showValues) {
     legend: { show: false },
     scales: {
       x: { time: false, ...(options.names && { range: [-0.5, options.names.length - 0.5] }) },
-      y: { range: (_, low, high) => computeAxisRange(low, high) },
+      y: { range: (_, low, high) => computeAxisRange([low, high]) },
     },
     axes: createAxes(plot, options),
     series: [{}, ...runs, ...createMeanLines(series, hidden, options)],

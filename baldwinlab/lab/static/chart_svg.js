@@ -4,6 +4,7 @@
 
 import {
   chooseTicksBetween,
+  computeRange,
   createSvg,
   drawGridLine,
   drawTextLabel,
@@ -21,10 +22,13 @@ const BOTTOM = 52;
 const LEGEND_ROW = 22;
 const LETTER_WIDTH = 6.8;
 
-/** Return the range of the y axis. It includes 0. */
-export function computeAxisRange(low, high) {
-  if (low == null) return [0, 1];
-  return [Math.min(low, 0), high > Math.max(low, 0) ? high * 1.05 : Math.max(low, 0) + 1];
+// Space between the curves and the ends of the y axis other than 0.
+const AXIS_MARGIN = 1.05;
+
+/** Return the range of the y axis for numbers. It includes 0. */
+export function computeAxisRange(...lists) {
+  const [low, high] = computeRange(...lists);
+  return [low * AXIS_MARGIN, high * AXIS_MARGIN];
 }
 
 /**
@@ -69,17 +73,7 @@ function computeScale(x, names, series) {
   const all = series.flatMap(({ values, low, high, runs = [] }) =>
     [values, low, high, ...runs.map((run) => run.values)].filter(Boolean)
   );
-  // Math.min(...values) fails for very many values.
-  let minimum = Infinity;
-  let maximum = -Infinity;
-  for (const values of all) {
-    for (const value of values) {
-      if (value === null) continue;
-      minimum = Math.min(minimum, value);
-      maximum = Math.max(maximum, value);
-    }
-  }
-  const [low, high] = computeAxisRange(minimum > maximum ? null : minimum, maximum);
+  const [low, high] = computeAxisRange(...all);
   const [first, last] = computeDomain(x, names);
   return {
     low,

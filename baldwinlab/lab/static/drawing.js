@@ -47,12 +47,30 @@ export function formatSvgFile(title, width, height, drawing) {
 }
 
 /**
- * Return about five ticks from 0 in steps of 1, 2 or 5 x 10^n. The last tick is at or above
- * `highest`.
+ * Return the range from the lowest to the highest number of some lists, with 0. Missing numbers,
+ * which are null or NaN, are ignored. Without another number, the range is 0 to 1.
+ * @param {Iterable<number|null>[]} lists
  */
-export function chooseTicks(highest) {
-  const step = chooseStep(highest);
-  return listMultiples(step, 0, Math.ceil(highest / step - 1e-9));
+export function computeRange(...lists) {
+  // Math.min(...values) fails for very many values.
+  let [low, high] = [0, 0];
+  for (const values of lists) {
+    for (const value of values) {
+      if (!Number.isFinite(value)) continue;
+      low = Math.min(low, value);
+      high = Math.max(high, value);
+    }
+  }
+  return low === high ? [0, 1] : [low, high];
+}
+
+/**
+ * Return about five ticks in steps of 1, 2 or 5 x 10^n, which include 0. The first tick is at or
+ * below `low`, and the last one at or above `high`.
+ */
+export function chooseTicks(low, high) {
+  const step = chooseStep(high - low);
+  return listMultiples(step, Math.floor(low / step + 1e-9), Math.ceil(high / step - 1e-9));
 }
 
 /** Return such ticks between two values. No step is smaller than `minStep`. */

@@ -35,7 +35,7 @@ export class MatrixView {
       if (Number.isNaN(number)) return 0;
       return maximum > minimum ? (number - minimum) / (maximum - minimum) : 0.5;
     };
-    const digits = chooseDigits(numbers, maximum);
+    const digits = chooseDigits(numbers, Math.max(-minimum, maximum));
     const formatted = (number) => (Number.isNaN(number) ? "–" : number.toFixed(digits));
     const cell = (number) =>
       el(

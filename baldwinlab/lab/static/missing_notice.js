@@ -6,7 +6,7 @@ import { readSecondLifetime } from "./world_address.js";
 
 /**
  * Throw MissingLifetimeError if the address names lifetimes that cannot be shown.
- * @param {{studies: object[], worldless: object[]}} stored
+ * @param {import("./sources.js").Stored} stored
  * @param {Object<string, string>} state
  */
 export function requireLifetimes(stored, state) {

@@ -2,6 +2,7 @@
 
 import { ChartSlider } from "./chart_slider.js";
 import { createQuery, formatNumber, getJSON } from "./common.js";
+import { computeRange } from "./drawing.js";
 import { palette } from "./palette.js";
 import { PRESETS } from "./sources.js";
 
@@ -92,12 +93,12 @@ export class RunCurve extends ChartSlider {
     if (!sheet) return;
     const { pen, width, height, pixelRatio } = sheet;
     const { best, mean } = this.curve;
-    const maximum = Math.max(...best, 1);
+    const [low, high] = computeRange(best, mean);
     const x = (generation) => (best.length > 1 ? generation / (best.length - 1) : 0.5) * width;
-    const y = (value) => (height - pixelRatio) * (1 - value / maximum) + pixelRatio / 2;
+    const y = (value) => (height - pixelRatio) * (high - value) / (high - low) + pixelRatio / 2;
     pen.fillStyle = palette.edge;
     pen.globalAlpha = 0.6;
-    pen.fillRect(0, height - pixelRatio, width, pixelRatio);
+    pen.fillRect(0, y(0) - pixelRatio / 2, width, pixelRatio);
     pen.fillStyle = pen.strokeStyle = palette.meal;
     pen.globalAlpha = 0.4;
     pen.beginPath();

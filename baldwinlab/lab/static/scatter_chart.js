@@ -2,7 +2,14 @@
 
 import { el } from "./common.js";
 import { bindButtons } from "./svg_buttons.js";
-import { chooseTicks, createSvg, drawGridLine, drawTextLabel, formatSvgFile } from "./drawing.js";
+import {
+  chooseTicks,
+  computeRange,
+  createSvg,
+  drawGridLine,
+  drawTextLabel,
+  formatSvgFile,
+} from "./drawing.js";
 
 // SVG units.
 const SIZE = 420;
@@ -20,7 +27,7 @@ const RADIUS = 6;
  */
 
 /**
- * Return a plot of points from 0, with the same scale on both axes.
+ * Return a plot of points that includes 0, with the same scale on both axes.
  * @param {{title: string, xLabel: string, yLabel: string, points: Point[], color: string}} options
  * @param {(index: number) => void} pick called for a click, or Enter on a point
  */
@@ -41,12 +48,12 @@ export function formatScatterFile(options) {
 }
 
 function drawPlot({ title, xLabel, yLabel, points, color }) {
-  const highest = Math.max(1e-9, ...points.flatMap(({ x, y }) => [x, y]));
-  const ticks = chooseTicks(highest);
-  const end = Math.max(highest, ticks.at(-1));
+  const ticks = chooseTicks(...computeRange(points.flatMap(({ x, y }) => [x, y])));
+  const [start, end] = [ticks[0], ticks.at(-1)];
   const length = SIZE - LEFT - MARGIN;
-  const toX = (value) => LEFT + (value / end) * length;
-  const toY = (value) => SIZE - BOTTOM - (value / end) * (SIZE - BOTTOM - MARGIN);
+  const computeShare = (value) => (value - start) / (end - start);
+  const toX = (value) => LEFT + computeShare(value) * length;
+  const toY = (value) => SIZE - BOTTOM - computeShare(value) * (SIZE - BOTTOM - MARGIN);
   const svg = createSvg("svg", {
     viewBox: `0 0 ${SIZE} ${SIZE}`,
     role: "group",
@@ -61,8 +68,8 @@ function drawPlot({ title, xLabel, yLabel, points, color }) {
     );
   svg.append(
     createSvg("line", {
-      x1: toX(0),
-      y1: toY(0),
+      x1: toX(start),
+      y1: toY(start),
       x2: toX(end),
       y2: toY(end),
       stroke: "currentColor",

@@ -16,7 +16,10 @@ const MAX_CHOICES = 12;
  * @property {number} [generation]
  */
 
-/** @typedef {{studies: object[], worldless: object[]}} Stored the studies of `loadStudies` */
+/**
+ * @typedef {{studies: object[], worldless: object[], unplayable: {study: string, reason:
+ *   string}[]}} Stored the studies of `loadStudies`
+ */
 
 /**
  * Return the query of a lifetime for /api/recording and similar routes.
@@ -159,14 +162,18 @@ export function chooseComparison({ source, conditions }) {
     : { ...source, generation: source.generation === 0 ? (current?.generations ?? 1) - 1 : 0 };
 }
 
+/** Return the study with the newest run, or undefined without a study. */
+export function findNewest(studies) {
+  const modified = (study) => study.modified ?? 0;
+  return studies.toSorted((first, second) => modified(second) - modified(first))[0];
+}
+
 /**
  * Return the state of a page that opens without an address: the newest study, and agents that learn
  * next to agents that do not.
  */
 export function chooseOpening(studies) {
-  const newest = studies.reduce((latest, study) =>
-    (study.modified ?? 0) > (latest.modified ?? 0) ? study : latest
-  );
+  const newest = findNewest(studies);
   const source = findNearestLifetime([newest], {});
   const { study, condition } = source;
   const first = newest.conditions.find(({ name }) => name === condition);
@@ -188,13 +195,18 @@ export function chooseOpening(studies) {
 }
 
 /**
- * Load the viewable studies, or the built-in presets if there are none, and the errors of others.
+ * Load the viewable studies, or the built-in presets if there are none.
  *
- * `worldless` are the stored conditions that cannot be shown.
+ * `worldless` are the stored conditions that cannot be shown. `unplayable` are the studies that
+ * cannot be read or simulated, with the reason.
  */
 export async function loadStudies() {
-  const { studies } = await getJSON("api/studies");
-  const problems = studies.flatMap(({ problem }) => problem ?? []);
+  const { studies: all } = await getJSON("api/studies");
+  const findReason = ({ problem, missing }) => problem || missing;
+  const unplayable = all
+    .filter(findReason)
+    .map((study) => ({ study: study.id, reason: findReason(study) }));
+  const studies = all.filter((study) => !findReason(study));
   const worldless = studies.flatMap(({ id, conditions }) =>
     conditions
       .filter((stored) => !isViewable(stored))
@@ -206,11 +218,17 @@ export async function loadStudies() {
       conditions: study.conditions.filter((stored) => stored.runs.length && isViewable(stored)),
     }))
     .filter(({ conditions }) => conditions.length);
-  return { studies: stored.length ? stored : [await loadPresets()], worldless, problems };
+  return { studies: stored.length ? stored : [await loadPresets()], worldless, unplayable };
 }
 
-/** Throw MissingLifetimeError if the address names a condition that cannot be shown. */
-export function requireViewable({ studies, worldless }, state) {
+/** Throw MissingLifetimeError if the address names a study or condition that cannot be shown. */
+export function requireViewable({ studies, worldless, unplayable }, state) {
+  const fault = unplayable.find(({ study }) => study === state.study);
+  if (fault)
+    throw new MissingLifetimeError(
+      `${fault.study}: ${fault.reason}`,
+      listChoices("study", studies.map(({ id }) => id)),
+    );
   const match = worldless.find(
     ({ study, condition }) => study === state.study && condition === (state.condition ?? condition),
   );

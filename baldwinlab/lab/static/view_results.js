@@ -13,6 +13,7 @@ import {
   createFinals,
   createNorms,
 } from "./results_sections.js";
+import { findNewest } from "./sources.js";
 import { createSpeciesCards, drawSpeciesCharts } from "./results_species.js";
 
 // With more curves, the lines of single runs cannot be distinguished.
@@ -109,10 +110,10 @@ class ResultsView {
     restoreFocus();
   }
 
-  /** Return the requested study. Without a request, return the first readable study. */
+  /** Return the requested study. Without a request, return the newest readable study. */
   findStudy(id) {
     if (id) return this.studies.find((study) => study.id === id);
-    return this.studies.find((study) => !study.problem) ?? this.studies[0];
+    return findNewest(this.studies.filter(({ problem }) => !problem)) ?? this.studies[0];
   }
 
   showNoStudy(id) {
@@ -232,6 +233,7 @@ function draw(page, view, setHidden) {
     el("h1", { class: "visually-hidden" }, "Results"),
     createHeading(view),
     createLead(view),
+    createMissingNote(view.study),
     createMeasureSwitch(view.results, view.measure, view.choose),
     curves,
     el("p", { class: "soft" }, explainCurves(view)),
@@ -271,4 +273,9 @@ function createLead({ results, guide }) {
     el("strong", { "data-testid": "answer" }, formatAnswer(results.comparison)),
     guide.createDefinitionLink(),
   );
+}
+
+/** Return why lifetimes of the study cannot be played, or "". */
+function createMissingNote({ missing }) {
+  return missing && el("p", { "data-testid": "missing-parts" }, missing);
 }

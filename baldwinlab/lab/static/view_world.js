@@ -43,15 +43,17 @@ export function mount(root, state, navigate, guide) {
     announce("open-model");
   };
   const begin = async () => {
-    const { studies, worldless, problems } = await loadStudies();
-    for (const problem of problems) showMessage(problem, "error");
+    const { studies, worldless, unplayable } = await loadStudies();
     if (closed) return;
+    if (unplayable.length) showMessage(describeUnplayable(unplayable));
     const why = worldless.length
       ? "The models of the stored studies have no world to show."
+      : unplayable.length
+      ? "No stored study can be played."
       : "This folder contains no study yet.";
     if (studies[0].id === PRESETS)
       showMessage(`${why} The lab simulates built-in presets instead.`);
-    available = { studies, worldless };
+    available = { studies, worldless, unplayable };
     const { guide: _guide, ...rest } = requested;
     update(Object.keys(rest).length ? requested : { ...requested, ...chooseOpening(studies) });
   };
@@ -63,4 +65,10 @@ export function mount(root, state, navigate, guide) {
       tab?.close();
     },
   };
+}
+
+/** Name the studies that cannot be played. Their notices have the reasons. */
+function describeUnplayable(unplayable) {
+  const names = unplayable.map(({ study }) => study).join(", ");
+  return `Not playable: ${names}. Choose a study in Results to see why.`;
 }

@@ -108,7 +108,7 @@ export class NeedleFigure extends Figure {
   }
 
   drawAxes() {
-    const rows = chooseTicks(MAX_SHARE).flatMap((share) => [
+    const rows = chooseTicks(0, MAX_SHARE).flatMap((share) => [
       drawGridLine(MARGIN.left, this.placeY(share), this.right, this.placeY(share)),
       drawTextLabel(formatShare(share), {
         x: MARGIN.left - 8,
