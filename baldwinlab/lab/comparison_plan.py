@@ -14,9 +14,10 @@ from typing import Any, Final, NamedTuple
 import tomlkit
 
 from baldwinlab.engine.threads import available_cores
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.experiment import validate as read_experiment
 from baldwinlab.experiment.factors import CONDITIONS, SWEEP, Factors, StudyKind
+from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.lab.limits import check_comparison, check_comparison_runs
 from baldwinlab.lab.presets import load_preset
 from baldwinlab.lab.query import read_body_number
@@ -56,6 +57,8 @@ class ComparisonPlan(NamedTuple):
         The command that runs the same study.
     toml
         The content of the sweep's file. "" for presets.
+    changes
+        The changes of the form that apply to all presets, such as "lifetime.steps=100".
 
     """
 
@@ -66,6 +69,7 @@ class ComparisonPlan(NamedTuple):
     subject: str
     command: str
     toml: str = ""
+    changes: Sequence[str] = ()
 
     @property
     def factors(self) -> dict[str, Factors]:
@@ -135,9 +139,9 @@ def make_comparison_plan(body: Mapping[str, Any]) -> ComparisonPlan:
     Parameters
     ----------
     body
-        The body of the request: `runs`, `seed`, and the compared `presets`; or instead of
-        `presets` a `preset`, the `experiment` that was made from it, and `fields` with the values
-        of each compared field.
+        The body of the request: `runs`, `seed`, a `preset`, the `experiment` that was made from
+        it, and the compared `presets`, or `fields` with the values of each compared field. Without
+        an `experiment`, presets are compared as they are.
 
     Raises
     ------
@@ -161,26 +165,77 @@ def _plan_presets(body: Mapping[str, Any], runs: int, seed: int) -> ComparisonPl
     if not is_list or len(set(names)) < max(2, len(names)):
         raise ValueError("presets must be a list of two or more different names")
     check_comparison_runs(runs * len(names))
-    command = shlex.join(["baldwinlab", "run", *names, "--runs", str(runs), "--seed", str(seed)])
-    experiments = [load_preset(name) for name in names]
-    return ComparisonPlan(CONDITIONS, experiments, runs, seed, f"{len(names)} presets", command)
+    originals = [load_preset(name) for name in names]
+    changes = [_format_change(*change) for change in _list_form_changes(body)]
+    experiments = [_apply_changes(original, changes) for original in originals]
+    try:
+        require_effect(experiments, originals)
+    except ExperimentError as error:
+        raise ValueError(f"no ticked preset uses this change of the form: {error}") from None
+    arguments = [*names, "--runs", str(runs), "--seed", str(seed)]
+    if changes:
+        arguments += ["--set", *changes]
+    command = shlex.join(["baldwinlab", "run", *arguments])
+    subject = f"{len(names)} presets"
+    return ComparisonPlan(CONDITIONS, experiments, runs, seed, subject, command, changes=changes)
+
+
+def _apply_changes(preset: Experiment, changes: Sequence[str]) -> Experiment:
+    """Return a preset with the changes of the form. Raise ValueError if it has no such setting."""
+    try:
+        changed: Experiment = assign(preset, changes)
+    except ExperimentError as error:
+        raise ValueError(
+            f"the changes of the form do not apply to {preset.name}: {error}; undo the change in"
+            f" the form, or untick {preset.name}"
+        ) from None
+    return changed
+
+
+def _format_change(path: str, value: Any) -> str:
+    """Return a change as an assignment. Raise ValueError for a change to no value."""
+    if value is None:
+        raise ValueError(f"{path} has no value in the form; use the value of the preset")
+    return f"{path}={_format_toml(value)}"
+
+
+def _format_toml(value: Any) -> str:
+    """Return a value as TOML on one line."""
+    if _has_tables(value):
+        return f"[{', '.join(map(_format_toml, value))}]"
+    if isinstance(value, dict):
+        # An absent entry has no value.
+        entries = [
+            f"{key} = {_format_toml(item)}" for key, item in value.items() if item is not None
+        ]
+        return f"{{{', '.join(entries)}}}"
+    return tomlkit.item(value).as_string()
+
+
+def _list_form_changes(body: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield the path and the value of each setting of the form that differs from its preset."""
+    if "experiment" not in body:
+        return
+    preset = load_preset(str(body.get("preset", ""))).to_dict()
+    experiment = read_experiment(body["experiment"]).to_dict()
+    # A different name is not a change of a setting.
+    yield from _list_changes(preset, experiment | {"name": preset["name"]})
 
 
 def _plan_values(body: Mapping[str, Any], runs: int, seed: int) -> ComparisonPlan:
     fields = body.get("fields")
     if not isinstance(fields, dict):
         raise ValueError("fields must contain each compared field with its values")
-    preset_name = str(body.get("preset", ""))
-    preset = load_preset(preset_name).to_dict()
-    experiment = read_experiment(body.get("experiment", {})).to_dict()
-    # A different name is not a change of a setting.
-    renamed_experiment = experiment | {"name": preset["name"]}
     changes = {
-        path: value
-        for path, value in _list_changes(preset, renamed_experiment)
-        if not _is_within(path, fields)
+        path: value for path, value in _list_form_changes(body) if not _is_within(path, fields)
     }
-    tree = {"experiment": preset_name, "runs": runs, "seed": seed}
+    for path, value in changes.items():
+        if value is None or _has_tables(value):
+            raise ValueError(
+                f"{path} has a change that the file of a sweep cannot contain; use the value of"
+                " the preset"
+            )
+    tree = {"experiment": str(body.get("preset", "")), "runs": runs, "seed": seed}
     if changes:
         tree["set"] = changes
     tree["fields"] = fields
@@ -195,10 +250,7 @@ def _plan_values(body: Mapping[str, Any], runs: int, seed: int) -> ComparisonPla
 
 
 def _list_changes(base: Any, tree: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the path and the new value of each field in which a tree differs from a base.
-
-    Raise ValueError for a change that a sweep's file cannot contain.
-    """
+    """Yield the path and the new value of each field in which a tree differs from a base."""
     if _has_tables(tree) and _has_tables(base) and len(tree) == len(base):
         # Two lists of tables are compared table by table, with the index as a key.
         base = dict(enumerate(base))
@@ -208,11 +260,6 @@ def _list_changes(base: Any, tree: Any, path: str = "") -> Iterator[tuple[str, A
             base_value = base.get(key) if isinstance(base, dict) else None
             yield from _list_changes(base_value, value, f"{path}.{key}" if path else key)
     elif tree != base:
-        if tree is None or _has_tables(tree):
-            raise ValueError(
-                f"{path} has a change that the file of a sweep cannot contain; use the value of"
-                " the preset"
-            )
         yield path, tree
 
 

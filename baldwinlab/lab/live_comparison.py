@@ -168,6 +168,7 @@ def make_routes(lab: Lab, comparisons: Comparisons) -> list[BaseRoute]:
                 "seconds": await run_in_threadpool(plan.estimate_seconds),
                 "command": plan.command,
                 "toml": plan.toml,
+                "changes": list(plan.changes),
                 "note": await run_in_threadpool(plan.describe_too_few_runs),
             }
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import time
 import tomllib
 from collections.abc import Callable, Iterator
@@ -18,8 +19,10 @@ from baldwinlab.lab.comparison_plan import make_comparison_plan
 from baldwinlab.lab.live import Live
 from baldwinlab.lab.live_comparison import Comparisons
 from baldwinlab.lab.studies import summarize
+from baldwinlab.papers.presets import load
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
+from tests.commands import Command
 from tests.lab.client import CLIENT, get_json
 from tests.lab.conftest import run_server
 from tests.small_studies import read_records, shorten_preset
@@ -90,6 +93,45 @@ def test_a_sweep_is_identical_to_that_of_the_command_line_with_its_file(
         "learning.rate = 0.01",
         "learning.rate = 0.1",
     ]
+
+
+def test_the_changes_of_the_form_apply_to_all_presets_as_those_of_the_command_line(
+    comparisons: Comparisons, tmp_path: Path, command: Command
+) -> None:
+    """One list of items has another number of regions, and the rate is unused by evo/A."""
+    food = [{"x": [300, 340], "y": [100, 480], "count": 3}]
+    form = shorten_preset().replace(world={"food": food}, learning={"rate": 0.5})
+    names = ["evo/A", "evo+self-taught/A"]
+    plan = make_comparison_plan(make_request(experiment=form.to_dict(), presets=names))
+    live = comparisons.start(plan, tmp_path, "changed")
+    wait_until(lambda: live.has_ended)
+    assert live.state == "done"
+    stored = StudyStore(tmp_path / "changed").experiments
+    assert [experiment.world for experiment in stored.values()] == [form.world, form.world]
+    program, *arguments = shlex.split(plan.command)
+    assert program == "baldwinlab"
+    start = arguments.index("--set") + 1
+    assert arguments[start:] == list(plan.changes)
+    assert command(*arguments, "--out", str(tmp_path / "command")).code == 0
+    assert read_records(tmp_path / "changed") == read_records(tmp_path / "command")
+
+
+@pytest.mark.parametrize(
+    ("presets", "message"),
+    [
+        (["evo/A", "no-teacher"], "the changes of the form do not apply to no-teacher: world"),
+        (["evo/A", "evo/B"], "no ticked preset uses this change of the form: learning.rate"),
+    ],
+)
+def test_a_change_of_the_form_that_no_condition_can_use_is_refused(
+    presets: list[str], message: str
+) -> None:
+    form = load("evo+self-taught/A").replace(learning={"rate": 0.5})
+    if "no-teacher" in presets:
+        form = form.replace(world={"start": {"x": 400}})
+    request = make_request(experiment=form.to_dict(), presets=presets)
+    with pytest.raises(ValueError, match=message):
+        make_comparison_plan(request)
 
 
 def test_presets_are_a_study_as_that_of_the_command_line(

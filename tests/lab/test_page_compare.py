@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import shutil
 import tomllib
 from collections.abc import Iterator
@@ -13,19 +14,13 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 import baldwinlab as bl
-from baldwinlab.lab import comparison_plan
+from baldwinlab.studies.store import StudyStore
 from tests.axe import find_violations
 from tests.lab.client import LabServer
-from tests.small_studies import shorten_preset
 
 CHANGES = {"lifetime.steps": 200, "evolution.generations": 2, "world.start.x": 400}
 PRESETS = ["evo/A", "evo+drift/A"]
-
-
-@pytest.fixture
-def short_presets(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Shorten the presets of comparisons."""
-    monkeypatch.setattr(comparison_plan, "load_preset", shorten_preset)
+FOOD = [{"x": [300, 340], "y": [80, 480], "count": 9}]
 
 
 @pytest.fixture
@@ -35,11 +30,11 @@ def folder(lab_server: LabServer) -> Iterator[str]:
     shutil.rmtree(lab_server.root / "compared", ignore_errors=True)
 
 
-@pytest.mark.usefixtures("short_presets")
-def test_ticked_presets_are_compared_and_the_page_shows_the_answer_and_the_table(
+def test_ticked_presets_are_compared_with_the_changes_of_the_form(
     page: Page, lab_server: LabServer, folder: str
 ) -> None:
-    page.goto("/#/live?preset=evo/A&runs=2")
+    changes = {"evolution.generations": 3, "lifetime.steps": 300, "world.food": FOOD}
+    page.goto(f"/#/live?{urlencode({'preset': 'evo/A', 'runs': 2, 'set': json.dumps(changes)})}")
     page.get_by_test_id("compare-open").click()
     dialog = page.get_by_test_id("compare-dialog")
     start = page.get_by_test_id("compare-start")
@@ -56,8 +51,12 @@ def test_ticked_presets_are_compared_and_the_page_shows_the_answer_and_the_table
     )
     page.get_by_test_id("setup-compare-runs").fill("5")
     expect(page.get_by_test_id("compare-note")).to_have_text("")
-    expect(page.get_by_test_id("compare-command")).to_have_text(
-        "baldwinlab run evo/A evo+drift/A --runs 5 --seed 0"
+    command = page.get_by_test_id("compare-command")
+    expect(command).to_contain_text("baldwinlab run evo/A evo+drift/A --runs 5 --seed 0 --set ")
+    assignments = shlex.split(command.inner_text())[9:]
+    assert "world.food.0.y=[80.0, 480.0]" in assignments
+    expect(page.get_by_test_id("compare-changes")).to_have_text(
+        f"Each condition has the changes of the form: {', '.join(assignments)}."
     )
     expect(page).to_have_url(re.compile(r"compare=.*evo/A.*drift/A"))
     assert find_violations(page) == []
@@ -65,7 +64,10 @@ def test_ticked_presets_are_compared_and_the_page_shows_the_answer_and_the_table
     start.click()
     expect(page.get_by_test_id("compare-state")).to_have_text("Done", timeout=60_000)
     expect(page).to_have_url(re.compile(rf"comparison={folder}/presets$"))
-    rows = bl.open_study(lab_server.root / folder / "presets").compare()
+    study = bl.open_study(lab_server.root / folder / "presets")
+    stored = StudyStore(study.directory).experiments.values()
+    assert [experiment.world.food[0].y for experiment in stored] == [(80, 480), (80, 480)]
+    rows = study.compare()
     expect(page.get_by_test_id("compare-answer")).to_contain_text(
         f"in items eaten by the average agent: {'+' if rows['effect'][0] > 0 else ''}"
     )

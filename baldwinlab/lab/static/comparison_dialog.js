@@ -69,6 +69,7 @@ class CompareDialog {
       "data-testid": "compare-name",
     });
     this.size = el("p", { role: "status", "data-testid": "compare-size" });
+    this.changes = el("p", { role: "status", "data-testid": "compare-changes" });
     this.note = el("p", { role: "status", "data-testid": "compare-note" });
     this.fault = el("p", { class: "fault", role: "alert", "data-testid": "compare-fault" });
     this.command = el("code", { "data-testid": "compare-command" });
@@ -103,6 +104,7 @@ class CompareDialog {
       el("h2", {}, "Compare"),
       content,
       this.size,
+      this.changes,
       this.note,
       this.fault,
       this.hint,
@@ -181,6 +183,9 @@ class CompareDialog {
   showPlan(plan, problem) {
     this.toml = plan?.toml ?? "";
     this.size.textContent = plan ? describePlan(plan) : "";
+    this.changes.textContent = plan?.changes.length
+      ? `Each condition has the changes of the form: ${plan.changes.join(", ")}.`
+      : "";
     this.note.textContent = plan?.note ?? "";
     this.fault.textContent = problem;
     this.command.textContent = plan?.command ?? "";
