@@ -1,23 +1,31 @@
-"""Compare the results of an NVIDIA GPU with the results of the CPU, and measure its speed.
+"""Compare the results of an NVIDIA GPU with the results of the CPU.
 
-    python scripts/check_gpu.py [--quick]
+    python -m scripts.check_gpu [--speeds]
 
-The script first simulates every kind of experiment on both, and exits with status 1 if a bit
-differs. Then it prints agent-steps per second of complete generations, without compilation, for
-several numbers of worlds and threads.
+The script simulates every kind of experiment on both, each kind in a process of its own. Then it
+runs the study of the paper on both, and compares all record files byte by byte. It exits with
+status 1 if a bit differs. With `--speeds`, it also prints agent-steps per second of complete
+generations, without compilation, for several numbers of worlds.
 """
 
 from __future__ import annotations
 
+import os
+import shutil
 import sys
+import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import numba
 import numpy as np
 from numba import cuda as numba_cuda
 
+from baldwinlab import papers, run
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.backends import cpu, cuda
 from baldwinlab.models.miniworld.backends.choice import Batch
@@ -25,9 +33,10 @@ from baldwinlab.models.miniworld.state_arrays import named_arrays
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 
-WORLD_COUNTS = (1, 30, 180, 528, 1056, 2640, 5280, 10560, 21120)
 PARTS_FOLDER = Path(__file__).parents[1] / "examples" / "parts"
-THREAD_COUNTS = (32, 64, 128, 256, 512)
+WORLDS = 40
+SPEED_WORLDS = (30, 180, 2640, 21120)
+AT_THE_FOOD = {"start": {"x": 480, "y": 160, "radius": 70}}
 FOOD = {"x": [400, 560], "y": [80, 240]}
 
 
@@ -37,9 +46,9 @@ def make_experiments() -> Iterator[tuple[str, Experiment]]:
         yield condition, load(condition)
         yield (
             f"{condition}, at the food",
-            load(condition).replace(world={"start": {"x": 480, "y": 160, "radius": 70}}),
+            load(condition).replace(world=AT_THE_FOOD),
         )
-    base = load("evo+self-taught/A").replace(world={"start": {"x": 480, "y": 160, "radius": 70}})
+    base = load("evo+self-taught/A").replace(world=AT_THE_FOOD)
     yield "sequential", base.replace(lifetime={"update": "sequential", "steps": 500})
     yield "biases, two hidden layers", base.replace(network={"biases": True, "hidden": [10, 5]})
     yield "100 agents", base.replace(population={"size": 100})
@@ -67,7 +76,7 @@ def draw_genomes(experiment: Experiment, worlds: int) -> np.ndarray:
 
 
 def list_differences(experiment: Experiment, worlds: int) -> list[str]:
-    """Return the names of arrays that differ between GPU and CPU, without scratch memory."""
+    """Return the names of arrays that differ between GPU and CPU, without scratch."""
     batches: list[Batch] = [
         cpu.CpuBatch(experiment, 7, range(worlds)),
         cuda.CudaBatch(experiment, 7, range(worlds)),
@@ -78,8 +87,83 @@ def list_differences(experiment: Experiment, worlds: int) -> list[str]:
     on_cpu, on_gpu = (
         named_arrays(batch.state, worlds, experiment.population.size) for batch in batches
     )
-    names = [name for name in on_cpu if name != "near_agents"]
-    return [name for name in names if on_cpu[name].tobytes() != on_gpu[name].tobytes()]
+    return [name for name in on_cpu if on_cpu[name].tobytes() != on_gpu[name].tobytes()]
+
+
+def compare_kind(title: str, worlds: int, changes: Mapping[str, Any]) -> str:
+    """Return how the results of a kind of experiment differ, or an empty text."""
+    experiment = dict(make_experiments())[title].replace(**changes)
+    # A driver can raise any exception, and the other kinds are compared all the same.
+    try:
+        arrays = list_differences(experiment, worlds)
+    except Exception as error:
+        return f"fails with {type(error).__name__}: {error}"
+    return f"differs in {', '.join(arrays)}" if arrays else ""
+
+
+def compare_kinds(
+    titles: Sequence[str], worlds: int = WORLDS, changes: Mapping[str, Any] | None = None
+) -> bool:
+    """Compare kinds of experiments side by side. Print the results, and return whether all agree.
+
+    `changes` are changes of all experiments.
+    """
+    count = len(titles)
+    # A process that has used a GPU cannot be forked.
+    pool = ProcessPoolExecutor(min(count, os.cpu_count() or 1), mp_context=get_context("spawn"))
+    with pool:
+        remarks = pool.map(compare_kind, titles, [worlds] * count, [changes or {}] * count)
+        failed = 0
+        for title, remark in zip(titles, remarks, strict=True):
+            failed += bool(remark)
+            print(f"{title}: {remark or 'bit-identical'}", flush=True)
+    if failed:
+        print(f"{failed} of {count} kinds of experiments differ between GPU and CPU.")
+    return not failed
+
+
+def list_different_files(folder: Path, other_folder: Path) -> tuple[list[str], int]:
+    """Return the record files that differ or are missing in one folder, and the number of files."""
+    names = sorted(
+        {
+            path.relative_to(root).as_posix()
+            for root in (folder, other_folder)
+            for path in find(root)
+        }
+    )
+    return [name for name in names if read(folder / name) != read(other_folder / name)], len(names)
+
+
+def find(folder: Path) -> Iterable[Path]:
+    return (folder / "runs").rglob("*.nc")
+
+
+def read(path: Path) -> bytes | None:
+    return path.read_bytes() if path.exists() else None
+
+
+def compare_studies(
+    folder: Path, backends: Sequence[str] = ("cpu", "cuda"), **options: Any
+) -> bool:
+    """Run the paper's study on two backends. Print the results, and return whether they agree.
+
+    `options` are arguments of `baldwinlab.run`.
+    """
+    folders = [folder / f"{number}-{backend}" for number, backend in enumerate(backends)]
+    for backend, study in zip(backends, folders, strict=True):
+        start_time = time.perf_counter()
+        run(papers.load().experiments(), out=study, backend=backend, **options)
+        print(f"study on {backend}: {time.perf_counter() - start_time:.1f} s", flush=True)
+    different, count = list_different_files(*folders)
+    if different:
+        names = ", ".join(different[:3]) + (" and others" if len(different) > 3 else "")
+        print(
+            f"{len(different)} of {count} record files differ between {' and '.join(backends)}: "
+            f"{names}. Both studies are in {folder}."
+        )
+    else:
+        print(f"{count} of {count} record files are byte-identical.")
+    return bool(count) and not different
 
 
 def measure_speed(experiment: Experiment, worlds: int) -> float:
@@ -97,36 +181,33 @@ def measure_speed(experiment: Experiment, worlds: int) -> float:
     return worlds * experiment.population.size * experiment.lifetime.steps / min(seconds[1:])
 
 
-def main(quick: bool) -> int:
+def print_speeds() -> None:
+    for condition in ("evo/A", "evo+self-taught/A"):
+        for title, world in (("start of the paper", {}), ("start at the food", AT_THE_FOOD)):
+            experiment = load(condition).replace(world=world)
+            for worlds in SPEED_WORLDS:
+                rate = f"{measure_speed(experiment, worlds):.3g} agent-steps/s"
+                print(f"{condition}, {title}: {worlds} worlds: {rate}", flush=True)
+
+
+def main(arguments: Sequence[str]) -> int:
     if problem := cuda.unavailable_reason():
         print(problem)
         return 1
     device = numba_cuda.get_current_device().name
     name = device.decode() if isinstance(device, bytes) else device
-    print(f"{name}; numba {numba.__version__}, {numba_cuda.__name__}")
-    failed = 0
-    for title, experiment in make_experiments():
-        arrays = list_differences(experiment, 40)
-        failed += bool(arrays)
-        result = f"differs in {', '.join(arrays)}" if arrays else "bit-identical"
-        print(f"{title}: {result}", flush=True)
-    for condition in ("evo/A", "evo+self-taught/A"):
-        for title, start in (
-            ("start of the paper", {}),
-            ("start at the food", {"start": {"x": 480, "y": 160, "radius": 70}}),
-        ):
-            experiment = load(condition).replace(world=start)
-            world_counts = WORLD_COUNTS[-3:-1] if quick else WORLD_COUNTS
-            for worlds in world_counts:
-                # With few worlds, the number of threads has no effect.
-                thread_counts = (128,) if quick or worlds < 5280 else THREAD_COUNTS
-                for threads in thread_counts:
-                    cuda.THREADS_PER_BLOCK = threads  # type: ignore[misc]
-                    rate = f"{measure_speed(experiment, worlds):.3g} agent-steps/s"
-                    setting = f"{worlds} worlds, {threads} threads"
-                    print(f"{condition}, {title}: {setting}: {rate}", flush=True)
-    return int(failed > 0)
+    print(f"{name}; {os.cpu_count()} cores; numba {numba.__version__}, numpy {np.__version__}")
+    folder = Path(tempfile.mkdtemp(prefix="check-gpu-"))
+    agrees = [
+        compare_kinds([title for title, _ in make_experiments()]),
+        compare_studies(folder, runs=30),
+    ]
+    if agrees[1]:
+        shutil.rmtree(folder)
+    if "--speeds" in arguments:
+        print_speeds()
+    return int(not all(agrees))
 
 
 if __name__ == "__main__":
-    sys.exit(main("--quick" in sys.argv))
+    sys.exit(main(sys.argv[1:]))

@@ -26,6 +26,8 @@ COMPILATION_LOCK = threading.Lock()
 """A lock that prevents two threads from compiling the same kernel."""
 SIMULATED: Final = bool(config.ENABLE_CUDASIM)
 
+# Options of every function that is compiled for a GPU.
+_options: dict[str, Any] = {}
 # The functions that are registered with the compiler for the GPU.
 _registered: set[Callable[..., Any]] = set()
 
@@ -53,6 +55,8 @@ if not SIMULATED and importlib.util.find_spec("numba_cuda"):
     from baldwinlab.engine.numba_internals import cuda as numba_cuda
 
     any_lane = numba_cuda.any_lane
+    # Optimization at link time would contract operations.
+    _options["lto"] = False
     for _function in ONE_LANE_FUNCTIONS:
         _overload_for_one_lane(_function)
 
@@ -77,9 +81,8 @@ def kernel(threads: int) -> Callable[[Function], Function]:
 
 
 def _compile(function: Function, **options: Any) -> Function:
-    """Compile a function without optimization at link time, which would contract operations."""
-    # `cuda.jit` without a function ignores `lto`.
-    return cast(Function, cuda.jit(function, lto=False, **options))
+    # `cuda.jit` without a function ignores the option `lto`.
+    return cast(Function, cuda.jit(function, **_options, **options))
 
 
 @contextmanager

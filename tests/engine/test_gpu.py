@@ -35,29 +35,23 @@ def test_a_kernel_has_no_fused_multiply_add_before_and_after_linking(h200: None)
 
 
 def test_no_function_of_the_package_is_optimized_at_link_time(h200: None) -> None:
-    for experiment in make_experiments():
-        make_kernels(experiment)
-    functions = list_gpu_functions()
-    kernels = [function for function in functions if not function.targetoptions["device"]]
-    assert len(kernels) > 4 and len(functions) - len(kernels) > 4
-    assert all(function.targetoptions["launch_bounds"] for function in kernels)
-    linked = [function for function in functions if function.targetoptions["lto"] is not False]
-    assert [function.py_func.__qualname__ for function in linked] == []
-
-
-def list_gpu_functions() -> list[Any]:
-    """Return all functions of the package in memory that were compiled for a GPU."""
     from numba.cuda.dispatcher import CUDADispatcher
 
+    for experiment in make_experiments():
+        make_kernels(experiment)
     modules = [module for name, module in sys.modules.items() if name.startswith("baldwinlab.")]
-    # `gc.freeze` (conftest.py) hides the functions of modules.
-    values = [*gc.get_objects(), *(value for module in modules for value in vars(module).values())]
-    functions = {id(value): value for value in values if isinstance(value, CUDADispatcher)}
-    return [
-        function
-        for function in functions.values()
-        if function.py_func.__globals__["__name__"].startswith("baldwinlab.")
+    values = [value for module in modules for value in vars(module).values()]
+    device_functions = [value for value in values if type(value) is CUDADispatcher]
+    # `isinstance` fails for a weak reference to a deleted object.
+    kernels = [
+        value
+        for value in gc.get_objects()
+        if type(value) is CUDADispatcher and value.targetoptions["launch_bounds"]
     ]
+    assert len(device_functions) > 4 and len(kernels) > 4
+    functions = [*device_functions, *kernels]
+    linked = [function for function in functions if function.targetoptions["lto"] is not False]
+    assert [function.py_func.__qualname__ for function in linked] == []
 
 
 def test_one_module_compiles_for_a_gpu() -> None:
