@@ -28,7 +28,7 @@ from baldwinlab.experiment import registry
 from tests.commands import Command, Outcome
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    from playwright.sync_api import Browser, BrowserContext
 
 
 # The hook is optional because pytest-xdist is not loaded in serial runs.
@@ -93,6 +93,10 @@ BROWSER_OPTIONS = (
 )
 
 
+# A page is slow on a busy machine. The limit only ends a test that hangs.
+MILLISECONDS_UNTIL_FAILURE = 180_000
+
+
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
     # Only tests of pages need Playwright.
@@ -102,10 +106,17 @@ def browser() -> Iterator[Browser]:
     if path is None:
         stop = pytest.fail if os.environ.get("CI") else pytest.skip
         stop("Chromium is not installed on this machine")
-    # In ms. A page is slow on a busy machine.
-    expect.set_options(timeout=30_000)
+    expect.set_options(timeout=MILLISECONDS_UNTIL_FAILURE)
     with sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=path, args=BROWSER_OPTIONS)
+        create_context = chromium.new_context
+
+        def create_patient_context(**options: Any) -> BrowserContext:
+            context = create_context(**options)
+            context.set_default_timeout(MILLISECONDS_UNTIL_FAILURE)
+            return context
+
+        chromium.new_context = create_patient_context  # type: ignore[method-assign, assignment]
         yield chromium
         chromium.close()
 

@@ -5,10 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -19,6 +15,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.papers.design import read_design, read_tuned, specification_conditions
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
+from tests.paused_studies import run_until_paused
 from tests.small_studies import read_records
 
 # Other tests draw these figures.
@@ -266,11 +263,8 @@ def test_a_killed_reproduction_continues_in_its_stage(folder: Path, tmp_path: Pa
     results = tmp_path / "results"
     code = f"import baldwinlab as bl; bl.reproduce({str(folder / 'paper')!r}, out={str(results)!r})"
     for stage in ("tuning", "confirmation", "specifications"):
-        process = subprocess.Popen([sys.executable, "-c", code])
-        while process.poll() is None and not read_records(results / stage):
-            time.sleep(0.005)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
+        with run_until_paused(code, results / stage, 1) as process:
+            process.kill()
     bl.reproduce(folder / "paper", out=results, workers=2)
     assert read_records(results) == read_records(folder / "results")
 

@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,8 +23,10 @@ from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import PRESET_KINDS, load, names
 from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.open import open_runs
+from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import open_sweep
 from tests.commands import Command
+from tests.paused_studies import run_until_paused
 from tests.small_studies import make_small_study, read_records, shorten_preset
 
 # Other tests draw these figures.
@@ -381,42 +382,36 @@ def test_export_writes_the_phylogeny(command: Command, stored: Path) -> None:
 
 
 def test_ctrl_c_reports_the_stored_runs_and_the_same_command_resumes(tmp_path: Path) -> None:
-    arguments = [
-        sys.executable,
-        "-m",
-        "baldwinlab",
-        "run",
-        "evo+self-taught/A",
-        "--runs",
-        "24",
-        "--out",
-        "study",
-    ]
-    arguments += ["--set", "evolution.generations=4", "--set", "lifetime.steps=20000"]
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
-    process = subprocess.Popen(
+    arguments = ["run", "evo+self-taught/A", "--runs", "24", "--workers", "1", "--out", "study"]
+    arguments += ["--set", "evolution.generations=4", "--set", "lifetime.steps=300"]
+    with run_until_paused(
+        "from baldwinlab.__main__ import main; main()",
+        tmp_path / "study",
+        1,
         arguments,
         cwd=tmp_path,
-        env=environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        text=True,
-    )
-    while process.poll() is None and not read_records(tmp_path):
-        time.sleep(0.005)
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate()
+    ) as process:
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate()
     assert process.returncode == 130
     stored = len(read_records(tmp_path))
+    # The second of two tasks had not begun.
     assert 0 < stored < 24
     message = f"{stored} of 24 runs are stored in study. Repeat the command to continue."
     assert f"Interrupted. {message}" in err
     assert "Traceback" not in err
     repeated = subprocess.run(
-        arguments, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-m", "baldwinlab", *arguments],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
+        capture_output=True,
+        text=True,
+        check=True,
     )
     assert f"{stored} of 24 runs stored" in repeated.stdout
-    assert len(read_records(tmp_path)) == 24
+    assert StudyStore(tmp_path / "study").runs("evo+self-taught/A") == list(range(24))
 
 
 def test_matplotlib_settings_in_the_working_directory_are_ignored(tmp_path: Path) -> None:

@@ -133,12 +133,12 @@ def start_lab(root: Path) -> Iterator[tuple[subprocess.Popen[str], LabServer]]:
     sys.platform == "win32", reason="there, ctrl-C cannot be sent to a single process"
 )
 def test_ctrl_c_closes_the_lab(tmp_path: Path) -> None:
-    with start_lab(tmp_path) as (process, server), httpx.Client(timeout=60) as client:
+    with start_lab(tmp_path) as (process, server), httpx.Client(timeout=300) as client:
         assert client.get(server.entry).status_code == 303
         # The connection of the client stays open.
         assert client.get(f"{server.address}/api/studies").json() == {"studies": []}
         process.send_signal(signal.SIGINT)
-        output, errors = process.communicate(timeout=30)
+        output, errors = process.communicate()
     assert (process.returncode, errors) == (0, "")
     assert output.endswith("The lab is closed.\n")
 
@@ -167,6 +167,14 @@ def attach_client(server: LabServer, client_kind: str) -> ExitStack:
     return connections
 
 
+def wait_for_work(process: subprocess.Popen[str]) -> None:
+    """Wait until a server has simulated for half a second. A request alone takes far less time."""
+    server = psutil.Process(process.pid)
+    before = server.cpu_times().user
+    while server.cpu_times().user < before + 0.5:
+        time.sleep(0.05)
+
+
 @pytest.mark.skipif(
     sys.platform == "win32", reason="there, ctrl-C cannot be sent to a single process"
 )
@@ -178,21 +186,15 @@ def attach_client(server: LabServer, client_kind: str) -> ExitStack:
         pytest.param("half a request", marks=pytest.mark.nightly),
     ],
 )
-@pytest.mark.parametrize(
-    "seconds", [30, pytest.param(3, marks=pytest.mark.nightly, id="3, on an idle machine")]
-)
-def test_ctrl_c_closes_the_lab_quickly_with_any_open_connection(
-    tmp_path: Path, client_kind: str, seconds: float
-) -> None:
+def test_ctrl_c_closes_the_lab_with_any_open_connection(tmp_path: Path, client_kind: str) -> None:
     with start_lab(tmp_path) as (process, server):
         while not CLIENT.get(f"{server.address}/api/engine").json()["ready"]:
             time.sleep(0.1)
         with attach_client(server, client_kind):
-            time.sleep(1)
-            interrupted_at = time.monotonic()
+            if client_kind != "half a request":
+                wait_for_work(process)
             process.send_signal(signal.SIGINT)
-            output, errors = process.communicate(timeout=30)
-            assert time.monotonic() - interrupted_at < seconds
+            output, errors = process.communicate()
     assert (process.returncode, errors) == (0, "")
     assert output.endswith("The lab is closed.\n")
 

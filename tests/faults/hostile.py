@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import string
 
 from hypothesis import strategies as st
@@ -52,7 +53,11 @@ PATHS = [
     "x.avi",
 ]
 TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=30)
-WORDS = st.sampled_from(NUMBERS) | st.sampled_from(SYMBOLS) | st.sampled_from(PATHS) | TEXTS
+_ODD_WORDS = st.sampled_from(NUMBERS) | st.sampled_from(SYMBOLS) | st.sampled_from(PATHS)
+WORDS = _ODD_WORDS | TEXTS
+# Hypothesis also draws constants of the tested code, such as "report". Every number, name and path
+# that a command accepts consists of these characters.
+INVALID_WORDS = _ODD_WORDS | TEXTS.filter(lambda text: not re.fullmatch(r"[\w./:@+-]+", text, re.A))
 
 _keys = st.text(string.ascii_letters + "_.", max_size=12)
 VALUES = st.recursive(

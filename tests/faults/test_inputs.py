@@ -22,7 +22,7 @@ from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.papers.presets import load
 from tests.commands import Outcome
 from tests.faults.amount import amount
-from tests.faults.hostile import VALUES, WORDS
+from tests.faults.hostile import INVALID_WORDS, VALUES, WORDS
 from tests.lab.client import CLIENT, LabServer
 from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study
@@ -30,14 +30,17 @@ from tests.small_studies import make_small_study
 # The maximum number of characters of a message.
 MAX_MESSAGE_LENGTH = 3000
 LIFETIME = ("--condition", "evo/A", "--run", "0", "--generation", "0")
-# An invalid word replaces X.
-COMMANDS = [
+# Any word replaces X. A valid one does no harm.
+SHOW_COMMANDS = [
     "show X",
     "show evo/A --set X",
     "show evo/A --set learning.rate=X",
     "show evo/A --set world.food.0.count=X",
     "show evo/A --set X=1",
     "show evo/A --part X",
+]
+# An invalid word replaces X. With a valid one, a command could run for hours.
+COMMANDS = [
     "run evo/A --runs X --out new",
     "run evo/A --seed X --out new",
     "run evo/A --workers X --out new",
@@ -107,10 +110,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 @settings(max_examples=amount(1000, 60))
-@given(st.sampled_from(COMMANDS), WORDS)
+@given(
+    st.tuples(st.sampled_from(SHOW_COMMANDS), WORDS)
+    | st.tuples(st.sampled_from(COMMANDS), INVALID_WORDS)
+)
 def test_a_command_with_an_invalid_word_prints_an_error_and_changes_no_file(
-    folder: Path, line: str, word: str
+    folder: Path, command: tuple[str, str]
 ) -> None:
+    line, word = command
     before = contents(folder)
     outcome = run_command([argument.replace("X", word) for argument in line.split(" ")])
     assert "Traceback" not in outcome.out + outcome.err

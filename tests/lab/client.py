@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -9,14 +11,14 @@ from typing import Any, Self
 import httpx
 import numpy.typing as npt
 import pytest
-from playwright.sync_api import Browser, BrowserContext
+from playwright.sync_api import Browser, BrowserContext, Page
 from websockets.sync.client import ClientConnection, connect
 
 from baldwinlab.lab import binary_frames
 from baldwinlab.lab.access import make_cookie_name
 
 # `httpx.get` loads certificates on each call, which takes 0.1 s. A lab on loopback needs none.
-CLIENT = httpx.Client(timeout=60, verify=False, limits=httpx.Limits(max_keepalive_connections=0))
+CLIENT = httpx.Client(timeout=300, verify=False, limits=httpx.Limits(max_keepalive_connections=0))
 # Sizes of tested browser windows: width, height, and device pixels per CSS pixel.
 WINDOWS = {
     "desktop": (1280, 800, 1),
@@ -101,6 +103,24 @@ class LabServer:
         headers = {"Cookie": self.cookie}
         connection: ClientConnection = connect(address, additional_headers=headers, **options)
         return connection
+
+
+def wait_for(page: Page, condition: Callable[[], bool]) -> None:
+    """Wait until a condition is true. A test that hangs fails after some minutes."""
+    deadline = time.monotonic() + 180
+    while not condition():
+        assert time.monotonic() < deadline, "the condition is not true after 180 s"
+        # The page handles its events meanwhile.
+        page.wait_for_timeout(25)
+
+
+def draw_frames(page: Page) -> None:
+    """Wait until the page has drawn what has changed, and would have drawn a moving picture."""
+    page.evaluate(
+        """async () => {
+          for (let i = 0; i < 20; i++) await new Promise(requestAnimationFrame);
+        }"""
+    )
 
 
 def get_response(address: str, path: str, **query: Any) -> httpx.Response:

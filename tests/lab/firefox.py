@@ -10,11 +10,10 @@ from __future__ import annotations
 import itertools
 import json
 import shutil
-import socket
 import subprocess
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +21,10 @@ import pytest
 from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
-# Maximum time in seconds for the start of a browser, and for a response.
-TIMEOUT = 60
+# Seconds until a test that hangs fails.
+TIMEOUT = 300
+# Firefox writes its port to this file of the profile.
+PORT_FILE = "WebDriverBiDiServer.json"
 
 
 class Firefox:
@@ -92,8 +93,6 @@ def open_firefox(profile: Path) -> Iterator[Firefox]:
     program = shutil.which("firefox-esr") or shutil.which("firefox")
     if program is None:
         pytest.skip("Firefox is not installed")
-    with closing(socket.create_server(("127.0.0.1", 0))) as listener:
-        port = listener.getsockname()[1]
     command = [
         program,
         "--headless",
@@ -101,23 +100,25 @@ def open_firefox(profile: Path) -> Iterator[Firefox]:
         "--profile",
         str(profile),
         "--remote-debugging-port",
-        str(port),
+        "0",
     ]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        with _connect(f"ws://127.0.0.1:{port}/session") as connection:
+        with _connect(profile / PORT_FILE) as connection:
             yield Firefox(connection)
     finally:
         process.terminate()
         process.wait()
 
 
-def _connect(address: str) -> ClientConnection:
+def _connect(port_file: Path) -> ClientConnection:
     """Connect to a browser that is starting."""
     deadline = time.monotonic() + TIMEOUT
     while True:
         try:
-            return connect(address, max_size=None)
-        except (OSError, WebSocketException):
+            port = json.loads(port_file.read_text("utf-8"))["ws_port"]
+            return connect(f"ws://127.0.0.1:{port}/session", max_size=None)
+        # The file does not exist yet, or is not complete.
+        except (OSError, ValueError, WebSocketException):
             assert time.monotonic() < deadline, "Firefox did not start"
-            time.sleep(0.3)
+            time.sleep(0.1)

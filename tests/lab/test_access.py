@@ -27,7 +27,7 @@ PUBLIC = {"/palette.css"}
 @pytest.fixture
 def other_user(lab_server: LabServer) -> Iterator[httpx.Client]:
     """Yield a client without the token, which has the port."""
-    with httpx.Client(base_url=lab_server.address, timeout=60) as client:
+    with httpx.Client(base_url=lab_server.address, timeout=300) as client:
         yield client
 
 
@@ -58,7 +58,7 @@ def test_an_unusual_spelling_of_a_path_does_not_bypass_the_token(
     lab_server: LabServer, path: str
 ) -> None:
     # A socket sends the path unchanged.
-    with socket.create_connection(("127.0.0.1", lab_server.port), timeout=10) as connection:
+    with socket.create_connection(("127.0.0.1", lab_server.port), timeout=300) as connection:
         connection.sendall(
             lab_server.request(f"GET {path} HTTP/1.1\nHost: 127.0.0.1:PORT\nConnection: close\n\n")
         )

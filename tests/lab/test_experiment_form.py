@@ -104,8 +104,7 @@ def test_selecting_a_part_shows_its_fields_and_preserves_changed_values(
     expect(page.get_by_test_id("group-learning")).to_have_attribute("open", "")
     page.get_by_test_id("group-learning.pulling").locator("summary").click()
     strength.fill("0.25")
-    # The address is updated with a delay.
-    page.wait_for_timeout(600)
+    # The page updates the address at the latest when it ends.
     page.reload()
     expect(strength).to_have_value("0.25")
     page.get_by_test_id("group-learning").locator("summary").first.click()

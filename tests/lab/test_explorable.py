@@ -116,7 +116,7 @@ def test_a_live_run_is_bit_identical_to_python(page: Page, scene: str) -> None:
 def test_the_curves_are_those_of_the_engine(page: Page) -> None:
     section = show(page, "both")
     drag(section, "runs", 1)
-    expect(section.locator(".play")).to_have_text("Start again", timeout=60_000)
+    expect(section.locator(".play")).to_have_text("Start again")
     last = scenes.FORK_GENERATION - 1
     for name in ("alone", "learning"):
         expected = RECORDINGS["curves"][name][0][last]
@@ -152,7 +152,7 @@ def test_a_fork_is_that_of_a_schedule(page: Page) -> None:
 @pytest.mark.nightly
 def test_the_picture_of_the_fork_shows_the_values_of_the_engine(page: Page) -> None:
     section = show(page, "innate")
-    expect(section.locator(".play")).to_have_text("Start again", timeout=90_000)
+    expect(section.locator(".play")).to_have_text("Start again")
     forked = np.array(RECORDINGS["curves"]["forked"]).mean(axis=0)
     expected = {
         "before": forked[scenes.FORK_GENERATION - 1],

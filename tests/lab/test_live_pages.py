@@ -49,7 +49,7 @@ def connect_page(server: LabServer, id: str) -> ClientConnection:
 
 
 def receive(session: ClientConnection) -> dict[str, Any]:
-    message: dict[str, Any] = json.loads(session.recv(timeout=60))
+    message: dict[str, Any] = json.loads(session.recv(timeout=300))
     return message
 
 

@@ -195,7 +195,7 @@ def test_a_live_run_shows_the_alleles_of_the_newest_or_the_selected_generation(
     page.get_by_test_id("start").click()
     heading = page.get_by_test_id("alleles-heading")
     newest = page.get_by_test_id("live-newest")
-    expect(heading).to_have_text("Alleles by locus, generation 4", timeout=60_000)
+    expect(heading).to_have_text("Alleles by locus, generation 4")
     expect(newest).to_have_attribute("aria-pressed", "true")
     page.get_by_test_id("live-fitness").locator(".u-over").click(position={"x": 1, "y": 50})
     expect(heading).to_have_text("Alleles by locus, generation 0")

@@ -76,7 +76,7 @@ def test_the_live_tab_has_no_barriers_before_and_after_a_run(themed_page: Page) 
     themed_page.get_by_test_id("field-learning.rate").fill("0.01")
     expect(themed_page.get_by_test_id("start")).to_be_enabled()
     themed_page.get_by_test_id("start").click()
-    expect(themed_page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
+    expect(themed_page.get_by_test_id("live-state")).to_have_text("Done")
     assert find_violations(themed_page) == []
     themed_page.get_by_test_id("save").click()
     assert find_violations(themed_page) == []

@@ -280,7 +280,7 @@ def test_charts_are_not_wider_than_the_window_and_controls_are_reachable(
         compared = json.dumps({"fields": fields})
         page.goto(f"/#/live?{urlencode({'compare': compared})}")
         # The size of the comparison moves the controls below it.
-        expect(page.get_by_test_id("compare-size")).to_contain_text("4 conditions", timeout=60_000)
+        expect(page.get_by_test_id("compare-size")).to_contain_text("4 conditions")
         for control in ("compare-values-1", "compare-name", "compare-start"):
             page.get_by_test_id(control).scroll_into_view_if_needed()
             expect(page.get_by_test_id(control)).to_be_in_viewport(ratio=1)

@@ -62,7 +62,7 @@ def test_ticked_presets_are_compared_with_the_changes_of_the_form(
     assert find_violations(page) == []
     page.get_by_test_id("compare-name").fill(f"{folder}/presets")
     start.click()
-    expect(page.get_by_test_id("compare-state")).to_have_text("Done", timeout=60_000)
+    expect(page.get_by_test_id("compare-state")).to_have_text("Done")
     expect(page).to_have_url(re.compile(rf"comparison={folder}/presets$"))
     study = bl.open_study(lab_server.root / folder / "presets")
     stored = StudyStore(study.directory).experiments.values()
@@ -101,7 +101,7 @@ def test_values_are_planned_downloaded_started_and_opened_in_results(
     expect(page).to_have_url(re.compile(r"compare=.*fields.*self-taught.*hebb"))
     field.select_option("learning.rate")
     expect(values).to_have_value("0.005, 0.01, 0.02")
-    expect(size).to_contain_text("3 conditions, 6 runs in total: ", timeout=60_000)
+    expect(size).to_contain_text("3 conditions, 6 runs in total: ")
     values.fill("0.01, 11")
     expect(page.get_by_test_id("compare-fault")).to_contain_text("learning.rate = 11")
     expect(start).to_be_disabled()
@@ -112,7 +112,7 @@ def test_values_are_planned_downloaded_started_and_opened_in_results(
     expect(page).to_have_url(re.compile(r"compare=.*learning\.rate.*0\.01,0\.1"))
     page.reload()
     expect(values).to_have_value("0.01, 0.1")
-    expect(start).to_be_enabled(timeout=60_000)
+    expect(start).to_be_enabled()
     with page.expect_download() as download:
         page.get_by_test_id("download-sweep.toml").click()
     plan = tomllib.loads(download.value.path().read_text())
@@ -120,7 +120,7 @@ def test_values_are_planned_downloaded_started_and_opened_in_results(
     page.get_by_test_id("compare-name").fill(f"{folder}/rates")
     start.click()
     expect(page.get_by_test_id("compare-dialog")).to_have_count(0)
-    expect(page.get_by_test_id("compare-state")).to_have_text("Done", timeout=60_000)
+    expect(page.get_by_test_id("compare-state")).to_have_text("Done")
     expect(page.get_by_test_id("compare-count")).to_have_text("4 of 4 runs")
     expect(page.get_by_test_id("compare-answer")).to_contain_text(
         "The runs are too few to compare learning.rate = 0.1 and learning.rate = 0.01"
@@ -171,7 +171,7 @@ def test_the_dialog_fits_into_a_narrow_window(
     with lab_server.context(browser, viewport=viewport) as context:
         page = context.new_page()
         page.goto(f"/#/live?{urlencode({'compare': json.dumps({'presets': PRESETS})})}")
-        expect(page.get_by_test_id("compare-start")).to_be_enabled(timeout=60_000)
+        expect(page.get_by_test_id("compare-start")).to_be_enabled()
         for kind in ("presets", "fields"):
             page.get_by_test_id(f"compare-kind-{kind}").check()
             dialog = page.get_by_test_id("compare-dialog")

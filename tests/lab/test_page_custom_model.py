@@ -41,7 +41,7 @@ def test_a_custom_model_is_simulated_saved_and_shown(page: Page, server: LabServ
     page.goto(f"{server.entry}#/live?preset=bit-strings&runs=2&pace=0&set={changes}")
     expect(page.get_by_test_id("field-bit_strings.guesses")).to_have_value("40")
     page.get_by_test_id("start").click()
-    expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
     expect(page.get_by_test_id("live-no-world")).to_have_text(
         "The model bit-strings has no world to show."
     )

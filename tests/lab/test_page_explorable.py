@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import time
 from pathlib import Path
 from typing import Literal
 
@@ -13,6 +12,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from baldwinlab.lab.explorable import scenes
 from tests.axe import find_violations
+from tests.lab.client import draw_frames
 from tests.lab.essays import RECORDINGS, STRINGS, drag, open_essay, read_value, show
 
 # Return the number of pixels of a canvas that differ from its first pixel.
@@ -30,8 +30,7 @@ def page(essay_page: Page) -> Page:
     return essay_page
 
 
-def test_an_agent_moves_and_eats_soon_after_opening(browser: Browser, essay: Path) -> None:
-    start = time.monotonic()
+def test_an_agent_moves_and_eats_without_a_click(browser: Browser, essay: Path) -> None:
     with open_essay(browser, essay, 390, 844) as page:
         canvas = page.locator("#agent canvas")
         picture = canvas.evaluate(READ_PICTURE)
@@ -39,8 +38,6 @@ def test_an_agent_moves_and_eats_soon_after_opening(browser: Browser, essay: Pat
             "picture => document.querySelector('#agent canvas').toDataURL() !== picture",
             arg=picture,
         )
-        # 1.5 s on an idle machine. Tests share their machine.
-        assert time.monotonic() - start < 5
         expect(page.locator('[data-value="ring_items"]')).not_to_have_text(re.compile("^[…0]$"))
 
 
@@ -81,9 +78,9 @@ def test_only_the_picture_in_sight_plays(page: Page) -> None:
     canvas = page.locator("#agent canvas")
     expect(page.locator("#agent .play")).to_have_text("Pause")
     show(page, "needle")
-    page.wait_for_timeout(300)
+    draw_frames(page)
     picture = canvas.evaluate(READ_PICTURE)
-    page.wait_for_timeout(500)
+    draw_frames(page)
     assert canvas.evaluate(READ_PICTURE) == picture
 
 
@@ -95,7 +92,7 @@ def test_reduced_motion_shows_still_pictures_with_a_play_button(
         expect(page.locator("#agent .play")).to_have_text("Play")
         expect(page.locator('#both [data-value="learning"]')).not_to_have_text("…")
         picture = canvas.evaluate(READ_PICTURE)
-        page.wait_for_timeout(500)
+        draw_frames(page)
         assert canvas.evaluate(READ_PICTURE) == picture
         page.locator("#agent .play").click()
         page.wait_for_function(

@@ -111,7 +111,7 @@ def test_a_world_of_many_agents_plays_to_its_end(browser: Browser, crowd_server:
     with open_window(browser, *WINDOWS["desktop"], lab=crowd_server) as page:
         open_crowd(page, 0)
         page.get_by_test_id("play").click()
-        expect(page.get_by_test_id("step")).to_have_text("59 / 59", timeout=60_000)
+        expect(page.get_by_test_id("step")).to_have_text("59 / 59")
         expect(page.get_by_test_id("play")).to_have_attribute("data-playing", "false")
         page.get_by_test_id("timeline").fill("10")
         expect(page.get_by_test_id("world-a")).to_have_attribute("data-step", "10")
@@ -144,7 +144,7 @@ def test_an_exported_page_counts_as_the_server(offline_page: Page, tmp_path: Pat
     offline_page.get_by_test_id("setup-runs").fill("1")
     offline_page.get_by_test_id("pace").select_option("0")
     offline_page.get_by_test_id("start").click()
-    expect(offline_page.get_by_test_id("live-state")).to_have_text("Done", timeout=120_000)
+    expect(offline_page.get_by_test_id("live-state")).to_have_text("Done")
     expect(offline_page.get_by_test_id("density-legend")).to_contain_text(f"agents {UNIT}")
     window = Window(60, 40, 540, 280, columns=40, rows=30, max_shapes=100)
     for checked in (window, window._replace(left=390, right=420, max_shapes=2000)):

@@ -84,7 +84,7 @@ def test_a_tap_selects_a_generation_and_a_preset_has_no_curve(
         expect(page.get_by_test_id("generation-a")).to_have_value("0")
         with run_server(tmp_path) as empty:
             page.goto(f"{empty.entry}#/world?condition=evo%2Bself-taught/A&generation=0")
-            expect(page.locator("[data-ready]")).to_have_count(1, timeout=60_000)
+            expect(page.locator("[data-ready]")).to_have_count(1)
             expect(page.locator(".run-curve.plain")).to_have_count(1)
             expect(page.get_by_role("slider", name="Generation")).not_to_have_attribute(
                 "aria-valuetext", re.compile(".")
@@ -153,7 +153,7 @@ def test_the_list_of_ancestors_starts_in_generation_0_and_opens_their_lifetimes(
 def test_the_inspector_lists_the_ancestors_in_a_live_run(page: Page) -> None:
     page.goto(f"/#/live?preset=evo/A&runs=1&pace=0&set={quote(json.dumps(LIVE), safe='')}")
     page.get_by_test_id("start").click()
-    expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
     address = page.url.replace("#/live?", "#/live?generation=2&step=5&agent=4&inside=ancestors&")
     page.goto("about:blank")
     page.goto(address)

@@ -148,12 +148,12 @@ def test_the_map_of_a_live_run_is_large_enough_with_an_agent_inspector(
     with open_window(browser, 1280, 800, 1, lab_server) as page:
         page.goto(f"/#/live?preset=evo%2Bself-taught/A&runs=1&pace=0&set={changes}")
         page.get_by_test_id("start").click()
-        expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
+        expect(page.get_by_test_id("live-state")).to_have_text("Done")
         run = page.url.replace("#/live?", "#/live?generation=1&step=9&")
     for width, height, dots in LOW:
         with open_window(browser, width, height, dots, lab_server) as page:
             page.goto(run)
-            expect(page.get_by_test_id("live-caption")).to_have_text("Generation 1", timeout=60_000)
+            expect(page.get_by_test_id("live-caption")).to_have_text("Generation 1")
             check_page_layout(page, 1)
             page.evaluate("document.querySelector('.live-world .figure-stage').scrollIntoView()")
             expect(page.get_by_test_id("live-play")).to_be_in_viewport(ratio=1)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -15,10 +14,11 @@ from playwright.sync_api import Page, WebSocketRoute, expect
 
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import LabServer, get_json
+from tests.lab.client import LabServer, get_json, wait_for
 
 QUICK = {"lifetime.steps": 300, "world.start.x": 400, "evolution.generations": 4}
-LONG = QUICK | {"evolution.generations": 300}
+# Tests stop a long run.
+LONG = QUICK | {"evolution.generations": 5000}
 
 
 def make_address(changes: dict[str, Any], **query: Any) -> str:
@@ -40,17 +40,8 @@ def count_generations(page: Page) -> int:
     return int((page.get_by_test_id("live-count").text_content() or "").split()[0])
 
 
-def wait_for(page: Page, condition: Callable[[], bool]) -> None:
-    """Wait at most 10 s until a condition is true."""
-    for _ in range(400):
-        if condition():
-            return
-        page.wait_for_timeout(25)
-    pytest.fail("the condition is not true after 10 s")
-
-
 def expect_state(page: Page, state: str) -> None:
-    expect(page.get_by_test_id("live-state")).to_have_text(state, timeout=20_000)
+    expect(page.get_by_test_id("live-state")).to_have_text(state)
 
 
 def test_a_live_run_is_started_paused_resumed_stopped_saved_and_opened(
@@ -58,15 +49,16 @@ def test_a_live_run_is_started_paused_resumed_stopped_saved_and_opened(
 ) -> None:
     start_live_run(page, LONG)
     wait_for(page, lambda: count_generations(page) >= 3)
-    expect(page.get_by_test_id("live-caption")).to_have_text(
-        re.compile(r"Generation \d+"), timeout=60_000
-    )
+    expect(page.get_by_test_id("live-caption")).to_have_text(re.compile(r"Generation \d+"))
     page.get_by_test_id("pause").click()
     expect_state(page, "Paused")
-    page.wait_for_timeout(200)
+
+    def read_server_state() -> str:
+        runs = get_json(lab_server.address, "live")["runs"]
+        return next(str(run["state"]) for run in runs if run["id"] in page.url)
+
+    wait_for(page, lambda: read_server_state() == "paused")
     before = count_generations(page)
-    page.wait_for_timeout(400)
-    assert count_generations(page) == before
     page.get_by_test_id("pause").click()
     wait_for(page, lambda: count_generations(page) > before)
     page.get_by_test_id("stop").click()
@@ -253,7 +245,7 @@ def test_a_live_run_continues_while_another_tab_is_open_and_two_pages_share_it(p
 
 @pytest.mark.nightly
 def test_the_pace_can_be_changed_while_it_runs(page: Page) -> None:
-    start_live_run(page, LONG, pace="5")
+    start_live_run(page, LONG | {"evolution.generations": 300}, pace="5")
     expect_state(page, "Running")
     page.get_by_test_id("pace").select_option("0")
     expect_state(page, "Done")
@@ -270,9 +262,7 @@ def test_a_click_on_a_curve_shows_the_world_of_that_generation(page: Page) -> No
         box = plot.bounding_box()
         assert box
         plot.click(position={"x": x % box["width"], "y": box["height"] / 2})
-        expect(page.get_by_test_id("live-caption")).to_have_text(
-            f"Generation {generation}", timeout=60_000
-        )
+        expect(page.get_by_test_id("live-caption")).to_have_text(f"Generation {generation}")
 
 
 def shown_generation(page: Page) -> int:
@@ -328,8 +318,7 @@ def test_the_address_reopens_an_agent_of_a_live_run(page: Page) -> None:
     page.get_by_test_id("timeline").fill("40")
     expect(page.get_by_test_id("live-step")).to_have_text("step 40 of 300")
     # The address is updated with a delay.
-    page.wait_for_timeout(500)
-    assert "generation=3&step=40&agent=7" in page.url
+    expect(page).to_have_url(re.compile("generation=3&step=40&agent=7"))
     page.reload()
     expect(agent_title).to_have_text("Agent 7")
     expect(page.get_by_test_id("live-step")).to_have_text("step 40 of 300")
@@ -389,7 +378,7 @@ def test_an_unknown_run_shows_a_message(page: Page) -> None:
 @pytest.mark.nightly
 def test_the_shown_lifetime_is_downloaded_during_the_run(page: Page, tmp_path: Path) -> None:
     start_live_run(page, LONG)
-    expect(page.get_by_test_id("live-caption")).to_contain_text("Generation", timeout=60_000)
+    expect(page.get_by_test_id("live-caption")).to_contain_text("Generation")
     page.get_by_test_id("share").click()
     with page.expect_download() as download:
         page.get_by_test_id("share-html").click()

@@ -17,14 +17,14 @@ def start_live_run(page: Page) -> None:
     page.goto(f"/#/live?preset=no-learning&runs=2&set={changes}")
     page.get_by_test_id("start").click()
     # Two species are compiled first.
-    expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=180_000)
+    expect(page.get_by_test_id("live-state")).to_have_text("Done")
 
 
 @pytest.mark.nightly
 def test_a_live_run_draws_a_shape_and_a_curve_for_each_species(page: Page) -> None:
     start_live_run(page)
     legend = page.get_by_test_id("legend-species")
-    expect(legend).to_have_text("predatorsprey", timeout=30_000)
+    expect(legend).to_have_text("predatorsprey")
     shapes = legend.locator("svg").evaluate_all("marks => marks.map(mark => mark.dataset.shape)")
     assert shapes == ["circle", "triangle"]
     for chart in ("live-fitness", "live-share", "live-counts"):

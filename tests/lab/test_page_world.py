@@ -16,7 +16,7 @@ from baldwinlab.lab.agent_inspector import inspect_agent
 from baldwinlab.lab.life_query import Life, Span, StartData
 from baldwinlab.lab.recording import record_life
 from baldwinlab.simulation.replay import recompute_genomes, replay, simulate_energy_before
-from tests.lab.client import LabServer
+from tests.lab.client import LabServer, draw_frames, wait_for
 from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study, shorten_preset
 
@@ -33,9 +33,12 @@ def find(page: Page, name: str) -> Locator:
 
 
 def read_state(page: Page) -> dict[str, Any]:
-    """Return the query of the address."""
+    """Return the query of the address, without the delay of its updates."""
     state: dict[str, Any] = page.evaluate(
-        "Object.fromEntries(new URLSearchParams(location.hash.split('?')[1]))"
+        """async () => {
+          const { formatAddress } = await import("/address.js");
+          return Object.fromEntries(new URLSearchParams(formatAddress().split("?")[1]));
+        }"""
     )
     return state
 
@@ -70,10 +73,9 @@ def test_a_world_plays_without_a_click_and_pauses_at_the_current_step(page: Page
     expect(find(page, "step")).not_to_have_text("0 / 299")
     find(page, "play").click()
     expect(find(page, "play")).to_have_attribute("data-playing", "false")
-    # Wait for the last frame.
-    page.evaluate("() => new Promise(requestAnimationFrame)")
+    draw_frames(page)
     step = find(page, "step").text_content()
-    page.wait_for_timeout(150)
+    draw_frames(page)
     assert find(page, "step").text_content() == step
 
 
@@ -125,8 +127,7 @@ def test_the_timeline_changes_the_step_and_the_picture(page: Page) -> None:
     assert find(page, "world-a").screenshot() != before
     find(page, "timeline").fill("0")
     expect_step(page, 0)
-    page.wait_for_timeout(50)
-    assert find(page, "world-a").screenshot() == before
+    wait_for(page, lambda: find(page, "world-a").screenshot() == before)
 
 
 def test_a_click_opens_an_agent_and_its_parents(
@@ -212,19 +213,17 @@ def test_the_address_reopens_the_shown_state(page: Page) -> None:
     find(page, "world-a").hover()
     page.mouse.wheel(0, -600)
     expect(page).to_have_url(re.compile("zoom="))
-    # The address is updated with a delay.
-    page.wait_for_timeout(600)
     state = read_state(page)
     expected = {"step": "140", "speed": "50", "agent": "4", "trails": "life", "sight": "off"}
     assert expected.items() <= state.items()
+    draw_frames(page)
     picture = find(page, "world-a").screenshot()
     page.reload()
     expect(page.locator("[data-ready]")).to_have_count(2)
     expect(find(page, "agent")).to_have_text("Agent 4")
     expect(find(page, "relatives")).to_contain_text("parents")
-    page.wait_for_timeout(600)
     assert read_state(page) == state
-    assert find(page, "world-a").screenshot() == picture
+    wait_for(page, lambda: find(page, "world-a").screenshot() == picture)
 
 
 @pytest.mark.nightly
@@ -321,12 +320,11 @@ def test_memory_does_not_grow_in_a_long_session(page: Page) -> None:
             for key in "[]":
                 with page.expect_response("**/api/recording?*"):
                     page.keyboard.press(key)
-                page.wait_for_timeout(20)
+                page.evaluate("() => new Promise(requestAnimationFrame)")
 
     change_generations(2)
     before = used_memory()
     change_generations(15)
-    page.wait_for_timeout(200)
     # Thirty recordings have 3 MB.
     assert used_memory() < before + 1e6
 

@@ -20,7 +20,7 @@ from tests.small_studies import shorten_preset
 
 def send_request(server: LabServer, lines: str) -> tuple[int, str]:
     """Send a request of the owner, with PORT replaced. Return the status and the response."""
-    with socket.create_connection(("127.0.0.1", server.port), timeout=10) as connection:
+    with socket.create_connection(("127.0.0.1", server.port), timeout=300) as connection:
         connection.sendall(
             server.request(f"{lines.strip()}\nCookie: COOKIE\nConnection: close\n\n")
         )

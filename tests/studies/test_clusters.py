@@ -11,19 +11,21 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
+import xarray as xr
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.studies import progress
 from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.executors import choose_executor
+from baldwinlab.studies.executors import choose_executor, dask
 from baldwinlab.studies.record_files import assign_runs
 from baldwinlab.studies.run import find_missing_runs, run_study
+from baldwinlab.studies.run_task import Callback
 from baldwinlab.studies.status import read_status
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
+from tests.small_studies import ignore_message, make_small_study, shorten_preset
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.nightly
@@ -47,14 +49,26 @@ def local_cluster(n_workers: int) -> Iterator[Any]:
         yield cluster
 
 
-def run_on(cluster: Any, study: StudyStore, runs: int = RUNS) -> None:
+def run_on(
+    cluster: Any,
+    study: StudyStore,
+    observe_progress: Callable[[], None] = lambda: None,
+    callback: Callback | None = None,
+) -> None:
+    """Run a study on a cluster. `observe_progress` is called after each report of a worker."""
+
+    @contextmanager
+    def progress(description: str, total: int) -> Iterator[Callable[[int], None]]:
+        yield lambda amount: observe_progress()
+
     run_study(
         study,
-        find_missing_runs(study, runs, ignore_message),
+        find_missing_runs(study, RUNS, ignore_message),
         2,
-        ignore_progress,
+        progress,
         ignore_message,
         executor=choose_executor(f"dask:{cluster.scheduler_address}"),
+        callback=callback,
     )
 
 
@@ -76,6 +90,16 @@ def repeat(action: Callable[[], object], interval: float) -> Iterator[None]:
         thread.join()
 
 
+class WaitForFile(NamedTuple):
+    """Callback of a run that waits after its second generation until a file exists."""
+
+    path: Path
+
+    def __call__(self, run: xr.Dataset) -> None:
+        while run.sizes["generation"] > 1 and not self.path.exists():
+            time.sleep(0.01)
+
+
 def read_values(study: StudyStore) -> Mapping[int, bytes]:
     """Return the bytes of the arrays of each run. The files of two studies can differ."""
     return {
@@ -91,8 +115,9 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> Mapping[int, bytes]:
 
 
 def test_a_study_whose_workers_are_killed_again_and_again_has_the_records_of_threads(
-    tmp_path: Path, expected: Mapping[int, bytes]
+    tmp_path: Path, expected: Mapping[int, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(dask, "MIN_EVENT_INTERVAL", 0)
     study = create_study(tmp_path, [EXPERIMENT], SEED)
     n_killed = 0
     with local_cluster(2) as cluster, distributed.Client(cluster, set_as_default=False) as client:
@@ -106,8 +131,7 @@ def test_a_study_whose_workers_are_killed_again_and_again_has_the_records_of_thr
 
         # By default, the scheduler gives a task up after it has ended four workers.
         cluster.scheduler.allowed_failures = 100
-        with repeat(kill_worker, interval=1):
-            run_on(cluster, study)
+        run_on(cluster, study, kill_worker)
     assert n_killed >= 1
     assert read_values(study) == expected
 
@@ -116,21 +140,23 @@ def test_an_adaptive_cluster_starts_workers_for_a_study_and_ends_them_after_it(
     tmp_path: Path, expected: Mapping[int, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(progress, "WRITE_INTERVAL", 0)
+    # A worker reports its first generation, however short it is.
+    monkeypatch.setattr(dask, "MIN_EVENT_INTERVAL", 0)
+    monkeypatch.setattr(dask, "EVENTS_PER_SECOND", 1e9)
     study = create_study(tmp_path, [EXPERIMENT], SEED)
-    shown_workers = set()
+    both_work = WaitForFile(tmp_path / "both-work")
+
+    def read_workers() -> None:
+        if read_status(study).workers == 2:
+            both_work.path.touch()
+
     with local_cluster(0) as cluster:
         cluster.adapt(minimum=0, maximum=2, interval="200ms", target_duration="100ms")
-
-        def read_workers() -> None:
-            shown_workers.add(read_status(study).workers)
-
         with repeat(read_workers, interval=0.05):
-            run_on(cluster, study)
-        deadline = time.monotonic() + 60
+            run_on(cluster, study, callback=both_work)
         while cluster.scheduler.workers:
-            assert time.monotonic() < deadline
             time.sleep(0.1)
-    assert 2 in shown_workers
+    assert both_work.path.exists()
     assert read_values(study) == expected
 
 

@@ -6,9 +6,8 @@ import os
 import re
 import signal
 import sys
-import threading
-import time
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ from baldwinlab.core.file_writing import append_line, write_atomically, write_ex
 from baldwinlab.core.files import SESSIONS_FILE, parse_location
 from baldwinlab.papers.presets import factors
 from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.executors import choose_executor
+from baldwinlab.studies.executors import choose_executor, dask
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.status import read_status
@@ -100,34 +99,34 @@ def test_a_missing_package_is_named_with_its_extra(monkeypatch: pytest.MonkeyPat
 
 @pytest.mark.nightly
 def test_workers_of_a_cluster_store_the_records_of_threads_in_a_bucket(
-    bucket: str, tmp_path: Path, command: Command
+    bucket: str, tmp_path: Path, command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(dask, "MIN_EVENT_INTERVAL", 0)
     distributed: Any = pytest.importorskip("distributed")
-    # A batch takes a few seconds, so a worker is killed in the middle of a task.
     experiment = EXPERIMENT.replace(lifetime={"steps": 3000})
     directory = parse_location(f"{bucket}/cluster")
     study = create_study(directory, [experiment], SEED)
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0"
     ) as cluster:
+        is_killed = False
 
-        def kill_worker() -> None:
-            with distributed.Client(cluster, set_as_default=False) as client:
-                while not any(client.processing().values()):
-                    time.sleep(0.05)
-                os.kill(min(client.run(os.getpid).values()), signal.SIGKILL)
+        def kill_worker(amount: int) -> None:
+            nonlocal is_killed
+            if not is_killed:
+                with distributed.Client(cluster, set_as_default=False) as client:
+                    os.kill(min(client.run(os.getpid).values()), signal.SIGKILL)
+                is_killed = True
 
-        killer = threading.Thread(target=kill_worker)
-        killer.start()
+        # A worker is killed after the first progress, in the middle of a task.
         run_study(
             study,
             find_missing_runs(study, RUNS, ignore_message),
             2,
-            ignore_progress,
+            lambda description, total: nullcontext(kill_worker),
             ignore_message,
             executor=choose_executor(f"dask:{cluster.scheduler_address}"),
         )
-        killer.join()
     local = make_small_study(tmp_path / "threads", [experiment], RUNS, SEED)
     actual = {file.path.name: file.path.read_bytes() for file in study.files("evo/A")}
     expected = read_records(local.directory)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -21,12 +19,14 @@ from baldwinlab.core.files import parse_location
 from baldwinlab.engine.threads import count_threads
 from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.papers.presets import load
+from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import RunTask, find_missing_runs, plan_tasks, run_study
+from tests.paused_studies import pause_writes, run_until_paused
 from tests.small_studies import (
     ignore_message,
     ignore_progress,
@@ -97,18 +97,20 @@ def test_stored_runs_are_not_repeated_when_a_study_grows(tmp_path: Path) -> None
 
 
 def test_an_interrupted_study_resumes_and_gives_identical_records(
-    tmp_path: Path,
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     study = create_study(
         tmp_path / "stopped", [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")], seed=5
     )
-    steps = THREADS.run(
-        study, plan_tasks(study, find_missing_runs(study, 6, ignore_message), workers=1), 1, CPU
-    )
-    while not read_records(study.directory):
-        next(steps)
-    # Ctrl-C has the same effect.
-    steps.close()
+    # Each of the twelve tasks has one run.
+    tasks = plan_tasks(study, find_missing_runs(study, 6, ignore_message), workers=12)
+    with monkeypatch.context() as patch:
+        pause_writes(patch, study.directory, 3)
+        steps = THREADS.run(study, tasks, 1, CPU)
+        while not read_records(study.directory):
+            next(steps)
+        # Ctrl-C has the same effect.
+        steps.close()
     before = read_records(study.directory)
     assert 0 < len(before) < 12
     make_small_study(tmp_path / "stopped", runs=6)
@@ -128,23 +130,20 @@ make_small_study(Path(sys.argv[1]), conditions, runs=40)
 
 # The fault suite has a quick sample of this test.
 @pytest.mark.nightly
-def test_a_killed_study_loses_only_its_unfinished_runs(tmp_path: Path) -> None:
+def test_a_killed_study_loses_only_its_unfinished_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(memory, "MAX_RUNS_PER_FILE", 1)
     directory = tmp_path / "killed"
-    for _ in range(3):
-        process = subprocess.Popen([sys.executable, "-c", LONG_STUDY, str(directory)])
-        before = len(read_records(directory)) if directory.exists() else 0
-        while process.poll() is None and (
-            not directory.exists() or len(read_records(directory)) < before + 4
-        ):
-            time.sleep(0.005)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
+    for n_records in (4, 8, 12):
+        with run_until_paused(LONG_STUDY, directory, n_records, [str(directory)]) as process:
+            process.kill()
     killed = create_study(
         directory, [shorten_preset("evo/A"), shorten_preset("evo+self-taught/A")], seed=5
     )
     # The test fails if a record is damaged.
     missing = find_missing_runs(killed, 40, pytest.fail)
-    assert 0 < sum(map(len, missing.values())) < 80
+    assert sum(map(len, missing.values())) == 80 - len(read_records(directory)) > 0
     make_small_study(directory, runs=40)
     assert read_records(directory) == read_records(
         make_small_study(tmp_path / "whole", runs=40).directory

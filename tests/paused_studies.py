@@ -1,0 +1,73 @@
+"""Studies that wait in the middle of their work, so that a test can stop them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PAUSED_COMMAND = """
+import sys
+from pathlib import Path
+import pytest
+from baldwinlab.simulation import memory
+from tests.paused_studies import pause_writes
+memory.MAX_RUNS_PER_FILE = 1
+pause_writes(pytest.MonkeyPatch(), Path(sys.argv.pop(1)), int(sys.argv.pop(1)))
+"""
+
+
+def pause_writes(patch: pytest.MonkeyPatch, directory: Path, n_records: int) -> None:
+    """Let threads wait before they write a file once a folder contains `n_records` records.
+
+    They continue when the executor ends its threads. The main thread never waits.
+    """
+    flush = os.fsync
+    shut_down = ThreadPoolExecutor.shutdown
+    is_ending = threading.Event()
+
+    def wait_and_flush(handle: int) -> None:
+        is_worker = threading.current_thread() is not threading.main_thread()
+        if is_worker and count_records(directory) >= n_records:
+            is_ending.wait()
+        flush(handle)
+
+    def resume_and_shut_down(pool: ThreadPoolExecutor, *arguments: Any, **options: Any) -> None:
+        is_ending.set()
+        shut_down(pool, *arguments, **options)
+
+    patch.setattr(os, "fsync", wait_and_flush)
+    patch.setattr(ThreadPoolExecutor, "shutdown", resume_and_shut_down)
+
+
+def count_records(directory: Path) -> int:
+    return sum(1 for _ in directory.rglob("*.nc"))
+
+
+@contextmanager
+def run_until_paused(
+    code: str, directory: Path, n_records: int, arguments: Sequence[str] = (), **options: Any
+) -> Iterator[subprocess.Popen[str]]:
+    """Yield a Python process that waits because a folder contains `n_records` records.
+
+    The process stores each run in a separate file.
+    """
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    command = [sys.executable, "-c", PAUSED_COMMAND + code, str(directory), str(n_records)]
+    with subprocess.Popen([*command, *arguments], env=environment, text=True, **options) as process:
+        try:
+            while count_records(directory) < n_records:
+                assert process.poll() is None, "the process ended too early"
+                time.sleep(0.005)
+            yield process
+        finally:
+            process.kill()
