@@ -23,10 +23,9 @@ exec "$@"
 """
 
 
-def find_free_port() -> int:
-    with socket.socket() as server:
-        server.bind(("127.0.0.1", 0))
-        return int(server.getsockname()[1])
+def choose_address() -> str:
+    """Return an address of the loopback network that only this process uses: its ports are free."""
+    return ".".join(map(str, (127, *os.getpid().to_bytes(3))))
 
 
 @pytest.mark.nightly
@@ -38,7 +37,7 @@ def test_the_script_for_ssh_stores_the_records_of_threads_and_ends_its_workers(
     programs.mkdir()
     (programs / "ssh").write_text(LOCAL_SSH)
     (programs / "ssh").chmod(0o755)
-    port = find_free_port()
+    address = choose_address()
     environment = {
         **os.environ,
         "PATH": f"{programs}:{os.environ['PATH']}",
@@ -47,8 +46,7 @@ def test_the_script_for_ssh_stores_the_records_of_threads_and_ends_its_workers(
         "STUDY": "evo/A --runs 3 --set evolution.generations=2 --set lifetime.steps=50",
         "BIN": str(Path(sys.executable).parent),
         "OUT": str(tmp_path / "study"),
-        "ADDRESS": "127.0.0.1",
-        "PORT": str(port),
+        "ADDRESS": address,
     }
     done = subprocess.run(
         ["bash", FOLDER / "ssh.sh"], env=environment, capture_output=True, text=True, check=False
@@ -58,7 +56,7 @@ def test_the_script_for_ssh_stores_the_records_of_threads_and_ends_its_workers(
     expected = bl.run(experiment, runs=3, out=tmp_path / "threads")
     actual = bl.open_runs(tmp_path / "study")
     assert actual.identical(bl.open_runs(expected.directory))
-    with pytest.raises(ConnectionRefusedError), socket.create_connection(("127.0.0.1", port)):
+    with pytest.raises(ConnectionRefusedError), socket.create_connection((address, 8786)):
         pass
 
 

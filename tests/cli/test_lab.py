@@ -158,7 +158,7 @@ def attach_client(server: LabServer, client_kind: str) -> ExitStack:
     head = "POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\n"
     incomplete_requests = {"half a request": f"{head}Content-Length: 9\n\n{{"}
     # The server simulates 99 generations for this request.
-    query = "preset=evo/A&seed=0&run=0&generation=99"
+    query = "preset=evo%2Bself-taught/A&seed=0&run=0&generation=99"
     recording_request = (
         f"GET /api/recording?{query} HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\n\n"
     )
@@ -168,10 +168,10 @@ def attach_client(server: LabServer, client_kind: str) -> ExitStack:
 
 
 def wait_for_work(process: subprocess.Popen[str]) -> None:
-    """Wait until a server has simulated for half a second. A request alone takes far less time."""
+    """Wait until a server has computed for 0.1 s, which requests alone do not need."""
     server = psutil.Process(process.pid)
     before = server.cpu_times().user
-    while server.cpu_times().user < before + 0.5:
+    while server.cpu_times().user < before + 0.1:
         time.sleep(0.05)
 
 

@@ -145,6 +145,8 @@ def test_the_server_releases_memory_after_floods_of_requests(tmp_path: Path) -> 
         while CLIENT.get(f"{server.lab.address}/api/live").json()["runs"]:
             time.sleep(0.1)
         assert CLIENT.get(f"{server.lab.address}/api/results?study=crowd").status_code == 200
-        memory = server.resident_memory()
-        assert memory - before < ALLOWED_BYTES
-        assert memory - after_first < BYTES_OF_FURTHER_FLOODS
+        limit = min(before + ALLOWED_BYTES, after_first + BYTES_OF_FURTHER_FLOODS)
+        # A busy server needs some time to release the memory.
+        deadline = time.monotonic() + 300
+        while server.resident_memory() > limit:
+            assert time.monotonic() < deadline, f"the server uses more than {limit:,} bytes"

@@ -7,8 +7,9 @@ import os
 import random
 import shutil
 import sys
+import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import MappingProxyType
@@ -18,6 +19,8 @@ import pytest
 
 from baldwinlab.core.netcdf import from_bytes, verify_checksum
 from baldwinlab.core.variables import RUN_ARRAY_PREFIX
+from baldwinlab.simulation.history import History
+from baldwinlab.studies.checkpoints import Checkpointer
 from baldwinlab.studies.store import StudyStore
 from tests.faults.amount import amount
 
@@ -35,6 +38,7 @@ NOVELTY = (
     *("run", "evo/A", "--runs", "1", "--checkpoint", "1", "--out", "study"),
     *("--set", "evolution.fitness=novelty", "evolution.generations=60", "lifetime.steps=1000"),
 )
+CHECKPOINT = "study/runs/evo/A/0000.checkpoint"
 ARCHIVE_SIZE = f"{RUN_ARRAY_PREFIX}0.fitness.novelty.n_archived"
 LIFETIME = ("--condition", "evo/A", "--run", "0", "--generation", "5")
 SWEEP = """
@@ -98,11 +102,29 @@ FORKED.set_forkserver_preload(
 SPAWNED = multiprocessing.get_context("spawn")
 
 
-def start_process(
+def run_until_archived(
     command: tuple[str, ...], folder: Path, environment: Mapping[str, str]
+) -> None:
+    """Run a command until its checkpoint contains an archive, and wait for the kill."""
+    save = Checkpointer.save
+
+    def save_and_wait(checkpointer: Checkpointer, histories: Sequence[History]) -> None:
+        save(checkpointer, histories)
+        if read_number_of_behaviors(folder / CHECKPOINT):
+            threading.Event().wait()
+
+    Checkpointer.save = save_and_wait  # type: ignore[method-assign]
+    run_command(command, folder, environment)
+
+
+def start_process(
+    command: tuple[str, ...],
+    folder: Path,
+    environment: Mapping[str, str],
+    run: Callable[[tuple[str, ...], Path, Mapping[str, str]], None] = run_command,
 ) -> BaseProcess:
     process: BaseProcess = (SPAWNED if environment else FORKED).Process(
-        target=run_command, args=(command, folder, dict(environment))
+        target=run, args=(command, folder, dict(environment))
     )
     process.start()
     return process
@@ -215,14 +237,12 @@ def test_a_killed_run_continues_with_its_archive(tmp_path: Path) -> None:
     for folder in (expected, killed):
         folder.mkdir()
     finish(NOVELTY, expected, {})
-    process = start_process(NOVELTY, killed, {})
-    checkpoint = killed / "study/runs/evo/A/0000.checkpoint"
-    while not checkpoint.exists() or read_number_of_behaviors(checkpoint) == 0:
+    process = start_process(NOVELTY, killed, {}, run_until_archived)
+    while read_number_of_behaviors(killed / CHECKPOINT) == 0:
         assert process.exitcode is None
         time.sleep(0.005)
     process.kill()
     process.join()
-    assert checkpoint.exists(), "the run ended before the kill"
     finish(NOVELTY, killed, {})
     assert reproducible_files(killed) == reproducible_files(expected)
     record = StudyStore(killed / "study").record("evo/A", 0)
@@ -230,7 +250,9 @@ def test_a_killed_run_continues_with_its_archive(tmp_path: Path) -> None:
 
 
 def read_number_of_behaviors(path: Path) -> int:
-    """Return the number of positions in the archive of a checkpoint."""
+    """Return the number of positions in the archive of a checkpoint, if it exists."""
+    if not path.exists():
+        return 0
     # The first checkpoint begins without arrays of the run.
     size = from_bytes(path.read_bytes()).get(ARCHIVE_SIZE)
     return 0 if size is None else int(size.item())

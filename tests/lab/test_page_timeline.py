@@ -25,7 +25,7 @@ def test_without_a_run_in_the_address_the_typical_run_plays_in_some_seconds(
         expect(page.get_by_test_id("run-a")).to_have_value(str(typical[condition]))
         expect(page.get_by_test_id("generation-a")).to_have_value("2")
     expect(page.get_by_test_id("speed")).to_have_value("5")
-    expect(page.get_by_test_id("play")).to_have_attribute("data-playing", "true")
+    expect(page.get_by_test_id("step")).to_have_text("299 / 299")
     expect(page.get_by_test_id("play")).to_have_attribute("data-playing", "false")
 
 

@@ -222,7 +222,7 @@ def test_every_step_of_a_random_lifetime_agrees_with_the_paper(update: str, life
         counts.update(compare_lifetime(experiment, seed, generation))
 
     check()
-    # With random examples, agents ate at least 800 items in 60 lifetimes, and up to 2.3 % of the
+    # With random examples, agents ate at least 800 items in 60 lifetimes, and up to 2.6 % of the
     # steps were skipped.
     assert counts["eaten"] > lifetimes, "the agents eat too little for a comparison"
     assert counts["skipped"] < 0.1 * counts["steps"]
