@@ -9,6 +9,7 @@ import inspect
 import os
 import random
 import shutil
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from functools import wraps
@@ -39,9 +40,9 @@ def pytest_xdist_auto_num_workers() -> int:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Use the same examples in each run, or with `--hypothesis-seed=N` those of the seed.
+    """Make tests repeatable on slow machines, after other runs and in background jobs.
 
-    Neither a slow machine nor examples of an earlier run change the result.
+    Property tests have the same examples in each run, or with `--hypothesis-seed=N` those of N.
     """
     settings.register_profile(
         "baldwinlab",
@@ -52,6 +53,9 @@ def pytest_configure(config: pytest.Config) -> None:
         print_blob=True,
     )
     settings.load_profile("baldwinlab")
+    # A shell ignores SIGINT in background jobs, and the commands that tests interrupt would, too.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 SLOW_FILES = (

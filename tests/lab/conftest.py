@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -156,7 +157,11 @@ def offline_page(browser: Browser) -> Iterator[Page]:
 
 @pytest.fixture
 def page(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
-    """Yield a blank page of a first visit. The test fails if the page logs an error."""
+    """Yield a blank page of a first visit. The test fails if the page logs an error.
+
+    Folders that the page has saved are removed. The next test has the studies of the fixtures.
+    """
+    folders = set(lab_server.root.iterdir())
     context = lab_server.context(browser, viewport={"width": 1280, "height": 800})
     new_page = context.new_page()
     errors = list[str]()
@@ -166,6 +171,8 @@ def page(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
     new_page.on("pageerror", lambda error: errors.append(str(error)))
     yield new_page
     context.close()
+    for path in set(lab_server.root.iterdir()) - folders:
+        shutil.rmtree(path)
     assert not errors
 
 
