@@ -281,11 +281,11 @@ def trace_variables(experiment: Any) -> Mapping[str, Variable]:
     members = experiment.species_experiments()
     if members:
         declared["sensor"] = sensor._replace(
-            dtype=np.float32, meaning="inputs, in [0, 1]; NaN for inputs of other species"
+            dtype=np.float32, meaning="inputs; NaN for inputs of other species"
         )
         declared["species"] = SPECIES_IN_TRACE
     elif experiment.real_valued:
-        declared["sensor"] = sensor._replace(dtype=np.float32, meaning="inputs, in [0, 1]")
+        declared["sensor"] = sensor._replace(dtype=np.float32, meaning="inputs")
     if experiment.has_deaths:
         declared["alive"] = ALIVE_IN_STEP
     eaten = declared["eaten"]

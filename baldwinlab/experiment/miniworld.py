@@ -192,7 +192,7 @@ class Experiment(BaseExperiment):
 
     @property
     def real_valued(self) -> bool:
-        """Whether an input is real-valued, in [0, 1]."""
+        """Whether an input is real-valued."""
         return any(sense.is_continuous for sense in self.parts("senses.kinds"))
 
     @property

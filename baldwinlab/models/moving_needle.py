@@ -18,7 +18,8 @@ environments", TPNC 2018.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar
+from functools import lru_cache
+from typing import Any, ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +28,10 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.parts import LIFE, PER_AGENT_DIMS, Field, LifeResults, Measure, Variable, uniforms
 
+# Number of changes of the target that are drawn together.
+CHANGES_PER_BLOCK: Final = 100
+# Maximum number of blocks that are drawn for another block.
+MAX_DEPTH: Final = 200
 # For each record of `hinton_nowlan.py`, its name in this model.
 RECORD_NAMES = {
     "ones": "right",
@@ -117,12 +122,33 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
 
     def target(self, seed: int, run: int, generation: int) -> npt.NDArray[np.int64]:
         """Return the target of a generation: the correct allele [locus], 0 or 1."""
-        target = np.ones(self.loci, np.int64)
-        change_generations = range(self.period, generation + 1, self.period) if self.period else ()
-        for change in change_generations:
-            # The draw with index 0 is the luck of an agent in `hinton_nowlan.py`.
-            draws = uniforms(seed, run, change, LIFE, (1, 1 + self.redrawn_loci))[0, 1:]
-            # Two of the four numbers of each draw are used.
-            for locus_draw, allele_draw in draws[:, :2]:
-                target[int(locus_draw * self.loci)] = allele_draw < 0.5
-        return target
+        n_changes = generation // self.period if self.period else 0
+        if n_changes == 0:
+            return np.ones(self.loci, np.int64)
+        block, change = divmod(n_changes - 1, CHANGES_PER_BLOCK)
+        law = (self.loci, self.redrawn_loci, self.period)
+        # Each block needs the one before it. Stored blocks limit the depth of the recursion.
+        for stored_block in range(0, block, MAX_DEPTH):
+            _draw_targets(law, seed, run, stored_block)
+        return _draw_targets(law, seed, run, block)[change].astype(np.int64)
+
+
+@lru_cache(maxsize=1024)
+def _draw_targets(
+    law: tuple[int, int, int], seed: int, run: int, block: int
+) -> npt.NDArray[np.int8]:
+    """Return the targets [change, locus] after the changes of a block, from those of the last one.
+
+    `law` is the number of loci, of loci that a change redraws, and of generations between changes.
+    """
+    loci, redrawn_loci, period = law
+    target = _draw_targets(law, seed, run, block - 1)[-1] if block else np.ones(loci, np.int8)
+    targets = np.tile(target, (CHANGES_PER_BLOCK, 1))
+    for change in range(CHANGES_PER_BLOCK):
+        generation = (block * CHANGES_PER_BLOCK + change + 1) * period
+        # The draw with index 0 is the luck of an agent in `hinton_nowlan.py`.
+        draws = uniforms(seed, run, generation, LIFE, (1, 1 + redrawn_loci))[0, 1:]
+        # Two of the four numbers of each draw are used.
+        for locus_draw, allele_draw in draws[:, :2]:
+            targets[change:, int(locus_draw * loci)] = allele_draw < 0.5
+    return targets

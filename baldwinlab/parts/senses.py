@@ -39,7 +39,7 @@ def measure(part: Any, model: Any, state: Any, world: int, agent: int, first: in
     """Write the inputs of a continuous sense.
 
     Per agent, once per step. The engine calls it if `is_continuous` is true. The hook writes rows
-    `first`, `first + 1`, ... of `state.activations`, float32 in [0, 1]. It may also write the
+    `first`, `first + 1`, ... of `state.activations`, any finite float32. It may also write the
     arrays of the part.
 
     Parameters
@@ -100,7 +100,8 @@ count_inputs = register(_count_inputs, _choose_count_inputs)
 class Sense(Part):
     """Sense of an agent, which writes inputs of its network.
 
-    An input of a binary sense is 0 or 1. An input of a continuous sense is a real number in [0, 1].
+    An input of a binary sense is 0 or 1. An input of a continuous sense is any finite
+    number.
 
     If the number of inputs follows from the settings of the part, `inputs` and `sectors` are
     properties. Hooks then read the number of inputs as `part.n_inputs`.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +12,13 @@ import pytest
 from scipy.stats import chisquare, kstest
 
 import baldwinlab as bl
+from baldwinlab.api.checks.fields import list_read_settings
 from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, Parents, breed, select
-from baldwinlab.evolution.variation import OneGenome
+from baldwinlab.evolution.variation import Crossover, OneGenome
 from baldwinlab.evolution.variation_operators import Copy, Gaussian, OnePointCrossover
 from baldwinlab.experiment import Experiment, ExperimentError, registry
+from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
 from tests.worlds import make_small_experiment
@@ -455,3 +457,33 @@ def test_a_part_can_have_the_name_of_a_method_of_settings_tables() -> None:
     assert experiment_with(variation="copy").part("evolution.variation").name == "copy"
     with pytest.raises(ExperimentError, match="there is no such field"):
         load("evo/A").replace(evolution={"copy": {"parent_share": 1}})
+
+
+@pytest.mark.parametrize("name", registry.package_parts("variation"))
+def test_a_variation_declares_the_settings_that_its_hooks_read(name: str) -> None:
+    """A setting without effect is refused, so a declared setting must have an effect."""
+    # Other models can have genomes that these variations refuse.
+    models = {"one-point-of-units": "cue-learners", "neat": "neat-xor"}
+    experiment = load(models.get(name, "evo/A")).replace(evolution={"variation": name})
+    declared = registry.find_class("variation", name).settings
+    assert sorted(declared) == list_read_settings(experiment)
+
+
+def test_a_custom_variation_that_reads_undeclared_settings_fails_its_check() -> None:
+    class Undeclared(Crossover, name="test-undeclared"):
+        settings: ClassVar[tuple[str, ...]] = ("mutation_rate",)
+
+    try:
+        findings = bl.check_part(Undeclared, requirements=["fields"])
+    finally:
+        registry.remove("variation", Undeclared.name)
+    (failure,) = [str(finding) for finding in findings if finding.holds is False]
+    assert "'mutation_gate', 'mutation_rate', 'mutation_size'" in failure
+
+
+def test_a_mutation_rate_is_refused_with_a_variation_that_does_not_read_it() -> None:
+    experiment = load("nolfi-parisi-1993:no-teacher").replace(evolution={"mutation_rate": 0.9})
+    assert experiment.evolution.variation == "few-mutations"
+    refusal = r'evolution\.mutation_rate: does nothing with evolution\.variation = "few-mutations"'
+    with pytest.raises(ExperimentError, match=refusal):
+        require_effect([experiment])

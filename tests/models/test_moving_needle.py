@@ -59,6 +59,19 @@ def test_the_target_changes_after_each_period_at_most_at_the_given_number_of_loc
     )
 
 
+def test_a_target_does_not_depend_on_the_generations_that_were_computed_before() -> None:
+    model = MovingNeedle(period=1, redrawn_loci=2)
+    generations = [30_000, 1, 99, 100, 101, 250, 201]
+    values = {generation: model.target(5, 0, generation) for generation in generations}
+    expected = np.ones(model.loci, np.int64)
+    for generation in range(1, 251):
+        draws = uniforms(5, 0, generation, LIFE, (1, 3))[0, 1:]
+        for locus_draw, allele_draw, *_ in draws:
+            expected[int(locus_draw * model.loci)] = allele_draw < 0.5
+        if generation in values:
+            np.testing.assert_array_equal(values[generation], expected)
+
+
 def test_half_of_the_drawn_loci_change_and_all_loci_are_drawn() -> None:
     changes = np.concatenate(
         [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from annotated_types import Ge, Gt, Le, Lt
@@ -11,14 +11,20 @@ from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import CHOICE_PATHS, PartGroup
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.experiment.registry import table_name
-from baldwinlab.parts.part import Part
+from baldwinlab.parts.part import Part, compiled_values
 
+MUTATION_VALUES: Final[Mapping[str, tuple[Any, Any]]] = {
+    "mutation_gate": ("weight", "child"),
+    "mutation_rate": (0.1, 0.9),
+    "mutation_size": (0.1, 0.9),
+}
+"""Two values of each setting of mutation."""
 RELATIVE_STEP: Final = 1e-6
 """Distance of a tested real number from its limit, relative to the limit and at least to 1."""
 
 
 def check_declarations(group: PartGroup) -> str:
-    """Check that each field has a description, and each number has limits.
+    """Check that each field has a description, each number has limits, and settings are declared.
 
     Parameters
     ----------
@@ -33,9 +39,12 @@ def check_declarations(group: PartGroup) -> str:
     Raises
     ------
     FailsError
-        If a description or a limit is missing.
+        If a description or a limit is missing, or a variation declares other settings of mutation
+        than it reads.
     """
     for part in group.parts:
+        if part.kind == "variation":
+            _require_declared_settings(group.experiment, part)
         for name, info in part.model_fields.items():
             if not info.description:
                 raise FailsError(f"{part.__name__}.{name} has no description: its meaning and unit")
@@ -43,6 +52,44 @@ def check_declarations(group: PartGroup) -> str:
             if info.annotation in (int, float) and len(_list_limits(info)) < n_required_limits:
                 raise FailsError(f"{part.__name__}.{name} has no limits: ge or gt, and le or lt")
     return ""
+
+
+def list_read_settings(experiment: Any) -> list[str]:
+    """Return the settings of mutation that the hooks of the variation can read.
+
+    Parameters
+    ----------
+    experiment
+        An experiment with the variation.
+
+    Returns
+    -------
+    list of str
+        Settings of the table `evolution`, on which fields or derived values of the part depend.
+    """
+    return [
+        name
+        for name, values in MUTATION_VALUES.items()
+        if len({_describe_variation(experiment, name, value) for value in values}) > 1
+    ]
+
+
+def _describe_variation(experiment: Any, setting: str, value: Any) -> str:
+    """Return the values that the hooks of the variation read, as text."""
+    changed = experiment.replace(evolution={setting: value})
+    part = changed.part("evolution.variation")
+    return repr(compiled_values(part, changed, lambda array: None))
+
+
+def _require_declared_settings(experiment: Any, part: Any) -> None:
+    """Raise FailsError if a variation declares other settings of mutation than it reads."""
+    declared = sorted(part.settings)
+    read_settings = list_read_settings(experiment)
+    if declared != read_settings:
+        raise FailsError(
+            f"{part.__name__}.settings = {declared} must be the settings of mutation that its "
+            f"derived values read: {read_settings}"
+        )
 
 
 def check_limits(group: PartGroup) -> str:
