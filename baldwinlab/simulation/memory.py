@@ -44,6 +44,10 @@ READ_RECORD_COPIES: Final = 3
 TRACE_COPIES: Final = 3
 # Copies of all records without genomes while they are concatenated.
 TABLE_COPIES: Final = 3
+# Bytes of the bootstrap resamples of a run while conditions are compared, and of all runs. Large
+# samples are resampled in batches.
+RESAMPLED_RUN_BYTES: Final = 250_000
+MAX_RESAMPLED_BYTES: Final = 200 * 2**20
 # Bytes of a run in a list of tasks.
 RUN_BYTES: Final = 64
 # Bytes of a file in addition to its variables and its experiment.
@@ -245,7 +249,10 @@ def largest_total(tasks: Iterable[tuple[int, int]], workers: int) -> int:
 
 
 def estimate_tables(stored: PlannedRuns) -> Need:
-    """Estimate one dataset of all stored runs without genomes, padded to the largest run."""
+    """Estimate the comparison of stored runs, in one dataset without genomes.
+
+    Each run of the dataset has the size of the largest one.
+    """
     declared = {
         name: variable for name, variable in RECORD_VARIABLES.items() if name != "kept_genome"
     }
@@ -262,7 +269,12 @@ def estimate_tables(stored: PlannedRuns) -> Need:
         largest_record_bytes = max(map(record_bytes, experiments), default=0)
     total_runs = sum(n_runs for _, n_runs in stored)
     all_tables_bytes = total_runs * max(table_bytes, default=0)
-    return Need(TABLE_COPIES * all_tables_bytes + READ_RECORD_COPIES * largest_record_bytes)
+    resampled_bytes = min(RESAMPLED_RUN_BYTES * total_runs, MAX_RESAMPLED_BYTES)
+    return Need(
+        TABLE_COPIES * all_tables_bytes
+        + READ_RECORD_COPIES * largest_record_bytes
+        + resampled_bytes
+    )
 
 
 def estimate_replay(experiment: Experiment, n_lives: int = 1) -> Need:

@@ -7,7 +7,7 @@ B. Efron and R. Tibshirani, Introduction to the Bootstrap (1993), chapter 13.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from math import nan
 
@@ -23,6 +23,8 @@ SEED = 1896
 CONFIDENCE_LEVEL = 0.95
 # Largest sample whose resamples stay in memory: 80 MB.
 MAX_CACHED_VALUES = 1000
+# Largest number of values of a batch of resamples: 8 MB per array of a batch.
+MAX_BATCH_VALUES = 2**20
 
 Indices = npt.NDArray[np.int64]
 
@@ -66,32 +68,69 @@ def resample_medians(values: Sample, generator: np.random.Generator | None = Non
     Sample
         The medians, [resample].
     """
-    if generator is not None:
-        indices = _draw_indices(values.size, generator)
-    elif values.size <= MAX_CACHED_VALUES:
-        indices = _draw_first_indices(values.size)
+    if generator is None and values.size <= MAX_CACHED_VALUES:
+        n_batches = len([*split_resamples(RESAMPLES, values.size)])
+        batches = iter(np.array_split(_draw_first_indices(values.size), n_batches))
     else:
-        indices = _draw_indices(values.size, np.random.default_rng(SEED))
-    ordered = values[indices]
-    # Sorting is eight times as fast as `np.median`, and bit-identical.
-    ordered.sort(axis=1)
+        generator = generator or np.random.default_rng(SEED)
+        batches = draw_resamples(generator, RESAMPLES, values.size)
     # Both are the middle value if the number of values is odd.
     upper_middle = values.size // 2
     lower_middle = (values.size - 1) // 2
-    medians = (ordered[:, upper_middle] + ordered[:, lower_middle]) / 2
-    return np.asarray(medians, np.float64)
+    medians = []
+    for indices in batches:
+        ordered = values[indices]
+        # Sorting is eight times as fast as `np.median`, and bit-identical.
+        ordered.sort(axis=1)
+        medians.append((ordered[:, upper_middle] + ordered[:, lower_middle]) / 2)
+    return np.concatenate(medians, dtype=np.float64)
 
 
 # Most samples of a study have the same size, and drawing takes longer than sorting.
 @lru_cache(maxsize=1)
 def _draw_first_indices(n_values: int) -> Indices:
     """Return the first resamples of a generator with the seed `SEED`."""
-    return _draw_indices(n_values, np.random.default_rng(SEED))
+    return np.concatenate(
+        [*draw_resamples(np.random.default_rng(SEED), RESAMPLES, n_values)], dtype=np.int64
+    )
 
 
-def _draw_indices(n_values: int, generator: np.random.Generator) -> Indices:
-    """Return the indices of the values of each resample, [resample, value]."""
-    return generator.integers(0, n_values, (RESAMPLES, n_values))
+def split_resamples(n_resamples: int, n_values: int) -> Iterator[int]:
+    """Yield the number of resamples of each batch, which bounds the memory of a batch.
+
+    Parameters
+    ----------
+    n_resamples
+        Number of resamples.
+    n_values
+        Number of values of a resample.
+    """
+    n_rows = max(1, MAX_BATCH_VALUES // n_values)
+    for start in range(0, n_resamples, n_rows):
+        yield min(n_rows, n_resamples - start)
+
+
+def draw_resamples(
+    generator: np.random.Generator, n_resamples: int, n_values: int
+) -> Iterator[Indices]:
+    """Yield batches of resamples. Together they are the resamples of a single draw.
+
+    Parameters
+    ----------
+    generator
+        Generator of the resamples.
+    n_resamples
+        Number of resamples.
+    n_values
+        Number of values of a resample.
+
+    Yields
+    ------
+    Indices
+        Indices of the values of each resample, [resample, value].
+    """
+    for n_rows in split_resamples(n_resamples, n_values):
+        yield generator.integers(0, n_values, (n_rows, n_values))
 
 
 def percentile_interval(resampled: Sample) -> tuple[float, float]:

@@ -7,12 +7,17 @@ B. Efron and R. Tibshirani, Introduction to the Bootstrap (1993), chapter 6.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from scipy import stats
 
-from baldwinlab.analysis.statistics.bootstrap import SEED
+from baldwinlab.analysis.statistics.bootstrap import (
+    SEED,
+    Indices,
+    draw_resamples,
+    split_resamples,
+)
 from baldwinlab.analysis.statistics.rank_tests import signed_rank_tails
 from baldwinlab.analysis.statistics.samples import Sample
 
@@ -40,9 +45,9 @@ def verdict_stability(
     float
         The share, 0 to 1.
     """
-    generator = np.random.default_rng(SEED)
-    indices = generator.integers(0, values.size, (RESAMPLES, values.size))
-    return list(decide(values[indices])).count(verdict) / RESAMPLES
+    batches = draw_resamples(np.random.default_rng(SEED), RESAMPLES, values.size)
+    n_equal = sum(list(decide(values[indices])).count(verdict) for indices in batches)
+    return n_equal / RESAMPLES
 
 
 def direction_stability(
@@ -71,23 +76,49 @@ def direction_stability(
     float
         The share, 0 to 1.
     """
-    generator = np.random.default_rng(SEED)
-    indices = generator.integers(0, a.size, (RESAMPLES, a.size))
     if is_paired:
-        differences = (a - b)[indices]
-        effects = np.median(differences, axis=1)
-        p = 2 * np.minimum(*signed_rank_tails(differences))
-        # Ties count half.
-        a12 = 0.5 + np.sign(differences).mean(axis=1) / 2
+        differences = a - b
+        batches = draw_resamples(np.random.default_rng(SEED), RESAMPLES, a.size)
+        directions = [_find_paired_directions(differences[indices], level) for indices in batches]
     else:
-        samples_a = a[indices]
-        samples_b = b[generator.integers(0, b.size, (RESAMPLES, b.size))]
-        effects = np.median(samples_a, axis=1) - np.median(samples_b, axis=1)
-        # SciPy divides by 0 if all values are equal. Such a sample has no significant difference.
-        with np.errstate(invalid="ignore", divide="ignore"):
-            test = stats.mannwhitneyu(samples_a, samples_b, axis=1, method="asymptotic")
-        p = np.asarray(test.pvalue)
-        a12 = test.statistic / (a.size * b.size)
+        directions = [
+            _find_directions(a[indices_a], b[indices_b], level)
+            for indices_a, indices_b in _draw_two_samples(a.size, b.size)
+        ]
+    return float(np.mean(np.concatenate(directions) == direction))
+
+
+def _draw_two_samples(size_a: int, size_b: int) -> Iterator[tuple[Indices, Indices]]:
+    """Yield batches of resamples of both samples. Those of `a` are drawn before those of `b`."""
+    generator_a, generator_b = np.random.default_rng(SEED), np.random.default_rng(SEED)
+    for _ in draw_resamples(generator_b, RESAMPLES, size_a):
+        pass
+    for n_rows in split_resamples(RESAMPLES, size_a + size_b):
+        yield (
+            generator_a.integers(0, size_a, (n_rows, size_a)),
+            generator_b.integers(0, size_b, (n_rows, size_b)),
+        )
+
+
+def _find_paired_directions(differences: Sample, level: float) -> Sample:
+    """Return the direction of the signed-rank test of each sample [sample, pair]."""
+    p = 2 * np.minimum(*signed_rank_tails(differences))
+    # Ties count half.
+    a12 = 0.5 + np.sign(differences).mean(axis=1) / 2
+    return _find_significant(np.median(differences, axis=1), p, a12, level)
+
+
+def _find_directions(samples_a: Sample, samples_b: Sample, level: float) -> Sample:
+    """Return the direction of the Mann-Whitney test of each pair of samples [sample, run]."""
+    effects = np.median(samples_a, axis=1) - np.median(samples_b, axis=1)
+    # SciPy divides by 0 if all values are equal. Such a sample has no significant difference.
+    with np.errstate(invalid="ignore", divide="ignore"):
+        test = stats.mannwhitneyu(samples_a, samples_b, axis=1, method="asymptotic")
+    a12 = test.statistic / (samples_a.shape[1] * samples_b.shape[1])
+    return _find_significant(effects, np.asarray(test.pvalue), a12, level)
+
+
+def _find_significant(effects: Sample, p: Sample, a12: Sample, level: float) -> Sample:
+    """Return the sign of each effect, or 0 if it is not significant."""
     is_significant = (p < level) & (np.sign(effects) == np.sign(a12 - 0.5))
-    directions = np.where(is_significant, np.sign(effects), 0)
-    return float(np.mean(directions == direction))
+    return np.where(is_significant, np.sign(effects), 0)

@@ -19,12 +19,19 @@ import numpy as np
 import numpy.typing as npt
 from scipy import stats
 
-from baldwinlab.analysis.statistics.bootstrap import RESAMPLES, SEED, percentile_interval
+from baldwinlab.analysis.statistics.bootstrap import (
+    RESAMPLES,
+    SEED,
+    percentile_interval,
+    split_resamples,
+)
 from baldwinlab.analysis.statistics.comparisons import Comparison
 from baldwinlab.analysis.statistics.samples import Sample, check_sample
 
 # Tolerance of comparisons with a survival curve, whose points are products of rounded factors.
 ROUNDING_TOLERANCE = 1e-9
+# Number of runs that are compared with all runs of another sample at once.
+ROWS_PER_BATCH = 256
 
 
 class Survival(NamedTuple):
@@ -81,12 +88,12 @@ def compare_survival(a: Survival, b: Survival) -> Comparison:
     low = high = nan
     if min(a.times.size, b.times.size) > 1:
         generator = np.random.default_rng(SEED)
-        means_a = restricted_mean(a, end_time, _resampled_counts(a.times.size, generator))
-        means_b = restricted_mean(b, end_time, _resampled_counts(b.times.size, generator))
+        means_a = _resample_means(a, end_time, generator)
+        means_b = _resample_means(b, end_time, generator)
         low, high = percentile_interval(means_a - means_b)
     statistic, p = log_rank(a, b)
-    share_a_outlives = float(_certainly_outlives(a, b).mean())
-    share_b_outlives = float(_certainly_outlives(b, a).mean())
+    share_a_outlives = _share_of_certain_pairs(a, b)
+    share_b_outlives = _share_of_certain_pairs(b, a)
     return Comparison(
         n_a=a.times.size,
         n_b=b.times.size,
@@ -191,17 +198,27 @@ def _compute_curve(sample: Survival, counts: npt.NDArray[np.generic]) -> tuple[S
     return sample.times[order], np.cumprod(1 - share_dying, axis=-1)
 
 
-def _resampled_counts(size: int, generator: np.random.Generator) -> npt.NDArray[np.int64]:
-    """Draw the number of times that each resample contains each run, [resample, run]."""
-    # Runs are exchangeable, so the counts apply to the runs in any order.
-    return generator.multinomial(size, np.full(size, 1 / size), RESAMPLES)
+def _resample_means(sample: Survival, end_time: float, generator: np.random.Generator) -> Sample:
+    """Compute the restricted mean of each bootstrap resample, in batches that bound the memory."""
+    size = sample.times.size
+    # Runs are exchangeable, so the counts of a resample apply to the runs in any order.
+    return np.concatenate(
+        [
+            restricted_mean(
+                sample, end_time, generator.multinomial(size, np.full(size, 1 / size), n_rows)
+            )
+            for n_rows in split_resamples(RESAMPLES, size)
+        ]
+    )
 
 
-def _certainly_outlives(a: Survival, b: Survival) -> npt.NDArray[np.bool_]:
-    """Return the pairs [a, b] in which a certainly survives longer than b."""
-    # Columns, so that the results are [a, b].
-    times_a = a.times[:, None]
-    is_censored_a = a.censored[:, None]
-    is_longer = times_a > b.times
-    is_censored_later = (times_a == b.times) & is_censored_a
-    return np.asarray((is_longer | is_censored_later) & ~b.censored, np.bool_)
+def _share_of_certain_pairs(a: Survival, b: Survival) -> float:
+    """Return the share of pairs in which a certainly survives longer than b."""
+    n_pairs = 0
+    for rows in np.array_split(np.arange(a.times.size), -(-a.times.size // ROWS_PER_BATCH)):
+        # Columns, so that the results are [a, b].
+        times_a = a.times[rows, None]
+        is_longer = times_a > b.times
+        is_censored_later = (times_a == b.times) & a.censored[rows, None]
+        n_pairs += int(((is_longer | is_censored_later) & ~b.censored).sum())
+    return n_pairs / (a.times.size * b.times.size)
