@@ -274,5 +274,5 @@ def select_condition(study: StudyStore, condition: str | None) -> str:
     """
     names = list(study.experiments)
     if condition is None and len(names) > 1:
-        raise StudyError(f"{study.directory}: condition is missing; {list_names(names[0], names)}")
+        raise StudyError(f"{study.location}: condition is missing; {list_names(names[0], names)}")
     return names[0] if condition is None else condition

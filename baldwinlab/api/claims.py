@@ -104,7 +104,7 @@ def _select_claims(study: StudyStore, file: Path | None, paper: str) -> tuple[st
     if file is None:
         if not (paper or study.paper):
             raise RefusedError(
-                f"{study.directory} was made by no paper. Give claims by --claims FILE or "
+                f"{study.location} was made by no paper. Give claims by --claims FILE or "
                 "--paper NAME."
             )
         paper_data = load(paper) if paper else load_stored_paper(study.directory, study.paper)

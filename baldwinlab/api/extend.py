@@ -56,7 +56,7 @@ def extend(
         runs = last_run + 1 - study.first_run
     if generations is not None:
         study = extend_study(study, generations)
-        console.info(f"{study.directory}: {generations} generations")
+        console.info(f"{study.location}: {generations} generations")
     request = StudyRequest(
         list(study.experiments.values()),
         study.directory,

@@ -88,7 +88,7 @@ def report(
     for path in (study.directory / CLAIMS_FILE, study.directory / "figures" / "fitness.svg"):
         require_writable_path(path)
     plan = plan_report(study, page, last, baseline, paper)
-    require_resources(f"the report of {study.directory}", required_memory(plan), force=force)
+    require_resources(f"the report of {study.location}", required_memory(plan), force=force)
     if study.kind == MULTIVERSE:
         _report_multiverse(plan)
     elif study.kind == SWEEP:
@@ -104,12 +104,12 @@ def _check_options(study: StudyStore, baseline: str, paper: Paper | None) -> Non
     lab_results.require_baseline(study, baseline)
     if baseline and study.kind == MULTIVERSE:
         raise RefusedError(
-            f"--baseline {baseline} does not apply: {study.directory} is a multiverse, whose "
+            f"--baseline {baseline} does not apply: {study.location} is a multiverse, whose "
             "report compares no conditions. Remove the option."
         )
     if paper and study.kind != CONDITIONS:
         raise RefusedError(
-            f"--paper {paper.name} does not apply: {study.directory} is a {study.kind}, whose "
+            f"--paper {paper.name} does not apply: {study.location} is a {study.kind}, whose "
             "report evaluates no claims of another paper. Remove the option."
         )
 

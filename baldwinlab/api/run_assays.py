@@ -59,7 +59,7 @@ def run_missing_assays(
     missing = find_missing_assays(study, names, generations)
     n_assays = sum(map(len, missing.values()))
     if not n_assays:
-        console.info(f"{study.directory}: all assays are already stored")
+        console.info(f"{study.location}: all assays are already stored")
         return
     for condition, assays in missing.items():
         for name in assays:
@@ -70,13 +70,13 @@ def run_missing_assays(
     require_resources(f"{n_assays} assays", need, study.directory, force=options.force)
     branch_length = generations or fork.BRANCH_GENERATIONS
     agent_steps = count_assay_steps(study, missing, branch_length)
-    console.info(f"{study.directory}: {n_assays} assays to do ({agent_steps:,} agent-steps)")
+    console.info(f"{study.location}: {n_assays} assays to do ({agent_steps:,} agent-steps)")
     console.info_if_any(format_sample_sentence(study))
 
     def describe_stored_assays() -> str:
         """Return the number of stored assays as text."""
         n_missing = sum(map(len, find_missing_assays(study, names, generations).values()))
-        return f"{n_assays - n_missing} of {n_assays} assays are stored in {study.directory}"
+        return f"{n_assays - n_missing} of {n_assays} assays are stored in {study.location}"
 
     with report_progress_on_error(study.directory, describe_stored_assays):
         run_assays(

@@ -126,7 +126,7 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
     study = _open_or_create(request)
     missing = find_missing_runs(study, request.runs, console.warn)
     if not any(missing.values()):
-        console.info(f"{request.directory}: all {request.total_runs:,} runs are already stored")
+        console.info(f"{study.location}: all {request.total_runs:,} runs are already stored")
         return study
     _announce_runs(study, missing, request)
     curves = FitnessCurves()
@@ -282,7 +282,7 @@ def _announce_runs(
     # A run that stops needs fewer agent-steps.
     limit = "at most " if may_stop else ""
     console.info(
-        f"{request.directory}: {n_stored:,} of {request.total_runs:,} "
+        f"{study.location}: {n_stored:,} of {request.total_runs:,} "
         f"runs stored, {n_missing:,} to do ({limit}{agent_steps:,} agent-steps)"
     )
 
@@ -293,4 +293,4 @@ def _describe_stored_runs(study: StudyStore, runs: int) -> str:
     n_stored = sum(
         len(requested_runs.intersection(study.runs(condition))) for condition in study.experiments
     )
-    return f"{n_stored} of {runs * len(study.experiments)} runs are stored in {study.directory}"
+    return f"{n_stored} of {runs * len(study.experiments)} runs are stored in {study.location}"

@@ -166,7 +166,7 @@ class Study(StudyExports):
         if not conditions:
             reasons = not_applicable_reasons(self._store, [name])
             reason = "; ".join(reasons) or f"{name} does not apply to any condition"
-            raise StudyError(f"{self.directory}: {reason}")
+            raise StudyError(f"{self._store.location}: {reason}")
         return open_assays(self._store, name, conditions)
 
     @check_numbers
@@ -302,7 +302,7 @@ class Study(StudyExports):
         assays = [name for name in ASSAYS if (self.directory / "assays" / name).exists()]
         return "\n".join(
             [
-                f"<Study {self.directory}, seed {self.seed}>",
+                f"<Study {self._store.location}, seed {self.seed}>",
                 *lines,
                 f"  assays: {', '.join(assays) or 'none'}",
             ]

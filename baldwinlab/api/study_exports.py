@@ -49,7 +49,7 @@ class StudyExports(StudyRuns):
         need = max(
             estimate_tables([(self.experiment(condition), 1)]) for condition in self.conditions
         )
-        require_resources(f"one run of {self.directory}", need, force=force)
+        require_resources(f"one run of {self._store.location}", need, force=force)
         write_zarr(self._store, Path(path))
 
     def to_parquet(self, path: str | Path, *, force: bool = False) -> None:

@@ -30,7 +30,7 @@ from baldwinlab.cli.options import (
 from baldwinlab.cli.results import print_results
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import parse_location
+from baldwinlab.core.files import parse_location, quote_path
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment.schedule import parse_changes
 from baldwinlab.papers.paper import STANDARD_VARIANT
@@ -157,4 +157,5 @@ def run(
         from baldwinlab.api.tables import show_contrasts
 
         show_contrasts(lab_results.compare_study(study, baseline=baseline))
-    console.info(f"For statistics, figures and a page: baldwinlab report {study.directory}")
+    argument = quote_path(study.directory)
+    console.info(f"For statistics, figures and a page: baldwinlab report {argument}")

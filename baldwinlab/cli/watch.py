@@ -96,7 +96,7 @@ def _find_condition(store: StudyStore) -> str:
     for name in store.experiments:
         if store.runs(name):
             return name
-    raise RefusedError(f"{store.directory} has no stored run: simulate it with `baldwinlab run`")
+    raise RefusedError(f"{store.location} has no stored run: simulate it with `baldwinlab run`")
 
 
 def _play(scene: Scene) -> None:

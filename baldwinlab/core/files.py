@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shlex
 import tomllib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -165,6 +166,26 @@ def read_text(path: Path, kind: FileKind) -> str:
 def is_local(path: Path) -> bool:
     """Return whether a path is in the local file system, and not in remote storage."""
     return isinstance(path, Path)
+
+
+def make_absolute(path: Path) -> Path:
+    """Return a local path as an absolute path, so that it remains valid in another directory."""
+    # A link before ".." must be followed, so ".." is not removed.
+    return path.absolute() if is_local(path) else path
+
+
+def shorten_path(path: Path) -> Path:
+    """Return a path relative to the working directory for a message, if it is inside."""
+    try:
+        return path.relative_to(Path.cwd()) if is_local(path) else path
+    except (OSError, ValueError):
+        # The path is outside, or the working directory was removed.
+        return path
+
+
+def quote_path(path: Path) -> str:
+    """Return a path as an argument of a command in the working directory, quoted for a shell."""
+    return shlex.quote(str(shorten_path(path)))
 
 
 def require_inside_study(path: Path, folder: Path | None = None) -> None:

@@ -22,7 +22,7 @@ from pydantic import Field, model_validator
 
 from baldwinlab.core import patterns
 from baldwinlab.core.errors import PartError
-from baldwinlab.core.files import DATA_FILE, is_local, parse_location, read_bytes
+from baldwinlab.core.files import DATA_FILE, make_absolute, parse_location, read_bytes
 from baldwinlab.experiment.fields import Fields
 
 FORMER_FOLDER: Final = "founders"
@@ -116,7 +116,7 @@ def normalize_text(content: bytes) -> bytes:
 
 def remember_path(sha256: str, path: Path) -> None:
     """Remember where a content is, as an absolute path."""
-    _PATHS[sha256] = path.absolute() if is_local(path) else path
+    _PATHS[sha256] = make_absolute(path)
 
 
 @contextmanager

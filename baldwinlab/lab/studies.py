@@ -11,6 +11,7 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab import papers
 from baldwinlab.core.errors import BaldwinLabError
+from baldwinlab.core.files import quote_path
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab, MissingError
 from baldwinlab.lab.concurrency import QueuedResponse
@@ -88,6 +89,8 @@ def _summarize_readable(lab: Lab, study: StudyStore, name: str) -> dict[str, Any
     ]
     return {
         "id": name,
+        # The argument of commands in the working directory of the server.
+        "argument": quote_path(study.directory),
         "seed": study.seed,
         "paper": study.paper,
         "question": question,
@@ -152,7 +155,7 @@ def load_typical_run(lab: Lab, name: str, condition: str) -> bytes:
     find_condition(study, condition)
     record_paths = [file.path for file in study.files(condition)]
     if not record_paths:
-        raise MissingError(f"{study.directory} has no run of {condition}")
+        raise MissingError(f"{study.location} has no run of {condition}")
     for path in record_paths:
         require_inside(lab.root, path)
     modification_times = tuple(path.stat().st_mtime_ns for path in record_paths)

@@ -84,5 +84,5 @@ def require_run(lab: Lab, study: StudyStore, name: str, run: int) -> None:
         stored_runs = "no run is stored yet"
         if runs:
             stored_runs = f"{len(runs)} runs are stored, from {runs[0]} to {runs[-1]}"
-        raise MissingError(f"{study.directory} has no run {run} of {name}; {stored_runs}")
+        raise MissingError(f"{study.location} has no run {run} of {name}; {stored_runs}")
     require_inside(lab.root, study.path(name, run))

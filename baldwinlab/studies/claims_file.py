@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import RESULTS_FILE, parse_json, read_text
+from baldwinlab.core.files import RESULTS_FILE, parse_json, quote_path, read_text
 from baldwinlab.core.netcdf import CHECKSUM_BYTES, stored_checksum
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
@@ -39,7 +39,7 @@ def read_claims(study: StudyStore) -> list[dict[str, Any]]:
         the runs that decided the claims.
     """
     path = study.directory / CLAIMS_FILE
-    remedy = f"`baldwinlab report {study.directory}` makes it again"
+    remedy = f"`baldwinlab report {quote_path(study.directory)}` makes it again"
     if not path.exists():
         return []
     try:

@@ -195,10 +195,10 @@ def _require_same(
     n_points = len(study.experiments)
     if study.kind == kind == SWEEP and n_points != len(experiments):
         raise StudyError(
-            f"{study.directory} holds another sweep: of {n_points} points, not {len(experiments)}; "
+            f"{study.location} holds another sweep: of {n_points} points, not {len(experiments)}; "
             "choose another --out"
         )
-    where = f"{study.directory} holds another study"
+    where = f"{study.location} holds another study"
     if study.seed != seed:
         raise StudyError(f"{where}: its seed is {study.seed}, not {seed}; choose another --out")
     if paper and study.paper not in (paper, ""):
@@ -218,7 +218,7 @@ def _require_same(
         for path, stored, given in _list_differences(stored_fields, _describe_identity(experiment)):
             if path.startswith("evolution.founders"):
                 raise StudyError(
-                    f"{study.directory} holds a study with other founders; choose another --out"
+                    f"{study.location} holds a study with other founders; choose another --out"
                 )
             difference = _describe_difference(f"{path} of {experiment.name}", stored, given)
             raise StudyError(f"{where}: {difference}; choose another --out")

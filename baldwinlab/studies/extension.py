@@ -64,7 +64,7 @@ def extend_study(study: StudyStore, generations: int) -> StudyStore:
 def _require_extendable(study: StudyStore, generations: int) -> None:
     if study.kind != CONDITIONS:
         raise StudyError(
-            f"{study.directory} is a {study.kind}, and only a study of conditions can be extended"
+            f"{study.location} is a {study.kind}, and only a study of conditions can be extended"
         )
     study.require_parts()
     for name, experiment in study.experiments.items():
@@ -72,7 +72,7 @@ def _require_extendable(study: StudyStore, generations: int) -> None:
         if generations < stored_generations:
             raise StudyError(
                 f"generations = {generations} must be at least {stored_generations}, "
-                f"the generations of {name} in {study.directory}: "
+                f"the generations of {name} in {study.location}: "
                 "an extension removes no generation"
             )
 

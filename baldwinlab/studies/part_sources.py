@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.file_writing import write_exclusively
-from baldwinlab.core.files import require_inside_study
+from baldwinlab.core.files import quote_path, require_inside_study
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.added_parts import custom_choices
 from baldwinlab.experiment.file import require_files
@@ -23,9 +23,6 @@ from baldwinlab.experiment.file import require_files
 # Loading takes long, and a study without third-party parts does not need it.
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
-
-# Number of digits of a hash in a message.
-HASH_DIGITS = 12
 
 
 class PartRecord(NamedTuple):
@@ -125,18 +122,17 @@ def _require_parts(
     hashes = {(part.kind, part.name): part.sha256 for part in stored}
     for kind, name in sorted(parts):
         stored_hash = hashes.get((kind, name))
-        origin = f" of {directory}"
-        if stored_hash:
-            origin += f" (SHA-256 {stored_hash[:HASH_DIGITS]}...)"
+        part = f"the {kind} {name!r} of {directory}"
+        copy = quote_path(stored_source(directory, kind, name))
         try:
             loaded_hash = source_of(kind, name).sha256
         except PartError:
             raise PartError(
-                f"the {kind} {name!r}{origin} is not loaded; load its file with --part FILE"
+                f"{part} is not loaded; load its file, for example the copy in the study: "
+                f"--part {copy}"
             ) from None
         if stored_hash and loaded_hash != stored_hash:
             raise PartError(
-                f"the {kind} {name!r}{origin} differs from the loaded one "
-                f"({loaded_hash[:HASH_DIGITS]}...): load the original file with --part FILE, "
-                "or choose another --out"
+                f"{part} differs from the loaded one; choose another --out, or load the original "
+                f"file, for example the copy in the study: --part {copy}"
             )

@@ -35,9 +35,11 @@ from baldwinlab.core.files import (
     STUDY_FILE,
     STUDY_FILE_NAME,
     is_local,
+    make_absolute,
     parse_toml,
     read_bytes,
     require_inside_study,
+    shorten_path,
 )
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.suggestions import suggest
@@ -88,7 +90,7 @@ class StudyStore:
     Attributes
     ----------
     directory : Path
-        The directory of the study.
+        The directory of the study, as an absolute path.
     seed : int
         Seed of all runs.
     kind : StudyKind
@@ -111,7 +113,8 @@ class StudyStore:
 
     def __init__(self, directory: Path) -> None:
         """Open the study. Raises StudyError if the directory holds no readable study."""
-        self.directory = directory
+        # The process may change its working directory.
+        self.directory = make_absolute(directory)
         path = directory / STUDY_FILE_NAME
         try:
             text = read_text_of_study(path, STUDY_FILE)
@@ -148,6 +151,11 @@ class StudyStore:
             raise StudyError(f"{path} cannot be read: {error}") from None
 
     @property
+    def location(self) -> Path:
+        """The directory as a message shows it: relative to the working directory if inside."""
+        return shorten_path(self.directory)
+
+    @property
     def changed_model(self) -> str:
         """The sentence that a report shows for a changed model; "" if nothing is changed."""
         return describe_changes(self.changes)
@@ -160,7 +168,7 @@ class StudyStore:
         """Return the experiment of a condition. Raises StudyError for an unknown condition."""
         if condition not in self.experiments:
             suggestion = suggest(condition, self.experiments)
-            raise StudyError(f"{self.directory} has no condition {condition!r}{suggestion}")
+            raise StudyError(f"{self.location} has no condition {condition!r}{suggestion}")
         return self.experiments[condition]
 
     def require_parts(self, *conditions: str) -> None:
@@ -177,7 +185,7 @@ class StudyStore:
             If a part is not loaded, or its source differs from that of the study.
         """
         part_sources.require_same_parts(
-            self.directory, self.parts, map(self.experiment, conditions or self.experiments)
+            self.location, self.parts, map(self.experiment, conditions or self.experiments)
         )
 
     def path(self, condition: str, run: int) -> Path:
@@ -201,7 +209,7 @@ class StudyStore:
         """Raise StudyError if no run is stored yet."""
         if not any(self.files(condition) for condition in self.experiments):
             raise StudyError(
-                f"{self.directory} holds no finished run yet; the command that made it carries on"
+                f"{self.location} holds no finished run yet; the command that made it carries on"
             )
 
     def write(self, condition: str, run: int, record: xr.Dataset) -> None:

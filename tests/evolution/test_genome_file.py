@@ -111,7 +111,7 @@ def test_a_changed_file_is_refused(tmp_path: Path) -> None:
     path = write_file(tmp_path / "two.nc")
     experiment = add_files((path, 1))
     write_file(path, runs=1)
-    with pytest.raises(PartError, match="has the SHA-256"):
+    with pytest.raises(PartError, match="has changed since the experiment was made"):
         read_genomes(experiment.evolution.founders[0])
 
 

@@ -69,4 +69,6 @@ def test_a_stored_study_is_shown_without_its_part_but_not_simulated(server: LabS
     assert results["measures"]["best"]["axis"] == run["measure"]
     assert len(results["curves"]["bit-strings"]["best"]["mean"]) == 5
     query = {"study": "bits", "condition": "bit-strings", "run": 0, "generation": 0}
-    assert "load its file with --part FILE" in get_error(server.address, "recording", 400, **query)
+    assert "load its file, for example the copy" in get_error(
+        server.address, "recording", 400, **query
+    )

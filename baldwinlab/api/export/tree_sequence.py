@@ -137,7 +137,7 @@ def choose_run(study: StudyStore, condition: str, run: int | None) -> int:
     runs = study.runs(condition)
     if run is None and len(runs) != 1:
         raise RefusedError(
-            f"{study.directory} has {len(runs)} runs of {condition}; choose one with --run"
+            f"{study.location} has {len(runs)} runs of {condition}; choose one with --run"
         )
     return runs[0] if run is None else run
 

@@ -156,7 +156,7 @@ def _require_equal_windows(study: StudyStore) -> None:
     ]
     if len({*all_starts}) > 1:
         raise RefusedError(
-            f"{study.directory}: --format zarr needs equal windows of the time series, so "
+            f"{study.location}: --format zarr needs equal windows of the time series, so "
             "record.every and lifetime.steps must be equal in all conditions with time series"
         )
 

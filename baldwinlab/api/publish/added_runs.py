@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 from typing import Final
 
+from baldwinlab.core.files import quote_path
 from baldwinlab.experiment.factors import CONDITIONS, SWEEP
 from baldwinlab.studies.store import StudyStore
 
@@ -23,7 +23,7 @@ def format_instruction(directory: Path) -> str:
     directory
         Directory of the study.
     """
-    return f"To add runs: baldwinlab run {shlex.quote(str(directory))} --runs {{runs}}"
+    return f"To add runs: baldwinlab run {quote_path(directory)} --runs {{runs}}"
 
 
 def instruction_of(study: StudyStore) -> str:

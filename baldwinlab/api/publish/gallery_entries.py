@@ -9,6 +9,7 @@ from pathlib import Path
 from baldwinlab.analysis.gallery.analysis import System, evaluate_systems
 from baldwinlab.core.assay_variables import UNSEEN_MAPS
 from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.files import quote_path
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.factors import CONDITIONS
@@ -142,7 +143,7 @@ def read_entries(folder: Path, last: int, log: Callable[[str], None]) -> list[En
     """
     entries = []
     for name, study in find_studies(folder).items():
-        log(f"{study.directory}: {name}")
+        log(f"{study.location}: {name}")
         entries.append(_read_entry(study, load_stored_paper(study.directory, name), last))
     return sorted(entries, key=lambda entry: (entry.paper.metadata.year, entry.paper.name))
 
@@ -196,7 +197,7 @@ def _explain_omission(
     if has_innate:
         return "the assay innate has no condition that learns and evolves", ()
     commands = (
-        f"baldwinlab assay {study.directory} --assays innate",
-        f"baldwinlab gallery {study.directory.parent}",
+        f"baldwinlab assay {quote_path(study.directory)} --assays innate",
+        f"baldwinlab gallery {quote_path(study.directory.parent)}",
     )
     return "the assay innate is not stored", commands

@@ -216,7 +216,7 @@ def require_baseline(study: StudyStore, baseline: str) -> None:
         study.experiment(baseline)
         if not study.runs(baseline):
             raise StudyError(
-                f"baseline {baseline!r}: {study.directory} has no finished run of this condition"
+                f"baseline {baseline!r}: {study.location} has no finished run of this condition"
             )
 
 

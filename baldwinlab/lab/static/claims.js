@@ -19,7 +19,7 @@ const MEASURES = {
 /**
  * Return the section of the claims, or "" for a study without a paper and without claims.
  * @param {object[]} claims records of claims.json
- * @param {{id: string, paper: string}} study
+ * @param {{id: string, argument: string, paper: string}} study
  * @param {(condition: string) => number} findTypicalRun
  * @param {(condition: string) => number} findLastGeneration
  * @param {string | null} problem the error if the claims are not valid
@@ -65,12 +65,12 @@ export function createClaimList(claims, study, findTypicalRun, findLastGeneratio
   return section;
 }
 
-function createReportHint({ id }) {
+function createReportHint({ argument }) {
   return el(
     "p",
     { class: "soft" },
     "The claims of this study have not been evaluated yet. Run ",
-    el("code", {}, `baldwinlab report ${id}`),
+    el("code", {}, `baldwinlab report ${argument}`),
     ".",
   );
 }

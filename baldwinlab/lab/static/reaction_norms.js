@@ -14,20 +14,20 @@ const EXPLANATION =
  * Draw the reaction norms into a section, as soon as they are loaded.
  * @param {HTMLElement} section
  * @param {Promise<{unit: string, panels: object[]}>} response of /api/results/reaction
- * @param {string} study its name, for the command
+ * @param {string} argument the study as the argument of a command
  * @param {import("./results_panels.js").Group[]} groups the visible groups
  * @param {string|undefined} field the changed setting, from the address
  * @param {(patch: Object<string, any>) => void} choose
  * @returns {{destroy: () => void}}
  */
-export function createReactionNorms(section, response, study, groups, field, choose) {
+export function createReactionNorms(section, response, argument, groups, field, choose) {
   let charts = [];
   let isDestroyed = false;
   const fill = (response) => {
     if (!isDestroyed)
       charts = response.panels.length
         ? showCharts(section, response, groups, field, choose)
-        : showMissing(section, study);
+        : showMissing(section, argument);
   };
   response.then(fill).catch((error) => section.append(el("p", { class: "soft" }, error.message)));
   return {
@@ -38,13 +38,13 @@ export function createReactionNorms(section, response, study, groups, field, cho
   };
 }
 
-function showMissing(section, study) {
+function showMissing(section, argument) {
   section.append(
     el(
       "p",
       { class: "soft" },
       "The reaction norms of this study are not measured yet. Run ",
-      el("code", {}, `baldwinlab assay ${study} --assays reaction`),
+      el("code", {}, `baldwinlab assay ${argument} --assays reaction`),
       ".",
     ),
   );

@@ -40,7 +40,7 @@ export function createFinals(view) {
 export function createNorms({ study, groups, norm, choose, load }) {
   return new Fold("reaction", "Reaction norms", norm !== undefined, (root) => {
     const response = load(`/api/results/reaction?${new URLSearchParams({ study: study.id })}`);
-    return [createReactionNorms(root, response, study.id, groups, norm, choose)];
+    return [createReactionNorms(root, response, study.argument, groups, norm, choose)];
   });
 }
 

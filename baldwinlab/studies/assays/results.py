@@ -10,7 +10,7 @@ import numpy as np
 from baldwinlab._version import __version__
 from baldwinlab.core.assay_variables import FORKS
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.files import parse_location
+from baldwinlab.core.files import parse_location, quote_path
 from baldwinlab.studies.assays.catalog import require_assay_names, why_not_in_study
 from baldwinlab.studies.assays.storage import assay_path, read_assay
 from baldwinlab.studies.records import StudyError
@@ -56,7 +56,7 @@ def open_assay(directory: str | Path, assay: str, condition: str) -> xr.Dataset:
         reason = why_not_in_study(assay, study, condition)
         if reason:
             raise StudyError(f"{path} does not exist: {reason}")
-        command = f"baldwinlab assay {directory} --assays {assay}"
+        command = f"baldwinlab assay {quote_path(study.directory)} --assays {assay}"
         raise StudyError(f"{path} does not exist; `{command}` makes it")
     try:
         return read_assay(study, assay, condition)

@@ -13,7 +13,7 @@ from baldwinlab.core.assay_variables import (
     RANDOM_NEWBORNS,
 )
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.files import ASSAY_FILE, read_bytes
+from baldwinlab.core.files import ASSAY_FILE, quote_path, read_bytes
 from baldwinlab.core.netcdf import DamagedError, from_bytes, verify_checksum
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.factors import Factors
@@ -98,7 +98,7 @@ def read_assay(study: AssayedStudy, assay: str, condition: str) -> xr.Dataset:
     Raises OSError if it is not stored, and ValueError as `read_assays` does.
     """
     path = assay_path(study.directory, assay, condition)
-    remedy = f"`baldwinlab assay {study.directory} --assays {assay}` measures it again"
+    remedy = f"`baldwinlab assay {quote_path(study.directory)} --assays {assay}` measures it again"
     try:
         raw = read_bytes(path, ASSAY_FILE)
     except ValueError as error:

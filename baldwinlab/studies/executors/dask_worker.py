@@ -116,10 +116,7 @@ def _register_parts(parts: Sequence[tuple[Source, str]]) -> None:
     """
     for source, sha256 in parts:
         if source.sha256 != sha256:
-            raise PartError(
-                f"the {source.kind} {source.name!r} was changed during transfer: "
-                "its SHA-256 does not match"
-            )
+            raise PartError(f"the {source.kind} {source.name!r} was damaged during transfer")
     # A file can contain several parts, and it is loaded once.
     file_by_text = {source.text: source.file for source, _ in parts}
     for text, file in file_by_text.items():
