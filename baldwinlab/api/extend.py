@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from baldwinlab.api.run_options import RunOptions
-from baldwinlab.api.run_study import StudyRequest, run_missing
+from baldwinlab.api.run_study import StudyRequest, require_request, run_missing
 from baldwinlab.core import console
 from baldwinlab.core.numbers import check_numbers
-from baldwinlab.studies.extension import extend_study
+from baldwinlab.studies.extension import extend_experiments, extend_study
 from baldwinlab.studies.store import StudyStore
 
 
@@ -54,11 +54,11 @@ def extend(
         # A condition without runs does not count.
         last_run = max(max(study.runs(name), default=0) for name in study.experiments)
         runs = last_run + 1 - study.first_run
+    experiments = study.experiments
     if generations is not None:
-        study = extend_study(study, generations)
-        console.info(f"{study.location}: {generations} generations")
+        experiments = extend_experiments(study, generations)
     request = StudyRequest(
-        list(study.experiments.values()),
+        list(experiments.values()),
         study.directory,
         runs=runs,
         seed=study.seed,
@@ -66,4 +66,9 @@ def extend(
         factors=study.factors,
         first_run=study.first_run,
     )
+    # The study changes only if the request is not refused.
+    require_request(request, options)
+    if generations is not None:
+        extend_study(study, generations)
+        console.info(f"{study.location}: {generations} generations")
     return run_missing(request, options)

@@ -22,7 +22,7 @@ from baldwinlab.api.tables import (
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import require_writable_path
-from baldwinlab.core.files import is_local
+from baldwinlab.core.files import is_local, shorten_path
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.output_paths import REPORT_MARK, require_writable
 from baldwinlab.core.resources import require_resources
@@ -93,7 +93,7 @@ def report(
         _report_multiverse(plan)
     elif study.kind == SWEEP:
         show_contrasts(publish_sweep(plan, console.info))
-        console.info(f"report: {page}")
+        console.info(f"report: {shorten_path(page)}")
     else:
         _report_conditions(plan, add_results)
     return page
@@ -121,7 +121,7 @@ def _report_multiverse(plan: ReportPlan) -> None:
     sentences = compose_sentences(multiverse.singles)
     for sentence in (*sentences, *describe_combinations(multiverse)):
         console.info(f"- {sentence}")
-    console.info(f"report: {plan.out}")
+    console.info(f"report: {shorten_path(plan.out)}")
 
 
 def _report_conditions(plan: ReportPlan, add_results: Callable[[], None] | None) -> None:
@@ -147,4 +147,4 @@ def _show_results(study: StudyStore, published: Published, page: Path) -> None:
             make_claims_table(published.claims, changed_model=study.changed_model)
         )
         console.info_if_any(describe_claims_too_few(published.claims, instruction_of(study)))
-    console.info(f"report: {page}")
+    console.info(f"report: {shorten_path(page)}")

@@ -27,6 +27,7 @@ from baldwinlab.models.miniworld.backends.choice import (
 from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
 from baldwinlab.studies.checkpoints import Interval
+from baldwinlab.studies.cleanup import remove_if_refused
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.record_files import condition_folder, list_stored_runs
@@ -95,7 +96,7 @@ class ExecutionPlan:
 def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
     """Create or open a study and run its missing runs.
 
-    Nothing is written if ArgumentError, RefusedError or StudyError is raised.
+    Nothing remains of a new study if the request is refused before a generation was simulated.
 
     Parameters
     ----------
@@ -123,6 +124,13 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
         The user pressed Ctrl-C. The message states the number of stored runs.
     """
     execution = require_request(request, options)
+    with remove_if_refused(request.directory):
+        return _run_missing(request, options, execution)
+
+
+def _run_missing(
+    request: StudyRequest, options: RunOptions, execution: ExecutionPlan
+) -> StudyStore:
     study = _open_or_create(request)
     missing = find_missing_runs(study, request.runs, console.warn)
     if not any(missing.values()):

@@ -9,7 +9,7 @@ from typing import Final, Literal, NamedTuple
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.files import parse_location
+from baldwinlab.core.files import parse_location, shorten_path
 from baldwinlab.core.output_paths import EXPORT_MARK, is_study, require_writable
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.experiment.unused_settings import require_effect
@@ -104,7 +104,7 @@ def _write_crate(options: ExportOptions) -> None:
     from baldwinlab.api.export.ro_crate import write_crate
 
     path = write_crate(options.store, options.authors, options.license, force=options.force)
-    console.info(f"RO-Crate: {path}")
+    console.info(f"RO-Crate: {shorten_path(path)}")
 
 
 def require_page_output(options: ExportOptions) -> None:

@@ -46,11 +46,7 @@ def extend_study(study: StudyStore, generations: int) -> StudyStore:
     OSError
         A file cannot be written.
     """
-    _require_extendable(study, generations)
-    extended = {
-        name: experiment.replace(evolution={"generations": generations})
-        for name, experiment in study.experiments.items()
-    }
+    extended = extend_experiments(study, generations)
     if extended == study.experiments:
         return study
     for name, experiment in extended.items():
@@ -59,6 +55,15 @@ def extend_study(study: StudyStore, generations: int) -> StudyStore:
     if study.paper:
         _add_change(study, extended, f"{GENERATIONS_FIELD}={generations}")
     return StudyStore(study.directory)
+
+
+def extend_experiments(study: StudyStore, generations: int) -> dict[str, Experiment]:
+    """Return the conditions of a study with more generations. Raise as `extend_study`."""
+    _require_extendable(study, generations)
+    return {
+        name: experiment.replace(evolution={"generations": generations})
+        for name, experiment in study.experiments.items()
+    }
 
 
 def _require_extendable(study: StudyStore, generations: int) -> None:

@@ -60,6 +60,7 @@ def test_the_list_of_studies_contains_conditions_and_runs(lab_server: LabServer)
     assert summary.pop("modified") == max(path.stat().st_mtime for path in records)
     assert summary == {
         "id": "small",
+        "argument": str(lab_server.root / "small"),
         "seed": 5,
         "paper": "",
         "question": "",

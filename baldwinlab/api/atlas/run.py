@@ -42,6 +42,7 @@ from baldwinlab.papers.atlas_design import (
 )
 from baldwinlab.papers.design import FROZEN_FILE
 from baldwinlab.simulation.compilation import compile_experiments
+from baldwinlab.studies.cleanup import remove_if_refused
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import write_in_study
 from baldwinlab.studies.store import StudyStore
@@ -212,6 +213,13 @@ def run_atlas(request: AtlasRequest, options: RunOptions) -> list[PlannedMap]:
     options.make_executor()
     design = read_atlas()
     maps = list(plan_maps(request, design))
+    with remove_if_refused(request.directory):
+        return _run_maps(request, options, design, maps)
+
+
+def _run_maps(
+    request: AtlasRequest, options: RunOptions, design: AtlasDesign, maps: list[PlannedMap]
+) -> list[PlannedMap]:
     studies = [_open_map(planned, request.seed) for planned in maps]
     _freeze_design(request.directory, design)
     write_json(request.directory / REQUEST_FILE, _describe_request(request))
