@@ -61,7 +61,7 @@ docs: $(VENV)/.dev
 
 # Property tests have random examples here, and the same examples each time in `make test`.
 SEED := $(shell date +%s)
-nightly: $(VENV)/.dev $(VENV)/.wasm $(VENV)/.bench $(VENV)/.validators browser firefox oldest newest
+nightly: $(VENV)/.dev $(VENV)/.wasm $(VENV)/.bench $(VENV)/.validators $(VENV)/.rl-clients browser firefox oldest newest
 	$(BIN)/python -m pytest -n auto --dist loadfile -m "nightly or hypothesis" --hypothesis-seed=$(SEED) \
 	  || { echo "make nightly SEED=$(SEED) repeats the examples of the property tests"; exit 1; }
 
@@ -125,6 +125,18 @@ $(VENV)/.validators: $(VENV)/.made requirements-validators.txt
 	@$(call check,$(VENV)/validators/bin/python)
 	@touch $@
 
+# The clients of the environments have a separate environment: see pyproject.toml. On Linux, the default build of PyTorch
+# has gigabytes of libraries for GPUs. Its build for CPUs is in an index of PyTorch, so it is installed if pip knows that
+# index (PIP_EXTRA_INDEX_URL), or else the default build.
+TORCH := 2.13.0
+$(VENV)/.rl-clients: $(VENV)/.made requirements-rl-clients.txt
+	$(PYTHON) -m venv --clear $(VENV)/rl-clients
+	$(VENV)/rl-clients/bin/python -m pip install --quiet --require-hashes --no-deps -r requirements-rl-clients.txt
+	$(VENV)/rl-clients/bin/python -m pip install --quiet torch==$(TORCH)+cpu \
+	  || $(VENV)/rl-clients/bin/python -m pip install --quiet torch==$(TORCH)
+	@$(call check,$(VENV)/rl-clients/bin/python)
+	@touch $@
+
 # The extras of pyproject.toml are the only source. The locked files contain hashes and no addresses, and are valid
 # for every supported Python.
 COMPILE := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
@@ -135,6 +147,8 @@ comma := ,
 
 lock: $(VENV)/.dev
 	$(COMPILE) --group validators --output-file requirements-validators.txt
+	echo "torch ; python_version < '3'" | $(COMPILE) --overrides /dev/stdin pyproject.toml --extra rl --group rl-clients \
+	  --output-file requirements-rl-clients.txt
 	$(COMPILE) pyproject.toml $(call extras,$(USERS) build dev docs test) --output-file requirements-dev.txt
 	$(COMPILE) pyproject.toml $(call extras,build lab video) --constraints requirements-dev.txt --output-file requirements.txt
 	$(foreach extra,bench cuda wasm,$(COMPILE) pyproject.toml --extra $(extra) --constraints requirements-dev.txt \

@@ -201,6 +201,7 @@ def make_network(
     experiment = _require_forager(study.experiment(condition))
     require_generation(experiment, generation)
     require_whole_number("agent", agent, experiment.population.size - 1)
+    experiment = experiment.at(generation)
     _require_network(experiment, condition, module)
     study.require_parts(condition)
     genomes = _read_genome_array(study, condition, run, generation)

@@ -19,7 +19,7 @@ from baldwinlab.api.frozen_genomes import (
 from baldwinlab.api.load import load_installed_parts
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.numbers import check_numbers
-from baldwinlab.evolution import Genome
+from baldwinlab.evolution import Genome, require_fitness_without_archive
 from baldwinlab.evolution.genome_file import StoredGenomes, arrange_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
 from baldwinlab.experiment.toml import format_assignments
@@ -151,19 +151,28 @@ def run_competition(
     stored_b = read_genome_file(path_b)
     setting = choose_experiment(stored_a, path_a, experiment)
     if experiment is None:
+        # The agents of A compete with the settings of their generation.
+        setting = setting.at(_find_generation(stored_a))
         _require_same_agents(setting, stored_b, path_b)
     setting = assign(place_on_map(setting, map_name), assignments)
     _require_halves(setting)
+    _require_constant_settings(setting)
+    require_fitness_without_archive(setting, "a competition")
     genomes_a = _list_genomes(stored_a, path_a, setting)
     genomes_b = _list_genomes(stored_b, path_b, setting)
     return _summarize(_simulate_lives(setting, genomes_a, genomes_b, lives, seed))
+
+
+def _find_generation(stored: StoredGenomes) -> int:
+    """Return the generation of the agents of a file."""
+    return int(stored.origin.get("generation", 0))
 
 
 def _require_same_agents(experiment: BaseExperiment, stored: StoredGenomes, path: Path) -> None:
     """Raise RefusedError if the agents of B have other settings than those of A."""
     if "experiment" not in stored.origin or not isinstance(experiment, Experiment):
         return
-    second_experiment = choose_experiment(stored, path, None)
+    second_experiment = choose_experiment(stored, path, None).at(_find_generation(stored))
     for table in AGENT_TABLES:
         if getattr(experiment, table) != getattr(second_experiment, table, None):
             raise RefusedError(
@@ -187,6 +196,14 @@ def _require_halves(experiment: BaseExperiment) -> None:
         raise RefusedError(
             f"{experiment.name} has births during life, so that an agent does not belong to one "
             "competitor; choose an experiment without them"
+        )
+
+
+def _require_constant_settings(experiment: BaseExperiment) -> None:
+    if experiment.schedule:
+        raise RefusedError(
+            f"{experiment.name} has a schedule, and a competition belongs to no generation of it; "
+            "give an experiment without a schedule (schedule = [])"
         )
 
 

@@ -5,7 +5,14 @@ do both.
 """
 
 from baldwinlab.evolution.breeding import breed, make_generation
-from baldwinlab.evolution.fitness import compute_learning_cost, fitness, mean_fitness, sum_energy
+from baldwinlab.evolution.fitness import (
+    compute_learning_cost,
+    find_archive_fitness,
+    fitness,
+    mean_fitness,
+    require_fitness_without_archive,
+    sum_energy,
+)
 from baldwinlab.evolution.founders import draw_genomes, make_founders, require_founders
 from baldwinlab.evolution.inheritance import (
     apply_inheritance,
@@ -31,6 +38,7 @@ __all__ = [
     "breed",
     "compute_learning_cost",
     "draw_genomes",
+    "find_archive_fitness",
     "find_teachers",
     "fitness",
     "has_parent_teachers",
@@ -40,6 +48,7 @@ __all__ = [
     "mean_fitness",
     "needs_simulation",
     "remap_parents",
+    "require_fitness_without_archive",
     "require_founders",
     "select",
     "selects_by_lifetimes",

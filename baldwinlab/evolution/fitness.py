@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.core.errors import RefusedError
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import cached_jit, jit_entry_point
 from baldwinlab.engine.simd import square_root
 from baldwinlab.evolution.rng_key import Fitness, Genome
 from baldwinlab.experiment import BaseExperiment, Experiment
-from baldwinlab.parts.breeding import RunArrays, breeding_part
+from baldwinlab.parts.breeding import RunArrays, breeding_part, has_run_arrays
 from baldwinlab.parts.fitness import Fitness as FitnessPart
 from baldwinlab.parts.fitness import evaluate
 from baldwinlab.parts.lifetimes import Lifetimes, lifetimes_of_run
@@ -114,6 +115,51 @@ def mean_fitness(
         for lifetime in results.lifetimes or (results,)
     ]
     return values[0] if len(values) == 1 else np.mean(values, axis=0)
+
+
+def find_archive_fitness(experiment: BaseExperiment) -> str:
+    """Return the fitness that depends on earlier generations of a run; "" without one.
+
+    Such a fitness has arrays of the run, for example an archive of behaviors. A lifetime that is
+    simulated outside its run has no archive.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+
+    Returns
+    -------
+    str
+        The setting with its value, such as "evolution.fitness = 'novelty'".
+    """
+    for _, segment in experiment.segments():
+        for member in segment.species_experiments() or (segment,):
+            if has_run_arrays(member.part("evolution.fitness")):
+                return f"evolution.fitness = {member.evolution.fitness!r}"
+    return ""
+
+
+def require_fitness_without_archive(experiment: BaseExperiment, purpose: str) -> None:
+    """Raise RefusedError if the fitness of an experiment depends on earlier generations.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        The experiment.
+    purpose : str
+        The simulation that needs another fitness, for the message.
+
+    Raises
+    ------
+    RefusedError
+        If the fitness has arrays of the run.
+    """
+    if setting := find_archive_fitness(experiment):
+        raise RefusedError(
+            f"{purpose} simulates lifetimes outside their run, and {setting} of {experiment.name} "
+            "depends on the earlier generations of a run: choose another fitness, such as 'energy'"
+        )
 
 
 def evaluate_agents(part: Any, lifetimes: Lifetimes, fitness: Fitness) -> None:

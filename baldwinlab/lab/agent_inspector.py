@@ -10,7 +10,13 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from baldwinlab.evolution import Parents, find_teachers, make_generation, selects_by_lifetimes
+from baldwinlab.evolution import (
+    Parents,
+    find_archive_fitness,
+    find_teachers,
+    make_generation,
+    selects_by_lifetimes,
+)
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, binary_frames
 from baldwinlab.lab.life_query import (
@@ -160,9 +166,10 @@ def _describe_success(
     generation = life.key.generation
     experiment = life.experiment.at(generation)
     if isinstance(batch, CpuBatch):
-        fitness = collect_outcomes(experiment, batch, start.genomes[None]).energy[0]
+        fitness = _read_fitness(life, start, batch)
         relatives = _find_relatives(life, start, fitness, agent)
-        return {**relatives, "rank": 1 + int((fitness > fitness[agent]).sum())}
+        rank = None if fitness is None else 1 + int((fitness > fitness[agent]).sum())
+        return {**relatives, "rank": rank}
     assert start.fitness is not None and start.species is not None
     fitness = start.fitness.values[generation]
     is_fitter = (fitness > fitness[agent]) & (start.species == start.species[agent])
@@ -172,6 +179,21 @@ def _describe_success(
         "rank": 1 + int(is_fitter.sum()),
         "species": species.name,
     }
+
+
+def _read_fitness(life: Life, start: StartData, batch: CpuBatch) -> npt.NDArray[np.float64] | None:
+    """Return the fitness [agent] after a complete lifetime.
+
+    A fitness that depends on the earlier generations of the run is read from the record of the run.
+    None: the run has no such record.
+    """
+    generation = life.key.generation
+    if not find_archive_fitness(life.experiment):
+        settings = life.experiment.at(generation)
+        return collect_outcomes(settings, batch, start.genomes[None]).energy[0]
+    if start.fitness is None or generation >= len(start.fitness):
+        return None
+    return np.asarray(start.fitness.values[generation])
 
 
 def _read_relatives(start: StartData, generation: int, agent: int) -> dict[str, Any]:
@@ -297,7 +319,7 @@ def _list_links(batch: PopulationView, weights: Floats) -> Floats:
 
 
 def _find_relatives(
-    life: Life, start: StartData, fitness: npt.NDArray[np.float64], agent: int
+    life: Life, start: StartData, fitness: npt.NDArray[np.float64] | None, agent: int
 ) -> dict[str, Any]:
     """Return an agent's parents (the fitter one first), the agents that teach it, and its children.
 
@@ -309,13 +331,15 @@ def _find_relatives(
     parents = None
     teachers = None
     children = list[int]()
-    if experiment.births_in_life or selects_by_lifetimes(experiment):
+    # The agents were selected with the settings of the previous generation.
+    settings = [experiment.at(max(0, key.generation - 1)), experiment.at(key.generation)]
+    if experiment.births_in_life or any(map(selects_by_lifetimes, settings)):
         return {"parents": parents, "teachers": teachers, "children": children}
     if key.generation > 0:
         parent_pairs = _find_parents(life, start)
         parents = _read_pair(parent_pairs, agent)
-        teachers = _read_pair(find_teachers(experiment, key, parent_pairs), agent)
-    if key.generation + 1 < experiment.evolution.generations:
+        teachers = _read_pair(find_teachers(settings[0], key, parent_pairs), agent)
+    if fitness is not None and key.generation + 1 < experiment.evolution.generations:
         parent_pairs = _find_parents_of_children(life, start, fitness)
         children = np.flatnonzero((parent_pairs == agent).any(axis=1)).tolist()
     return {"parents": parents, "teachers": teachers, "children": children}

@@ -21,6 +21,7 @@ from baldwinlab.evolution import (
     make_generation,
     mean_fitness,
     needs_simulation,
+    require_fitness_without_archive,
 )
 from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.evolution.species import count_agents, list_initial_species
@@ -76,7 +77,13 @@ def reevaluate(
     -------
     Outcomes
         The results. A run gives bit-identical results whatever other runs are in `runs`.
+
+    Raises
+    ------
+    RefusedError
+        If the fitness depends on the earlier generations of a run, or there are several species.
     """
+    require_fitness_without_archive(experiment, "another simulation of stored agents")
     genomes = trim_genomes(genomes, experiment)
     require_single_species(experiment, "another simulation of stored agents")
     results = make_simulator(experiment, seed, runs).simulate(generation, genomes)
@@ -106,7 +113,13 @@ def reevaluate_species(
     -------
     Fitness
         Fitness [run, agent], each by the fitness part of its species.
+
+    Raises
+    ------
+    RefusedError
+        If the fitness depends on the earlier generations of a run.
     """
+    require_fitness_without_archive(experiment, "another simulation of stored agents")
     species = list_initial_species(experiment)
     sizes = count_agents(species, len(experiment.population.species))
     sizes_of_runs = np.tile(sizes, (len(runs), 1))

@@ -82,9 +82,9 @@ def write_onnx(
         import onnx
     require_writable("--out", path, EXPORT_MARK.encode(), force=force)
     name = select_condition(study, condition)
-    experiment = study.experiment(name)
-    _require_feed_forward(experiment, moment)
     run, generation, agent = key
+    experiment = study.experiment(name).at(generation)
+    _require_feed_forward(experiment, moment)
     network = make_network(study, name, run, generation, agent, module="action")
     weights = network.weights.values
     if moment == "death":

@@ -21,7 +21,12 @@ import numpy.typing as npt
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.engine.threads import available_cores
-from baldwinlab.evolution import GenerationKey, draw_genomes, mean_fitness
+from baldwinlab.evolution import (
+    GenerationKey,
+    draw_genomes,
+    mean_fitness,
+    require_fitness_without_archive,
+)
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.species import require_single_species
 from baldwinlab.models import make_simulator
@@ -77,7 +82,8 @@ class Problem:
     ) -> None:
         """Compile the experiment. See `make_problem` for the errors."""
         _require_numeric_genomes(experiment)
-        if experiment.births_in_life:
+        require_fitness_without_archive(experiment, "an optimization")
+        if any(segment.births_in_life for _, segment in experiment.segments()):
             raise RefusedError(
                 f"{experiment.name} has births during life, so that a life does not belong to one "
                 "genome; choose an experiment without the feature births-and-deaths"
@@ -144,7 +150,8 @@ class Problem:
             Array [genome, weight] or [genome, module, weight]. The number of genomes is a multiple
             of `population.size`.
         generation
-            Number of the generation that fixes the random numbers, 0 to 2**31 - 1.
+            Number of the generation, 0 to 2**31 - 1. It determines the random numbers, and the
+            settings of an experiment with a schedule.
 
         Returns
         -------
@@ -197,25 +204,26 @@ class Problem:
     def _evaluate_worlds(
         self, runs: Sequence[int], generation: int, genomes: Genomes
     ) -> tuple[Numbers, Numbers]:
-        results, behavior = self._simulate(runs, generation, genomes)
+        settings = self.experiment.at(generation)
+        results, behavior = self._simulate(settings, runs, generation, genomes)
         values = [
-            mean_fitness(self.experiment, results, world, world_genomes)
+            mean_fitness(settings, results, world, world_genomes)
             for world, world_genomes in enumerate(genomes)
         ]
         return np.concatenate(values), behavior
 
     def _simulate(
-        self, runs: Sequence[int], generation: int, genomes: Genomes
+        self, settings: BaseExperiment, runs: Sequence[int], generation: int, genomes: Genomes
     ) -> tuple[Any, Numbers]:
         """Return the results of the lives in the worlds, and the behavior [genome, number]."""
         n_agents = len(runs) * genomes.shape[1]
-        if isinstance(self.experiment, Experiment):
-            batch = make_batch(self.experiment, self.seed, runs, generation, genomes)
-            batch.simulate(0, self.experiment.lifetime.steps)
+        if isinstance(settings, Experiment):
+            batch = make_batch(settings, self.seed, runs, generation, genomes)
+            batch.simulate(0, settings.lifetime.steps)
             positions = batch.state.positions[:, :n_agents].T.astype(float)
-            return collect_results(self.experiment, batch, genomes), positions
-        require_single_species(self.experiment, "an optimization")
-        lives = make_simulator(self.experiment, self.seed, runs).simulate(generation, genomes)
+            return collect_results(settings, batch, genomes), positions
+        require_single_species(settings, "an optimization")
+        lives = make_simulator(settings, self.seed, runs).simulate(generation, genomes)
         columns = [np.asarray(lives.records[name], np.float64).ravel() for name in self.behaviors]
         return lives, np.stack(columns, axis=1) if columns else np.empty((n_agents, 0))
 
@@ -257,6 +265,7 @@ def make_problem(
     ArgumentError
         The seed or the number of workers is out of range.
     RefusedError
-        Genomes are graphs, or agents are born during life.
+        Genomes are graphs, agents are born during life, or the fitness depends on the earlier
+        generations of a run.
     """
     return Problem(experiment, seed, workers)

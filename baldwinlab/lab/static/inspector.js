@@ -180,8 +180,9 @@ export class Inspector {
       ...header.appearance.inputs.map((name) => el("span", { class: "sensor" }, name)),
     );
     if (header.species) this.title.textContent = `Agent ${header.agent}, ${header.species}`;
-    this.facts.textContent = `${header.food.toLocaleString("en")} items eaten · ` +
-      `rank\u00a0${header.rank}`;
+    // The rank is unknown if the fitness depends on earlier generations that are not stored.
+    const rank = header.rank === null ? "" : ` · rank\u00a0${header.rank}`;
+    this.facts.textContent = `${header.food.toLocaleString("en")} items eaten${rank}`;
     this.traces.error.root.hidden = !arrays.error;
     this.responses.set(data);
     this.setTraces(header, arrays);

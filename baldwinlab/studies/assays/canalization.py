@@ -75,7 +75,7 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
         # No generation of the run has used the new world.
         for world, number in enumerate((generation, experiment.evolution.generations)):
             energy[world, index] = _simulate(sample, settings, number, genomes)
-        life_of_study = ON if experiment.learns else OFF
+        life_of_study = ON if experiment.at(generation).learns else OFF
         sample.require_stored_energy(
             generation, energy[WORLDS.index("stored"), index, life_of_study]
         )

@@ -8,6 +8,7 @@ from typing import Any, Final, Protocol
 import numpy.typing as npt
 
 from baldwinlab.core.assay_variables import FORKS, OPPONENTS, UNSEEN_MAPS
+from baldwinlab.evolution import find_archive_fitness
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.studies.assays import (
@@ -80,6 +81,16 @@ def why_not_applicable(name: str, condition: str, experiments: Mapping[str, Base
         The experiments of the study, by condition.
     """
     experiment = experiments[condition]
+    # These assays read stored values, or count eaten items.
+    needs_fitness = name not in ("descent", "within-life") and not (
+        name == "innate" and not experiment.learns
+    )
+    setting = find_archive_fitness(experiment)
+    if setting and needs_fitness:
+        return (
+            f"the assay {name} simulates stored agents outside their run, and {setting} of "
+            f"{condition} depends on the earlier generations of a run"
+        )
     if experiment.births_in_life and name != "descent":
         return (
             f"the assay {name} simulates complete lifetimes of stored genomes, "

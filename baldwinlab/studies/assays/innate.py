@@ -88,7 +88,9 @@ def _measure_learners(
     energy[LIFE_KINDS.index("on")] = learners.energy
     innate = sample.simulate(without_learning, generation, genomes)
     energy[LIFE_KINDS.index("off")] = innate.energy
-    if generation in drift_generations(sample.experiment):
+    # A schedule can switch learning off.
+    learns = sample.experiment.at(generation).learns
+    if learns and generation in drift_generations(sample.experiment):
         with_drift = set_drift_rule(sample.experiment)
         drifters = sample.simulate(with_drift, generation, genomes)
         energy[LIFE_KINDS.index("drift")] = drifters.energy

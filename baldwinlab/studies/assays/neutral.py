@@ -118,7 +118,7 @@ def _next_controls(
     children = []
     for run, genome, weights in zip(sample.runs, genomes, learned_weights, strict=True):
         child_key = GenerationKey(sample.seed, run, generation + 1)
-        inherited = apply_inheritance(control, genome, weights)
+        inherited = apply_inheritance(control.at(generation), genome, weights)
         child_genomes, _ = make_generation(control, child_key, inherited, fitness)
         children.append(child_genomes)
     return np.stack(children)
@@ -130,4 +130,8 @@ def assayed_generations(experiment: BaseExperiment) -> list[int]:
 
 
 def _inherits_learned(experiment: BaseExperiment) -> bool:
-    return bool(experiment.part("evolution.inheritance").wants_learned(experiment))
+    """Return whether learned weights are inherited in any generation."""
+    return any(
+        segment.part("evolution.inheritance").wants_learned(segment)
+        for _, segment in experiment.segments()
+    )

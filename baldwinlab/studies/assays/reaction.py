@@ -49,6 +49,11 @@ def count_lives(study: Conditions, condition: str) -> int:
     return len(list_settings(study.experiments[condition], other_maps(study, condition)))
 
 
+def _last_settings(experiment: Experiment) -> Experiment:
+    """Return the settings of the last generation, which the assay simulates again."""
+    return experiment.at(experiment.evolution.generations - 1)
+
+
 def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     """Measure `energy` [run, setting, agent]."""
     last_generation = sample.experiment.evolution.generations - 1
@@ -61,7 +66,8 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
 
 
 def list_settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[ChangedSetting]:
-    """Return the settings of a condition: the original first, then each distinct change."""
+    """Return the last settings of a condition: the original first, then each distinct change."""
+    experiment = _last_settings(experiment)
     distinct = [ChangedSetting(UNCHANGED_SETTING, "", experiment)]
     map_changes = (ChangedSetting("map", name, on_map) for name, on_map in maps)
     for setting in (*map_changes, *_scale_settings(experiment)):
@@ -71,13 +77,13 @@ def list_settings(experiment: Experiment, maps: Sequence[OnMap]) -> list[Changed
 
 
 def other_maps(study: Conditions, condition: str) -> tuple[OnMap, ...]:
-    """Return the experiment of a condition, moved to each map that its learner has in the study."""
-    experiment = study.experiments[condition]
+    """Return the last settings of a condition on each map that its learner has in the study."""
+    experiment = _last_settings(study.experiments[condition])
     factors = study.factors[condition]
     maps: list[OnMap] = []
     for candidate_name, candidate in study.factors.items():
         if factors.map and candidate.map and candidate.learner == factors.learner:
-            world = study.experiments[candidate_name].world
+            world = _last_settings(study.experiments[candidate_name]).world
             moved_experiment = experiment.replace(world=world)
             on_map = (candidate.map, moved_experiment)
             if moved_experiment != experiment and on_map not in maps:

@@ -69,8 +69,9 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
     genomes = sample.genomes(n_generations - 1)
     sample.simulate_as_evolved(n_generations - 1, genomes)
     energies = []
+    settings = sample.experiment.at(n_generations - 1)
     for map_index, unseen_map in enumerate(draw_maps(sample.experiment)):
-        moved = move_experiment(sample.experiment, unseen_map)
+        moved = move_experiment(settings, unseen_map)
         # Worlds of unused generations: each map has its own random numbers.
         outcomes = sample.simulate(moved, n_generations + map_index, genomes)
         energies.append(outcomes.energy.mean(axis=1))
@@ -78,10 +79,11 @@ def measure(sample: Sample) -> Mapping[str, npt.NDArray[Any]]:
 
 
 def draw_maps(experiment: Experiment) -> list[UnseenMap]:
-    """Return the unseen maps of an experiment, which depend only on its world.
+    """Return the unseen maps of an experiment, which depend only on its last world.
 
     Food, walls and patches stay on the map. No start disc overlaps them.
     """
+    experiment = experiment.at(experiment.evolution.generations - 1)
     world = experiment.world
     boxes = np.array(list_boxes(experiment))
     lowest = boxes.min(axis=0)
