@@ -35,6 +35,11 @@ LOCKED = {
     "requirements-cuda.txt": [*CORE, *EXTRAS["cuda"]],
     "requirements-wasm.txt": [*CORE, *EXTRAS["wasm"]],
     "requirements-validators.txt": PROJECT["dependency-groups"]["validators"],
+    "requirements-rl-clients.txt": [
+        *CORE,
+        *EXTRAS["rl"],
+        *PROJECT["dependency-groups"]["rl-clients"],
+    ],
 }
 SUPPORTED = [
     line.rpartition(" ")[2]

@@ -1,4 +1,4 @@
-"""Every place that simulates a lifetime outside a run uses the settings of its generation."""
+"""Each simulation of a lifetime outside a run uses the settings of its generation."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ FARTHER = {"senses.visual_radius": 5.0, "learning.rate": 0.5}
 SCHEDULED = BASE.replace(schedule=[{"generation": CHANGED, **FARTHER}])
 KEY = GenerationKey(4, 0, LATER)
 GENOMES = draw_genomes(BASE, KEY)
-Place = Callable[[Any], Any]
+Simulation = Callable[[Any], Any]
 
 
 def evaluate(experiment: Any) -> Any:
@@ -102,7 +102,7 @@ def measure_behavior_in_lab(experiment: Any) -> Any:
     return np.stack(_simulate(make_life(experiment)))
 
 
-PLACES: dict[str, Place] = {
+SIMULATIONS: dict[str, Simulation] = {
     "make_problem": evaluate,
     "parallel_env": step_environment,
     "vector_env": step_vector,
@@ -116,10 +116,10 @@ PLACES: dict[str, Place] = {
 }
 
 
-@pytest.mark.parametrize("name", PLACES)
+@pytest.mark.parametrize("name", SIMULATIONS)
 def test_a_lifetime_has_the_settings_of_its_generation(name: str) -> None:
-    place = PLACES[name]
-    scheduled, expected, unchanged = map(place, (SCHEDULED, SCHEDULED.at(LATER), BASE))
+    simulation = SIMULATIONS[name]
+    scheduled, expected, unchanged = map(simulation, (SCHEDULED, SCHEDULED.at(LATER), BASE))
     np.testing.assert_array_equal(scheduled, expected)
     assert not np.array_equal(scheduled, unchanged)
 
@@ -145,9 +145,9 @@ def test_an_environment_whose_inputs_change_later_is_refused() -> None:
 def test_a_fitness_that_depends_on_earlier_generations_is_refused() -> None:
     novelty = BASE.replace(schedule=[{"generation": CHANGED, "evolution.fitness": "novelty"}])
     message = "evolution.fitness = 'novelty' .* depends on the earlier generations of a run"
-    for place in (evaluate, reevaluate_generation):
+    for simulation in (evaluate, reevaluate_generation):
         with pytest.raises(RefusedError, match=message):
-            place(novelty)
+            simulation(novelty)
     obstacles = {name: why_not_applicable(name, "x", {"x": novelty}) for name in ASSAYS}
     applicable = {name for name, obstacle in obstacles.items() if not obstacle}
     assert applicable == {"descent", "within-life"}

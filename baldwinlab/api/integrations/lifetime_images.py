@@ -31,7 +31,7 @@ class LifetimeImages:
 
     def __init__(self, world: int) -> None:
         self._world = world
-        # The states after the last steps, as far as the trails of the agents go back.
+        # The states after the last steps, as many as the trails of the agents show.
         self._states: deque[dict[str, npt.NDArray[Any]]] = deque(maxlen=TRAIL_STEPS + 1)
         self._steps_done = 0
 

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import builtins
+import math
 import re
+import subprocess
 import sys
 import warnings
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from gymnasium.wrappers import RecordVideo
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 import baldwinlab as bl
+from baldwinlab.api.integrations.steered_worlds import InvalidActionError
 from baldwinlab.core.errors import ArgumentError, RefusedError
 from baldwinlab.core.extras import installation_command
 from baldwinlab.models.miniworld.external_actions import SteeredBatch
@@ -149,6 +156,186 @@ def test_an_error_names_the_agent_without_an_action() -> None:
     world.reset(seed=1)
     with pytest.raises(RefusedError, match="agent_0 has no action"):
         world.step({})
+
+
+SINGLE = EXPERIMENT.replace(population={"size": 1})
+ENVIRONMENTS = {
+    "single": (lambda: bl.single_env(SINGLE), lambda action: action),
+    "parallel": (lambda: bl.parallel_env(SINGLE), lambda action: {"agent_0": action}),
+    "vector": (lambda: bl.vector_env(SINGLE), lambda action: [action]),
+}
+BAD_ACTIONS = (-1, 3, 1.5, math.nan, True, "1", None, [1], np.int64(3), np.float64(1))
+
+
+@pytest.mark.parametrize("kind", ENVIRONMENTS)
+def test_actions_outside_their_space_are_refused_and_change_nothing(kind: str) -> None:
+    make, wrap = ENVIRONMENTS[kind]
+    env: Any = make()
+    env.reset(seed=1)
+    for action in BAD_ACTIONS:
+        with pytest.raises(gymnasium.error.InvalidAction, match="must be a whole number from 0"):
+            env.step(wrap(action))
+    results = env.step(wrap(np.uint8(2)))
+    fresh = make()
+    fresh.reset(seed=1)
+    np.testing.assert_equal(fresh.step(wrap(2))[:2], results[:2])
+
+
+@pytest.mark.parametrize("kind", ENVIRONMENTS)
+def test_seeds_are_whole_numbers_and_no_two_are_one(kind: str) -> None:
+    env: Any = ENVIRONMENTS[kind][0]()
+    for seed in (1.5, -1, "2", True, math.nan, 2**32, 2**40):
+        with pytest.raises(ArgumentError, match=r"seed = .* must be a whole number from 0"):
+            env.reset(seed=seed)
+    positions = []
+    for seed in (0, 2**31, 2**32 - 1, 1, np.int64(1), np.uint32(1)):
+        env.reset(seed=seed)
+        positions.append(env._worlds._batch._state.positions[:, 0].tolist())
+    assert positions[3] == positions[4] == positions[5]
+    assert len({tuple(position) for position in positions}) == 4
+
+
+@pytest.mark.parametrize("kind", ENVIRONMENTS)
+def test_a_step_needs_a_lifetime(kind: str) -> None:
+    make, wrap = ENVIRONMENTS[kind]
+    env: Any = make()
+    for call in (lambda: env.step(wrap(1)), env.render):
+        with pytest.raises(gymnasium.error.ResetNeeded, match=r"call reset\(\) before"):
+            call()
+    env.reset()
+    for _ in range(SINGLE.lifetime.steps):
+        env.step(wrap(1))
+    if kind != "vector":
+        with pytest.raises(gymnasium.error.ResetNeeded, match=r"the lifetime is over"):
+            env.step(wrap(1))
+
+
+def test_actions_are_those_of_the_agents() -> None:
+    env = bl.parallel_env(EXPERIMENT)
+    env.reset(seed=1)
+    actions = dict.fromkeys(env.agents, 1)
+    with pytest.raises(InvalidActionError, match="there is no agent 'agent_9'"):
+        env.step(actions | {"agent_9": 1})
+    with pytest.raises(InvalidActionError, match=r"actions\['agent_2'\] = 7 must be"):
+        env.step(actions | {"agent_2": 7})
+    vector = bl.vector_env(EXPERIMENT)
+    vector.reset(seed=1)
+    for bad_actions in (1, [1, 1], np.ones((6, 1), int), [1, 1, 1, 1, [1, 2], 1]):
+        with pytest.raises(InvalidActionError):
+            vector.step(bad_actions)
+
+
+@pytest.mark.nightly
+def test_continuous_actions_are_checked() -> None:
+    env = bl.single_env(SINGLE.replace(motor={"body": "continuous"}))
+    env.reset(seed=1)
+    for action in ([0.5], [0.5, 1.1], [-0.1, 0], [math.nan, 0], 1, [True, False], ["a", "b"]):
+        with pytest.raises(InvalidActionError, match="must be an array of 2 numbers from 0 to 1"):
+            env.step(action)
+    env.step([0, 1])
+
+
+def test_gymnasium_makes_the_environments_of_a_preset() -> None:
+    arguments: dict[str, Any] = {"preset": "evo/A", "set": {"lifetime.steps": 30}}
+    env = gymnasium.make("baldwinlab/Forager-v0", render_mode="rgb_array", **arguments)
+    check_env(env.unwrapped, skip_render_check=True)
+    assert gymnasium.make(env.spec).spec == env.spec
+    inputs, _ = env.reset(seed=5)
+    vector = gymnasium.make_vec("baldwinlab/Forager-v0", 3, render_mode="rgb_array", **arguments)
+    all_inputs, _ = vector.reset(seed=5)
+    assert all_inputs.shape == (3, *inputs.shape)
+    np.testing.assert_array_equal(all_inputs[0], inputs)
+    np.testing.assert_array_equal(vector.render()[0], env.render())
+
+
+@pytest.mark.parametrize("imports", ["baldwinlab, gymnasium", "gymnasium, baldwinlab", "gymnasium"])
+def test_the_environment_is_registered_in_any_order_of_imports(imports: str) -> None:
+    prefix = "" if "baldwinlab" in imports else "baldwinlab:"
+    code = f"""
+import {imports}
+assert gymnasium.spec("CartPole-v1")
+gymnasium.envs.registration._find_spec("{prefix}baldwinlab/Forager-v0")
+import sys
+assert "numba" not in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_package_does_not_import_gymnasium_and_works_without_it() -> None:
+    code = """
+import sys, baldwinlab
+assert "gymnasium" not in sys.modules
+sys.modules["gymnasium"] = None
+try:
+    import gymnasium
+except ImportError:
+    sys.exit(0)
+sys.exit(1)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_an_image_shows_the_current_step() -> None:
+    env = bl.single_env(SINGLE, "rgb_array")
+    assert bl.single_env(SINGLE).reset() and env.reset(seed=1)
+    first = env.render()
+    height, width, colors = first.shape
+    assert (first.dtype, colors) == (np.uint8, 3) and width > height > 400
+    env.step(1)
+    second = env.render()
+    assert (first != second).any()
+    np.testing.assert_array_equal(env.render(), second)
+    unseen = bl.single_env(SINGLE)
+    unseen.reset()
+    assert unseen.render() is None
+    images = bl.vector_env(EXPERIMENT, worlds=2, render_mode="rgb_array")
+    images.reset(seed=1)
+    frames = images.render()
+    assert frames is not None and len(frames) == 12
+    assert (frames[0] == frames[5]).all() and (frames[0] != frames[6]).any()
+    parallel = bl.parallel_env(EXPERIMENT, "rgb_array")
+    parallel.reset(seed=1)
+    np.testing.assert_array_equal(parallel.render(), frames[0])
+    for make in (bl.parallel_env, lambda *given: bl.vector_env(given[0], 1, given[1])):
+        with pytest.raises(RefusedError, match="needs single_env"):
+            make(EXPERIMENT, "human")
+    with pytest.raises(ArgumentError, match="render_mode = 'ansi' must be one of"):
+        bl.single_env(SINGLE, "ansi")
+
+
+def test_a_video_has_an_image_per_step(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Moviepy needs an older pillow than this environment, so the test replaces it."""
+    videos = []
+
+    class ImageSequenceClip:
+        def __init__(self, frames: list[Any], fps: float) -> None:
+            videos.append((len(frames), fps))
+
+        def write_videofile(self, path: str, **options: Any) -> None:
+            Path(path).write_bytes(b"video")
+
+    module = ModuleType("moviepy.video.io.ImageSequenceClip")
+    module.ImageSequenceClip = ImageSequenceClip  # type: ignore[attr-defined]
+    for name in ("moviepy", "moviepy.video", "moviepy.video.io"):
+        monkeypatch.setitem(sys.modules, name, ModuleType(name))
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    env = RecordVideo(
+        gymnasium.make("baldwinlab/Forager-v0", set={"lifetime.steps": 5}, render_mode="rgb_array"),
+        str(tmp_path / "videos"),
+        episode_trigger=lambda episode: True,
+    )
+    env.reset(seed=1)
+    for _ in range(5):
+        env.step(1)
+    env.close()
+    assert videos == [(6, 25)]
+
+
+def test_a_window_needs_pygame(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    env = bl.single_env(SINGLE, "human")
+    with pytest.raises(gymnasium.error.DependencyNotInstalled, match="pygame"):
+        env.reset(seed=1)
 
 
 def test_without_the_libraries_the_error_names_the_extra(
