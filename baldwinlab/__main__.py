@@ -6,6 +6,7 @@ remain, and a message states their number.
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from types import FrameType
@@ -20,6 +21,7 @@ _is_waiting = False
 
 def main() -> None:
     """Run the command line. An interruption during the imports prints one line."""
+    _open_missing_streams()
     signal.signal(signal.SIGTERM, _interrupt)
     if hasattr(signal, "SIGALRM"):
         signal.signal(signal.SIGALRM, _interrupt)
@@ -40,6 +42,18 @@ def main() -> None:
         sys.unraisablehook = sys.__unraisablehook__
         if hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_REAL, 0)
+
+
+def _open_missing_streams() -> None:
+    """Replace closed standard streams, so that no file of a study gets their number."""
+    for number, (name, mode) in enumerate([("stdin", "r"), ("stdout", "w"), ("stderr", "w")]):
+        try:
+            os.fstat(number)
+        except OSError:
+            # The lowest free number is that of the closed stream.
+            os.open(os.devnull, os.O_RDWR)
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, mode, encoding="utf-8", closefd=False))
 
 
 def _interrupt(signal_number: int, frame: FrameType | None) -> None:

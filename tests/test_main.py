@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+import baldwinlab as bl
 from baldwinlab.studies.progress import read_progress
 
 # The command line is imported after the signals have their handlers.
@@ -144,3 +146,36 @@ def _check_stopped(process: subprocess.Popen[str]) -> None:
     assert "Traceback" not in err + out
     assert "Interrupted" in err
     assert len(err.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("words", ["list presets", "list presets --json", "show evo/A", "--help"])
+def test_a_command_whose_reader_has_ended_has_the_status_of_other_tools(words: str) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(
+        [sys.executable, "-m", "baldwinlab", *words.split()], stdout=writer, stderr=subprocess.PIPE
+    )
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (128 + signal.SIGPIPE, b"")
+
+
+def test_a_command_without_any_stream_completes_its_study(tmp_path: Path) -> None:
+    short = "evolution.generations=1 lifetime.steps=1"
+    command = f"{sys.executable} -m baldwinlab run evo/A --runs 1 --set {short} --out study"
+    done = subprocess.run(["sh", "-c", f"{command} <&- >&- 2>&-"], cwd=tmp_path)
+    assert done.returncode == 0
+    assert bl.open_study(tmp_path / "study").runs("evo/A") == [0]
+
+
+def test_a_program_without_stdout_shows_no_progress() -> None:
+    code = """
+import sys
+sys.stdout = None
+from baldwinlab.core import console
+with console.progress("simulating", 2) as report:
+    report(2)
+console.info("finished")
+console.print_json({})
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True)
+    assert (done.returncode, done.stderr) == (0, b"")

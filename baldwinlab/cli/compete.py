@@ -38,7 +38,6 @@ def compete(
     assignments: Assignments = None,
     lives: Annotated[
         Integer,
-        Json,
         Parameter(
             help="Number of lives. Each is also simulated with the birthplaces of A and B swapped."
         ),

@@ -164,6 +164,7 @@ def _exit_process() -> None:
     other_threads = set(threading.enumerate()) - {threading.main_thread()}
     # Python waits for threads that are not daemons before it ends a process.
     if not all(thread.daemon for thread in other_threads):
-        sys.stdout.flush()
-        sys.stderr.flush()
+        for stream in (sys.stdout, sys.stderr):
+            if stream is not None:
+                stream.flush()
         os._exit(0)

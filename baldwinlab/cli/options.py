@@ -99,6 +99,7 @@ app = App(
     help=HELP,
     version=__version__,
     error_formatter=lambda error: f"baldwinlab: {console.clip_for_terminal(_format_error(error))}",
+    console=console.help_console,
     error_console=console.errors,
     suppress_keyboard_interrupt=False,
     # Loading a Markdown renderer takes a while.

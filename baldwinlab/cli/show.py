@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 from baldwinlab.cli.options import Assignments, Experiment, Json, Parts, Variant, load_parts
 from baldwinlab.core import console
 from baldwinlab.experiment import assign
@@ -41,4 +39,4 @@ def show(
     if has_name_of_preset:
         # The first line is the name. As a comment, it does not name an edited file like the preset.
         toml = f"# {toml}"
-    sys.stdout.write(toml)
+    console.write_output(toml)

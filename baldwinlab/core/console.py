@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from html import escape
-from typing import Any
+from typing import Any, NoReturn
 
 from rich.console import Console, RenderableType
 from rich.progress import (
@@ -23,9 +24,8 @@ from rich.progress import (
 )
 from rich.text import Text
 
-console = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
-errors = Console(stderr=True, highlight=False, soft_wrap=True)
-
+# The status of a process that SIGPIPE ended: the reader of its output, such as `head`, has ended.
+CLOSED_PIPE_STATUS = 141
 # Seconds between two updates of the bar of a notebook.
 BAR_INTERVAL = 0.2
 # Seconds between two progress lines of a log.
@@ -38,6 +38,31 @@ MIN_RATE_IN_MILLIONS = 100_000
 MIN_RATE_WITHOUT_DECIMALS = 100
 # Shortest duration, in seconds, for which a rate is computed. It avoids a division by 0.
 MIN_RATE_DURATION = 1e-9
+
+
+def _end_at_closed_pipe() -> NoReturn:
+    """End the process without a message, because nobody reads its output any more."""
+    # The interpreter writes the rest of its buffer at the end.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    raise SystemExit(CLOSED_PIPE_STATUS)
+
+
+class _Console(Console):
+    """A console that ends the process with the usual status if its pipe is closed."""
+
+    def on_broken_pipe(self) -> NoReturn:
+        """End the process."""
+        _end_at_closed_pipe()
+
+
+def _is_terminal() -> bool:
+    """Return whether stdout is a terminal. A program without output has no stdout."""
+    return sys.stdout is not None and not sys.stdout.closed and sys.stdout.isatty()
+
+
+console = _Console(highlight=False, soft_wrap=not _is_terminal())
+errors = _Console(stderr=True, highlight=False, soft_wrap=True)
+help_console = _Console()
 
 
 class _OutcomeProgress(Progress):
@@ -181,7 +206,18 @@ def reserve_stdout(is_reserved: bool = True) -> None:
 def print_json(value: Any) -> None:
     """Print data as JSON on stdout. An undefined number is null."""
     text = json.dumps(_replace_nan(value), indent=2, ensure_ascii=False, allow_nan=False)
-    sys.stdout.write(f"{text}\n")
+    write_output(f"{text}\n")
+
+
+def write_output(text: str) -> None:
+    """Write data on stdout, if there is one."""
+    if sys.stdout is None:
+        return
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _end_at_closed_pipe()
 
 
 def _replace_nan(value: Any) -> Any:

@@ -155,9 +155,13 @@ def read_bytes(path: Path, kind: FileKind) -> bytes:
 
 
 def read_text(path: Path, kind: FileKind) -> str:
-    """Return the text of a UTF-8 file; raise as `read_bytes`, or ValueError for other encodings."""
+    """Return the text of a UTF-8 file with line feeds, and without a byte order mark.
+
+    Raises as `read_bytes`, and ValueError for other encodings.
+    """
     try:
-        text = read_bytes(path, kind).decode()
+        # Editors on Windows begin a file with a byte order mark.
+        text = read_bytes(path, kind).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise ValueError("it is not UTF-8 text") from None
     return text.replace("\r\n", "\n").replace("\r", "\n")

@@ -35,6 +35,8 @@ WORKERS: Final = max(1, available_cores() - 1)
 # Approximate time to write the record of a run.
 SECONDS_PER_RECORD: Final = 0.05
 MAX_CACHED_MEASUREMENTS: Final = 16
+# The fields of a request for a plan.
+FIELDS: Final = ("presets", "preset", "experiment", "fields", "runs", "seed")
 _measurement_lock = threading.Lock()
 
 

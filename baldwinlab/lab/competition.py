@@ -38,7 +38,7 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
             running.release()
 
     async def start(request: Request) -> JSONResponse:
-        body = await read_body(request)
+        body = await read_body(request, "a", "b", "condition", "lives", "seed")
         return JSONResponse(await run_in_threadpool(run, body))
 
     return [Route("/api/compete", start, methods=["POST"])]

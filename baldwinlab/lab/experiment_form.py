@@ -30,7 +30,7 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def check(request: Request) -> JSONResponse:
-        body = await read_body(request)
+        body = await read_body(request, "experiment", "runs", "seed", "seconds")
         errors = find_errors(body.get("experiment")) or await run_in_threadpool(
             _find_limit_errors, lab, body
         )
@@ -38,11 +38,11 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         return JSONResponse({"errors": errors, "note": note})
 
     async def schema(request: Request) -> JSONResponse:
-        body = await read_body(request)
+        body = await read_body(request, "experiment")
         return JSONResponse(make_form(body.get("experiment")))
 
     async def preview(request: Request) -> JSONResponse:
-        body = await read_body(request)
+        body = await read_body(request, "experiment")
         experiment = validate(body.get("experiment", {}))
         if not isinstance(experiment, Experiment):
             return JSONResponse({"world": None, "appearance": None})

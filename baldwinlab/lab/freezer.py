@@ -52,7 +52,7 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         return JSONResponse({"files": await run_in_threadpool(list_files, lab)})
 
     async def save(request: Request) -> JSONResponse:
-        body = await read_body(request)
+        body = await read_body(request, "life", "name", "agent")
         return JSONResponse(await run_in_threadpool(save_agents, lab, body), HTTPStatus.CREATED)
 
     return [Route("/api/freezer", files), Route("/api/freezer", save, methods=["POST"])]

@@ -295,7 +295,7 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def start(request: Request) -> JSONResponse:
-        body = await read_body(request)
+        body = await read_body(request, "experiment", "runs", "seed", "seconds")
         n_runs = read_body_number(body, "runs", 1)
         seed = read_body_number(body, "seed", 0)
         experiment = validate(body.get("experiment", {}))
@@ -307,7 +307,7 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         return JSONResponse({"runs": [_summarize_run(run) for run in lab.live.list_runs()]})
 
     async def save(request: Request) -> JSONResponse:
-        body = await read_body(request)
+        body = await read_body(request, "name")
         name = str(body.get("name", ""))
         await run_in_threadpool(lab.live.save, request.path_params["id"], lab.root, name)
         return JSONResponse({"study": name}, HTTPStatus.CREATED)

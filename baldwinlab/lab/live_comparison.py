@@ -20,7 +20,7 @@ from starlette.routing import BaseRoute, Route
 
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.lab import Lab
-from baldwinlab.lab.comparison_plan import WORKERS, ComparisonPlan, make_comparison_plan
+from baldwinlab.lab.comparison_plan import FIELDS, WORKERS, ComparisonPlan, make_comparison_plan
 from baldwinlab.lab.live import choose_study_directory
 from baldwinlab.lab.query import read_body
 from baldwinlab.studies.creation import create_study
@@ -154,8 +154,9 @@ def make_routes(lab: Lab, comparisons: Comparisons) -> list[BaseRoute]:
     """Return the routes of this module."""
 
     async def plan(request: Request) -> JSONResponse:
+        body = await read_body(request, *FIELDS)
         try:
-            plan = await run_in_threadpool(make_comparison_plan, await read_body(request))
+            plan = await run_in_threadpool(make_comparison_plan, body)
         except ValueError as error:
             # The user is still typing, so an invalid comparison is not an error of the request.
             return JSONResponse({"problem": str(error)})
@@ -174,7 +175,7 @@ def make_routes(lab: Lab, comparisons: Comparisons) -> list[BaseRoute]:
         )
 
     async def start(request: Request) -> JSONResponse:
-        body = await read_body(request)
+        body = await read_body(request, *FIELDS, "name")
         plan = await run_in_threadpool(make_comparison_plan, body)
         name = str(body.get("name", ""))
         comparison = await run_in_threadpool(comparisons.start, plan, lab.root, name)

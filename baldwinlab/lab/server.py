@@ -44,6 +44,7 @@ from baldwinlab.lab import (
 )
 from baldwinlab.lab.access import Access
 from baldwinlab.lab.origin_check import OriginCheck
+from baldwinlab.lab.query import KnownParameters
 from baldwinlab.lab.rate_limit import ChunkedResponses
 from baldwinlab.studies.records import StudyError
 
@@ -127,13 +128,16 @@ def _make_all_routes(lab: Lab, comparisons: live_comparison.Comparisons) -> list
         return JSONResponse({"ready": lab.is_engine_ready(), "seconds": seconds_since_start})
 
     module_routes = [route for module in ROUTE_MODULES for route in module.make_routes(lab)]
-    return [
+    routes = [
         *module_routes,
         *presets.make_routes(),
         *live_comparison.make_routes(lab, comparisons),
         Route("/api/engine", engine),
-        Route("/palette.css", _respond_palette),
     ]
+    for route in routes:
+        if isinstance(route, Route):
+            route.app = KnownParameters(route.app, route.path)
+    return [*routes, Route("/palette.css", _respond_palette)]
 
 
 def _respond_palette(request: Request) -> Response:

@@ -18,7 +18,7 @@ from types import ModuleType
 from typing import Any, Final, NamedTuple
 
 from baldwinlab.core.errors import PartError
-from baldwinlab.core.files import PART_FILE, read_bytes
+from baldwinlab.core.files import PART_FILE, read_text
 from baldwinlab.experiment import registry
 
 # Beginning of the names of loaded modules.
@@ -72,9 +72,7 @@ def load_file(path: str | Path) -> ModuleType:
     """
     file = Path(path)
     try:
-        text = read_bytes(file, PART_FILE).decode()
-    except UnicodeDecodeError:
-        raise PartError(f"cannot read the part {file}: it is not UTF-8 text") from None
+        text = read_text(file, PART_FILE)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise PartError(f"cannot read the part {file}: {reason}") from None

@@ -9,13 +9,14 @@ user loads the same files again with --part.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.file_writing import write_exclusively
-from baldwinlab.core.files import quote_path, require_inside_study
+from baldwinlab.core.files import PART_FILE, quote_path, read_text, require_inside_study
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.experiment.added_parts import custom_choices
 from baldwinlab.experiment.file import require_files
@@ -66,10 +67,21 @@ def save_sources(directory: Path, sources: Sequence[Source]) -> None:
         try:
             write_exclusively(path, source.text.encode())
         except FileExistsError:
-            if path.read_bytes() != source.text.encode():
+            if read_text(path, PART_FILE) != source.text:
                 raise PartError(
                     f"{path} is there already and holds another part; choose another --out"
                 ) from None
+
+
+def _has_text(directory: Path, source: Source, stored_hash: str) -> bool:
+    """Return whether a study has the text of a part, with other line endings.
+
+    Earlier versions stored the hash of a text with its own line endings.
+    """
+    path = stored_source(directory, source.kind, source.name)
+    if not path.exists() or hashlib.sha256(path.read_bytes()).hexdigest() != stored_hash:
+        return False
+    return read_text(path, PART_FILE) == source.text
 
 
 def format_toml(sources: Sequence[Source]) -> list[str]:
@@ -125,13 +137,14 @@ def _require_parts(
         part = f"the {kind} {name!r} of {directory}"
         copy = quote_path(stored_source(directory, kind, name))
         try:
-            loaded_hash = source_of(kind, name).sha256
+            source = source_of(kind, name)
         except PartError:
             raise PartError(
                 f"{part} is not loaded; load its file, for example the copy in the study: "
                 f"--part {copy}"
             ) from None
-        if stored_hash and loaded_hash != stored_hash:
+        is_changed = stored_hash and source.sha256 != stored_hash
+        if is_changed and not _has_text(directory, source, str(stored_hash)):
             raise PartError(
                 f"{part} differs from the loaded one; choose another --out, or load the original "
                 f"file, for example the copy in the study: --part {copy}"

@@ -118,6 +118,10 @@ def test_a_page_pauses_resumes_stops_and_saves_a_live_run(server: LabServer) -> 
             "seconds = 1000000000.0 must be a number from 0 to 60",
         ),
         ("{", "/api/live needs a JSON object"),
+        (
+            {"a": {}},
+            "/api/live has no field 'a'; it reads experiment, runs, seed, seconds",
+        ),
     ],
 )
 def test_an_invalid_live_run_is_rejected_with_a_message(
