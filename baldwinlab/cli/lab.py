@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import socket
 import sys
 import threading
@@ -12,7 +13,7 @@ import webbrowser
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Final
 
 from cyclopts import Parameter
 
@@ -28,6 +29,7 @@ from baldwinlab.simulation.compilation import compile_experiments
 
 DEFAULT_FOLDER = Path("results")
 MAX_PORT = 65535
+ROOT_PATH_PATTERN: Final = re.compile(r"(/[\w.~@-]+)*/?", re.ASCII)
 LAB_PACKAGES = ("starlette", "uvicorn", "websockets")
 PAGE_SECONDS = 1.5
 """Time from the start of the server to the start of the engine and of other imports.
@@ -50,6 +52,9 @@ def lab(
         Integer, Parameter(help="Port of the page's address; 0 for any free port.")
     ] = DEFAULT_LAB_PORT,
     browser: Annotated[bool, Parameter(help="Open the page in the browser.")] = True,
+    root_path: Annotated[
+        str | None, Parameter(help="Path under which a proxy serves the lab, for example /lab.")
+    ] = None,
 ) -> None:
     """Open the lab in the browser: watch, replay and share studies, and start new ones.
 
@@ -71,20 +76,41 @@ def lab(
         raise RefusedError(
             f"{directory} does not exist. Give the folder of a study, or one that holds studies."
         )
+    prefix = None if root_path is None else read_root_path(root_path)
     load_parts(part)
+    command = ["baldwinlab", "lab", str(directory.resolve())]
+    command += ["--port", str(port)] if port != DEFAULT_LAB_PORT else []
+    command += ["--root-path", root_path] if root_path is not None else []
+    command += [word for file in part or () for word in ("--part", str(file.resolve()))]
     with open_listener(port) as listener:
         access = Access()
         _, bound_port = listener.getsockname()
-        address = f"http://{LAB_HOST}:{bound_port}/?token="
+        path = f"{prefix or ''}/?token="
+        address = f"http://{LAB_HOST}:{bound_port}{path}"
         console.info(
             f"The lab is open at {address}{access.token} and shows {directory}. Ctrl-C closes it.",
             has_address=True,
         )
+        if prefix is not None:
+            console.info(f"On the host of the proxy, open {path}{access.token}", has_address=True)
         if browser:
             # Other users can read the arguments of the browser's process, so it gets a ticket.
             browser_address = f"{address}{access.issue_ticket()}"
             threading.Thread(target=webbrowser.open, args=[browser_address], daemon=True).start()
-        _serve(directory, listener, access)
+        _serve(listener, directory, access=access, command=command, root_path=prefix)
+
+
+def read_root_path(text: str) -> str:
+    """Return the path of a proxy without a slash at its end. Raise RefusedError for another text.
+
+    The path of a proxy at the root of its host is "".
+    """
+    if not ROOT_PATH_PATTERN.fullmatch(text):
+        raise RefusedError(
+            f"--root-path {text} must be the path of the proxy, for example /lab or"
+            " /user/ada/proxy/8642, with letters, digits and - . _ ~ @ between slashes"
+        )
+    return text.rstrip("/")
 
 
 def open_listener(port: int) -> socket.socket:
@@ -111,8 +137,11 @@ def open_listener(port: int) -> socket.socket:
     return listener
 
 
-def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
-    """Serve the pages until Ctrl-C, also while the engine compiles."""
+def _serve(listener: socket.socket, directory: Path, **options: Any) -> None:
+    """Serve the pages until Ctrl-C, also while the engine compiles.
+
+    The options are those of `make_app`.
+    """
     # Imported late: the lab needs the packages of an extra, and takes a while to load.
     from baldwinlab.lab.rate_limit import make_server
     from baldwinlab.lab.server import make_app
@@ -123,7 +152,7 @@ def _serve(directory: Path, listener: socket.socket, access: Access) -> None:
     def is_engine_ready() -> bool:
         return not warm_up_thread.is_alive() and has_loaded.is_set()
 
-    server = make_server(make_app(directory, access, is_engine_ready))
+    server = make_server(make_app(directory, is_engine_ready=is_engine_ready, **options))
     warm_up_thread.start()
     threading.Thread(target=_preload, args=[has_loaded], daemon=True).start()
     # The server raises KeyboardInterrupt again after its end.

@@ -228,11 +228,14 @@ def _make_scene(life: Life) -> Scene:
 
 
 def link_lifetimes(page: str, study_name: str) -> str:
-    """Return a report whose links to lifetimes open this lab, at any port.
+    """Return a report whose links to lifetimes open this lab, at any port and behind any proxy.
 
     The links of a report name the study ".", for a lab that serves its directory.
     """
-    page = page.replace(f'href="http://{LAB_HOST}:{DEFAULT_LAB_PORT}/#/', 'href="/#/')
+    # The report is at api/report/STUDY/report.html, and without STUDY in the folder of the study.
+    n_folders = 2 + (0 if study_name == "." else 1 + study_name.count("/"))
+    lab_address = f'href="{"../" * n_folders}#/'
+    page = page.replace(f'href="http://{LAB_HOST}:{DEFAULT_LAB_PORT}/#/', lab_address)
     return page.replace("study=.&amp;", f"study={quote(study_name)}&amp;")
 
 

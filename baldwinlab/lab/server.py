@@ -75,6 +75,7 @@ def make_app(
     access: Access,
     is_engine_ready: Callable[[], bool] = lambda: True,
     command: Sequence[str] = ("baldwinlab", "lab"),
+    root_path: str | None = None,
 ) -> Starlette:
     """Return the application that serves the studies in `root`, at any depth.
 
@@ -88,6 +89,8 @@ def make_app(
         Returns whether the engine is compiled. Until then, pages do not simulate.
     command
         The command that started this lab, for messages.
+    root_path
+        The path under which a proxy serves the lab; see `OriginCheck`.
 
     """
     lab = Lab(root.resolve(), live.Live(), is_engine_ready=is_engine_ready, command=command)
@@ -107,7 +110,10 @@ def make_app(
             static_files,
         ],
         lifespan=lifespan,
-        middleware=[Middleware(ChunkedResponses), Middleware(OriginCheck, access=access)],
+        middleware=[
+            Middleware(ChunkedResponses),
+            Middleware(OriginCheck, access=access, root_path=root_path),
+        ],
         exception_handlers={
             ClientDisconnect: _respond_disconnected,
             MissingError: _respond_not_found,

@@ -58,6 +58,16 @@ def test_an_invalid_port_is_refused(
     assert message == "baldwinlab: --port 65536 must be from 0 to 65535\n"
 
 
+def test_an_invalid_root_path_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for path in ("lab", "http://hub/lab", "/a//b", "/a?b", "/a b"):
+        message = refusal_message([str(tmp_path), "--root-path", path], capsys, monkeypatch)
+        assert message.startswith(f"baldwinlab: --root-path {path} must be the path of the proxy")
+    paths = ["/", "/lab/", "/user/ada@x.org/proxy/8642"]
+    assert [lab.read_root_path(path) for path in paths] == ["", "/lab", paths[2]]
+
+
 def test_a_missing_folder_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -84,7 +94,7 @@ def test_the_browser_is_opened_unless_the_option_disables_it(
     addresses: list[str] = []
     monkeypatch.setattr(webbrowser, "open", addresses.append)
     served: list[Access] = []
-    monkeypatch.setattr(lab, "_serve", lambda directory, listener, access: served.append(access))
+    monkeypatch.setattr(lab, "_serve", lambda *_, access, **__: served.append(access))
     lab.lab(tmp_path, port=0, browser=False)
     assert (len(served), addresses) == (1, [])
     lab.lab(tmp_path, port=0)
@@ -103,7 +113,7 @@ def test_a_narrow_terminal_does_not_break_the_printed_address(
 ) -> None:
     served = list[Access]()
     printed = StringIO()
-    monkeypatch.setattr(lab, "_serve", lambda directory, listener, access: served.append(access))
+    monkeypatch.setattr(lab, "_serve", lambda *_, access, **__: served.append(access))
     monkeypatch.setattr(
         console, "console", Console(width=40, file=printed, force_terminal=True, highlight=False)
     )

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page
+from uvicorn import Server
 
 from baldwinlab.cli.lab import open_listener
 from baldwinlab.experiment import registry, validate
@@ -29,13 +30,23 @@ HAWKS = Path(__file__).parent / "hawks.py"
 
 
 @contextmanager
-def run_server(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator[LabServer]:
+def run_server(
+    root: Path, ready: Callable[[], bool] = lambda: True, root_path: str | None = None
+) -> Iterator[LabServer]:
     """Run a server in a thread, on a free port of loopback.
 
-    `ready` returns whether the engine is compiled.
+    `ready` returns whether the engine is compiled. `root_path` is that of a proxy.
     """
     access = Access()
-    server = make_server(make_app(root, access, ready))
+    with serve(make_server(make_app(root, access, ready, root_path=root_path))) as port:
+        running = LabServer(root, port, access.token)
+        running.admit_client()
+        yield running
+
+
+@contextmanager
+def serve(server: Server) -> Iterator[int]:
+    """Run a server in a thread, on a free port of loopback, and yield the port."""
     with open_listener(0) as listener:
         thread = threading.Thread(target=server.run, args=[[listener]])
         thread.start()
@@ -43,9 +54,7 @@ def run_server(root: Path, ready: Callable[[], bool] = lambda: True) -> Iterator
             while not server.started:
                 assert thread.is_alive(), "the server did not start"
                 time.sleep(0.01)
-            running = LabServer(root, listener.getsockname()[1], access.token)
-            running.admit_client()
-            yield running
+            yield listener.getsockname()[1]
         finally:
             server.should_exit = True
             thread.join()

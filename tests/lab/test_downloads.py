@@ -11,7 +11,7 @@ import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlencode
+from urllib.parse import urlencode, urljoin
 
 import numpy as np
 import numpy.typing as npt
@@ -238,8 +238,9 @@ def test_the_lifetimes_of_a_report_open_in_the_lab_that_serves_it() -> None:
     page = render("report/watch.html", links=[make_link([lives["mine"], lives["yours"]])])
     linked = downloads.link_lifetimes(page, "a folder/small")
     (address,) = re.findall(r'href="([^"]+)"', linked)
-    assert html.unescape(address) == (
-        "/#/world?study=a%20folder/small&condition=mine&run=0&generation=1"
+    report = "http://hub/lab/api/report/a%20folder/small/report.html"
+    assert urljoin(report, html.unescape(address)) == (
+        "http://hub/lab/#/world?study=a%20folder/small&condition=mine&run=0&generation=1"
         "&b.study=a%20folder/small&b.condition=yours&b.run=0&b.generation=1"
     )
 

@@ -63,15 +63,15 @@ export class BrowserLab {
   }
 
   async post(path, { experiment, ...request }) {
-    if (path === "/api/schema")
+    if (path === "api/schema")
       return {
         schema: this.findSchema(experiment),
         experiment,
         errors: this.findErrors(experiment),
       };
-    if (path === "/api/validate")
+    if (path === "api/validate")
       return { errors: [...this.findErrors(experiment), ...validateTree(ORDER, request, [])] };
-    if (path === "/api/appearance")
+    if (path === "api/appearance")
       return {
         world: experiment.world,
         appearance: this.describeAppearance(experiment),

@@ -170,7 +170,7 @@ class CompareDialog {
     let plan = null;
     let problem = "";
     try {
-      plan = await postJSON("/api/comparison/plan", this.createOrder());
+      plan = await postJSON("api/comparison/plan", this.createOrder());
       problem = plan.problem ?? "";
     } catch (error) {
       problem = error.message;
@@ -197,7 +197,7 @@ class CompareDialog {
     this.startButton.disabled = true;
     try {
       const order = { ...this.createOrder(), name: this.name.value.trim() };
-      const { name } = await postJSON("/api/comparison", order);
+      const { name } = await postJSON("api/comparison", order);
       this.element.close();
       this.started(name);
     } catch (error) {

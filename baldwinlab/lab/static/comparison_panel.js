@@ -82,13 +82,13 @@ export class ComparePanel {
   }
 
   stopRuns() {
-    postJSON("/api/comparison/stop", {}).catch((error) => showMessage(error.message, "error"));
+    postJSON("api/comparison/stop", {}).catch((error) => showMessage(error.message, "error"));
   }
 
   /** Request the state of the comparison until it ends. */
   async poll() {
     const { signal } = this.aborted;
-    const { comparison } = await getJSON("/api/comparison", signal);
+    const { comparison } = await getJSON("api/comparison", signal);
     if (comparison?.name !== this.name) return this.onGone();
     this.show(comparison);
     const isActive = ["preparing", "running"].includes(comparison.state);
@@ -99,7 +99,7 @@ export class ComparePanel {
   /** Show the answer and the table of the stored runs, as in Results. */
   async showResult() {
     const query = new URLSearchParams({ study: this.name });
-    const { comparison } = await getJSON(`/api/results?${query}`, this.aborted.signal);
+    const { comparison } = await getJSON(`api/results?${query}`, this.aborted.signal);
     this.answer.textContent = formatAnswer(comparison);
     this.answer.after(createComparisonTable(comparison, true));
   }

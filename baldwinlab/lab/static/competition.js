@@ -45,7 +45,7 @@ export function createCompetition(files) {
     result.textContent = "Simulating …";
     try {
       const order = { a: first.value, b: second.value, condition: condition.value, lives };
-      result.textContent = describeCompetition(await postJSON("/api/compete", order), order);
+      result.textContent = describeCompetition(await postJSON("api/compete", order), order);
     } catch (error) {
       result.textContent = error.message;
     }

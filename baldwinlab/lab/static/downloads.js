@@ -35,7 +35,7 @@ export function createFigureLinks(study, figure, conditions) {
     return el(
       "a",
       {
-        href: `/api/results/figure?${query}`,
+        href: `api/results/figure?${query}`,
         download: "",
         "aria-label": `Save figure as ${format.toUpperCase()}`,
         "data-testid": `save-${figure}-${format}`,

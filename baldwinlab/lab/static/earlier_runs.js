@@ -30,10 +30,10 @@ export function rememberRun(name, values) {
  */
 export async function nameExperiment(experiment) {
   const { name } = experiment;
-  const { presets } = await getJSON("/api/presets");
+  const { presets } = await getJSON("api/presets");
   // The user has given it another name.
   if (!presets.some((preset) => preset.name === name)) return name;
-  const base = await getJSON(`/api/preset?${new URLSearchParams({ name })}`);
+  const base = await getJSON(`api/preset?${new URLSearchParams({ name })}`);
   const changes = Object.entries(findChanges(experiment, base));
   const parts = changes.slice(0, MAX_NAMED_CHANGES).map(([path, value]) => describe(path, value));
   const rest = changes.length - parts.length;

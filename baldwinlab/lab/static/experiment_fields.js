@@ -37,7 +37,7 @@ export class ExperimentFields {
     const request = (this.building = {});
     const submitted = structuredClone(requested);
     const { schema, experiment } = await postJSON(
-      "/api/schema",
+      "api/schema",
       { experiment: submitted },
       this.signal,
     );

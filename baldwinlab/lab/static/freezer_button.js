@@ -40,7 +40,7 @@ function storeAgents({ source, agent = null }) {
     name.replace(/[^A-Za-z0-9+_-]+/g, "-"),
     async (chosen) => {
       const life = Object.fromEntries(createLifetimeQuery(source));
-      const file = await postJSON("/api/freezer", { life, agent, name: chosen });
+      const file = await postJSON("api/freezer", { life, agent, name: chosen });
       showMessage(`Stored as ${file.name}. The freezer is in the tab Live run.`, "done");
     },
   );

@@ -18,7 +18,7 @@ import { createCompetition } from "./competition.js";
 
 /** @returns {Promise<FrozenFile[]>} */
 export async function listFrozenFiles(signal = undefined) {
-  return (await getJSON("/api/freezer", signal)).files;
+  return (await getJSON("api/freezer", signal)).files;
 }
 
 /**

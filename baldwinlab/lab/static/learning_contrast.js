@@ -103,7 +103,7 @@ export class LearningContrast {
   /** Return the feed of finished runs. */
   async simulate(experiment) {
     const order = { experiment, runs: RUNS, seed: this.seed, seconds: 0 };
-    const { id } = await this.lab.post("/api/live", order);
+    const { id } = await this.lab.post("api/live", order);
     const feed = this.lab.openFeed(id);
     this.feeds.push(feed);
     await new Promise((resolve, reject) => {

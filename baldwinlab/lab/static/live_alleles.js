@@ -78,7 +78,7 @@ export class LiveAlleles {
   /** Load the current generation. Only one request is active at a time. */
   async load() {
     const { id, run, generation } = this;
-    const url = `/api/alleles?${createQuery({ live: id, run, generation })}`;
+    const url = `api/alleles?${createQuery({ live: id, run, generation })}`;
     if (this.isLoading || generation < 0 || url === this.requestedUrl) return;
     this.requestedUrl = url;
     this.isLoading = true;

@@ -72,7 +72,10 @@ export class Feed {
   }
 
   connect() {
-    this.socket = new WebSocket(`ws://${location.host}/api/live/${encodeURIComponent(this.id)}`);
+    // "ws" from "http", and "wss" from "https".
+    const address = new URL(`api/live/${encodeURIComponent(this.id)}`, document.baseURI);
+    address.protocol = address.protocol.replace("http", "ws");
+    this.socket = new WebSocket(address);
     this.socket.onmessage = (event) => this.receive(JSON.parse(event.data));
     this.socket.onclose = () => {
       if (this.closed || this.state === "removed") return;
@@ -85,7 +88,7 @@ export class Feed {
    * Connect after the server responds to a request, because a rejected websocket gives no reason.
    */
   async reconnect() {
-    await request("/api/live", {});
+    await request("api/live", {});
     if (!this.closed) this.connect();
   }
 

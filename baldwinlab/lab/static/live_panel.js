@@ -223,7 +223,7 @@ class RunButtons {
 
   async saveStudy(name) {
     const { feed } = this;
-    feed.summary.saved_as = (await postJSON(`/api/live/${feed.id}/save`, { name })).study;
+    feed.summary.saved_as = (await postJSON(`api/live/${feed.id}/save`, { name })).study;
     showMessage(`Saved as the study ${feed.summary.saved_as}.`, "done");
     feed.onUpdate();
   }

@@ -79,7 +79,7 @@ export class Setup {
   /** Load the presets and fill `root`. */
   async show(root) {
     this.root = root;
-    const { presets, default: defaultPreset } = await getJSON("/api/presets", this.signal);
+    const { presets, default: defaultPreset } = await getJSON("api/presets", this.signal);
     const { preset } = this.state;
     this.preset = new PresetPicker(presets, () => this.resetToPreset());
     this.preset.value = this.preset.has(preset) ? preset : defaultPreset;
@@ -124,7 +124,7 @@ export class Setup {
     const name = this.preset.has(experiment.name) ? experiment.name : this.preset.value;
     this.numbers = { runs, seed, pace: String(seconds) };
     this.navigate(this.numbers);
-    const base = await getJSON(`/api/preset?${new URLSearchParams({ name })}`, this.signal);
+    const base = await getJSON(`api/preset?${new URLSearchParams({ name })}`, this.signal);
     await this.loadPreset(name, findChanges(experiment, base));
   }
 
@@ -182,7 +182,7 @@ export class Setup {
 
   async load(changes) {
     const name = this.preset.value;
-    this.base = await getJSON(`/api/preset?${new URLSearchParams({ name })}`, this.signal);
+    this.base = await getJSON(`api/preset?${new URLSearchParams({ name })}`, this.signal);
     await this.fields.build(applyChanges(this.base, changes), changes);
   }
 
@@ -202,7 +202,7 @@ export class Setup {
       // A copy, because the user can change the form during the request.
       const form = this.fields.form;
       const order = structuredClone(this.createOrder());
-      const { errors, note } = await postJSON("/api/validate", order, this.signal);
+      const { errors, note } = await postJSON("api/validate", order, this.signal);
       if (request !== this.latestRequest) return;
       form.show(errors.filter(({ path }) => !(path in this.numbers)));
       for (const name of ["runs", "seed"])
@@ -216,7 +216,7 @@ export class Setup {
       this.note.hidden = !note;
       if (errors.length) return;
       const preview = await postJSON(
-        "/api/appearance",
+        "api/appearance",
         { experiment: order.experiment },
         this.signal,
       );
@@ -252,7 +252,7 @@ export class Setup {
   async startRun() {
     this.start.disabled = true;
     try {
-      this.listener.started((await postJSON("/api/live", this.createOrder(), this.signal)).id);
+      this.listener.started((await postJSON("api/live", this.createOrder(), this.signal)).id);
     } catch (error) {
       if (error.name === "AbortError") return;
       this.showErrors([{ path: "", message: error.message }]);

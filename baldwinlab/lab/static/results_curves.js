@@ -155,7 +155,7 @@ export class ResultsCurves {
     const { study, measure, groups, load } = this.view;
     const entries = groups.map(async ({ label, conditions: [condition] }) => {
       const query = new URLSearchParams({ study: study.id, condition, measure });
-      return [label, await load(`/api/results/runs?${query}`)];
+      return [label, await load(`api/results/runs?${query}`)];
     });
     return Object.fromEntries(await Promise.all(entries));
   }

@@ -14,7 +14,7 @@ export function createHeading({ study, studies, choose }) {
         target: "_blank",
         rel: "noopener",
         "data-testid": "report-link",
-        href: `/api/report/${folder}report.html`,
+        href: `api/report/${folder}report.html`,
       },
       "Full report",
     );

@@ -39,7 +39,7 @@ export function createFinals(view) {
 /** Return the reaction norms, or how to measure them. */
 export function createNorms({ study, groups, norm, choose, load }) {
   return new Fold("reaction", "Reaction norms", norm !== undefined, (root) => {
-    const response = load(`/api/results/reaction?${new URLSearchParams({ study: study.id })}`);
+    const response = load(`api/results/reaction?${new URLSearchParams({ study: study.id })}`);
     return [createReactionNorms(root, response, study.argument, groups, norm, choose)];
   });
 }

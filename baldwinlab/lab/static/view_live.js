@@ -193,8 +193,8 @@ async function showEmpty(stage, title, content, signal) {
     ),
   );
   const [{ runs }, { comparison }] = await Promise.all([
-    getJSON("/api/live", signal),
-    getJSON("/api/comparison", signal),
+    getJSON("api/live", signal),
+    getJSON("api/comparison", signal),
   ]);
   activeList.replaceChildren(
     ...(comparison ? [createComparisonLink(comparison)] : []),

@@ -22,7 +22,7 @@ export function mount(root, state, _navigate, guide) {
   page.append(cards);
   const show = async ({ paper }) => {
     const { papers, problem } = await getJSON(
-      `/api/papers?${new URLSearchParams(paper ? { paper } : {})}`,
+      `api/papers?${new URLSearchParams(paper ? { paper } : {})}`,
       aborted.signal,
     );
     cards.replaceChildren(...papers.map(createCard));

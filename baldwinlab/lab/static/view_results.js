@@ -86,7 +86,7 @@ class ResultsView {
 
   async show(requested) {
     const { signal } = this.aborted;
-    this.studies ??= (await getJSON("/api/studies", signal)).studies;
+    this.studies ??= (await getJSON("api/studies", signal)).studies;
     const study = this.findStudy(requested.study);
     if (!study) return this.showNoStudy(requested.study);
     const measure = MEASURES.includes(requested.measure) ? requested.measure : "mean";
@@ -200,7 +200,7 @@ async function fetchResults(study, page, studies, choose, signal) {
     ),
   );
   try {
-    return await getJSON(`/api/results?${new URLSearchParams({ study: study.id })}`, signal);
+    return await getJSON(`api/results?${new URLSearchParams({ study: study.id })}`, signal);
   } catch (error) {
     if (!signal.aborted) showEmpty(page, "This study has no results to show", error.message, pick);
     return null;
