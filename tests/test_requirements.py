@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import json
+import os
 import re
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+
+from scripts import removed_names
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -82,6 +88,102 @@ def test_a_locked_file_has_one_fitting_version_of_each_requirement(file: str, py
         requirement = Requirement(line)
         (version,) = versions[canonicalize_name(requirement.name)]
         assert requirement.specifier.contains(version), line
+
+
+PLATFORMS = {
+    "requirements.txt": (
+        "x86_64-manylinux_2_28",
+        "aarch64-manylinux_2_28",
+        "x86_64-pc-windows-msvc",
+        "aarch64-apple-darwin",
+    ),
+    "requirements-dev.txt": ("x86_64-manylinux_2_28", "x86_64-pc-windows-msvc"),
+    "requirements-cuda.txt": (
+        "x86_64-manylinux_2_28",
+        "aarch64-manylinux_2_28",
+        "x86_64-pc-windows-msvc",
+    ),
+}
+WINDOWS_ON_ARM = [("requirements.txt", "aarch64-pc-windows-msvc", ("3.13", "3.14"))]
+
+
+# The test needs the package index. README.md names the platforms.
+@pytest.mark.nightly
+@pytest.mark.parametrize(
+    ("file", "platform", "pythons"),
+    [
+        *((file, name, tuple(SUPPORTED)) for file, names in PLATFORMS.items() for name in names),
+        *WINDOWS_ON_ARM,
+    ],
+)
+def test_every_locked_version_has_a_wheel_and_permits_the_others(
+    file: str, platform: str, pythons: tuple[str, ...], tmp_path: Path
+) -> None:
+    uv = str(Path(sys.executable).parent / "uv")
+    wheels = ["--dry-run", "--quiet", "--only-binary", ":all:", "--require-hashes", "-r", file]
+    target = ["--python-platform", platform, "--target", str(tmp_path)]
+    for python in pythons:
+        command = [uv, "pip", "install", *wheels, *target, "--python-version", python]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+        assert done.returncode == 0, (python, done.stderr)
+
+
+COMPILE_KERNEL = """
+from types import SimpleNamespace
+from numba.cuda import dispatcher, types
+from numba.cuda.cudadrv import devices
+from baldwinlab.engine.gpu import kernel
+from tests.engine.gpu_code import compile_kernel
+
+device = SimpleNamespace(compute_capability=(9, 0))
+dispatcher.get_current_device = lambda: device
+devices.get_context = lambda: SimpleNamespace(device=device)
+
+def increase(numbers):
+    numbers[0] += 1
+
+print(compile_kernel(kernel(32)(increase), (types.float32[::1],)).get_asm_str())
+"""
+
+
+# The test needs the package index.
+@pytest.mark.nightly
+def test_a_kernel_compiles_with_the_locked_versions_on_the_newest_python(tmp_path: Path) -> None:
+    uv = str(Path(sys.executable).parent / "uv")
+    command = [uv, "python", "list", "--only-installed", "--output-format", "json"]
+    found = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
+    versions = {
+        (parts["major"], parts["minor"]): python["path"]
+        for python in found
+        if (parts := python["version_parts"]) and python["implementation"] == "cpython"
+    }
+    newest = max(version for version in versions if "{}.{}".format(*version) in SUPPORTED)
+    folder = tmp_path / "environment"
+    environment = os.environ | {"VIRTUAL_ENV": str(folder), "PYTHONPATH": str(ROOT)}
+    files = ["-r", "requirements.txt", "-r", "requirements-cuda.txt"]
+    for words in (
+        ["venv", "--quiet", "--python", versions[newest], str(folder)],
+        ["pip", "install", "--quiet", "--require-hashes", *files],
+        ["pip", "check", "--quiet"],
+        ["run", "--quiet", "--no-project", "--active", "python", "-c", COMPILE_KERNEL],
+    ):
+        done = subprocess.run(
+            [uv, *words], cwd=ROOT, env=environment, capture_output=True, text=True
+        )
+        assert done.returncode == 0, (newest, words[0], done.stderr)
+    assert "add.rn.f32" in done.stdout
+
+
+# The search in all installed libraries takes a minute.
+@pytest.mark.nightly
+def test_no_installed_library_uses_a_removed_name_of_numpy(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    removed_names.main(Path(sysconfig.get_path("purelib")))
+    names = {line.partition(": ")[2] for line in capsys.readouterr().out.splitlines()}
+    # Numba returns before its use of `MachAr`. SciPy misspells `zeros_like`.
+    known = {f"numpy.{name} is not in {np.__version__}" for name in ("MachAr", "zeroslike")}
+    assert names <= known
 
 
 # The test needs the package index.
