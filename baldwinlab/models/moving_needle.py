@@ -130,7 +130,7 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         # Each block needs the one before it. Stored blocks limit the depth of the recursion.
         for stored_block in range(0, block, MAX_DEPTH):
             _draw_targets(law, seed, run, stored_block)
-        return _draw_targets(law, seed, run, block)[change].astype(np.int64)
+        return np.asarray(_draw_targets(law, seed, run, block)[change], np.int64)
 
 
 @lru_cache(maxsize=1024)

@@ -115,7 +115,7 @@ def compute_in_blocks(
 
 @pytest.mark.parametrize("is_general", [True, False])
 @pytest.mark.parametrize("value", [-0.75, -1e-30, 0.0, 2.0, np.nan])
-def test_an_agent_with_any_inputs_has_the_same_bits_alone_and_beside_other_agents(
+def test_an_agent_has_the_same_bits_whether_other_inputs_of_its_block_are_zero(
     is_general: bool, value: float
 ) -> None:
     """A block in which all inputs are 0 skips the first layer. Negative inputs are not skipped."""
