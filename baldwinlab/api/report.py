@@ -89,6 +89,7 @@ def report(
         require_writable_path(path)
     plan = plan_report(study, page, last, baseline, paper)
     require_resources(f"the report of {study.location}", required_memory(plan), force=force)
+    study.remove_abandoned_files()
     if study.kind == MULTIVERSE:
         _report_multiverse(plan)
     elif study.kind == SWEEP:

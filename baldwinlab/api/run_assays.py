@@ -59,6 +59,7 @@ def run_missing_assays(
     missing = find_missing_assays(study, names, generations)
     n_assays = sum(map(len, missing.values()))
     if not n_assays:
+        study.remove_abandoned_files()
         console.info(f"{study.location}: all assays are already stored")
         return
     for condition, assays in missing.items():

@@ -134,6 +134,7 @@ def _run_missing(
     study = _open_or_create(request)
     missing = find_missing_runs(study, request.runs, console.warn)
     if not any(missing.values()):
+        study.remove_abandoned_files()
         console.info(f"{study.location}: all {request.total_runs:,} runs are already stored")
         return study
     _announce_runs(study, missing, request)

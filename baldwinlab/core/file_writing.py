@@ -13,11 +13,9 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from uuid import uuid4
 
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import (
-    PARTIAL_SUFFIX,
     FileKind,
     is_local,
     make_remote_folder,
@@ -25,6 +23,7 @@ from baldwinlab.core.files import (
     read_bytes,
     require_inside_study,
 )
+from baldwinlab.core.partial_files import hold_partial
 
 
 def require_writable_path(path: Path) -> None:
@@ -49,8 +48,8 @@ def require_writable_path(path: Path) -> None:
 
 
 @contextmanager
-def atomic_path(path: Path, *, exclusive: bool = False) -> Iterator[Path]:
-    """Yield a temporary path for a local file or folder, and rename it to `path` at the end.
+def atomic_path(path: Path, *, exclusive: bool = False, is_folder: bool = False) -> Iterator[Path]:
+    """Yield the path of an empty temporary file, and rename it to `path` at the end.
 
     Parameters
     ----------
@@ -58,6 +57,8 @@ def atomic_path(path: Path, *, exclusive: bool = False) -> Iterator[Path]:
         The final path. Its folder is created if it does not exist.
     exclusive
         Raise FileExistsError if `path` exists at the end.
+    is_folder
+        Create a folder instead of a file.
 
     Raises
     ------
@@ -72,18 +73,15 @@ def atomic_path(path: Path, *, exclusive: bool = False) -> Iterator[Path]:
         raise RefusedError(f"{path} is a device or a pipe. Give the path of a file.")
     with name_file_in_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial_path = path.with_name(f".{path.name}.{uuid4().hex}{PARTIAL_SUFFIX}")
-        try:
+        with hold_partial(path, is_folder=is_folder) as partial_path:
             yield partial_path
-            if partial_path.is_file():
+            if not is_folder:
                 with partial_path.open("rb+") as file:
                     os.fsync(file.fileno())
             if exclusive:
                 _name_exclusively(partial_path, path)
             else:
                 partial_path.replace(path)
-        finally:
-            _remove(partial_path)
 
 
 def _name_exclusively(partial_path: Path, path: Path) -> None:
@@ -98,20 +96,10 @@ def _name_exclusively(partial_path: Path, path: Path) -> None:
             file.write(partial_path.read_bytes())
 
 
-def _remove(partial_path: Path) -> None:
-    if partial_path.is_dir():
-        # Imported late: it takes a while to load.
-        import shutil
-
-        shutil.rmtree(partial_path, ignore_errors=True)
-    else:
-        partial_path.unlink(missing_ok=True)
-
-
 def write_atomically(path: Path, content: bytes) -> Path:
     """Write a file completely or not at all. Raise as `atomic_path` does."""
     if is_local(path):
-        with atomic_path(path) as partial_path, partial_path.open("xb") as file:
+        with atomic_path(path) as partial_path, partial_path.open("wb") as file:
             file.write(content)
     else:
         with name_file_in_errors(path):
@@ -138,7 +126,7 @@ def write_exclusively(path: Path, content: bytes) -> None:
     FileExistsError if another process has overwritten the file.
     """
     if is_local(path):
-        with atomic_path(path, exclusive=True) as partial_path, partial_path.open("xb") as file:
+        with atomic_path(path, exclusive=True) as partial_path, partial_path.open("wb") as file:
             file.write(content)
         return
     conflict = FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))

@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import json
 import re
-import time
 from collections.abc import Container, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -30,7 +29,6 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import append_line, require_writable_path, write_atomically
 from baldwinlab.core.files import (
     EXPERIMENT_FILE,
-    PARTIAL_SUFFIX,
     SESSIONS_FILE,
     STUDY_FILE,
     STUDY_FILE_NAME,
@@ -42,6 +40,7 @@ from baldwinlab.core.files import (
     shorten_path,
 )
 from baldwinlab.core.output_paths import is_study
+from baldwinlab.core.partial_files import remove_abandoned
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.core.variables import as_run, without_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment
@@ -79,8 +78,6 @@ from baldwinlab.studies.study_file import (
 SESSIONS_FILE_NAME = "sessions.jsonl"
 # The hash of a data file in the text of an experiment.
 HASH_PATTERN = re.compile('sha256"? = "[0-9a-f]')
-# A running writer renames its temporary file within seconds. Older files are from killed processes.
-STALE_SECONDS = 60
 NUMERIC_SESSION_FIELDS = ("seconds", "compile_seconds", "workers", "agent_steps")
 
 
@@ -300,12 +297,12 @@ class StudyStore:
                 if not runs:
                     file.path.unlink(missing_ok=True)
         remove_ended_processes(self.directory)
-        if not is_local(self.directory):
-            return
-        for leftover in self.directory.rglob(f".*{PARTIAL_SUFFIX}"):
-            age_in_seconds = time.time() - leftover.stat().st_mtime
-            if age_in_seconds > STALE_SECONDS:
-                leftover.unlink(missing_ok=True)
+        self.remove_abandoned_files()
+
+    def remove_abandoned_files(self) -> None:
+        """Remove the temporary files of killed processes."""
+        if is_local(self.directory):
+            remove_abandoned(self.directory)
 
     def require_writable(self, paths: Iterable[Path]) -> None:
         """Raise RefusedError if one of these files of the study cannot be written."""

@@ -306,6 +306,7 @@ def test_a_process_that_is_killed_in_the_middle_of_a_write_leaves_no_part_of_a_b
     complete(study, RUNS)
     require_records(study, oracle)
     assert list_names(study) == ["0000-0059.nc"]
+    assert not list(tmp_path.rglob("*.partial"))
 
 
 def test_the_runs_of_a_batch_are_decoded_once(

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import baldwinlab as bl
+from baldwinlab.core.partial_files import identify_machine
 from baldwinlab.papers.presets import load
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import DamagedRecordError, StudyError
@@ -122,15 +124,21 @@ def test_a_missing_or_damaged_record_is_named(tmp_path: Path) -> None:
         study.experiment("evo/C")
 
 
-def test_only_old_partial_files_are_removed(tmp_path: Path) -> None:
-    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
-    old, new = (tmp_path / "runs" / f".{name}.partial" for name in ("old", "new"))
-    for file in (old, new):
-        file.write_bytes(b"half a rec")
-    os.utime(old, (time.time() - 3600,) * 2)
-    study.sweep()
-    assert not old.exists()
-    assert new.exists()
+@pytest.mark.parametrize("command", ["run", "assay"])
+def test_a_command_that_writes_removes_the_files_of_killed_writers(
+    tmp_path: Path, command: str
+) -> None:
+    changes = {"evolution.generations": 2, "population.size": 10}
+    options: dict[str, Any] = {"runs": 1, "out": tmp_path / "study", "set": changes}
+    study = bl.run("hinton-nowlan-1987:guessing", **options)
+    abandoned = tmp_path / "study" / "runs" / f".0066.nc.{identify_machine()}-1.partial"
+    abandoned.touch()
+    if command == "run":
+        # All runs are stored already.
+        bl.run("hinton-nowlan-1987:guessing", **options)
+    else:
+        study.assay("descent")
+    assert not abandoned.exists()
 
 
 def test_an_incomplete_line_of_sessions_is_skipped(tmp_path: Path) -> None:

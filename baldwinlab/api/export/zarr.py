@@ -91,7 +91,7 @@ def write_zarr(study: StudyStore, path: Path) -> None:
     layout = _make_layout(study)
     frame = _convert_texts(layout.frame)
     frame.attrs["made_by"] = f"{FILE_MARK} {__version__}"
-    with atomic_path(path) as partial_path:
+    with atomic_path(path, is_folder=True) as partial_path:
         frame.to_zarr(LocalStore(partial_path), mode="w-", zarr_format=3, consolidated=False)
         _write_records(study, layout, zarr.open_group(LocalStore(partial_path), mode="r+"))
 
