@@ -44,6 +44,7 @@ def run(
     founders: str | Sequence[str] = (),
     schedule: Mapping[int, Mapping[str, Any]] = MappingProxyType({}),
     callback: Callable[[xr.Dataset], None] | None = None,
+    checkpoint: str = "60s",
     force: bool = False,
 ) -> Study:
     """Run one or several experiments as one study.
@@ -81,6 +82,9 @@ def run(
         Called after each generation of each run, with the dataset of the run so far. Its attributes
         `condition` and `run` name the run. One call runs at a time. Only with the executor
         "threads".
+    checkpoint
+        Interval between two checkpoints of a run: seconds, such as "60s", or generations, such as
+        "100".
     force
         Run even if less memory or disk is free than the estimate.
 
@@ -110,7 +114,12 @@ def run(
     load_installed_parts()
     loaded = [_load(source) for source in sources]
     options = RunOptions(
-        workers=workers, backend=backend, executor=executor, force=force, callback=callback
+        workers=workers,
+        backend=backend,
+        executor=executor,
+        force=force,
+        callback=callback,
+        checkpoint=checkpoint,
     )
     references = [founders] if isinstance(founders, str) else founders
     settings_by_generation = {

@@ -56,7 +56,7 @@ class Interval(NamedTuple):
         ArgumentError
             The text has another form.
         """
-        match = INTERVAL_PATTERN.fullmatch(text)
+        match = INTERVAL_PATTERN.fullmatch(str(text))
         if match is None:
             raise ArgumentError(
                 "checkpoint", text, "must be a number of generations or of seconds: 100 or 60s"

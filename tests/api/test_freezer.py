@@ -157,8 +157,8 @@ def forget_files(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_founders_of_two_studies_with_one_condition_and_generation_are_both_kept(
     source: StudyStore, tmp_path: Path
 ) -> None:
-    other = make_small_study(tmp_path / "other", runs=2, seed=6)
-    references = [f"{study.directory}:evo/A@2" for study in (source, other)]
+    second_source = make_small_study(tmp_path / "second", runs=2, seed=6)
+    references = [f"{study.directory}:evo/A@2" for study in (source, second_source)]
     study = bl.run("evo/B", runs=2, out=tmp_path / "new", set=SETTINGS, founders=references)
     paths = [entry.path for entry in study.experiment("evo/B").evolution.founders]
     assert len({*paths}) == 2
@@ -167,7 +167,7 @@ def test_founders_of_two_studies_with_one_condition_and_generation_are_both_kept
         for path in study.directory.glob("inputs/evo-A-generation-2-*.nc")
     )
     genomes = study.genomes(0, 0).values
-    for first_agent, origin in ((0, source), (10, other)):
+    for first_agent, origin in ((0, source), (10, second_source)):
         population = bl.open_study(origin.directory).genomes(0, 2, condition="evo/A").values
         copies = (genomes[first_agent : first_agent + 10, None] == population).all(axis=(2, 3))
         assert copies.any(axis=1).all()

@@ -6,10 +6,13 @@ from pathlib import Path
 
 import pytest
 
+import baldwinlab as bl
 from baldwinlab.api.run_study import StudyRequest, _choose_backend
 from baldwinlab.models.miniworld.backends import cuda
 from baldwinlab.models.miniworld.backends.choice import MIN_GPU_WORLDS
+from baldwinlab.studies import checkpoints
 from baldwinlab.studies.executors import THREADS
+from tests.small_studies import shorten_preset
 from tests.worlds import make_small_experiment
 
 SPECIES = [{"name": "first", "size": 3}, {"name": "second", "size": 3}]
@@ -30,3 +33,25 @@ def test_many_runs_of_species_use_the_cpu_if_a_gpu_is_available(
     assert names == ["cuda", "cpu"]
     with pytest.raises(ValueError, match="runs on the CPU only"):
         _choose_backend("cuda", THREADS, StudyRequest([species], tmp_path, runs=1, seed=0))
+
+
+@pytest.mark.parametrize("interval", ["often", "", "-1"])
+def test_an_interval_of_checkpoints_is_checked_before_a_study_is_created(
+    tmp_path: Path, interval: str
+) -> None:
+    with pytest.raises(bl.RefusedError, match="checkpoint"):
+        bl.run("evo/A", runs=1, out=tmp_path / "new", checkpoint=interval)
+    assert not (tmp_path / "new").exists()
+
+
+def test_run_stores_checkpoints_at_the_given_interval(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    saved: list[str] = []
+
+    def write_name(directory: Path, path: Path, content: bytes) -> None:
+        saved.append(path.name)
+
+    monkeypatch.setattr(checkpoints, "write_in_study", write_name)
+    bl.run(shorten_preset("evo/A"), runs=1, out=tmp_path / "new", checkpoint="2")
+    assert saved == ["0000.checkpoint"]

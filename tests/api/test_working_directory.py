@@ -1,4 +1,4 @@
-"""A study is found wherever the process stands, and messages show paths as the user knows them."""
+"""A study is found from any working directory, and messages show paths as the user knows them."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def other(base: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def second_folder(base: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return another directory. The working directory is that of the study."""
     monkeypatch.chdir(base.parent)
     return tmp_path
 
 
-def test_an_open_study_is_found_from_another_directory(base: Path, other: Path) -> None:
+def test_an_open_study_is_found_from_another_directory(base: Path, second_folder: Path) -> None:
     study = bl.open_study("base")
     data = bl.open_runs("base")
-    os.chdir(other)
+    os.chdir(second_folder)
     assert study.directory == base
     assert study.data().sizes["run"] == 2
     assert study.genomes(0, 1, condition="evo/A").sizes["agent"] == 20
@@ -58,30 +58,32 @@ def test_a_callback_can_change_the_directory(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "other").mkdir()
+    (tmp_path / "second").mkdir()
 
     def change_directory(run: xr.Dataset) -> None:
-        os.chdir(tmp_path / "other")
+        os.chdir(tmp_path / "second")
 
     study = bl.run(shorten_preset("evo/A"), runs=2, out="new", callback=change_directory)
     assert study.directory == tmp_path / "new"
     assert study.data().sizes["run"] == 2
-    assert not any((tmp_path / "other").iterdir())
+    assert not any((tmp_path / "second").iterdir())
 
 
-def test_an_address_of_remote_storage_and_an_absolute_path_are_unchanged(other: Path) -> None:
+def test_an_address_of_remote_storage_and_an_absolute_path_are_unchanged(
+    second_folder: Path,
+) -> None:
     for text in ("memory://bucket/study", "memory://a b/c=d"):
         location = parse_location(text)
         assert str(make_absolute(location)) == str(shorten_path(location)) == str(location) == text
-    assert make_absolute(other) == other
+    assert make_absolute(second_folder) == second_folder
 
 
 def test_a_message_shows_a_path_in_the_working_directory_as_a_relative_path(
-    base: Path, other: Path
+    base: Path, second_folder: Path
 ) -> None:
     assert str(shorten_path(base)) == "base"
     assert str(shorten_path(make_absolute(Path("../x")))) == "../x"
-    assert shorten_path(other) == other
+    assert shorten_path(second_folder) == second_folder
     assert repr(bl.open_study("base")).startswith("<Study base, ")
     assert quote_path(Path("a b")) == "'a b'"
 

@@ -91,8 +91,8 @@ def merge_variant(settings: Mapping[str, Any]) -> Experiment:
 
 def set_of_species(settings: Mapping[str, Any]) -> Experiment:
     shared = {path: value for path, value in settings.items() if path.startswith("world")}
-    own = {path: value for path, value in settings.items() if path not in shared}
-    species = [{"name": "first", "size": 20} | own]
+    unshared = {path: value for path, value in settings.items() if path not in shared}
+    species = [{"name": "first", "size": 20} | unshared]
     experiment = EXPERIMENT.replace(population={"species": species}, **nest_settings(shared))
     return experiment.species_experiments()[0]
 
