@@ -45,6 +45,7 @@ from baldwinlab.experiment.renamed import upgrade
 from baldwinlab.experiment.schedule import (
     SCHEDULE_FIELD,
     Change,
+    add_file_hashes,
     drop_settings,
     require_valid_schedule,
 )
@@ -459,6 +460,9 @@ def validate(tree: Any, lenient: bool = False) -> Any:
         if conflicts := experiment.find_conflicts():
             raise ExperimentError("\n".join(conflicts))
         require_valid_schedule(experiment)
+        if experiment.schedule:
+            tree_with_hashes = experiment.to_dict() | {"schedule": add_file_hashes(experiment)}
+            experiment = _make_experiment(tree_with_hashes)
         if experiment.population.species:
             require_valid_species(experiment)
         if faults := experiment.find_diet_faults():

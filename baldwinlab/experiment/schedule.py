@@ -15,7 +15,8 @@ from typing import Any, Final
 from pydantic import Field, model_validator
 
 from baldwinlab.experiment.fields import ExperimentError, Fields, to_plain_data
-from baldwinlab.experiment.paths import iterate_settings, parse_assignment
+from baldwinlab.experiment.file import File
+from baldwinlab.experiment.paths import iterate_settings, look_up, parse_assignment
 
 # Tables and fields that cannot change during a run: its size, its records, the layout of genomes.
 FIXED_TABLES: Final = ("name", "model", "population", "record", "schedule", "network")
@@ -38,7 +39,14 @@ class Change(Fields, extra="allow"):
     @classmethod
     def _flatten_tables(cls, tree: Any) -> Any:
         """Read a table `learning` with the setting `rule` as the key "learning.rule"."""
-        return dict(iterate_settings(to_plain_data(tree))) if isinstance(tree, Mapping) else tree
+        if not isinstance(tree, Mapping):
+            return tree
+        settings = dict(iterate_settings(to_plain_data(tree)))
+        # The path and the hash of a data file belong together.
+        for path in [path.removesuffix(".sha256") for path in settings if path.endswith(".sha256")]:
+            names = ("path", "sha256")
+            settings[path] = {name: settings.pop(f"{path}.{name}", "") for name in names}
+        return settings
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -147,6 +155,17 @@ def _require_same_layout(experiment: Any, changed: Any, generation: int) -> None
         raise ExperimentError(
             f"schedule, generation {generation}: the runs would have other recorded variables"
         )
+
+
+def add_file_hashes(experiment: Any) -> list[dict[str, Any]]:
+    """Return the schedule of an experiment, with the hash of each data file that it names."""
+    changes = []
+    for change in to_plain_data(experiment.schedule):
+        changed = experiment.at(change["generation"])
+        values = {path: look_up(changed, path)[0] for path in change if path != "generation"}
+        files = {path: value for path, value in values.items() if isinstance(value, File)}
+        changes.append(change | to_plain_data(files))
+    return changes
 
 
 def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, Any]]:

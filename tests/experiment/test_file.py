@@ -187,3 +187,21 @@ def test_an_unreadable_file_is_refused_with_the_field(table: Path, kind: str) ->
         ExperimentError, match=f"{FIELD} = 'worth.txt': the file worth.txt cannot be read: "
     ):
         make_experiment_with_table()
+
+
+def test_a_study_keeps_a_copy_of_a_scheduled_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "later.txt").write_bytes(b"50\n60\n70\n")
+    scheduled = make_experiment_with_table().replace(
+        schedule=[{"generation": 1, FIELD: "later.txt"}]
+    )
+    assert from_toml(to_toml(scheduled), source="again") == scheduled
+    bl.run(scheduled, runs=1, out="study")
+    (tmp_path / "later.txt").unlink()
+    (tmp_path / "worth.txt").unlink()
+    forget_files(monkeypatch)
+    study = bl.open_study("study")
+    study.extend(3, runs=2)
+    assert study.data().energy.isel(generation=0).max() <= 7
+    assert study.data().energy.isel(generation=slice(1, None)).min() >= 50
