@@ -21,7 +21,13 @@ import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
+from baldwinlab.core.netcdf import (
+    DamagedError,
+    from_bytes,
+    stored_checksum,
+    to_bytes,
+    verify_checksum,
+)
 from baldwinlab.core.output_paths import FREEZE_MARK
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.file import File
@@ -141,6 +147,11 @@ def decode_genomes(content: bytes, path: str) -> StoredGenomes:
     """Return the genomes in the bytes of a genome file. Raise RefusedError as `read_genomes`."""
     if path.endswith(".npy"):
         return StoredGenomes(_read_array(path, content), layout={})
+    if not stored_checksum(content):
+        raise RefusedError(
+            f"{path} is no genome file: give a file of `baldwinlab freeze`, or an array of NumPy "
+            "(.npy)"
+        )
     try:
         verify_checksum(content)
         data = from_bytes(content)

@@ -250,3 +250,27 @@ def test_genomes_that_are_not_finite_are_refused_with_their_index(
     ):
         bl.run("evo/B", runs=1, out="new", set=SETTINGS, founders="wrong.npy")
     assert [path.name for path in tmp_path.iterdir()] == ["wrong.npy"]
+
+
+def test_a_study_in_remote_storage_keeps_its_founders(
+    source: StudyStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    reference = f"{source.directory}:evo/A@2"
+    bl.run("evo/B", runs=1, out="memory://founders/new", set=SETTINGS, founders=reference)
+    forget_files(monkeypatch)
+    study = bl.open_study("memory://founders/new")
+    study.extend(runs=2)
+    bl.run("evo/B", runs=2, out="local", set=SETTINGS, founders=reference)
+    for run in range(2):
+        expected = bl.open_study("local").genomes(run, 1).values
+        np.testing.assert_array_equal(study.genomes(run, 1).values, expected)
+    assert [path.name for path in tmp_path.iterdir()] == ["local"]
+
+
+@pytest.mark.parametrize("content", [b"", b"text", b"CDF\x01\0\0\0\0"])
+def test_another_file_is_refused_without_the_word_checksum(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "other.nc").write_bytes(content)
+    with pytest.raises(BaldwinLabError, match="is no genome file: give a file of `baldwinlab fr"):
+        bl.run("evo/B", runs=1, out=tmp_path / "new", founders=str(tmp_path / "other.nc"))
+    assert not (tmp_path / "new").exists()
