@@ -74,7 +74,6 @@ def step_with_supersuit() -> dict[str, Any]:
     stacked = supersuit.frame_stack_v1(bl.parallel_env(experiment), 3)
     vector = supersuit.pettingzoo_env_to_vec_env_v1(stacked)
     env = supersuit.concat_vec_envs_v1(vector, 2, num_cpus=2, base_class="stable_baselines3")
-    env.seed(5)
     observations = [env.reset()]
     ends = 0
     for _ in range(60):
