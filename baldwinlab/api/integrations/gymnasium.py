@@ -399,4 +399,5 @@ def _load_single_forager(
     experiment = preset if isinstance(preset, BaseExperiment) else load(preset)
     if isinstance(experiment, Experiment):
         experiment = experiment.replace(population={"size": 1, "worlds": 1}, evolution={"elite": 0})
-    return assign(experiment, format_assignments(settings or {}))
+    changed: BaseExperiment = assign(experiment, format_assignments(settings or {}))
+    return changed

@@ -38,7 +38,10 @@ def run_client(name: str, *arguments: object) -> Any:
         "SDL_VIDEODRIVER": "dummy",
         "SDL_AUDIODRIVER": "dummy",
     }
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=variables)
+    # An error of a library can leave processes that wait for each other.
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=False, env=variables, timeout=1_200
+    )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
 
