@@ -190,7 +190,8 @@ def _read_fitness(life: Life, start: StartData, batch: CpuBatch) -> npt.NDArray[
     generation = life.key.generation
     if not find_archive_fitness(life.experiment):
         settings = life.experiment.at(generation)
-        return collect_outcomes(settings, batch, start.genomes[None]).energy[0]
+        outcomes = collect_outcomes(settings, batch, start.genomes[None])
+        return np.asarray(outcomes.energy[0])
     if start.fitness is None or generation >= len(start.fitness):
         return None
     return np.asarray(start.fitness.values[generation])

@@ -17,9 +17,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.core.errors import PartError
-from baldwinlab.experiment import registry
-from baldwinlab.parts.loading import load_file, load_text
+from baldwinlab.parts.loading import load_file
 from tests.worlds import make_small_experiment
 
 ROOT = Path(__file__).parents[3]
@@ -146,42 +144,6 @@ def test_a_new_process_continues_with_a_part_whose_file_was_moved(tmp_path: Path
     assert results["study"] == ("poisoned",)
 
 
-RULE = """
-from baldwinlab.parts import LearningRule
-
-class Lazy(LearningRule, name="lazy-rule"):
-    \"\"\"{}.\"\"\"
-"""
-
-
-def test_a_part_that_differs_or_has_no_module_is_refused_with_one_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    load_text(RULE.format("First"), tmp_path / "first.py")
-    experiment = EXPERIMENT.replace(learning={"rule": "lazy-rule"})
-    content = pickle.dumps(experiment)
-    assert pickle.loads(content) == experiment
-    load_text(RULE.format("Second"), tmp_path / "second.py")
-    with pytest.raises(PartError, match=r"'lazy-rule' of .*first.py differs from the learning"):
-        pickle.loads(content)
-    registry.remove("learning rule", "lazy-rule")
-    assert pickle.loads(content) == experiment
-    registry.remove("learning rule", "lazy-rule")
-
-    (tmp_path / "my_rules.py").write_text(RULE.format("Imported"))
-    monkeypatch.syspath_prepend(tmp_path)
-    __import__("my_rules")
-    content = pickle.dumps(experiment)
-    monkeypatch.delitem(sys.modules, "my_rules")
-    registry.remove("learning rule", "lazy-rule")
-    assert pickle.loads(content) == experiment
-    monkeypatch.delitem(sys.modules, "my_rules")
-    registry.remove("learning rule", "lazy-rule")
-    (tmp_path / "my_rules.py").unlink()
-    with pytest.raises(PartError, match=r"my_rules.py cannot be imported: No module named"):
-        pickle.loads(content)
-
-
 def _step_in_child(queue: Any, env: Any) -> None:
     queue.put(step(env, 20))
 
@@ -199,11 +161,11 @@ def test_an_environment_goes_on_in_a_process_that_was_forked() -> None:
 
 
 def test_gymnasium_steps_environments_in_processes() -> None:
-    arguments = {"preset": "evo/A", "set": {"lifetime.steps": 20}}
-    env = gymnasium.make_vec(
+    arguments: dict[str, Any] = {"preset": "evo/A", "set": {"lifetime.steps": 20}}
+    env: Any = gymnasium.make_vec(
         "baldwinlab:baldwinlab/Forager-v0", 2, vectorization_mode="async", **arguments
     )
-    single = gymnasium.make("baldwinlab/Forager-v0", **arguments)
+    single: Any = gymnasium.make("baldwinlab/Forager-v0", **arguments)
     observations, _ = env.reset(seed=[7, 8])
     np.testing.assert_array_equal(observations[1], single.reset(seed=8)[0])
     observations, *_ = env.step(np.array([1, 1]))
