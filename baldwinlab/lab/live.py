@@ -43,10 +43,10 @@ from baldwinlab.studies.records import StudyError
 
 # Running or paused live runs.
 MAX_ACTIVE_RUNS: Final = 4
-# Memory of all live runs, including finished ones.
+# Live runs, including ended ones.
+MAX_KEPT_RUNS: Final = 20
+# Memory of all live runs, including ended ones.
 MAX_TOTAL_BYTES: Final = 1_000_000_000
-# An unwatched run waits this long for a page.
-GRACE_SECONDS: Final = 60.0
 # Time between two checks for new generations.
 POLL_SECONDS: Final = 0.05
 MAX_GENERATIONS_PER_MESSAGE: Final = 500
@@ -59,11 +59,10 @@ STUDY_NAME_PATTERN: Final = re.compile(
 class Live:
     """The live runs of one server.
 
-    A run that no page watches for `grace_seconds` is stopped and removed.
+    Runs continue without a page. An ended run is kept until a new run needs its place or memory.
     """
 
-    def __init__(self, grace_seconds: float = GRACE_SECONDS) -> None:
-        self._grace_seconds = grace_seconds
+    def __init__(self) -> None:
         self._runs: dict[str, LiveRun] = {}
         self._lock = threading.Lock()
 
@@ -87,34 +86,41 @@ class Live:
                     f"{MAX_ACTIVE_RUNS} live runs are active, and no more are allowed; stop one of"
                     " them first"
                 )
-            self._free_memory(estimate_memory(experiment, n_runs))
+            self._make_room(estimate_memory(experiment, n_runs))
             run = LiveRun(experiment, seed, n_runs, seconds_per_generation)
             self._runs[run.id] = run
-            self._schedule_removal(run)
         return run
 
-    def _free_memory(self, required_bytes: int) -> None:
-        """Remove the oldest finished runs that no page watches, until enough bytes are free.
+    def _make_room(self, required_bytes: int) -> None:
+        """Remove ended runs that no page watches, until a new run has a place and memory.
 
-        Raise ValueError if the removal of all such runs does not free enough memory.
+        Saved runs are removed first, and then the oldest ones.
+
+        Raise ValueError if the removal of all such runs is not enough.
         """
         used_bytes = sum(run.memory_bytes for run in self._runs.values())
         excess_bytes = used_bytes + required_bytes - MAX_TOTAL_BYTES
+        excess_runs = len(self._runs) + 1 - MAX_KEPT_RUNS
+        removable = [run for run in self._runs.values() if run.has_ended and not run.n_watchers]
         runs_to_remove = []
         # The runs are in the order of their start.
-        for run in self._runs.values():
-            is_removable = run.has_ended and not run.n_watchers
-            if excess_bytes > 0 and is_removable:
+        for run in sorted(removable, key=lambda run: not run.saved_as):
+            if excess_bytes > 0 or excess_runs > 0:
                 runs_to_remove.append(run)
                 excess_bytes -= run.memory_bytes
+                excess_runs -= 1
         if excess_bytes > 0:
             raise ValueError(
                 f"live runs may use {MAX_TOTAL_BYTES:,} bytes of memory in total, and this run"
-                f" would exceed the limit by {excess_bytes:,} bytes; close the page of a finished"
-                " run"
+                f" would exceed the limit by {excess_bytes:,} bytes; remove a run from the list of"
+                " live runs"
+            )
+        if excess_runs > 0:
+            raise ValueError(
+                f"the lab keeps at most {MAX_KEPT_RUNS} live runs, and pages show all of them;"
+                " remove a run from the list of live runs"
             )
         for run in runs_to_remove:
-            run.removal_timer.cancel()
             del self._runs[run.id]
 
     def list_runs(self) -> list[LiveRun]:
@@ -127,7 +133,7 @@ class Live:
         run = self._runs.get(id)
         if run is None:
             raise MissingError(
-                f"there is no live run {id!r}: a run is removed if its page is closed for a minute"
+                f"there is no live run {id!r}: it was removed, or the lab was started again since"
             )
         return run
 
@@ -136,14 +142,12 @@ class Live:
         """Count a watching page while the context is open. Raise MissingError as `find_run`."""
         with self._lock:
             run = self.find_run(id)
-            run.removal_timer.cancel()
             run.n_watchers += 1
         try:
             yield run
         finally:
             with self._lock:
                 run.n_watchers -= 1
-                self._schedule_removal(run)
 
     def save(self, id: str, root: Path, name: str) -> None:
         """Save a live run as a study in `root`.
@@ -166,22 +170,13 @@ class Live:
     def close(self) -> None:
         """Stop all runs."""
         for run in self.list_runs():
-            run.removal_timer.cancel()
             run.stop()
 
-    def _schedule_removal(self, run: LiveRun) -> None:
-        """Remove an unwatched run after the grace period."""
-        if run.n_watchers:
-            return
-        run.removal_timer = threading.Timer(self._grace_seconds, self._remove, [run.id])
-        run.removal_timer.daemon = True
-        run.removal_timer.start()
-
-    def _remove(self, id: str) -> None:
+    def remove(self, id: str) -> None:
+        """Stop and remove a run. Raise MissingError as `find_run`."""
         with self._lock:
-            if id not in self._runs or self._runs[id].n_watchers:
-                return
-            run = self._runs.pop(id)
+            run = self.find_run(id)
+            del self._runs[id]
         run.stop()
         run.wait()
         # The memory can be released only after the last reference is deleted.
@@ -224,6 +219,7 @@ def _summarize_run(run: LiveRun) -> dict[str, Any]:
         "generations_done": run.generations_done,
         "state": run.state,
         "saved_as": run.saved_as,
+        "bytes": run.memory_bytes,
     }
 
 
@@ -304,7 +300,17 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         return JSONResponse({"id": run.id}, HTTPStatus.CREATED)
 
     async def list_runs(request: Request) -> JSONResponse:
-        return JSONResponse({"runs": [_summarize_run(run) for run in lab.live.list_runs()]})
+        limits = {"kept": MAX_KEPT_RUNS, "active": MAX_ACTIVE_RUNS, "bytes": MAX_TOTAL_BYTES}
+        runs = [_summarize_run(run) for run in lab.live.list_runs()]
+        return JSONResponse({"runs": runs, "limits": limits})
+
+    async def stop(request: Request) -> JSONResponse:
+        lab.live.find_run(request.path_params["id"]).stop()
+        return JSONResponse({})
+
+    async def remove(request: Request) -> JSONResponse:
+        await run_in_threadpool(lab.live.remove, request.path_params["id"])
+        return JSONResponse({})
 
     async def save(request: Request) -> JSONResponse:
         body = await read_body(request, "name")
@@ -319,5 +325,7 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         Route("/api/live", start, methods=["POST"]),
         Route("/api/live", list_runs),
         Route("/api/live/{id}/save", save, methods=["POST"]),
+        Route("/api/live/{id}/stop", stop, methods=["POST"]),
+        Route("/api/live/{id}", remove, methods=["DELETE"]),
         WebSocketRoute("/api/live/{id}", follow),
     ]

@@ -90,8 +90,6 @@ class LiveRun:
         The study that the run was last saved as.
     n_watchers
         The number of pages that watch the run.
-    removal_timer
-        Removes the run if no page watches it.
 
     """
 
@@ -111,8 +109,6 @@ class LiveRun:
         self.message = ""
         self.saved_as = ""
         self.n_watchers = 0
-        # `Live` replaces this timer, which never starts.
-        self.removal_timer = threading.Timer(0, lambda: None)
         self._histories: Sequence[History] = ()
         # [generation][run], only with species, because their genomes cannot be computed again.
         self._genomes: list[list[Genome]] = []

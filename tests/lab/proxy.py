@@ -60,14 +60,15 @@ class Proxy(NamedTuple):
             yield f"{scheme}://127.0.0.1:{proxy_port}{self.prefix}"
 
     def _make_app(self, port: int) -> Starlette:
+        # A client for each request would load the certificates of the machine each time.
+        client = httpx.AsyncClient(timeout=60, verify=False)
+
         async def pass_request(request: Request) -> Response:
             address = self._find_address("http", port, request)
             headers = self._find_headers(port, request)
-            async with httpx.AsyncClient(timeout=60) as client:
-                body = await request.body()
-                answer = await client.request(
-                    request.method, address, headers=headers, content=body
-                )
+            answer = await client.request(
+                request.method, address, headers=headers, content=await request.body()
+            )
             # Several cookies have a header each.
             kept = [pair for pair in answer.headers.multi_items() if pair[0] not in DROPPED]
             response = Response(answer.content, answer.status_code)

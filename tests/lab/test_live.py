@@ -6,6 +6,7 @@ import gc
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 from weakref import ref
@@ -344,33 +345,17 @@ def test_an_experiment_that_is_too_large_for_a_live_run_is_rejected(
         check_size(Experiment().replace(**changes), runs)
 
 
-@pytest.fixture
-def timers(monkeypatch: pytest.MonkeyPatch) -> list[threading.Timer]:
-    """Return the timers that were started. Each test lets their time pass by `expire`."""
-    started = list[threading.Timer]()
-    monkeypatch.setattr(threading.Timer, "start", lambda timer: started.append(timer))
-    return started
-
-
-def expire(timer: threading.Timer) -> None:
-    timer.function(*timer.args, **timer.kwargs)
-
-
-def test_a_live_run_without_a_page_is_stopped_and_removed(timers: list[threading.Timer]) -> None:
-    live = Live()
+def test_a_live_run_continues_without_a_page_until_it_is_removed(live: Live) -> None:
     run = live.start(
         shorten_preset().replace(**LONG), seed=0, n_runs=1, seconds_per_generation=PACE
     )
-    timers.clear()
     with live.watch(run.id):
-        with live.watch(run.id):
-            pass
-        # One of two pages is still open.
-        assert timers == []
-    (timer,) = timers
-    expire(timer)
-    assert live.list_runs() == []
-    assert wait_for_end(run).state == "stopped"
+        n_done = run.generations_done
+    # No page watches the run any more.
+    wait_until(lambda: live.list_runs()[0].generations_done > n_done)
+    assert live.list_runs() == [run]
+    live.remove(run.id)
+    assert (run.state, live.list_runs()) == ("stopped", [])
     with pytest.raises(MissingError, match="there is no live run"):
         live.find_run(run.id)
     reference = ref(run)
@@ -378,23 +363,23 @@ def test_a_live_run_without_a_page_is_stopped_and_removed(timers: list[threading
     wait_until(lambda: gc.collect() >= 0 and reference() is None)
 
 
-def test_a_live_run_continues_if_a_page_reconnects_in_time(timers: list[threading.Timer]) -> None:
-    live = Live()
-    run = live.start(
-        shorten_preset().replace(**LONG), seed=0, n_runs=1, seconds_per_generation=PACE
+def test_a_new_live_run_replaces_saved_runs_and_then_the_oldest_ones(
+    live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("baldwinlab.lab.live.MAX_KEPT_RUNS", 3)
+    first, second, third = (
+        wait_for_end(live.start(shorten_preset(), seed=seed, n_runs=1)) for seed in range(3)
     )
-    for _ in range(5):
-        with live.watch(run.id):
-            pass
-    with live.watch(run.id):
-        assert len(timers) == 6
-        for timer in timers:
-            # A timer that has expired at the same time finds the page.
-            assert timer.finished.is_set()
-            expire(timer)
-        assert live.find_run(run.id) is run
-        assert not run.has_ended
-    live.close()
+    live.save(second.id, tmp_path, "second")
+    fourth = wait_for_end(live.start(shorten_preset(), seed=3, n_runs=1))
+    assert live.list_runs() == [first, third, fourth]
+    fifth = wait_for_end(live.start(shorten_preset(), seed=4, n_runs=1))
+    assert live.list_runs() == [third, fourth, fifth]
+    with ExitStack() as pages:
+        for run in live.list_runs():
+            pages.enter_context(live.watch(run.id))
+        with pytest.raises(ValueError, match=r"the lab keeps at most 3 live runs"):
+            live.start(shorten_preset(), seed=5, n_runs=1)
 
 
 def test_a_failed_live_run_has_an_error_message(

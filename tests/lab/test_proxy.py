@@ -57,7 +57,7 @@ def test_the_world_results_and_live_runs_work_behind_a_proxy(
         page.get_by_test_id("tab-results").click()
         expect(page.get_by_test_id("curves").locator("canvas").first).to_be_visible()
         page.goto(f"{address}/#/live?{LIVE}")
-        expect(page.get_by_test_id("field-lifetime.steps")).to_have_value("100")
+        expect(page.get_by_test_id("field-lifetime.steps")).to_have_value("100", timeout=60_000)
         page.get_by_test_id("start").click()
         expect(page.get_by_test_id("live-state")).to_have_text("Done", timeout=60_000)
         expect(page.get_by_test_id("live-count")).to_have_text("2 of 2 generations")

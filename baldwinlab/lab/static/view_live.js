@@ -8,6 +8,7 @@ import { createFreezerButton } from "./freezer_panel.js";
 import { openFeed } from "./live_feed.js";
 import { LivePanel } from "./live_panel.js";
 import { Setup } from "./live_setup.js";
+import { createRunListButton, describeRun } from "./run_list.js";
 import { WorldView } from "./world.js";
 
 // Removes the state of the previous run or comparison.
@@ -53,7 +54,10 @@ class LiveView {
     this.setup = new Setup(state, navigate, this.createListener(), signal);
     if (!isServerless()) {
       const useFounders = (preset, file) => this.useFounders(preset, file);
-      this.setup.begin.append(createFreezerButton(useFounders, signal));
+      this.setup.begin.append(
+        createFreezerButton(useFounders, signal),
+        createRunListButton(signal),
+      );
     }
     this.setup.show(side).catch((error) => signal.aborted || showMessage(error.message, "error"));
   }
@@ -198,19 +202,13 @@ async function showEmpty(stage, title, content, signal) {
   ]);
   activeList.replaceChildren(
     ...(comparison ? [createComparisonLink(comparison)] : []),
-    ...runs.map(createRunLink),
+    ...runs.map((run) => createLinkEntry(`#/live?id=${run.id}`, describeRun(run))),
   );
 }
 
 function createComparisonLink({ name, stored, runs, state }) {
   const address = `#/live?${new URLSearchParams({ comparison: name })}`;
   return createLinkEntry(address, `${name}, ${stored} of ${runs} runs, ${state}`);
-}
-
-function createRunLink({ id, experiment, generations_done: generationsDone, state }) {
-  const { generations } = experiment.evolution;
-  const text = `${experiment.name}, ${generationsDone} of ${generations} generations, ${state}`;
-  return createLinkEntry(`#/live?id=${id}`, text);
 }
 
 function createLinkEntry(href, text) {
