@@ -25,6 +25,7 @@ from baldwinlab.core.files import is_local
 from baldwinlab.core.lab_address import DEFAULT_LAB_PORT, LAB_HOST
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab.access import Access
+from baldwinlab.lab.token_file import load_token
 from baldwinlab.simulation.compilation import compile_experiments
 
 DEFAULT_FOLDER = Path("results")
@@ -83,8 +84,9 @@ def lab(
     command += ["--root-path", root_path] if root_path is not None else []
     command += [word for file in part or () for word in ("--part", str(file.resolve()))]
     with open_listener(port) as listener:
-        access = Access()
         _, bound_port = listener.getsockname()
+        # A page that is open during a restart uses the same port, and needs the same token.
+        access = Access(load_token(directory, port) if port else None)
         path = f"{prefix or ''}/?token="
         address = f"http://{LAB_HOST}:{bound_port}{path}"
         console.info(

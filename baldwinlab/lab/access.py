@@ -6,7 +6,7 @@ import secrets
 from typing import Final
 
 MISSING_TOKEN_ERROR: Final = (
-    "this lab needs its token: open the address that the command `baldwinlab lab` printed"
+    "this lab needs its token: open the address that the command baldwinlab lab printed"
 )
 
 
@@ -16,10 +16,16 @@ class Access:
     Every user of a machine can read the command lines of its processes, and a command line contains
     the address that a browser opens. Such an address therefore contains a ticket, which is invalid
     after its first use.
+
+    Parameters
+    ----------
+    token
+        The token. None creates a new one.
+
     """
 
-    def __init__(self) -> None:
-        self.token: Final = secrets.token_urlsafe()
+    def __init__(self, token: str | None = None) -> None:
+        self.token: Final = token or secrets.token_urlsafe()
         self._tickets = set[str]()
 
     def issue_ticket(self) -> str:

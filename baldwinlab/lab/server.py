@@ -129,7 +129,8 @@ def make_app(
 def _make_all_routes(lab: Lab, comparisons: live_comparison.Comparisons) -> list[BaseRoute]:
     """Return the routes of all modules, of the engine's state, and of the colors."""
 
-    def engine(request: Request) -> JSONResponse:
+    # Pages notice a server that does not answer this request. It needs no thread.
+    async def engine(request: Request) -> JSONResponse:
         seconds_since_start = time.monotonic() - lab.start_time
         return JSONResponse({"ready": lab.is_engine_ready(), "seconds": seconds_since_start})
 

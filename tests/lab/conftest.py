@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -31,23 +32,29 @@ HAWKS = Path(__file__).parent / "hawks.py"
 
 @contextmanager
 def run_server(
-    root: Path, ready: Callable[[], bool] = lambda: True, root_path: str | None = None
+    root: Path,
+    ready: Callable[[], bool] = lambda: True,
+    root_path: str | None = None,
+    access: Access | None = None,
+    listener: socket.socket | None = None,
 ) -> Iterator[LabServer]:
     """Run a server in a thread, on a free port of loopback.
 
-    `ready` returns whether the engine is compiled. `root_path` is that of a proxy.
+    `ready` returns whether the engine is compiled. `root_path` is that of a proxy. `access` and
+    `listener` are those of a server that starts again.
     """
-    access = Access()
-    with serve(make_server(make_app(root, access, ready, root_path=root_path))) as port:
+    access = access or Access()
+    server = make_server(make_app(root, access, ready, root_path=root_path))
+    with serve(server, listener or open_listener(0)) as port:
         running = LabServer(root, port, access.token)
         running.admit_client()
         yield running
 
 
 @contextmanager
-def serve(server: Server) -> Iterator[int]:
-    """Run a server in a thread, on a free port of loopback, and yield the port."""
-    with open_listener(0) as listener:
+def serve(server: Server, listener: socket.socket) -> Iterator[int]:
+    """Run a server in a thread, on a listening socket that it closes, and yield the port."""
+    with listener:
         thread = threading.Thread(target=server.run, args=[[listener]])
         thread.start()
         try:

@@ -18,6 +18,7 @@ from uvicorn import Config, Server
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
+from baldwinlab.cli.lab import open_listener
 from tests.lab.conftest import serve
 
 # A self-signed certificate of 127.0.0.1 and its key, for tests only.
@@ -55,7 +56,7 @@ class Proxy(NamedTuple):
         app = self._make_app(port)
         options = files if self.is_encrypted else {}
         server = Server(Config(app, log_level="error", timeout_graceful_shutdown=1, **options))
-        with serve(server) as proxy_port:
+        with serve(server, open_listener(0)) as proxy_port:
             scheme = "https" if self.is_encrypted else "http"
             yield f"{scheme}://127.0.0.1:{proxy_port}{self.prefix}"
 

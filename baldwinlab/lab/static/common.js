@@ -201,6 +201,9 @@ export function showConnection(isConnected, reason = CONNECTION_LOST) {
  */
 export function showMessage(text, kind = "info") {
   const container = document.getElementById("messages");
+  const banner = document.getElementById("connection");
+  // The banner shows this message until the problem is solved.
+  if (banner && !banner.hidden && banner.textContent === text) return;
   for (const old of container.children) if (old.firstChild.textContent === text) old.remove();
   const note = el(
     "div",

@@ -4,6 +4,7 @@ import { announce } from "./activity.js";
 import { formatAddress, getCurrentView, navigate, readAddress, setCurrentView } from "./address.js";
 import { showMessage } from "./common.js";
 import { Guide } from "./guide.js";
+import { watchServer } from "./heartbeat.js";
 import { PRESETS } from "./sources.js";
 import { Tour } from "./tour.js";
 import { LIVE, LIVE_TOPICS, PAPERS, RESULTS, RESULTS_TOPICS, WORLD } from "./topics.js";
@@ -130,3 +131,4 @@ addEventListener("unhandledrejection", (event) => {
     showMessage(event.reason?.message ?? String(event.reason), "error");
 });
 show();
+watchServer();
