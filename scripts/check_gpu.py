@@ -93,7 +93,7 @@ def list_differences(experiment: Experiment, worlds: int) -> list[str]:
 def compare_kind(title: str, worlds: int, changes: Mapping[str, Any]) -> str:
     """Return how the results of a kind of experiment differ, or an empty text."""
     experiment = dict(make_experiments())[title].replace(**changes)
-    # A driver can raise any exception, and the other kinds are compared all the same.
+    # A driver can raise any exception, and the remaining kinds are compared anyway.
     try:
         arrays = list_differences(experiment, worlds)
     except Exception as error:

@@ -43,15 +43,15 @@ def list_branches(node: ast.If | ast.IfExp) -> list[ast.AST]:
     """
     condition = ast.unparse(node.test)
     body = node.body if isinstance(node.body, list) else [node.body]
-    other = node.orelse if isinstance(node.orelse, list) else [node.orelse]
+    alternative = node.orelse if isinstance(node.orelse, list) else [node.orelse]
     match node.test:
         case ast.Compare(left=left, ops=[comparison], comparators=[ast.Tuple() as version]) if (
             "version" in ast.unparse(left).lower() and type(comparison) in COMPARISONS
         ):
             is_met = COMPARISONS[type(comparison)](VERSION, ast.literal_eval(version)[:2])
-            return list(body if is_met else other)
+            return list(body if is_met else alternative)
     is_guard = any(word in condition.lower() for word in ("version", "hasattr", "np_", "numpy"))
-    return [] if is_guard else [node.test, *body, *other]
+    return [] if is_guard else [node.test, *body, *alternative]
 
 
 def find_names(node: ast.AST, aliases: set[str]) -> Iterator[tuple[str, int]]:

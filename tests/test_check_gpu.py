@@ -49,14 +49,14 @@ def test_a_damaged_byte_of_a_record_file_is_found(
 ) -> None:
     assert check_gpu.compare_studies(tmp_path, ("cpu", "cpu"), runs=1, set=SHORT_STUDY)
     assert "6 of 6 record files are byte-identical." in capsys.readouterr().out
-    study, other = tmp_path / "0-cpu", tmp_path / "1-cpu"
-    path = other / "runs/evo/A/0000.nc"
+    study, copy = tmp_path / "0-cpu", tmp_path / "1-cpu"
+    path = copy / "runs/evo/A/0000.nc"
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
     path.write_bytes(content)
-    assert check_gpu.list_different_files(study, other) == (["runs/evo/A/0000.nc"], 6)
+    assert check_gpu.list_different_files(study, copy) == (["runs/evo/A/0000.nc"], 6)
     path.unlink()
-    assert check_gpu.list_different_files(study, other) == (["runs/evo/A/0000.nc"], 6)
+    assert check_gpu.list_different_files(study, copy) == (["runs/evo/A/0000.nc"], 6)
 
 
 def test_a_machine_without_a_gpu_gets_one_sentence(

@@ -151,10 +151,10 @@ print(compile_kernel(kernel(32)(increase), (types.float32[::1],)).get_asm_str())
 def test_a_kernel_compiles_with_the_locked_versions_on_the_newest_python(tmp_path: Path) -> None:
     uv = str(Path(sys.executable).parent / "uv")
     command = [uv, "python", "list", "--only-installed", "--output-format", "json"]
-    found = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
+    interpreters = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
     versions = {
         (parts["major"], parts["minor"]): python["path"]
-        for python in found
+        for python in interpreters
         if (parts := python["version_parts"]) and python["implementation"] == "cpython"
     }
     newest = max(version for version in versions if "{}.{}".format(*version) in SUPPORTED)
@@ -182,8 +182,8 @@ def test_no_installed_library_uses_a_removed_name_of_numpy(
     removed_names.main(Path(sysconfig.get_path("purelib")))
     names = {line.partition(": ")[2] for line in capsys.readouterr().out.splitlines()}
     # Numba returns before its use of `MachAr`. SciPy misspells `zeros_like`.
-    known = {f"numpy.{name} is not in {np.__version__}" for name in ("MachAr", "zeroslike")}
-    assert names <= known
+    accepted = {f"numpy.{name} is not in {np.__version__}" for name in ("MachAr", "zeroslike")}
+    assert names <= accepted
 
 
 # The test needs the package index.
