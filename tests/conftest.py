@@ -120,7 +120,7 @@ def browser() -> Iterator[Browser]:
             context.set_default_timeout(MILLISECONDS_UNTIL_FAILURE)
             return context
 
-        chromium.new_context = create_patient_context  # type: ignore[method-assign, assignment]
+        chromium.new_context = create_patient_context  # type: ignore[method-assign]
         yield chromium
         chromium.close()
 

@@ -113,7 +113,7 @@ def run_until_archived(
         if read_number_of_behaviors(folder / CHECKPOINT):
             threading.Event().wait()
 
-    Checkpointer.save = save_and_wait  # type: ignore[method-assign]
+    pytest.MonkeyPatch().setattr(Checkpointer, "save", save_and_wait)
     run_command(command, folder, environment)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -104,7 +105,8 @@ def test_selecting_a_part_shows_its_fields_and_preserves_changed_values(
     expect(page.get_by_test_id("group-learning")).to_have_attribute("open", "")
     page.get_by_test_id("group-learning.pulling").locator("summary").click()
     strength.fill("0.25")
-    # The page updates the address at the latest when it ends.
+    # The address is updated with a delay.
+    expect(page).to_have_url(re.compile(r"pulling\.strength.*0\.25"))
     page.reload()
     expect(strength).to_have_value("0.25")
     page.get_by_test_id("group-learning").locator("summary").first.click()

@@ -10,8 +10,9 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pytest
 import xarray as xr
@@ -90,7 +91,8 @@ def repeat(action: Callable[[], object], interval: float) -> Iterator[None]:
         thread.join()
 
 
-class WaitForFile(NamedTuple):
+@dataclass(frozen=True)
+class WaitForFile:
     """Callback of a run that waits after its second generation until a file exists."""
 
     path: Path
@@ -119,20 +121,20 @@ def test_a_study_whose_workers_are_killed_again_and_again_has_the_records_of_thr
 ) -> None:
     monkeypatch.setattr(dask, "MIN_EVENT_INTERVAL", 0)
     study = create_study(tmp_path, [EXPERIMENT], SEED)
-    n_killed = 0
-    with local_cluster(2) as cluster, distributed.Client(cluster, set_as_default=False) as client:
+    killed = set[int]()
+    with local_cluster(2) as cluster:
 
         def kill_worker() -> None:
-            nonlocal n_killed
-            pids = list(client.run(os.getpid, on_error="ignore").values())
-            if pids and n_killed < 3:
-                os.kill(pids[0], signal.SIGKILL)
-                n_killed += 1
+            pids = {nanny.pid for nanny in cluster.workers.values() if nanny.pid} - killed
+            # Another kill waits for the replacement of the killed worker.
+            if len(pids) == len(cluster.scheduler.workers) == 2 and len(killed) < 3:
+                os.kill(min(pids), signal.SIGKILL)
+                killed.add(min(pids))
 
         # By default, the scheduler gives a task up after it has ended four workers.
         cluster.scheduler.allowed_failures = 100
         run_on(cluster, study, kill_worker)
-    assert n_killed >= 1
+    assert killed
     assert read_values(study) == expected
 
 
