@@ -149,17 +149,20 @@ def run_competition(
     load_installed_parts()
     stored_a = read_genome_file(path_a)
     stored_b = read_genome_file(path_b)
-    setting = choose_experiment(stored_a, path_a, experiment)
+    chosen = choose_experiment(stored_a, path_a, experiment)
+    setting = chosen
     if experiment is None:
         # The agents of A compete with the settings of their generation.
-        setting = setting.at(_find_generation(stored_a))
+        setting = chosen.at(_find_generation(stored_a))
         _require_same_agents(setting, stored_b, path_b)
+    # A genome has the modules of all generations.
+    layout = assign(place_on_map(chosen, map_name), assignments)
     setting = assign(place_on_map(setting, map_name), assignments)
     _require_halves(setting)
     _require_constant_settings(setting)
     require_fitness_without_archive(setting, "a competition")
-    genomes_a = _list_genomes(stored_a, path_a, setting)
-    genomes_b = _list_genomes(stored_b, path_b, setting)
+    genomes_a = _list_genomes(stored_a, path_a, layout)
+    genomes_b = _list_genomes(stored_b, path_b, layout)
     return _summarize(_simulate_lives(setting, genomes_a, genomes_b, lives, seed))
 
 
