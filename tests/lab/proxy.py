@@ -65,7 +65,7 @@ class Proxy(NamedTuple):
         client = httpx.AsyncClient(timeout=60, verify=False)
 
         async def pass_request(request: Request) -> Response:
-            address = self._find_address("http", port, request)
+            address = self._find_address(f"http://127.0.0.1:{port}", request)
             headers = self._find_headers(port, request)
             answer = await client.request(
                 request.method, address, headers=headers, content=await request.body()
@@ -77,11 +77,14 @@ class Proxy(NamedTuple):
             return response
 
         async def pass_websocket(websocket: WebSocket) -> None:
-            address = self._find_address("ws", port, websocket)
-            found = self._find_headers(port, websocket)
-            # The client of the lab has its own handshake.
-            headers = {name: found[name] for name in found if not name.startswith("sec-websocket")}
-            async with connect(address, additional_headers=headers) as lab:
+            headers = self._find_headers(port, websocket)
+            address = self._find_address(f"ws://{headers.pop('host')}", websocket)
+            # The client of the lab has its own handshake, and the host of its address.
+            own = {name for name in headers if name.startswith("sec-websocket")} | {"user-agent"}
+            headers = {name: headers[name] for name in headers if name not in own}
+            async with connect(
+                address, additional_headers=headers, host="127.0.0.1", port=port
+            ) as lab:
                 await websocket.accept()
                 await _connect_both(websocket, lab)
 
@@ -93,9 +96,9 @@ class Proxy(NamedTuple):
             ]
         )
 
-    def _find_address(self, scheme: str, port: int, request: Request | WebSocket) -> str:
+    def _find_address(self, host: str, request: Request | WebSocket) -> str:
         path = request.url.path if self.keeps_prefix else request.path_params["path"] or "/"
-        return f"{scheme}://127.0.0.1:{port}{path}?{request.url.query}".rstrip("?")
+        return f"{host}{path}?{request.url.query}".rstrip("?")
 
     def _find_headers(self, port: int, request: Request | WebSocket) -> dict[str, str]:
         headers = {name: value for name, value in request.headers.items() if name not in DROPPED}

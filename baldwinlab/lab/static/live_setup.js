@@ -67,6 +67,8 @@ export class Setup {
     );
     // The view places the start button here or on the map.
     this.begin = el("div", { class: "row live-begin" }, this.compare);
+    // The view places the list of runs here.
+    this.corner = el("span", {});
     this.reset = el(
       "button",
       { type: "button", class: "quiet", hidden: true, "data-testid": "reset" },
@@ -145,7 +147,7 @@ export class Setup {
         novalidate: true,
         "aria-label": "Settings of the live run",
       },
-      this.heading,
+      el("div", { class: "row" }, this.heading, el("span", { class: "spread" }), this.corner),
       this.begin,
       fault,
       ...this.preset.elements,

@@ -34,10 +34,14 @@ class RunList {
     this.dialog = el(
       "dialog",
       { "aria-label": "Live runs", "data-testid": "runs" },
-      el("h2", {}, "Live runs"),
-      this.list,
-      this.limits,
-      el("button", { type: "button", onclick: close }, "Close"),
+      el(
+        "div",
+        { class: "live-save" },
+        el("h2", {}, "Live runs"),
+        this.list,
+        this.limits,
+        el("button", { type: "button", onclick: close }, "Close"),
+      ),
     );
     this.timer = setInterval(() => this.refresh(), REFRESH_INTERVAL);
     this.dialog.addEventListener("close", () => {

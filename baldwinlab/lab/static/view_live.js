@@ -54,10 +54,8 @@ class LiveView {
     this.setup = new Setup(state, navigate, this.createListener(), signal);
     if (!isServerless()) {
       const useFounders = (preset, file) => this.useFounders(preset, file);
-      this.setup.begin.append(
-        createFreezerButton(useFounders, signal),
-        createRunListButton(signal),
-      );
+      this.setup.begin.append(createFreezerButton(useFounders, signal));
+      this.setup.corner.append(createRunListButton(signal));
     }
     this.setup.show(side).catch((error) => signal.aborted || showMessage(error.message, "error"));
   }
