@@ -44,7 +44,7 @@ from baldwinlab.studies.records import StudyError
 # Running or paused live runs.
 MAX_ACTIVE_RUNS: Final = 4
 # Live runs, including ended ones.
-MAX_KEPT_RUNS: Final = 20
+MAX_STORED_RUNS: Final = 20
 # Memory of all live runs, including ended ones.
 MAX_TOTAL_BYTES: Final = 1_000_000_000
 # Time between two checks for new generations.
@@ -59,7 +59,7 @@ STUDY_NAME_PATTERN: Final = re.compile(
 class Live:
     """The live runs of one server.
 
-    Runs continue without a page. An ended run is kept until a new run needs its place or memory.
+    Runs continue without a page. An ended run stays until a new run needs its place or memory.
     """
 
     def __init__(self) -> None:
@@ -100,7 +100,7 @@ class Live:
         """
         used_bytes = sum(run.memory_bytes for run in self._runs.values())
         excess_bytes = used_bytes + required_bytes - MAX_TOTAL_BYTES
-        excess_runs = len(self._runs) + 1 - MAX_KEPT_RUNS
+        excess_runs = len(self._runs) + 1 - MAX_STORED_RUNS
         removable = [run for run in self._runs.values() if run.has_ended and not run.n_watchers]
         runs_to_remove = []
         # The runs are in the order of their start.
@@ -117,7 +117,7 @@ class Live:
             )
         if excess_runs > 0:
             raise ValueError(
-                f"the lab keeps at most {MAX_KEPT_RUNS} live runs, and pages show all of them;"
+                f"the lab stores at most {MAX_STORED_RUNS} live runs, and pages show all of them;"
                 " remove a run from the list of live runs"
             )
         for run in runs_to_remove:
@@ -300,7 +300,7 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         return JSONResponse({"id": run.id}, HTTPStatus.CREATED)
 
     async def list_runs(request: Request) -> JSONResponse:
-        limits = {"kept": MAX_KEPT_RUNS, "active": MAX_ACTIVE_RUNS, "bytes": MAX_TOTAL_BYTES}
+        limits = {"runs": MAX_STORED_RUNS, "active": MAX_ACTIVE_RUNS, "bytes": MAX_TOTAL_BYTES}
         runs = [_summarize_run(run) for run in lab.live.list_runs()]
         return JSONResponse({"runs": runs, "limits": limits})
 

@@ -15,7 +15,7 @@ from baldwinlab.lab.study_access import require_inside
 from baldwinlab.studies.part_sources import PartRecord, stored_source
 from baldwinlab.studies.store import StudyStore
 
-# Stands for a file whose path only the user knows.
+# Placeholder of a file whose path only the user knows.
 UNKNOWN_FILE: Final = "FILE"
 
 

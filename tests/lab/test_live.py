@@ -366,7 +366,7 @@ def test_a_live_run_continues_without_a_page_until_it_is_removed(live: Live) -> 
 def test_a_new_live_run_replaces_saved_runs_and_then_the_oldest_ones(
     live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("baldwinlab.lab.live.MAX_KEPT_RUNS", 3)
+    monkeypatch.setattr("baldwinlab.lab.live.MAX_STORED_RUNS", 3)
     first, second, third = (
         wait_for_end(live.start(shorten_preset(), seed=seed, n_runs=1)) for seed in range(3)
     )
@@ -378,7 +378,7 @@ def test_a_new_live_run_replaces_saved_runs_and_then_the_oldest_ones(
     with ExitStack() as pages:
         for run in live.list_runs():
             pages.enter_context(live.watch(run.id))
-        with pytest.raises(ValueError, match=r"the lab keeps at most 3 live runs"):
+        with pytest.raises(ValueError, match=r"the lab stores at most 3 live runs"):
             live.start(shorten_preset(), seed=5, n_runs=1)
 
 

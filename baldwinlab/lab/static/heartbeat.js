@@ -10,7 +10,7 @@ const SILENT = "The lab has not answered for 3 seconds. The page continues when 
 /** Request an answer again and again, and show a banner while there is none. */
 export async function watchServer() {
   while (!isServerless()) {
-    // A hidden page has nobody to inform.
+    // A hidden page shows no banner.
     if (!document.hidden) await requestAnswer();
     await new Promise((resolve) => setTimeout(resolve, INTERVAL));
   }

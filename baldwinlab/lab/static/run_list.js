@@ -57,8 +57,8 @@ class RunList {
   async refresh() {
     const { runs, limits } = await getJSON("api/live");
     this.limits.textContent = (runs.length ? "" : "There is no live run. ") +
-      "A run continues without a page. The lab keeps at most " +
-      `${limits.kept} runs and ${formatNumber(limits.bytes / 1e9)} GB, of which ` +
+      "A run continues without a page. The lab stores at most " +
+      `${limits.runs} runs and ${formatNumber(limits.bytes / 1e9)} GB, of which ` +
       `${limits.active} can be active. A new run replaces saved runs, and then the oldest ended ` +
       "runs. When the lab is closed, runs are lost that are not saved as a study.";
     const ids = runs.map(({ id }) => id);
