@@ -22,6 +22,7 @@ _is_waiting = False
 def main() -> None:
     """Run the command line. An interruption during the imports prints one line."""
     _open_missing_streams()
+    _ignore_unusable_variables()
     signal.signal(signal.SIGTERM, _interrupt)
     if hasattr(signal, "SIGALRM"):
         signal.signal(signal.SIGALRM, _interrupt)
@@ -42,6 +43,16 @@ def main() -> None:
         sys.unraisablehook = sys.__unraisablehook__
         if hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_REAL, 0)
+
+
+def _ignore_unusable_variables() -> None:
+    """Ignore the width of an unknown terminal, and the windows of Matplotlib.
+
+    With 0 columns, nothing would be printed. Figures are only written to files.
+    """
+    if os.environ.get("COLUMNS") == "0":
+        del os.environ["COLUMNS"]
+    os.environ.pop("MPLBACKEND", None)
 
 
 def _open_missing_streams() -> None:

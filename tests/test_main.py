@@ -179,3 +179,30 @@ console.print_json({})
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True)
     assert (done.returncode, done.stderr) == (0, b"")
+
+
+@pytest.mark.parametrize(
+    ("variable", "message"),
+    [
+        ("NUMBA_NUM_THREADS=0", "NUMBA_NUM_THREADS is '0': Number of threads specified must be"),
+        ("BALDWINLAB_LANES=0", "BALDWINLAB_LANES is '0' and must be a whole number from 1 to 64"),
+        ("BALDWINLAB_LANES=x", "BALDWINLAB_LANES is 'x' and must be a whole number from 1 to 64"),
+        ("BALDWINLAB_POISON=9", "BALDWINLAB_POISON is '9' and must be 0 (off), 1 or 2"),
+    ],
+)
+def test_a_message_about_an_environment_variable_names_it(
+    tmp_path: Path, variable: str, message: str
+) -> None:
+    command = [sys.executable, "-m", "baldwinlab", "run", "evo/A", "--runs", "1"]
+    done = subprocess.run(["env", variable, *command], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"baldwinlab: the environment variable {message}")
+
+
+@pytest.mark.parametrize("variable", ["COLUMNS=0", "MPLBACKEND=nonsense"])
+def test_a_command_ignores_a_variable_that_it_cannot_use(variable: str) -> None:
+    code = "from baldwinlab.__main__ import main; main(); import matplotlib"
+    words = ["env", variable, sys.executable, "-c", code, "list", "papers"]
+    done = subprocess.run(words, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "le-2019" in done.stdout

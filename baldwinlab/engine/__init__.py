@@ -1,9 +1,11 @@
 """The engine: compilation with Numba. It refuses versions of Numba that it was not tested with."""
 
-import llvmlite
-import numba
-
+from baldwinlab.core.environment import name_variable_in_errors
 from baldwinlab.engine.versions import require_tested_version
+
+with name_variable_in_errors("NUMBA_NUM_THREADS"):
+    import llvmlite
+    import numba
 
 require_tested_version("numba", numba.__version__)
 require_tested_version("llvmlite", llvmlite.__version__)

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 import operator
-import os
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -27,6 +26,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import lower_builtin, models, overload, register_model, type_callable
 
+from baldwinlab.core.environment import read_whole_number
 from baldwinlab.engine.numba_internals.lowering import (
     array_data,
     call_intrinsic,
@@ -39,7 +39,7 @@ from baldwinlab.engine.numba_internals.lowering import (
     store_item,
 )
 
-WIDTH: Final = int(os.environ.get("BALDWINLAB_LANES", "16"))
+WIDTH: Final = read_whole_number("BALDWINLAB_LANES", default=16, last=64)
 """Number of lanes in a SIMD block. The 16 values of float32 fill an AVX-512 register.
 The module `engine.wasm` compiles with 4, the width of WebAssembly vectors."""
 

@@ -34,7 +34,8 @@ def test_an_experiment_a_sweep_and_claims_are_read(tmp_path: Path) -> None:
     assert read_sweep(save_on_windows(tmp_path / "sweep.toml", plan)).experiment == "evo/A"
     claim = (
         '[[claims]]\nid = "A"\ntitle = "Food"\nkind = "paper"\nclaim = "Agents eat more on A."\n'
-        'rule = "greater"\npaper = "p. 1"\ncomparisons = [{ a = "evo/A", b = "evo/B" }]\n'
+        'rule = "greater"\npaper = "p. 1"\n'
+        'comparisons = [{ a = "evo/A", b = "evo/B", measure = "mean" }]\n'
     )
     (read,) = read_claims(save_on_windows(tmp_path / "claims.toml", claim))
     assert read.id == "A"

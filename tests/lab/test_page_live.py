@@ -148,7 +148,7 @@ def test_an_invalid_number_shows_a_message_at_the_button_until_it_is_fixed(page:
         expect(setup_error).to_be_empty()
         expect(page.get_by_test_id("start")).to_be_enabled()
     page.get_by_test_id("setup-seed").fill("-1")
-    expect(setup_error).to_contain_text("seed = -1 must be at least 0")
+    expect(setup_error).to_contain_text("seed = -1 must be a whole number from 0")
 
 
 @pytest.mark.nightly

@@ -260,8 +260,8 @@ def test_a_damaged_record_is_named(tmp_path: Path) -> None:
     content[-5] ^= 1
     path.write_bytes(content)
     with run_server(tmp_path) as server:
-        for endpoint in ("recording", "agent"):
-            message = get_error(server.address, endpoint, 400, **(SMALL | {"run": 0, "agent": 0}))
+        for endpoint, agent in (("recording", {}), ("agent", {"agent": 0})):
+            message = get_error(server.address, endpoint, 400, **(SMALL | {"run": 0} | agent))
             assert message == f"{path} is damaged: its checksum does not fit its content"
         assert "is damaged" in get_error(server.address, "results", 400, study="small")
 

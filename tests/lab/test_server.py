@@ -159,8 +159,13 @@ def restricted_root(lab_server: LabServer, tmp_path: Path) -> Path:
 def test_a_study_outside_the_folder_is_rejected(restricted_root: Path, study: str) -> None:
     name = study.format(outside=restricted_root.parent / "outside")
     with run_server(restricted_root) as server:
-        for path in ("recording", "results", "experiment"):
-            response = get_response(server.address, path, **(SMALL | {"study": name}))
+        condition = SMALL["condition"]
+        for path, query in (
+            ("recording", SMALL),
+            ("results", {}),
+            ("experiment", {"condition": condition}),
+        ):
+            response = get_response(server.address, path, **(query | {"study": name}))
             assert response.status_code == 400
             assert "is outside" in response.json()["error"]
 
