@@ -41,7 +41,7 @@ MIN_RATE_DURATION = 1e-9
 
 
 def _end_at_closed_pipe() -> NoReturn:
-    """End the process without a message, because nobody reads its output any more."""
+    """End the process without a message, because its output has no reader."""
     # The interpreter writes the rest of its buffer at the end.
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     raise SystemExit(CLOSED_PIPE_STATUS)

@@ -32,7 +32,7 @@ def find_case_collision(names: Iterable[str]) -> tuple[str, str] | None:
     """Return two names that are one file on macOS and Windows, which ignore case; None if none."""
     name_by_folded: dict[str, str] = {}
     for name in names:
-        other = name_by_folded.setdefault(name.casefold(), name)
-        if other != name:
-            return other, name
+        first_name = name_by_folded.setdefault(name.casefold(), name)
+        if first_name != name:
+            return first_name, name
     return None

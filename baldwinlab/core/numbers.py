@@ -91,6 +91,6 @@ def _check_argument(name: str, value: Any, annotation: str) -> Any:
         return None
     has_several = "Sequence" in annotation and isinstance(value, Iterable)
     # An array of NumPy without dimensions is a number.
-    if has_several and not isinstance(value, str) and getattr(value, "ndim", 1):
+    if has_several and not isinstance(value, str) and getattr(value, "ndim", True):
         return [require_whole_number(name, number) for number in value]
     return require_whole_number(name, value)

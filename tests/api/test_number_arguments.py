@@ -139,9 +139,9 @@ def test_an_agent_is_one_of_the_population(value: Any, owners: dict[str, Any]) -
 
 def test_integers_of_numpy_are_numbers(owners: dict[str, Any], tmp_path: Path) -> None:
     experiment, study, problem = owners["Experiment"], owners["Study"], owners["Problem"]
-    again = bl.run(experiment, runs=np.int64(1), seed=np.uint8(0), out=tmp_path / "study")
-    assert again.data().equals(study.data())
-    assert again.seed == 0
+    repeated = bl.run(experiment, runs=np.int64(1), seed=np.uint8(0), out=tmp_path / "study")
+    assert repeated.data().equals(study.data())
+    assert repeated.seed == 0
     simulated = bl.simulate(experiment, seed=np.int32(3), run=np.array(1))
     assert simulated.identical(bl.simulate(experiment, seed=3, run=1))
     genomes = study.genomes(np.int64(0), np.int16(1), np.array([0, 2]))
