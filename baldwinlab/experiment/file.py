@@ -136,6 +136,7 @@ def iterate_file_tables(tree: Any, path: str = "") -> Iterator[tuple[str, dict[s
     if isinstance(tree, dict) and tree.get("path") and tree.get("sha256"):
         yield path.removesuffix("."), tree
         return
+    children: Iterable[tuple[Any, Any]]
     children = tree.items() if isinstance(tree, dict) else enumerate(tree)
     for name, value in children:
         if isinstance(value, dict | list):
