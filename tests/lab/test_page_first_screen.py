@@ -177,7 +177,8 @@ def test_the_world_tab_opens_with_learners_and_controls_of_the_newest_study(
 ) -> None:
     # Other tests of this server create studies.
     later = time.time() + 1000
-    os.utime(lab_server.root / "small", (later, later))
+    record = next((lab_server.root / "small").rglob("*.nc"))
+    os.utime(record, (later, later))
     resize(touch_page, SIZES["desktop"])
     touch_page.goto("/")
     expect(touch_page.locator("[data-ready]")).to_have_count(2)
