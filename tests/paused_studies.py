@@ -10,10 +10,12 @@ import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
+import xarray as xr
 
 PAUSED_COMMAND = """
 import sys
@@ -47,6 +49,17 @@ def pause_writes(patch: pytest.MonkeyPatch, directory: Path, n_records: int) -> 
 
     patch.setattr(os, "fsync", wait_and_flush)
     patch.setattr(ThreadPoolExecutor, "shutdown", resume_and_shut_down)
+
+
+@dataclass(frozen=True)
+class WaitForFile:
+    """Callback of a run that waits after its second generation until a file exists."""
+
+    path: Path
+
+    def __call__(self, run: xr.Dataset) -> None:
+        while run.sizes["generation"] > 1 and not self.path.exists():
+            time.sleep(0.01)
 
 
 def count_records(directory: Path) -> int:

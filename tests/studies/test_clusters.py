@@ -10,12 +10,10 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
-import xarray as xr
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.studies import progress
@@ -26,6 +24,7 @@ from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.run_task import Callback
 from baldwinlab.studies.status import read_status
 from baldwinlab.studies.store import StudyStore
+from tests.paused_studies import WaitForFile
 from tests.small_studies import ignore_message, make_small_study, shorten_preset
 
 distributed = pytest.importorskip("distributed")
@@ -89,17 +88,6 @@ def repeat(action: Callable[[], object], interval: float) -> Iterator[None]:
     finally:
         is_done.set()
         thread.join()
-
-
-@dataclass(frozen=True)
-class WaitForFile:
-    """Callback of a run that waits after its second generation until a file exists."""
-
-    path: Path
-
-    def __call__(self, run: xr.Dataset) -> None:
-        while run.sizes["generation"] > 1 and not self.path.exists():
-            time.sleep(0.01)
 
 
 def read_values(study: StudyStore) -> Mapping[int, bytes]:
