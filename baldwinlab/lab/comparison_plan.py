@@ -211,7 +211,7 @@ def _format_toml(value: Any) -> str:
             f"{key} = {_format_toml(item)}" for key, item in value.items() if item is not None
         ]
         return f"{{{', '.join(entries)}}}"
-    return tomlkit.item(value).as_string()
+    return str(tomlkit.item(value).as_string())
 
 
 def _list_form_changes(body: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

@@ -52,10 +52,15 @@ class Proxy(NamedTuple):
     @contextmanager
     def run(self, port: int) -> Iterator[str]:
         """Serve the lab at a port of loopback, and yield the address with the prefix."""
-        files = {"ssl_certfile": CERTIFICATE, "ssl_keyfile": CERTIFICATE}
-        app = self._make_app(port)
-        options = files if self.is_encrypted else {}
-        server = Server(Config(app, log_level="error", timeout_graceful_shutdown=1, **options))
+        certificate = CERTIFICATE if self.is_encrypted else None
+        config = Config(
+            self._make_app(port),
+            log_level="error",
+            timeout_graceful_shutdown=1,
+            ssl_certfile=certificate,
+            ssl_keyfile=certificate,
+        )
+        server = Server(config)
         with serve(server, open_listener(0)) as proxy_port:
             scheme = "https" if self.is_encrypted else "http"
             yield f"{scheme}://127.0.0.1:{proxy_port}{self.prefix}"
