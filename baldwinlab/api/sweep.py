@@ -82,9 +82,9 @@ def sweep(
             raise RefusedError("out is missing: a sweep from a dict needs the study's directory")
         # Errors in the plan name this path.
         path = Path("sweep")
-        plan = to_plain_data(plan)
-        content = tomlkit.dumps(plan).encode()
-        design = validate_sweep(plan, str(path))
+        tables = to_plain_data(plan)
+        content = tomlkit.dumps(tables).encode()
+        design = validate_sweep(tables, str(path))
     else:
         path = Path(plan)
         design = read_sweep(path)

@@ -20,6 +20,8 @@ from tests.small_studies import shorten_preset
 
 INVALID_COUNTS = [0, -1, 1.5, True, math.nan, "2", 2**40, np.float64(2), np.bool_(True), [1]]
 INVALID_INDICES = [value for value in INVALID_COUNTS if not (type(value) is int and value == 0)]
+# Annotations of the arguments do not name the types of NumPy.
+NUMPY: Any = np
 # The other arguments of each function, with files that do not exist: a number is checked first.
 ARGUMENTS: dict[str, dict[str, Any]] = {
     "Experiment.at": {},
@@ -139,40 +141,40 @@ def test_an_agent_is_one_of_the_population(value: Any, owners: dict[str, Any]) -
 
 def test_integers_of_numpy_are_numbers(owners: dict[str, Any], tmp_path: Path) -> None:
     experiment, study, problem = owners["Experiment"], owners["Study"], owners["Problem"]
-    repeated = bl.run(experiment, runs=np.int64(1), seed=np.uint8(0), out=tmp_path / "study")
+    repeated = bl.run(experiment, runs=NUMPY.int64(1), seed=NUMPY.uint8(0), out=tmp_path / "study")
     assert repeated.data().equals(study.data())
     assert repeated.seed == 0
-    simulated = bl.simulate(experiment, seed=np.int32(3), run=np.array(1))
+    simulated = bl.simulate(experiment, seed=NUMPY.int32(3), run=NUMPY.array(1))
     assert simulated.identical(bl.simulate(experiment, seed=3, run=1))
-    genomes = study.genomes(np.int64(0), np.int16(1), np.array([0, 2]))
+    genomes = study.genomes(NUMPY.int64(0), NUMPY.int16(1), NUMPY.array([0, 2]))
     assert genomes.identical(study.genomes(0, 1, [0, 2]))
-    trace = study.replay(run=np.int64(0), generation=np.int64(1), world=np.int8(0))
+    trace = study.replay(run=NUMPY.int64(0), generation=NUMPY.int64(1), world=NUMPY.int8(0))
     assert trace.identical(study.replay(run=0, generation=1))
-    founders = problem.founders(np.int64(20))
-    fitness = problem.evaluate(founders, generation=np.int32(2)).fitness
+    founders = problem.founders(NUMPY.int64(20))
+    fitness = problem.evaluate(founders, generation=NUMPY.int32(2)).fitness
     assert np.array_equal(fitness, problem.evaluate(founders, generation=2).fitness)
-    assert experiment.at(np.int64(2)) == experiment
+    assert experiment.at(NUMPY.int64(2)) == experiment
 
 
 def test_scalars_and_arrays_of_numpy_are_settings(tmp_path: Path) -> None:
     changed = shorten_preset().replace(
-        lifetime={"steps": np.int32(50)}, motor={"noise": np.float32(0.5)}
+        lifetime={"steps": NUMPY.int32(50)}, motor={"noise": NUMPY.float32(0.5)}
     )
     assert (changed.lifetime.steps, changed.motor.noise) == (50, 0.5)
-    table = bl.Experiment(lifetime={"steps": np.int64(50)}, motor={"noise": np.float16(0.5)})
+    table = bl.Experiment(lifetime={"steps": NUMPY.int64(50)}, motor={"noise": NUMPY.float16(0.5)})
     assert (table.lifetime.steps, table.motor.noise) == (50, 0.5)
     study = bl.run(
         "hinton-nowlan-1987:guessing-100",
-        runs=np.int64(1),
-        set={"evolution.generations": np.int16(2), "population.size": np.uint16(20)},
+        runs=NUMPY.int64(1),
+        set={"evolution.generations": NUMPY.int16(2), "population.size": NUMPY.uint16(20)},
         out=tmp_path / "run",
     )
     assert study.experiment("guessing-100").population.size == 20
     plan = {
         "experiment": "hinton-nowlan-1987:guessing-100",
-        "runs": np.int64(1),
-        "set": {"evolution.generations": np.int64(1)},
-        "fields": {"population.size": np.array([10, 20])},
+        "runs": NUMPY.int64(1),
+        "set": {"evolution.generations": NUMPY.int64(1)},
+        "fields": {"population.size": NUMPY.array([10, 20])},
     }
     swept = bl.sweep(plan, out=tmp_path / "sweep")
     sizes = [swept.experiment(name).population.size for name in swept.conditions]
