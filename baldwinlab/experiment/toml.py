@@ -133,4 +133,5 @@ def format_inline(value: Any) -> str:
         return f"{{{', '.join(entries)}}}"
     if isinstance(value, list):
         return f"[{', '.join(format_inline(entry) for entry in value)}]"
-    return tomlkit.item(value).as_string()
+    text: str = tomlkit.item(value).as_string()
+    return text

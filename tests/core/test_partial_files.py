@@ -16,7 +16,6 @@ from typing import Any
 
 import pytest
 
-from baldwinlab.core import partial_files
 from baldwinlab.core.file_writing import atomic_path, write_atomically
 from baldwinlab.core.partial_files import identify_machine, remove_abandoned
 
@@ -119,7 +118,7 @@ def test_a_file_that_is_removed_before_it_is_locked_is_created_again(
         flock(handle, operation)
 
     monkeypatch.setattr(Path, "touch", touch_and_remove)
-    monkeypatch.setattr(partial_files.fcntl, "flock", remove_and_lock)
+    monkeypatch.setattr(fcntl, "flock", remove_and_lock)
     write_atomically(tmp_path / "mine", b"content")
     assert len(created) == 2
     assert [path.name for path in tmp_path.iterdir()] == ["mine"]
@@ -152,7 +151,7 @@ def test_without_locks_files_are_written_and_none_is_removed(
     def fail(handle: int, operation: int) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr(partial_files.fcntl, "flock", fail)
+    monkeypatch.setattr(fcntl, "flock", fail)
     with atomic_path(tmp_path / "mine") as partial_path:
         remove_abandoned(tmp_path)
         partial_path.write_text("content")
