@@ -38,12 +38,16 @@ OPEN_FLAGS: Final = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 @cache
 def identify_machine() -> str:
     """Return a short text that differs between machines, also if they have the same name."""
-    return sha256(f"{socket.gethostname()} {getnode()}".encode()).hexdigest()[:8]
+    address = getnode()
+    # Without a network, Python draws a random address in each process, and marks it by this bit.
+    is_random = bool(address >> 40 & 1)
+    name = f"{socket.gethostname()} {0 if is_random else address}"
+    return sha256(name.encode()).hexdigest()[:8]
 
 
 @contextmanager
 def hold_partial(path: Path, *, is_folder: bool) -> Iterator[Path]:
-    """Create and lock an empty temporary file or folder beside `path`, and remove it at the end.
+    """Create and lock an empty temporary file or folder next to `path`, and remove it at the end.
 
     Raises OSError if it cannot be created.
     """

@@ -67,7 +67,13 @@ class PartOrigin(NamedTuple):
 
 
 def find_origins(experiment: BaseExperiment) -> tuple[PartOrigin, ...]:
-    """Return the origins of the loaded custom parts of an experiment, sorted."""
+    """Return the origins of the loaded custom parts of an experiment, sorted.
+
+    Parameters
+    ----------
+    experiment : BaseExperiment
+        An experiment with parts of any kind.
+    """
     choices = sorted(set(custom_choices(experiment)))
     loaded_parts = registry.custom_parts()
     return tuple(_find_origin(loaded_parts[choice]) for choice in choices if choice in loaded_parts)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from baldwinlab.api.freezer import add_founders, encode_population, parse_popula
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError
 from baldwinlab.evolution import genome_file
 from baldwinlab.evolution.genome_file import decode_genomes
+from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.file import hold_contents
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.studies.creation import create_study
@@ -221,7 +223,7 @@ def test_a_study_of_an_earlier_version_finds_its_founders(
     experiment = bl.load("evo/B").replace(evolution={"generations": 2}, lifetime={"steps": 100})
     experiments, contents = add_founders([experiment], [f"{source.directory}:evo/A@2"], runs=1)
     with hold_contents(contents):
-        create_study(Path("new"), experiments, seed=0)
+        create_study(Path("new"), cast(list[Experiment], experiments), seed=0)
     (copy,) = Path("new/inputs").iterdir()
     Path("new/inputs").rename("new/founders")
     file = Path("new/runs/evo/B/experiment.toml")

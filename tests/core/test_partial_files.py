@@ -80,10 +80,10 @@ def test_a_writer_in_the_same_process_keeps_its_file(tmp_path: Path) -> None:
 
 
 def test_a_file_of_another_machine_is_removed_after_a_day(tmp_path: Path) -> None:
-    own = tmp_path / f".own.{identify_machine()}-1.partial"
+    local = tmp_path / f".local.{identify_machine()}-1.partial"
     new, old = tmp_path / ".new.00000000-1.partial", tmp_path / ".old.00000000-1.partial"
     unrelated = tmp_path / "notes.partial"
-    for path in (own, new, old, unrelated):
+    for path in (local, new, old, unrelated):
         path.touch()
     os.utime(old, (time.time() - 25 * 3600,) * 2)
     remove_abandoned(tmp_path)

@@ -78,7 +78,7 @@ def assignment_pairs(settings: Mapping[str, Any]) -> list[tuple[str, Any]]:
     return list(change.settings.items())
 
 
-def make_first_point(plan: Mapping[str, Any]) -> Experiment:
+def make_first_point(plan: dict[str, Any]) -> Experiment:
     tree = to_plain_data({"experiment": "evo+self-taught/A"} | plan)
     return expand_sweep(validate_sweep(tree, "sweep"), Path("sweep"))[0]
 
@@ -160,7 +160,7 @@ def test_a_value_that_no_setting_can_have_is_refused(value: object) -> None:
 
 
 def test_a_later_change_of_an_entry_changes_an_earlier_list() -> None:
-    changes = [{"a.0.b": 1}, {"a": [{"b": 2, "c": 3}]}, {"a.0.b": 4}]
+    changes: list[dict[str, Any]] = [{"a.0.b": 1}, {"a": [{"b": 2, "c": 3}]}, {"a.0.b": 4}]
     assert combine_settings(changes) == {"a": [{"b": 4, "c": 3}]}
     assert changes[1] == {"a": [{"b": 2, "c": 3}]}
 

@@ -76,17 +76,19 @@ class Proxy(NamedTuple):
                 request.method, address, headers=headers, content=await request.body()
             )
             # Several cookies have a header each.
-            kept = [pair for pair in answer.headers.multi_items() if pair[0] not in DROPPED]
+            passed = [pair for pair in answer.headers.multi_items() if pair[0] not in DROPPED]
             response = Response(answer.content, answer.status_code)
-            response.raw_headers += [(name.encode(), value.encode()) for name, value in kept]
+            response.raw_headers += [(name.encode(), value.encode()) for name, value in passed]
             return response
 
         async def pass_websocket(websocket: WebSocket) -> None:
             headers = self._find_headers(port, websocket)
             address = self._find_address(f"ws://{headers.pop('host')}", websocket)
             # The client of the lab has its own handshake, and the host of its address.
-            own = {name for name in headers if name.startswith("sec-websocket")} | {"user-agent"}
-            headers = {name: headers[name] for name in headers if name not in own}
+            replaced = {name for name in headers if name.startswith("sec-websocket")} | {
+                "user-agent"
+            }
+            headers = {name: headers[name] for name in headers if name not in replaced}
             async with connect(
                 address, additional_headers=headers, host="127.0.0.1", port=port
             ) as lab:

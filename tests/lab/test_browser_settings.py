@@ -107,9 +107,9 @@ def list_other_values(experiment: Experiment, path: str, value: Any) -> list[Any
 
 def change_setting(experiment: Experiment, path: str, value: Any) -> Experiment | None:
     """Return the experiment with another valid value of a setting, or None if there is none."""
-    for other in list_other_values(experiment, path, value):
+    for new_value in list_other_values(experiment, path, value):
         with suppress(ExperimentError):
-            changed = experiment.replace(**nest_settings({path: other}))
+            changed = experiment.replace(**nest_settings({path: new_value}))
             if changed != experiment:
                 return changed
     return None

@@ -36,7 +36,17 @@ class LifetimeImages:
         self._steps_done = 0
 
     def begin(self, experiment: Experiment, generation: int, view: PopulationView) -> None:
-        """Start a lifetime with its state before the first step."""
+        """Start a lifetime with its state before the first step.
+
+        Parameters
+        ----------
+        experiment
+            Settings of the generation.
+        generation
+            Number of the generation, for the caption.
+        view
+            The population before the first step.
+        """
         self._experiment = experiment
         self._generation = generation
         self._states.clear()
@@ -44,7 +54,13 @@ class LifetimeImages:
         self._steps_done = 0
 
     def record(self, view: PopulationView) -> None:
-        """Store the state after one more step."""
+        """Store the state after one more step.
+
+        Parameters
+        ----------
+        view
+            The population after the step.
+        """
         n_agents = self._experiment.population.size
         lanes = slice(self._world * n_agents, (self._world + 1) * n_agents)
         positions = view.positions()[self._world]
