@@ -158,7 +158,11 @@ def test_a_shell_script_is_valid_and_its_command_lines_are_accepted(script: str)
             app.parse_args(shlex.split(line), print_error=False, exit_on_error=False)
 
 
-def test_dask_accepts_the_configuration_of_the_slurm_page() -> None:
+def test_dask_accepts_the_configuration_of_the_slurm_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A job creates the folder of its logs.
+    monkeypatch.chdir(tmp_path)
     slurm = pytest.importorskip("dask_jobqueue.slurm", reason="it needs the extra cluster")
     import dask
     import yaml
