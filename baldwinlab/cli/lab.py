@@ -54,7 +54,8 @@ def lab(
     ] = DEFAULT_LAB_PORT,
     browser: Annotated[bool, Parameter(help="Open the page in the browser.")] = True,
     root_path: Annotated[
-        str | None, Parameter(help="Path under which a proxy serves the lab, for example /lab.")
+        str | None,
+        Parameter(help="Path under which a proxy serves the lab, for example /lab. By default /."),
     ] = None,
 ) -> None:
     """Open the lab in the browser: watch, replay and share studies, and start new ones.

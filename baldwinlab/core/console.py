@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from html import escape
+from pathlib import Path
 from typing import Any, NoReturn
 
 from rich.console import Console, RenderableType
@@ -231,7 +233,7 @@ def _replace_nan(value: Any) -> Any:
 
 def info(message: str, *, has_address: bool = False) -> None:
     """Print a message. The terminal, not rich, wraps a message with an address."""
-    console.print(message, markup=False, soft_wrap=has_address or None)
+    console.print(_shorten_paths(message), markup=False, soft_wrap=has_address or None)
 
 
 def info_if_any(message: str) -> None:
@@ -242,7 +244,19 @@ def info_if_any(message: str) -> None:
 
 def warn(message: str) -> None:
     """Print a warning or an error on stderr."""
-    errors.print(f"baldwinlab: {clip_for_terminal(message)}", markup=False)
+    errors.print(f"baldwinlab: {clip_for_terminal(_shorten_paths(message))}", markup=False)
+
+
+def _shorten_paths(message: str) -> str:
+    """Return a message with paths relative to the working directory, as users write them."""
+    try:
+        folder = str(Path.cwd())
+    except OSError:
+        # The working directory was removed.
+        return message
+    if folder == os.sep:
+        return message
+    return re.sub(rf"(?<![\w./~-]){re.escape(folder + os.sep)}", "", message)
 
 
 def clip_for_terminal(message: str) -> str:

@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
 from baldwinlab.core.deferred import xr
-from baldwinlab.core.variables import GENERATION_COUNT
 
 
 class Measure(NamedTuple):
@@ -50,11 +47,14 @@ def measure_runs(function: Callable[[xr.Dataset], xr.DataArray], runs: xr.Datase
     xr.DataArray
         One value per run.
     """
+    # This module loads NumPy, which commands that only print do not need.
+    from baldwinlab.core.variables import GENERATION_COUNT
+
     if GENERATION_COUNT not in runs.coords or not runs.sizes["run"]:
         return function(runs)
     counts = runs[GENERATION_COUNT].values
     values = []
-    for count in np.unique(counts):
+    for count in sorted(set(counts.tolist())):
         has_generation = runs["generation"].values < count
         group = runs.isel(run=counts == count, generation=has_generation)
         values.append(function(group).reset_coords(drop=True))

@@ -16,6 +16,7 @@ from baldwinlab.core.errors import RefusedError
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.class_builder import choosing_fields
+from baldwinlab.experiment.fields import shorten
 from baldwinlab.experiment.paths import iterate_settings, nest_settings
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import built_in_experiments, module_name
@@ -33,8 +34,8 @@ def require_browser_settings(experiment: Experiment) -> None:
     values = dict(iterate_settings(experiment.to_dict()))
     for path in _list_ignored_settings(experiment):
         raise RefusedError(
-            f"{experiment.name} cannot run in a browser: {path} = {values[path]!r} is set, which"
-            " only the engine in Python supports; leave it out, or start a live run in"
+            f"{experiment.name} cannot run in a browser: {path} = {shorten(repr(values[path]))} is"
+            " set, which only the engine in Python supports; leave it out, or start a live run in"
             " `baldwinlab lab`"
         )
 

@@ -76,7 +76,6 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
                 f"{experiment.name} cannot run in a browser: its model {experiment.model} is"
                 " simulated in Python"
             )
-        require_browser_settings(experiment)
         if experiment.gene_names:
             raise RefusedError(
                 f"{experiment.name} cannot run in a browser: its parts have the genes"
@@ -87,6 +86,7 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
                 f"{experiment.name} cannot run in a browser: its parts have records or arrays of"
                 " the run, which only the engine in Python supports"
             )
+        require_browser_settings(experiment)
     supported = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
     check_seed(seed)
     page = single_page.render_page(

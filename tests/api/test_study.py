@@ -38,7 +38,7 @@ def test_settings_change_all_presets_of_a_run(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     study = bl.run(["evo/A", bl.load("evo+self-taught/A")], runs=1, set=SHORT)
-    assert study.directory == Path("results/evo-A-evo+self-taught-A")
+    assert study.directory == tmp_path / "results/evo-A-evo+self-taught-A"
     assert study.experiment("evo/A") == bl.load("evo/A").replace(**SHORT_SETTINGS)
     single = bl.run("evo/A", runs=1, set={**SHORT, "world.food.0.count": 3}, out="single")
     assert single.experiment("evo/A").world.food[0].count == 3

@@ -71,7 +71,7 @@ from baldwinlab.papers.presets import load
             "-1",
             "greater than or equal to 0",
         ),
-        ({"name": "../up"}, "name", "../up", "pattern"),
+        ({"name": "../up"}, "name", "../up", "letters, digits"),
     ],
 )
 def test_an_invalid_field_is_refused_with_its_path_value_and_allowed_values(

@@ -6,6 +6,8 @@ import numpy as np
 import xarray as xr
 
 import baldwinlab as bl
+from baldwinlab.core.measures import measure_runs
+from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment.species_measures import SPECIES_MEASURES
 
 # [run, generation, agent]; the last run ends one generation earlier.
@@ -15,11 +17,14 @@ SPECIES = [
     [[0, 1, 1], [0, 1, 1], [0, 0, 1]],
     [[0, 1, 1], [0, 0, 0], [np.nan] * 3],
 ]
-RUNS = xr.Dataset({"species": (("run", "generation", "agent"), np.array(SPECIES, float))})
+RUNS = xr.Dataset(
+    {"species": (("run", "generation", "agent"), np.array(SPECIES, float))},
+    {"run": range(4), "generation": range(3), GENERATION_COUNT: ("run", [3, 3, 3, 2])},
+)
 
 
 def measure(name: str) -> list[float]:
-    values = SPECIES_MEASURES[name].of(RUNS)
+    values = measure_runs(SPECIES_MEASURES[name].of, RUNS)
     assert values.dims == ("run",)
     return list(values.values.tolist())
 

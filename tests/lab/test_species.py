@@ -101,5 +101,5 @@ def test_a_live_run_of_species_is_a_simulation_with_a_curve_for_each_species() -
 
 
 def test_a_page_that_simulates_in_the_browser_refuses_species() -> None:
-    with pytest.raises(RefusedError, match=r"several species.*live run in `baldwinlab lab`"):
+    with pytest.raises(RefusedError, match=r"population.species = .*live run in `baldwinlab lab`"):
         render_live_page([load_predators()])

@@ -194,7 +194,7 @@ def test_the_worlds_depend_on_the_seed(write: Any, without_compilation: None) ->
     assert texts[11].endswith("--requirements oracle")
     assert texts[11].partition("weight 0 is")[2] != texts[12].partition("weight 0 is")[2]
     assert texts[12].endswith(f"to repeat: baldwinlab check {path} --requirements oracle --seed 12")
-    with pytest.raises(ArgumentError, match="seed = -1 must be at least 0"):
+    with pytest.raises(ArgumentError, match="seed = -1 must be a whole number from 0"):
         bl.check_part(path, seed=-1)
 
 

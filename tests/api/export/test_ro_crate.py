@@ -18,6 +18,7 @@ import baldwinlab as bl
 from baldwinlab import Study
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import missing_extra_error
+from baldwinlab.core.files import shorten_path
 from baldwinlab.studies.creation import create_study
 from tests.api.export.validators import validate
 from tests.commands import Command
@@ -134,7 +135,7 @@ def test_the_command_updates_the_crate_and_does_not_change_the_study(
             "https://example.org/terms",
         )
         assert done.code == 0, done.err
-        assert done.out == f"RO-Crate: {copy.directory / 'ro-crate-metadata.json'}\n"
+        assert done.out == f"RO-Crate: {shorten_path(copy.directory / 'ro-crate-metadata.json')}\n"
     assert bl.open_study(copy.directory).to_pandas().equals(before)
     longer = bl.run(
         [copy.experiment(name) for name in copy.conditions], runs=2, seed=5, out=copy.directory

@@ -249,8 +249,8 @@ def test_the_experiment_of_a_sweep_can_be_a_file_in_the_same_folder(tmp_path: Pa
         ),
         (HEAD + "[fields]\nworld.food = [[{ x = [1, 2] }]]", "world.food.0.y: is missing"),
         (
-            HEAD + "world.food = [{ x = 1 }]\n[fields]\nlearning = { rate = [{ a = 1 }] }",
-            ".toml: set.world.food, fields.learning.rate: a value must be a number",
+            HEAD + "motor.noise = 2026-01-01\n[fields]\nlearning = { rate = [2026-01-01] }",
+            ".toml: set.motor.noise, fields.learning.rate: a value must be a number",
         ),
         (
             HEAD + "[fields]\nlearning.rate = { low = 0, high = 1 }",

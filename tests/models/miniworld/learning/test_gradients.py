@@ -45,6 +45,7 @@ def make_agent(experiment: Experiment, seed: int, **fields: Any) -> Agent:
     )
     memory = {
         "evaluation": [0.0],
+        "has_previous_step": [1.0],
         "last_inputs": list(LAST_INPUTS),
         "last_action": list(LAST_ACTION),
         "prediction_weights": random.normal(size=200).tolist(),
