@@ -159,11 +159,11 @@ SLICE := tests/engine tests/experiment tests/analysis/statistics tests/evolution
   tests/core/test_console.py tests/core/test_netcdf.py tests/core/test_output_paths.py tests/cli/test_cli.py
 oldest: RESOLUTION := lowest-direct
 newest: RESOLUTION := highest
+oldest newest: EXTRAS := $(subst $() ,$(comma),$(USERS))
 oldest newest: $(VENV)/.dev
 	$(BIN)/uv venv --quiet --clear --python $(PYTHON) $(VENV)/$@
-	$(BIN)/uv pip install --quiet --python $(VENV)/$@ --resolution $(RESOLUTION) --editable \
-	  ".[$(subst $() ,$(comma),$(USERS))]"
-	$(BIN)/uv pip install --quiet --python $(VENV)/$@ --editable ".[test]"
+	$(BIN)/uv pip install --quiet --python $(VENV)/$@ --resolution $(RESOLUTION) --editable ".[$(EXTRAS)]"
+	$(BIN)/uv pip install --quiet --python $(VENV)/$@ --editable ".[$(EXTRAS),test]"
 	$(BIN)/uv pip check --python $(VENV)/$@
 	$(VENV)/$@/bin/python -m pytest -n auto --dist loadfile $(SLICE)
 
