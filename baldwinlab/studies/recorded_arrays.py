@@ -99,7 +99,7 @@ class RecordedArray(BackendArray):
             # A search of the runs of each file would take time for each pair of file and run.
             order = np.argsort(file_of_run, kind="stable")
             numbers, starts = np.unique(file_of_run[order], return_index=True)
-            for number, selected in zip(numbers, np.split(order, starts[1:]), strict=True):
+            for number, selected in zip(numbers, np.split(order, starts)[1:], strict=True):
                 if number != NO_INDEX:
                     rows = index.row_of_run[runs[selected]]
                     self._read_file(index.files[number], rows, later_indices, values[row], selected)

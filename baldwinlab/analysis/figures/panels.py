@@ -120,8 +120,8 @@ def _group_rows(figure: Figure) -> list[list[Axes]]:
 
 def _locate(axes: Axes) -> Box:
     """Return the rectangle between the axes."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None
+    figure = axes.figure
+    assert isinstance(figure, Figure)
     width, height = figure.get_size_inches() * POINTS_PER_INCH
     position = axes.get_position()
     return Box(
