@@ -77,7 +77,8 @@ def test_a_gene_without_mutation_comes_from_either_parent_with_equal_probability
 def test_the_logarithm_of_a_log_normal_gene_changes_by_a_normal_number() -> None:
     gene = Gene(initial=1, low=1e-6, high=1e6, size=0.3)
     genes, _ = breed_genes(gene, 1.0)
-    assert kstest(np.log(genes), "norm", (0, 0.3)).pvalue > SIGNIFICANCE
+    # Newer versions of SciPy pass no arguments on to the normal distribution.
+    assert kstest(np.log(genes) / gene.size, "norm").pvalue > SIGNIFICANCE
 
 
 def test_a_normal_gene_changes_by_a_normal_number_and_stays_in_its_range() -> None:
