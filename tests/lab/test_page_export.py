@@ -283,7 +283,7 @@ def test_a_paused_run_continues_generation_by_generation(page: Page) -> None:
     start_run(page, runs=1, pace="5")
     page.get_by_test_id("pause").click()
     expect(page.get_by_test_id("live-state")).to_have_text("Paused")
-    before = int(page.get_by_test_id("live-count").inner_text().split()[0])
+    before = int(page.get_by_test_id("live-count").inner_text().split()[0].replace(",", ""))
     page.get_by_test_id("one-more").click()
     expect(page.get_by_test_id("live-count")).to_have_text(f"{before + 1} of 3 generations")
     page.get_by_test_id("pause").click()

@@ -37,7 +37,7 @@ def start_live_run(page: Page, changes: dict[str, Any], **query: Any) -> None:
 
 def count_generations(page: Page) -> int:
     """Return the number of finished generations that the page shows."""
-    return int((page.get_by_test_id("live-count").text_content() or "").split()[0])
+    return int((page.get_by_test_id("live-count").text_content() or "").split()[0].replace(",", ""))
 
 
 def expect_state(page: Page, state: str) -> None:

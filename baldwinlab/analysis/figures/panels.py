@@ -194,6 +194,8 @@ def _find_margins(figure: Figure) -> tuple[float, float]:
     upper = lower = 0.0
     for legend in figure.legends:
         entries = _locate_entries(figure, legend)
+        if not entries:
+            continue
         if entries[0].top < height / 2:
             upper = max(upper, max(entry.bottom for entry in entries) + GAP)
         else:

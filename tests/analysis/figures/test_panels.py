@@ -46,6 +46,13 @@ def test_a_panel_contains_what_matplotlib_measures_and_no_other_panel(figure: Fi
         assert height - extent.y0 <= piece.source.bottom + 1
 
 
+def test_a_figure_whose_legend_has_no_entries_is_arranged() -> None:
+    figure = draw_grid(2, 2)
+    figure.legend(handles=[], loc="outside lower center")
+    layout = arrange(figure)
+    assert layout is not None and len(layout.pieces) == 5
+
+
 def test_panels_are_below_each_other_in_the_order_of_reading() -> None:
     figure = draw_grid(2, 2)
     layout = arrange(figure)
