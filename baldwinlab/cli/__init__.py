@@ -58,7 +58,6 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
         "check": Command("cli.check", "check", "FILE"),
     },
     "Machine": {
-        "migrate": Command("cli.migrate", "migrate", "DIRECTORY"),
         "doctor": Command("cli.doctor", "doctor", "[FOLDER]"),
         "bench": Command("cli.bench", "bench"),
     },

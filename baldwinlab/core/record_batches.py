@@ -24,18 +24,12 @@ KEPT_GENERATIONS: Final = "kept_generations"
 # Variables of a batch that are not in the records of its runs.
 BATCH_VARIABLES: Final = (GENERATION_COUNT, KEPT_GENERATIONS, STOP_ATTRIBUTE)
 # The number of generations in the TOML text of an experiment.
-_GENERATIONS_PATTERN: Final = re.compile(r"(^\[evolution\]$.*?^generations = )(\d+)", re.M | re.S)
+_GENERATIONS_PATTERN: Final = re.compile(r"(^\[evolution\]$.*?^generations = )\d+", re.M | re.S)
 
 
 def replace_generations(text: str, n_generations: int) -> str:
     """Return the TOML text of an experiment with another number of generations."""
     return _GENERATIONS_PATTERN.sub(rf"\g<1>{n_generations}", text, count=1)
-
-
-def read_generations(text: str) -> int:
-    """Return the number of generations in the TOML text of an experiment, 0 without one."""
-    match = _GENERATIONS_PATTERN.search(text)
-    return int(match[2]) if match else 0
 
 
 def select_attributes(batch: xr.Dataset, index: int) -> dict[str, Any]:

@@ -4,9 +4,9 @@ A file holds one run, runs/CONDITION/RUN.nc, or a batch of consecutive runs,
 runs/CONDITION/FIRST-LAST.nc. The numbers have at least four digits. The list of the files is the
 only index of the runs.
 
-Two files can hold the same run: two processes have written it, an extension has continued it, or a
-migration was interrupted. The narrower file is valid then. A run is therefore only written again
-into a file that is not wider than the file that holds it.
+Two files can hold the same run: two processes have written it, or an extension has continued it.
+The narrower file is valid then. A run is therefore only written again into a file that is not wider
+than the file that holds it.
 """
 
 from __future__ import annotations

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 from tests.papers.test_papers import write_paper
 from tests.small_studies import make_small_study, shorten_preset
@@ -60,10 +59,3 @@ def test_multiverse_prints_the_verdicts_of_all_variants(command: Command, tmp_pa
     content = json.loads(outcome.out)
     assert content["multiverse"] == read_json("variants/multiverse.json")
     assert "comparison" not in content
-
-
-def test_migrate_prints_the_numbers_of_files(command: Command, tmp_path: Path) -> None:
-    make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=2)
-    result = json.loads(command("migrate", "study", "--dry-run", "--json").out)
-    assert result.keys() == {"n_merged", "n_batches", "n_files"}
-    assert result["n_files"] == len(list(StudyStore(tmp_path / "study").directory.rglob("0*.nc")))

@@ -1,4 +1,4 @@
-"""The commands `status` and `migrate`."""
+"""The command `status`."""
 
 from __future__ import annotations
 
@@ -17,16 +17,12 @@ RUNS = 20
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A study of version 0.1: each run has a file."""
+    """A study with one file per run."""
     directory = tmp_path_factory.mktemp("stored") / "study"
     with pytest.MonkeyPatch.context() as earlier:
         earlier.setattr(memory, "MAX_RUNS_PER_FILE", 1)
         make_study(directory, runs=RUNS)
     return directory
-
-
-def list_names(directory: Path) -> list[str]:
-    return sorted(path.name for path in directory.rglob("*.nc"))
 
 
 def test_status_shows_stored_and_missing_runs_and_failures(
@@ -48,21 +44,7 @@ def test_status_shows_stored_and_missing_runs_and_failures(
     assert len(content["failures"]) == 1
 
 
-def test_migrate_reports_and_merges_the_files(
-    command: Command, stored: Path, tmp_path: Path
-) -> None:
-    directory = shutil.copytree(stored, tmp_path / "study")
-    before = list_names(directory)
-    result = command("migrate", "study", "--dry-run")
-    assert "20 files of single runs would be merged into 1 files" in result.out
-    assert list_names(directory) == before
-    assert "20 files of single runs merged into 1 files" in command("migrate", "study").out
-    assert list_names(directory) == ["0000-0019.nc"]
-    assert "all 20 runs are already stored" in command("run", "study", "--runs", "20").out
-
-
-@pytest.mark.parametrize("name", ["status", "migrate"])
-def test_a_folder_without_a_study_is_refused(command: Command, name: str) -> None:
-    result = command(name, "nothing")
+def test_a_folder_without_a_study_is_refused(command: Command) -> None:
+    result = command("status", "nothing")
     assert result.code == 2
     assert "nothing holds no study" in result.err
