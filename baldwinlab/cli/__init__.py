@@ -11,7 +11,6 @@ from typing import Final, NamedTuple
 
 from cyclopts import Group
 
-from baldwinlab.cli.old_names import replace_old_names
 from baldwinlab.cli.options import OVERVIEW, app
 from baldwinlab.core import console
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError, InterruptedStudyError
@@ -116,7 +115,7 @@ def main() -> None:
         if len(sys.argv) == 1:
             console.info(OVERVIEW)
             return
-        app(replace_old_names(sys.argv[1:], console.warn))
+        app(sys.argv[1:])
     except ArgumentError as error:
         # The attribute is a sentence about an option, the text one about a Python argument.
         _fail(error.option, USAGE_ERROR_STATUS)

@@ -77,3 +77,4 @@ def test_the_help_starts_with_the_first_commands_and_groups_all_commands(command
     positions = [text.index(f"─ {title} ─") for title in GROUPS]
     assert start < positions[0]
     assert positions == sorted(positions)
+    assert all(f" {name} " in text for name in COMMANDS)

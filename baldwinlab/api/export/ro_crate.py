@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rocrate.rocrate import ROCrate
 
 CRATE_FILE: Final = "ro-crate-metadata.json"
-# Text in every crate that baldwinlab has written, also by the old command `baldwinlab crate`.
+# Text in every crate that baldwinlab has written.
 CRATE_MARK: Final = "Described by `baldwinlab "
 PROFILE_ADDRESS: Final = "https://w3id.org/ro/wfrun/process/0.5"
 MEDIA_TYPES: Final = {
