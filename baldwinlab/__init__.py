@@ -9,7 +9,6 @@
 """
 
 import sys
-import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -122,22 +121,11 @@ _MODULE_BY_NAME = {
     "vector_env": "api.integrations.gymnasium",
 }
 
-# The new name of each old name that still works in this release.
-_NEW_NAMES = {"experiment_of": "read_experiment", "open": "open_study", "problem": "make_problem"}
-
 
 # With a module function `__getattr__`, a type checker would accept any name. So it is hidden.
 if not TYPE_CHECKING:
 
     def __getattr__(name: str) -> Any:
-        if name in _NEW_NAMES:
-            new_name = _NEW_NAMES[name]
-            warnings.warn(
-                f"baldwinlab.{name} was renamed to baldwinlab.{new_name}; use the new name",
-                FutureWarning,
-                stacklevel=2,
-            )
-            name = new_name
         if name not in _MODULE_BY_NAME:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         module = import_module(f"{__name__}.{_MODULE_BY_NAME[name]}")

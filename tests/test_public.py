@@ -54,16 +54,6 @@ def test_every_public_name_exists_and_is_listed() -> None:
         getattr(baldwinlab, "simulator")  # noqa: B009
 
 
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [("experiment_of", "read_experiment"), ("open", "open_study"), ("problem", "make_problem")],
-)
-def test_an_old_name_works_and_a_warning_names_the_new_one(old: str, new: str) -> None:
-    with pytest.warns(FutureWarning, match=f"baldwinlab.{old} was renamed to baldwinlab.{new}"):
-        assert getattr(baldwinlab, old) is getattr(baldwinlab, new)
-    assert old not in dir(baldwinlab)
-
-
 def public_docstrings() -> Iterator[tuple[str, str]]:
     """Yield the public names of the package and of its public classes, with their docstrings."""
     for name in baldwinlab.__all__:

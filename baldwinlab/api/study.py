@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
 MAX_LISTED_CONDITIONS: Final = 10
 """Maximum number of conditions in the text of a study. A sweep may have thousands."""
-RENAMED_METHODS: Final = {"crate": "to_ro_crate"}
-"""The new name of a method by its old name."""
 
 
 class Study(StudyExports):
@@ -44,14 +42,6 @@ class Study(StudyExports):
     `run`, `sweep` and `reproduce` create a study, and `open_study` opens one. A method that takes a
     condition raises StudyError for a name that is not in `conditions`.
     """
-
-    # With the method `__getattr__`, a type checker would accept any attribute. So it is hidden.
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any:
-            """Raise AttributeError, with the new name of a renamed method."""
-            hint = f"; it was renamed to {RENAMED_METHODS[name]}" if name in RENAMED_METHODS else ""
-            raise AttributeError(f"'Study' object has no attribute {name!r}{hint}")
 
     def __reduce__(self) -> Any:
         # Another process, with another working directory, opens the same directory.
