@@ -41,7 +41,6 @@ from baldwinlab.parts.model_part import LifeResults, Model
 from baldwinlab.parts.networks import Network, backward, forward
 from baldwinlab.parts.part import Part
 from baldwinlab.parts.random_numbers import draw_unit
-from baldwinlab.parts.renamed import missing_name_error
 from baldwinlab.parts.selection import Selection
 from baldwinlab.parts.senses import Sense
 from baldwinlab.parts.stop import Stop
@@ -123,4 +122,4 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name in MODEL_HELPERS:
         return load_model_helper(name)
-    raise missing_name_error(__name__, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -34,7 +34,6 @@ from baldwinlab.experiment.fields import Fields
 from baldwinlab.parts.genes import FIRST_GENE, Gene, add_gene_arrays, require_valid_genes
 from baldwinlab.parts.lane_check import require_lane_isolation
 from baldwinlab.parts.records import add_record_arrays, list_read_records
-from baldwinlab.parts.renamed import refuse_old_names
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass as FieldsMeta
@@ -47,11 +46,7 @@ BREEDING_KINDS: Final = ("selection", "variation", "inheritance", "fitness", "st
 
 
 class PartMeta(FieldsMeta):
-    """Metaclass that refuses old names in a part's class before pydantic reads the class."""
-
-    def __new__(mcs, class_name: str, bases: Any, namespace: Any, /, **options: Any) -> Any:
-        refuse_old_names(class_name, bases, namespace)
-        return super().__new__(mcs, class_name, bases, namespace, **options)
+    """Metaclass of parts, for which `transfer` registers how their classes are pickled."""
 
 
 class Part(Fields, metaclass=PartMeta):

@@ -146,6 +146,11 @@ def test_every_public_name_exists(name: str) -> None:
     assert hasattr(parts, name)
 
 
+def test_an_unknown_name_of_the_module_is_refused() -> None:
+    with pytest.raises(AttributeError, match=r"'baldwinlab\.parts' has no attribute 'Unknown'"):
+        getattr(parts, "Unknown")  # noqa: B009
+
+
 def test_the_names_of_model_helpers_are_those_of_their_modules() -> None:
     assert (parts.AgentSense, parts.ItemSense) == (AgentSense, ItemSense)
     with pytest.raises(AttributeError, match="no attribute 'unknown_helper'"):
