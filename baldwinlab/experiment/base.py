@@ -41,7 +41,6 @@ from baldwinlab.experiment.file import find_paths, remember_path
 from baldwinlab.experiment.genes import list_gene_names, resolve_genes
 from baldwinlab.experiment.html import format_html
 from baldwinlab.experiment.registry import table_name
-from baldwinlab.experiment.renamed import upgrade
 from baldwinlab.experiment.schedule import (
     SCHEDULE_FIELD,
     Change,
@@ -453,8 +452,7 @@ def validate(tree: Any, lenient: bool = False) -> Any:
     """
     if not isinstance(tree, dict):
         raise ExperimentError("an experiment is a table of its fields")
-    upgraded_tree = upgrade(tree) if lenient else to_plain_data(tree)
-    experiment = _make_experiment(upgraded_tree, lenient)
+    experiment = _make_experiment(to_plain_data(tree), lenient)
     if not lenient:
         check_added_parts(experiment)
         if conflicts := experiment.find_conflicts():

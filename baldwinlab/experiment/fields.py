@@ -12,7 +12,6 @@ from pydantic_core import PydanticCustomError
 
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.patterns import describe_pattern
-from baldwinlab.experiment.renamed import new_path
 
 MAX_FAULTS: Final = 10
 """Number of errors that a message lists."""
@@ -147,16 +146,9 @@ def format_value(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else repr(value)
 
 
-def renamed_message(name: str, current: str) -> str:
-    """Return the message for a renamed setting or condition."""
-    return f"{name} was renamed to {current}: use the new name"
-
-
 def _format_fault(fault: Any, model: type[BaseModel]) -> str:
     path = shorten(".".join(str(step) for step in fault["loc"]))
     message = str(fault["msg"]).removeprefix("Value error, ")
-    if fault["type"] == "extra_forbidden" and (current := new_path(path)):
-        return renamed_message(path, current)
     if fault["type"] == "extra_forbidden":
         names = ", ".join(_setting_names(fault["loc"], model))
         return f"{path}: there is no such field; there are: {names}"

@@ -15,10 +15,8 @@ from baldwinlab.core.files import parse_toml
 from baldwinlab.experiment.fields import (
     ExperimentError,
     describe_missing_name,
-    renamed_message,
     to_plain_data,
 )
-from baldwinlab.experiment.renamed import new_path
 
 
 def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
@@ -152,8 +150,6 @@ def _require_key(table: Any, step: str, path: str) -> str | int:
 
 
 def _describe_missing_step(table: Any, step: str, path: str) -> str:
-    if current := new_path(path):
-        return renamed_message(path, current)
     names: Any = ()
     if isinstance(table, dict):
         names = list(table)

@@ -15,7 +15,6 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from baldwinlab.core.suggestions import did_you_mean, list_names
-from baldwinlab.experiment.renamed import new_name
 
 _EVOLUTION: Final = "baldwinlab.evolution"
 _MODELS: Final = "baldwinlab.models"
@@ -236,8 +235,6 @@ def is_built_in(kind: str, name: str, module: str) -> bool:
         If a custom part has the name of a built-in part.
     """
     location = package_parts(kind).get(name)
-    if current := new_name(kind, name):
-        raise ValueError(f"{name!r} is the old name of the {kind} {current!r}; choose another name")
     if location is None:
         return False
     if location.partition(":")[0] != module:
@@ -264,8 +261,6 @@ def count_changes() -> int:
 
 def unknown_part_message(kind: str, name: str) -> str:
     """Return the message for an unknown name."""
-    if current := new_name(kind, name):
-        return f"the {kind} {name!r} was renamed to {current!r}: use the new name"
     quoted = list_names(repr(name), map(repr, names(kind)))
     hint = did_you_mean(name, names(kind))
     return f"there is no such {kind}{hint}; {quoted}; --part FILE loads a custom {kind}"

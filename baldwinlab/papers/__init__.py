@@ -101,7 +101,7 @@ def load_stored_paper(directory: Path, name: str) -> Paper:
     """
     copy_folder = directory / COPY_FOLDER
     if (copy_folder / "paper.toml").exists():
-        return open_paper(copy_folder, is_stored=True)
+        return open_paper(copy_folder)
     paper_name = name or DEFAULT_PAPER
     if paper_name not in built_in():
         raise PaperError(

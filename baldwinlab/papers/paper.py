@@ -33,8 +33,6 @@ from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.core.suggestions import list_names, suggest
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.factors import Factors
-from baldwinlab.experiment.fields import renamed_message
-from baldwinlab.experiment.renamed import new_condition, upgrade
 from baldwinlab.papers.cards import PaperCard, read_card
 from baldwinlab.papers.claims import (
     Claim,
@@ -116,14 +114,10 @@ class PaperMetadata(DeclaredTable):
 
 @dataclass(frozen=True)
 class Paper:
-    """A paper in a folder.
-
-    `is_stored` is true for a copy in a study. The presets of a copy can use old names of settings.
-    """
+    """A paper in a folder."""
 
     folder: Path
     metadata: PaperMetadata
-    is_stored: bool = False
 
     @property
     def name(self) -> str:
@@ -179,9 +173,6 @@ class Paper:
         if name not in names:
             if (kind, name) == ("variants", STANDARD_VARIANT):
                 return {"description": "the paper without changes"}
-            current = new_condition(name)
-            if current in (*self.names("conditions"), *self.names("controls")):
-                raise ExperimentError(renamed_message(name, current))
             raise ExperimentError(
                 f"there is no {kind.removesuffix('s')} {name!r}{suggest(name, names)}"
             )
@@ -237,7 +228,7 @@ class Paper:
         for preset_kind, preset in presets:
             tree = merge(tree, self.changes(preset_kind, preset))
         try:
-            experiment: Experiment = validate(upgrade(tree) if self.is_stored else tree)
+            experiment: Experiment = validate(tree)
             return experiment
         except ExperimentError as error:
             files = " with ".join(
@@ -286,7 +277,7 @@ class Paper:
         return [self.experiment(name, variant) for name in self.study_names()]
 
 
-def open_paper(folder: Path, is_stored: bool = False) -> Paper:
+def open_paper(folder: Path) -> Paper:
     """Return the paper in a folder; only its paper.toml is checked. Raises PaperError."""
     path = folder / "paper.toml"
-    return Paper(folder, validate_tables(PaperMetadata, read_tables(path), path), is_stored)
+    return Paper(folder, validate_tables(PaperMetadata, read_tables(path), path))

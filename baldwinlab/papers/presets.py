@@ -29,9 +29,7 @@ from baldwinlab.experiment import (
     validate,
 )
 from baldwinlab.experiment.factors import Factors
-from baldwinlab.experiment.fields import renamed_message
 from baldwinlab.experiment.file import find_files
-from baldwinlab.experiment.renamed import new_condition
 from baldwinlab.experiment.toml import name_source_in_errors, parse_tree
 from baldwinlab.papers.paper import PRESET_KINDS, STANDARD_VARIANT, Paper
 
@@ -148,8 +146,6 @@ def _load_preset(text: str, variant: str) -> Experiment:
 
 def _unknown_name_error(name: str) -> ExperimentError:
     """Return the error for an unknown name. It names the unknown condition or map."""
-    if current := new_condition(name):
-        return ExperimentError(renamed_message(name, current))
     for candidate in papers.built_in().values():
         if candidate.lacks_map(name):
             return candidate.missing_map_error(name)

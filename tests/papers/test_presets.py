@@ -117,18 +117,6 @@ def test_the_defaults_are_the_standard_variant_of_the_paper() -> None:
             "evo+self-taught names no map; there are A, B: write evo+self-taught/A",
         ),
         ("le-2019:nothing", "there is no preset 'nothing'; the most similar of "),
-        (
-            "evo+self-taught-twin/B",
-            "evo+self-taught-twin/B was renamed to evo+self-taught-rate-0/B: use the new name",
-        ),
-        (
-            "le-2019:evo+self-taught-twin/A",
-            "evo+self-taught-twin was renamed to evo+self-taught-rate-0: use the new name",
-        ),
-        (
-            "predicting-twin",
-            "predicting-twin was renamed to predicting-rate-0: use the new name",
-        ),
         ("absent.toml", "cannot read absent.toml: No such file or directory"),
     ],
 )

@@ -13,7 +13,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, name_points
-from baldwinlab.studies.sweeps.file import Sweep, read_stored_sweep
+from baldwinlab.studies.sweeps.file import Sweep, read_sweep
 
 # With more points, the correction for multiple tests leaves few significant differences.
 MAX_COMPARED_POINTS: Final = 100
@@ -77,7 +77,7 @@ def has_comparisons(study: StudyStore) -> bool:
         The sweep.
     """
     path = study.directory / SWEEP_FILE_NAME
-    return path.exists() and are_compared(read_stored_sweep(path), len(study.experiments))
+    return path.exists() and are_compared(read_sweep(path), len(study.experiments))
 
 
 def compare_points(

@@ -33,7 +33,7 @@ from baldwinlab.papers import presets
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.sweeps.file import Range, Sweep, read_stored_sweep
+from baldwinlab.studies.sweeps.file import Range, Sweep, read_sweep
 
 SWEEP_FILE_NAME = "sweep.toml"
 
@@ -252,7 +252,7 @@ def label_points(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
     xarray.Dataset
         The dataset with the dimensions that `open_sweep` describes.
     """
-    sweep = read_stored_sweep(study.directory / SWEEP_FILE_NAME)
+    sweep = read_sweep(study.directory / SWEEP_FILE_NAME)
     points = list(study.experiments.values())
     fields = list(sweep.fields)
     coordinates: dict[str, Any] = {"point": np.arange(len(points), dtype=np.int32)}
@@ -289,7 +289,7 @@ def settings_by_path(study: StudyStore) -> dict[str, list[int | float] | list[st
     points = list(study.experiments.values())
     return {
         field: _setting_values(points, field)
-        for field in read_stored_sweep(study.directory / SWEEP_FILE_NAME).fields
+        for field in read_sweep(study.directory / SWEEP_FILE_NAME).fields
     }
 
 

@@ -14,7 +14,6 @@ from baldwinlab.core.files import SWEEP_FILE, parse_toml, read_text
 from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.experiment import ExperimentError, Fields
 from baldwinlab.experiment.fields import format_faults, shorten
-from baldwinlab.experiment.renamed import upgrade_swept
 
 # Maximum number of points of a sweep.
 MAX_POINTS = 10_000
@@ -177,14 +176,6 @@ def read_sweep(path: Path) -> Sweep:
         reason = error.strerror if isinstance(error, OSError) else error
         raise ExperimentError(f"cannot read {path}: {reason}") from None
     return validate_sweep(tree, str(path))
-
-
-def read_stored_sweep(path: Path) -> Sweep:
-    """Return the sweep of a study, with the current names of the swept fields."""
-    sweep = read_sweep(path)
-    current_fields = upgrade_swept(sweep.fields)
-    current_fixed = upgrade_swept(sweep.fixed)
-    return sweep.model_copy(update={"fields": current_fields, "fixed": current_fixed})
 
 
 def validate_sweep(tree: Mapping[str, Any], where: str) -> Sweep:
