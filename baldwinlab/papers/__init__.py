@@ -79,7 +79,7 @@ def save_copy(paper: Paper, directory: Path) -> None:
         "*.toml",
         "README.md",
         CARD_FILE,
-        *(f"{paper.preset_folder(kind).name}/*.toml" for kind in PRESET_KINDS),
+        *(f"{kind}/*.toml" for kind in PRESET_KINDS),
     )
     files = {
         path.relative_to(paper.folder): read_bytes(path, PAPER_FILE)

@@ -49,8 +49,6 @@ from baldwinlab.papers.texts import (
 )
 
 PRESET_KINDS = ("conditions", "controls", "maps", "variants")
-# Names of folders in papers of version 0.1.
-OLD_FOLDERS = {"variants": "readings"}
 CARD_FILE = "card.png"
 # Default variant.
 STANDARD_VARIANT = "standard"
@@ -138,15 +136,9 @@ class Paper:
     @cached_property
     def _names_by_kind(self) -> dict[str, list[str]]:
         return {
-            kind: sorted(path.stem for path in self.preset_folder(kind).glob("*.toml"))
+            kind: sorted(path.stem for path in (self.folder / kind).glob("*.toml"))
             for kind in PRESET_KINDS
         }
-
-    def preset_folder(self, kind: str) -> Path:
-        """Return the folder of the presets of a kind. It has its old name if only that exists."""
-        folder = self.folder / kind
-        old_folder = self.folder / OLD_FOLDERS.get(kind, kind)
-        return old_folder if old_folder.is_dir() and not folder.is_dir() else folder
 
     def names(self, kind: str) -> list[str]:
         """Return the names of the presets of a kind, the standard variant first.
@@ -176,7 +168,7 @@ class Paper:
             raise ExperimentError(
                 f"there is no {kind.removesuffix('s')} {name!r}{suggest(name, names)}"
             )
-        path = self.preset_folder(kind) / f"{name}.toml"
+        path = self.folder / kind / f"{name}.toml"
         preset = read_tables(path)
         if not isinstance(preset.get("description"), str):
             raise PaperError(f"{path}: description is missing: one line that describes the preset")

@@ -92,16 +92,6 @@ def write_paper(paper_folder: Path, *without: str, **changed: str) -> Path:
     return paper_folder
 
 
-def test_variants_are_read_from_a_folder_with_the_old_name_readings(tmp_path: Path) -> None:
-    paper_folder = write_paper(tmp_path)
-    (paper_folder / "variants").rename(paper_folder / "readings")
-    paper = papers.load(paper_folder)
-    assert paper.names("variants") == ["standard"]
-    assert paper.experiment("plain/near").lifetime.steps == 60
-    papers.save_copy(paper, tmp_path / "study")
-    assert (tmp_path / "study/paper/readings/standard.toml").read_text() == STANDARD
-
-
 def test_every_claim_of_a_built_in_paper_declares_its_kind() -> None:
     for name in papers.built_in():
         claims = papers.load(name).claims
