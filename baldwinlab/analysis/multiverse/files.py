@@ -107,7 +107,7 @@ def read_multiverse(path: Path) -> Multiverse:
     """
     raw = _read_bytes(path)
     try:
-        record = _upgrade_names(json.loads(raw))
+        record = json.loads(raw)
         multiverse = Multiverse.model_validate(record)
     except ValidationError as error:
         key = ".".join(str(part) for part in error.errors()[0]["loc"]) or "it is not an object"
@@ -121,23 +121,10 @@ def read_multiverse(path: Path) -> Multiverse:
     return multiverse
 
 
-def _upgrade_names(record: Any) -> Any:
-    """Rename the variants of a file of version 0.1, which calls them `readings`."""
-    if isinstance(record, dict) and "readings" in record and "variants" not in record:
-        return {**record, "variants": record["readings"]}
-    return record
-
-
 def _is_unchanged(multiverse: Multiverse, record: Mapping[str, Any]) -> bool:
-    """Return whether a file has the content that was written. Old files have no checksum."""
-    if "checksum" not in record:
-        return True
-    # Version 0.1 computed the checksum with the old name.
-    if "readings" in record:
-        old_text = multiverse.model_dump_json().replace('"variants":', '"readings":', 1)
-        return bool(record["checksum"] == hashlib.sha256(old_text.encode()).hexdigest())
-    has_checksum = record["checksum"] == _checksum(multiverse)
-    return bool(has_checksum and record["summary"] == summarize(multiverse))
+    """Return whether a file has the content that was written."""
+    has_checksum = record.get("checksum") == _checksum(multiverse)
+    return bool(has_checksum and record.get("summary") == summarize(multiverse))
 
 
 def _read_bytes(path: Path) -> bytes:
