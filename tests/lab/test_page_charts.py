@@ -15,7 +15,7 @@ import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from baldwinlab.api.publish import lab_results
-from baldwinlab.core.netcdf import to_bytes
+from baldwinlab.studies.assays.storage import encode_assay
 from baldwinlab.studies.store import StudyStore
 from tests.analysis.assays.artificial_assays import assign_to_study, reaction
 from tests.axe import find_violations
@@ -170,7 +170,7 @@ def reaction_assay(lab_server: LabServer) -> Iterator[None]:
     folder = lab_server.root / "small" / "assays"
     (folder / "reaction" / "evo").mkdir(parents=True)
     results = assign_to_study(reaction("evo/A", 60), StudyStore(lab_server.root / "small"), "evo/A")
-    (folder / "reaction" / "evo" / "A.nc").write_bytes(to_bytes(results))
+    (folder / "reaction" / "evo" / "A.nc").write_bytes(encode_assay(results))
     yield
     shutil.rmtree(folder)
 

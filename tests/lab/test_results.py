@@ -12,7 +12,7 @@ import pytest
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.api.publish import lab_results
 from baldwinlab.core.assay_variables import UNCHANGED_SETTING
-from baldwinlab.core.netcdf import to_bytes
+from baldwinlab.studies.assays.storage import encode_assay
 from baldwinlab.studies.open import open_runs
 from tests.analysis.assays.artificial_assays import assign_to_study, reaction
 from tests.lab.client import LabServer, get_error, get_json
@@ -68,7 +68,7 @@ def test_reaction_norms_are_the_medians_of_the_assay_with_the_evolved_value(
         folder = tmp_path / "it" / "assays" / "reaction" / "evo"
         folder.mkdir(parents=True)
         assay = assign_to_study(reaction("evo/A", 60), study, "evo/A")
-        (folder / "A.nc").write_bytes(to_bytes(assay))
+        (folder / "A.nc").write_bytes(encode_assay(assay))
         response = get_json(server.address, "results/reaction", study="it")
         assert response["unit"] == "items eaten"
         panels = {panel["field"]: panel for panel in response["panels"]}
@@ -100,7 +100,8 @@ def test_reaction_norms_of_conditions_with_other_evolved_values_have_gaps(tmp_pa
     for name in counts:
         path = tmp_path / "it" / "assays" / "reaction" / f"{name}.nc"
         path.parent.mkdir(parents=True)
-        path.write_bytes(to_bytes(assign_to_study(reaction(name, 60, runs=2), study, name)))
+        assay = assign_to_study(reaction(name, 60, runs=2), study, name)
+        path.write_bytes(encode_assay(assay))
     panels = lab_results.read_reaction_norms(study)["panels"]
     panel = next(panel for panel in panels if panel["field"] == "world.food.0.count")
     assert panel["values"] == ("10", "20", "50", "100")

@@ -17,7 +17,6 @@ import numpy as np
 from baldwinlab._version import __version__
 from baldwinlab.core import variables
 from baldwinlab.core.assay_variables import ASSAY_VARIABLES, FORKS
-from baldwinlab.core.netcdf import to_bytes
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 from baldwinlab.experiment.toml import to_toml
@@ -26,7 +25,7 @@ from baldwinlab.simulation.compilation import compile_experiments
 from baldwinlab.studies.assays import fork, innate, reaction
 from baldwinlab.studies.assays.catalog import ASSAYS, Arrays, get_assay
 from baldwinlab.studies.assays.sample import OnMap, Sample
-from baldwinlab.studies.assays.storage import ASSAY_FORMAT, assay_path
+from baldwinlab.studies.assays.storage import assay_path, encode_assay
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.records import read_record, write_in_study
 from baldwinlab.studies.run import Progress
@@ -246,8 +245,8 @@ def _store_results(
         data = data.assign_coords(ASSAYS[name].coordinates(study, condition))
         if "agent" in data.dims:
             data = data.assign_coords(agent=agents)
-        content = to_bytes(data.assign_attrs(format=ASSAY_FORMAT))
-        write_in_study(study.directory, assay_path(study.directory, name, condition), content)
+        path = assay_path(study.directory, name, condition)
+        write_in_study(study.directory, path, encode_assay(data))
 
 
 def _provenance(study: StudyStore, condition: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Files of assays: their paths, verification, and the conversion of older names."""
+"""Files of assays: their paths and verification."""
 
 from __future__ import annotations
 
@@ -6,23 +6,16 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final, Protocol
 
-from baldwinlab.core.assay_variables import (
-    ASSAY_VARIABLES,
-    FORKS,
-    NEUTRAL_NEWBORNS,
-    RANDOM_NEWBORNS,
-)
+from baldwinlab.core.assay_variables import ASSAY_VARIABLES, FORKS
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import ASSAY_FILE, quote_path, read_bytes
-from baldwinlab.core.netcdf import DamagedError, from_bytes, verify_checksum
+from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
 from baldwinlab.experiment import BaseExperiment, ExperimentError
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
 
 # Format of the file of an assay.
 ASSAY_FORMAT: Final = 2
-# Names of newborns in files of older versions.
-OLD_NEWBORNS: Final = {"blank slate": RANDOM_NEWBORNS, "neutral twin": NEUTRAL_NEWBORNS[1]}
 
 
 class AssayedStudy(Protocol):
@@ -47,6 +40,11 @@ class AssayedStudy(Protocol):
 def assay_path(directory: Path, assay: str, condition: str) -> Path:
     """Return the file of an assay of a condition, in the directory of a study."""
     return directory / "assays" / assay / f"{condition}.nc"
+
+
+def encode_assay(data: xr.Dataset) -> bytes:
+    """Return the content of the file of an assay, with its format and checksum."""
+    return to_bytes(data.assign_attrs(format=ASSAY_FORMAT))
 
 
 def read_assays(
@@ -105,13 +103,15 @@ def read_assay(study: AssayedStudy, assay: str, condition: str) -> xr.Dataset:
         raise ValueError(f"{path} cannot be read: {error}; {remedy}") from None
     try:
         data = from_bytes(raw)
-        # Format 1 may lack a checksum.
-        is_format_1 = data.attrs.pop("format", 1) == 1
-        if not is_format_1 or b"checksum" in raw:
-            verify_checksum(raw)
+        verify_checksum(raw)
     except DamagedError as error:
         raise ValueError(f"{path} is damaged: {error}; {remedy}") from None
-    data = _upgrade_names(data)
+    file_format = data.attrs.pop("format", None)
+    if str(file_format) != str(ASSAY_FORMAT):
+        raise ValueError(
+            f"{path} has format {file_format}, and this version reads only format {ASSAY_FORMAT}; "
+            f"{remedy}"
+        )
     if not _is_declared(data, assay):
         raise ValueError(f"{path} does not have the content of the assay {assay!r}; {remedy}")
     if mismatch := _find_mismatch(data, study, condition):
@@ -185,11 +185,3 @@ def _is_declared(data: xr.Dataset, assay: str) -> bool:
         if data[name].dtype.kind not in "if":
             return False
     return True
-
-
-def _upgrade_names(data: xr.Dataset) -> xr.Dataset:
-    """Rename the coordinates and variables of older versions."""
-    if "newborns" in data.coords:
-        names = data["newborns"].values.tolist()
-        data = data.assign_coords(newborns=[OLD_NEWBORNS.get(name, name) for name in names])
-    return data.rename(eaten="eaten_in_window") if "eaten" in data else data

@@ -18,7 +18,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
 from baldwinlab.studies.assays.run import run_assays
-from baldwinlab.studies.assays.storage import assay_path, read_assays
+from baldwinlab.studies.assays.storage import assay_path, encode_assay, read_assays
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.analysis.assays.artificial_assays import (
@@ -28,7 +28,6 @@ from tests.analysis.assays.artificial_assays import (
     constant,
     innate,
     make_all_assays,
-    neutral,
     rising,
     spread,
     within_life,
@@ -42,9 +41,9 @@ A = "evo+self-taught/A"
 def stored(folder: Path, assay: str = "innate", data: xr.Dataset | None = None) -> Path:
     path = folder / "assays" / assay / f"{A}.nc"
     path.parent.mkdir(parents=True)
-    (innate(A, off=constant(1), on=constant(2), runs=2) if data is None else data).to_netcdf(
-        path, engine="scipy"
-    )
+    if data is None:
+        data = innate(A, off=constant(1), on=constant(2), runs=2)
+    path.write_bytes(encode_assay(data))
     return path
 
 
@@ -53,7 +52,7 @@ def test_stored_assays_are_read_by_assay_and_condition(tmp_path: Path) -> None:
         for condition, data in conditions.items():
             path = tmp_path / "assays" / assay / f"{condition}.nc"
             path.parent.mkdir(parents=True, exist_ok=True)
-            data.to_netcdf(path, engine="scipy")
+            path.write_bytes(encode_assay(data))
     result = read_assays(Assayed(tmp_path))
     assert {assay: set(conditions) for assay, conditions in result.items()} == {
         assay: set(conditions) for assay, conditions in make_all_assays(runs=2).items()
@@ -102,7 +101,7 @@ def test_a_netcdf_file_that_is_no_assay_is_named_despite_a_valid_checksum(
         "no experiment": data.drop_attrs(deep=False),
         "experiment 5": data.assign_attrs(experiment=5),
     }[foreign]
-    stored(tmp_path).write_bytes(to_bytes(invalid))
+    stored(tmp_path).write_bytes(encode_assay(invalid))
     with pytest.raises(
         ValueError,
         match=r"A\.nc does not have the content of the assay 'innate'; `baldwinlab assay",
@@ -284,8 +283,12 @@ def test_a_huge_assay_is_named_with_its_size_and_the_limit(tmp_path: Path) -> No
         read_assays(Assayed(tmp_path))
 
 
-def test_newborns_of_older_files_have_their_new_names(tmp_path: Path) -> None:
-    data = neutral(A, (5, 50), (5, 20), runs=2)
-    stored(tmp_path, "neutral", data.assign_coords(newborns=["evolved", "neutral twin"]))
-    result = read_assays(Assayed(tmp_path))["neutral"][A]
-    assert result["newborns"].values.tolist() == ["evolved", "neutral control"]
+@pytest.mark.parametrize("other_format", [None, 1, 3])
+def test_an_assay_of_another_format_is_refused(tmp_path: Path, other_format: int | None) -> None:
+    path = stored(tmp_path)
+    attributes = {} if other_format is None else {"format": other_format}
+    data = innate(A, off=constant(1), on=constant(2), runs=2)
+    path.write_bytes(to_bytes(data.assign_attrs(attributes)))
+    sentence = f"has format {other_format}, and this version reads only format 2; `baldwinlab assay"
+    with pytest.raises(ValueError, match=sentence):
+        read_assays(Assayed(tmp_path))

@@ -9,6 +9,7 @@ import pytest
 from baldwinlab.api.publish.plan import plan_report
 from baldwinlab.api.publish.study import publish_study
 from baldwinlab.core import console
+from baldwinlab.studies.assays.storage import encode_assay
 from tests.analysis.assays.artificial_assays import (
     AGENTS,
     GENERATIONS,
@@ -32,9 +33,8 @@ def test_stored_assays_add_a_section_and_nothing_stored_adds_none(tmp_path: Path
     assert "Baldwin effect?" not in page.read_text("utf-8")
     path = study.directory / "assays" / "innate" / f"{A}.nc"
     path.parent.mkdir(parents=True)
-    assign_to_study(innate(A, off=constant(1), on=rising(1, 9)), study, A).to_netcdf(
-        path, engine="scipy"
-    )
+    assay = assign_to_study(innate(A, off=constant(1), on=rising(1, 9)), study, A)
+    path.write_bytes(encode_assay(assay))
     publish_study(plan_report(study, page), ignore_message, console.progress)
     assert '<h2 id="baldwin">Is there a Baldwin effect?</h2>' in page.read_text("utf-8")
     assert '<h2 id="trait-changes">' in page.read_text("utf-8")
