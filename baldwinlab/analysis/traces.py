@@ -1,4 +1,4 @@
-"""Appearance of the world in a trace, including traces of earlier versions."""
+"""Appearance of the world in a trace."""
 
 from __future__ import annotations
 
@@ -8,14 +8,11 @@ from typing import Any
 from baldwinlab.core.deferred import xr
 
 APPEARANCE_ATTRIBUTE = "appearance"
-# Names of attributes and keys in traces of earlier versions.
-EARLIER_APPEARANCE_ATTRIBUTE = "look"
-RENAMED_KEYS = {"colour": "color", "real": "is_continuous", "lessons": "has_teachers"}
 
 
 def has_appearance(trace: xr.Dataset) -> bool:
     """Return whether a dataset describes the appearance of a world."""
-    return APPEARANCE_ATTRIBUTE in trace.attrs or EARLIER_APPEARANCE_ATTRIBUTE in trace.attrs
+    return APPEARANCE_ATTRIBUTE in trace.attrs
 
 
 def read_appearance(trace: xr.Dataset) -> dict[str, Any]:
@@ -23,10 +20,4 @@ def read_appearance(trace: xr.Dataset) -> dict[str, Any]:
 
     Raise KeyError if the trace does not describe the appearance.
     """
-    if APPEARANCE_ATTRIBUTE in trace.attrs:
-        return dict(json.loads(trace.attrs[APPEARANCE_ATTRIBUTE]))
-    return dict(json.loads(trace.attrs[EARLIER_APPEARANCE_ATTRIBUTE], object_hook=_rename_keys))
-
-
-def _rename_keys(settings: dict[str, Any]) -> dict[str, Any]:
-    return {RENAMED_KEYS.get(key, key): value for key, value in settings.items()}
+    return dict(json.loads(trace.attrs[APPEARANCE_ATTRIBUTE]))

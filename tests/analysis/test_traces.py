@@ -8,23 +8,11 @@ import xarray as xr
 
 from baldwinlab.analysis.traces import has_appearance, read_appearance
 
-EARLIER = {
-    "inputs": ["left"],
-    "real": [False],
-    "item_kinds": [{"name": "food", "colour": "green", "number": 50}],
-    "lessons": True,
-}
 
-
-def test_an_earlier_trace_has_the_keys_of_today() -> None:
-    trace = xr.Dataset(attrs={"look": json.dumps(EARLIER)})
+def test_the_appearance_is_an_attribute_of_a_trace() -> None:
+    trace = xr.Dataset(attrs={"appearance": json.dumps({"inputs": ["left"]})})
     assert has_appearance(trace)
-    assert read_appearance(trace) == {
-        "inputs": ["left"],
-        "is_continuous": [False],
-        "item_kinds": [{"name": "food", "color": "green", "number": 50}],
-        "has_teachers": True,
-    }
+    assert read_appearance(trace) == {"inputs": ["left"]}
 
 
 def test_a_dataset_without_an_appearance_has_none() -> None:
