@@ -9,8 +9,6 @@ from typing import Any, NamedTuple
 from baldwinlab.analysis.assays import opponents_section
 from baldwinlab.analysis.assays import section as assays_section
 from baldwinlab.analysis.assays.analysis import Analysis, evaluate_assays
-from baldwinlab.analysis.assays.learner_comparison import compare_learners
-from baldwinlab.analysis.assays.learner_report import make_summary
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import Samples
@@ -20,7 +18,6 @@ from baldwinlab.analysis.multiverse.analysis import STANDARD
 from baldwinlab.analysis.multiverse.files import read_multiverse
 from baldwinlab.analysis.report import (
     ReportData,
-    ReportSummary,
     Section,
     draw_report,
     emergence_generations,
@@ -39,7 +36,6 @@ from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.api.publish.stages import describe_size, read_staged_results
 from baldwinlab.core.assay_variables import OPPONENTS, UNSEEN_MAPS
 from baldwinlab.core.deferred import xr
-from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.design import read_design
 from baldwinlab.simulation.replay import count_generations, replay
@@ -155,7 +151,7 @@ def _write_report(
     if opponents:
         figure_folder = study.directory / "figures"
         sections.append(opponents_section.make_section(opponents, figure_folder))
-    summary = _summarize_learners(plan, report.results, analysis)
+    summary = None
     design = read_design(plan.paper) if plan.paper else None
     if plan.paper and design:
         staged = read_staged_results(study, plan.paper, design, report.data, report.results)
@@ -166,28 +162,6 @@ def _write_report(
             body = f"<p>{note}</p>"
             sections.insert(0, Section("stage", "Stage of the study", body, summary=note))
     write_report(study.directory, template_values, plan.out, sections, summary)
-
-
-def _summarize_learners(
-    plan: ReportPlan, results: Sequence[ClaimResult], analysis: Analysis | None
-) -> ReportSummary | None:
-    """Return the section that compares all learners.
-
-    None unless all agents are foragers and the paper has the figure "overview".
-    """
-    study = plan.study
-    experiments = study.experiments.values()
-    is_foraging = all(isinstance(experiment, Experiment) for experiment in experiments)
-    has_overview = plan.paper is not None and "overview" in plan.paper.metadata.figures
-    if not (is_foraging and has_overview):
-        return None
-    comparison = compare_learners(results, study.factors, analysis)
-    if comparison is None:
-        return None
-    # Learners can be compared only with a condition that does not learn.
-    if any(study.experiments[name].learns for name in comparison.reference_conditions):
-        return None
-    return make_summary(comparison, study.directory)
 
 
 def _extra_sections(
