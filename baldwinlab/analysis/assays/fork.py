@@ -5,46 +5,16 @@ The four branches of a run have the same random numbers, so an effect is a diffe
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Final
 
-import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.statistics import median_interval
 from baldwinlab.core.assay_variables import HISTORIES, REGIMES
 
 MEASURES: Final = {"innate_fitness": "innate fitness", "fitness": "fitness in the regime"}
 LEARNING_OFF: Final = REGIMES[1]
 QUANTITY_PREFIX: Final = "fork: "
 EFFECTS: Final = ("history", "regime", "interaction")
-
-
-class ForkEffect(NamedTuple):
-    """Effect in the branches that start in one generation.
-
-    Attributes
-    ----------
-    generation : int
-        Start generation.
-    measure : str
-        "innate_fitness" or "fitness".
-    effect : str
-        "history", "regime" or "interaction".
-    estimate : float
-        Median over runs, in the unit of fitness.
-    low, high : float
-        95 % bootstrap interval of the median; NaN for a single run.
-    runs : int
-        Number of runs.
-    """
-
-    generation: int
-    measure: str
-    effect: str
-    estimate: float
-    low: float
-    high: float
-    runs: int
 
 
 def compute_effects(fork: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -90,36 +60,3 @@ def _compute_fork_effects(fitness: xr.DataArray) -> dict[str, xr.DataArray]:
         "regime": regime_effect.mean("history"),
         "interaction": effect_on_learner - effect_on_control,
     }
-
-
-def estimate_effects(fork: xr.Dataset) -> list[ForkEffect]:
-    """Estimate the effects over runs, with their intervals.
-
-    Parameters
-    ----------
-    fork : xr.Dataset
-        The stored assay `fork` or `fork-mode` of one condition.
-
-    Returns
-    -------
-    list of ForkEffect
-        One estimate per start generation, measure and effect.
-    """
-    estimates = []
-    for generation in fork["generation"].values.tolist():
-        for measure in MEASURES:
-            fitness = fork[measure].sel(generation=generation).mean("agent")
-            for effect, values in _compute_fork_effects(fitness).items():
-                median = float(np.median(values))
-                low, high = median_interval(values.values)
-                row = ForkEffect(
-                    generation=generation,
-                    measure=measure,
-                    effect=effect,
-                    estimate=median,
-                    low=low,
-                    high=high,
-                    runs=values.size,
-                )
-                estimates.append(row)
-    return estimates

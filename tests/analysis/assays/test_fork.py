@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from baldwinlab.analysis.assays.analysis import evaluate_assays
-from baldwinlab.analysis.assays.fork import MEASURES, compute_effects, estimate_effects
+from baldwinlab.analysis.assays.fork import MEASURES, compute_effects
 from baldwinlab.analysis.assays.section import make_section, tabulate_fork
 from baldwinlab.core.assay_variables import ASSAY_VARIABLES, HISTORIES, REGIMES
 from baldwinlab.core.variables import make_dataset
@@ -48,18 +48,6 @@ def test_effects_of_each_run_are_differences_of_branches() -> None:
         assert values.dims == ("run", "generation")
         assert np.allclose(values.sel(generation=0), 0)
         assert np.allclose(values.sel(generation=5), expected)
-
-
-def test_estimates_are_medians_over_runs_with_intervals() -> None:
-    data = make_fork(runs=5)
-    data["innate_fitness"].loc[{"run": 4, "history": "learner"}] += 100
-    estimates = {(row.generation, row.measure, row.effect): row for row in estimate_effects(data)}
-    assert len(estimates) == 2 * 2 * 3
-    history = estimates[5, "innate_fitness", "history"]
-    assert history.estimate == pytest.approx(3)
-    assert history.low == pytest.approx(3)
-    assert history.high == pytest.approx(103)
-    assert history.runs == 5
 
 
 @pytest.mark.parametrize("assay", ["fork", "fork-mode"])
