@@ -24,10 +24,10 @@ from baldwinlab.analysis import figures
 from baldwinlab.analysis.claim_samples import Samples
 from baldwinlab.analysis.report import content
 from baldwinlab.analysis.statistics.proportions import estimate_probability
-from baldwinlab.analysis.theory.reaction_norm import Setting, solve_means
 from baldwinlab.experiment.species_measures import SPECIES_MEASURES
 from baldwinlab.models.plastic_elements import find_innate_times
 from baldwinlab.papers.paper import CARD_FILE
+from tests.oracles.theory.reaction_norm import Setting, solve_means
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
 # Pixels of a card.

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.analysis.theory.medium_preference import choice_share, predict_preferences
 from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.egg_layers import EggLayers
 from baldwinlab.simulation.simulate import simulate_histories
+from tests.oracles.theory.medium_preference import choice_share, predict_preferences
 
 EXPERIENCES = ("both-media", "wrong-medium", "constant")
 CONDITIONS = tuple(

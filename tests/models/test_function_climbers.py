@@ -11,11 +11,11 @@ import pytest
 from scipy.stats import chi2
 
 import baldwinlab as bl
-from baldwinlab.analysis.theory.infinite_population import advance_frequencies
 from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, apply_inheritance, breed, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.function_climbers import FunctionClimbers, decode_gray, make_blocks, sine
+from tests.oracles.theory.infinite_population import advance_frequencies
 
 Numbers = npt.NDArray[np.float64]
 # Strings as binary numbers, in descending order of fitness (Whitley 1991).

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.analysis.theory.reaction_norm import Normal, Setting, breed_normal
 from baldwinlab.api.checks import check_part
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.linear_norms import LinearNorms
 from baldwinlab.simulation.simulate import simulate_histories
+from tests.oracles.theory.reaction_norm import Normal, Setting, breed_normal
 
 SEED = 7
 

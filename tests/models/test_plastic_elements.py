@@ -12,16 +12,16 @@ import xarray as xr
 from scipy import stats
 
 import baldwinlab as bl
-from baldwinlab.analysis.theory.element_selection import (
-    Elements,
-    advance_shares,
-    predict_selection,
-)
 from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.plastic_elements import PlasticElements
 from baldwinlab.parts import LIFE, uniforms
+from tests.oracles.theory.element_selection import (
+    Elements,
+    advance_shares,
+    predict_selection,
+)
 
 Genomes = npt.NDArray[np.float32]
 TREE = PlasticElements(

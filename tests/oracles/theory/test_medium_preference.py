@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from baldwinlab.analysis.theory.medium_preference import (
+from tests.oracles.theory.medium_preference import (
     choice_share,
     gain_slope,
     predict_preferences,

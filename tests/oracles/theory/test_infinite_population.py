@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from baldwinlab.analysis.theory.infinite_population import advance_frequencies
+from tests.oracles.theory.infinite_population import advance_frequencies
 
 Numbers = npt.NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from baldwinlab.analysis.theory.element_selection import (
+from tests.oracles.theory.element_selection import (
     INNATE,
     PLASTIC,
     WRONG,

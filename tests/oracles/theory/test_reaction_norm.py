@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.analysis.theory.reaction_norm import (
+from tests.oracles.theory.reaction_norm import (
     Normal,
     Setting,
     approximate_time_constants,

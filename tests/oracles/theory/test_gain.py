@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.analysis.theory.gain import (
+from tests.oracles.theory.gain import (
     log_gain_slope_of_share,
     log_gain_slope_of_step,
     predict_effect,
