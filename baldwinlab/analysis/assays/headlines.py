@@ -37,7 +37,7 @@ def describe_condition(result: ConditionResult) -> str:
     return f"map {map_name} ({learner})" if map_name else result.condition
 
 
-def describe_phases(result: ConditionResult) -> str:
+def _describe_phases(result: ConditionResult) -> str:
     """Return whether learning raises fitness, and whether innate fitness and its share rise."""
     first_phase = result.phase_verdict(1)
     second_phase = result.phase_verdict(2)
@@ -56,7 +56,7 @@ def describe_phases(result: ConditionResult) -> str:
 
 def compose_headline(result: ConditionResult, terms: Terms) -> str:
     """Return the verdict on a condition, with the criteria that fail or were not measured."""
-    text = f"{describe_phases(result)}."
+    text = f"{_describe_phases(result)}."
     if {result.phase_verdict(1), result.phase_verdict(2)} != {NOT_MEASURED}:
         failed = _list_questions(result, NO, 1)
         unmeasured = _list_questions(result, NOT_MEASURED, 1, 2)

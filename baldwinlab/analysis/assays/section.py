@@ -6,16 +6,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from baldwinlab.analysis.assays import (
-    canalization,
-    fork,
-    headlines,
-    overview,
-    reaction_norms,
-    sentences,
-)
+from baldwinlab.analysis.assays import canalization, fork, headlines, reaction_norms, sentences
 from baldwinlab.analysis.assays.analysis import Analysis, Number, evaluate_assays
-from baldwinlab.analysis.assays.criteria import Criterion, load_rules
+from baldwinlab.analysis.assays.criteria import load_rules
 from baldwinlab.analysis.assays.records import write_analysis
 from baldwinlab.analysis.assays.section_figures import draw_assay_figures, name_measure
 from baldwinlab.analysis.assays.values import Assays
@@ -70,11 +63,6 @@ def make_section(
     analysis = analysis or evaluate_assays(assays, last)
     write_analysis(analysis, directory)
     figure_folder = directory / "figures"
-    is_large = overview.is_large(analysis)
-    groups = overview.group_by_verdict(analysis) if is_large else {}
-    order = list(dict.fromkeys(name for stored in assays.values() for name in stored))
-    overview_figure = overview.draw_overview(analysis, order) if is_large else None
-    inlined_overview = save_and_inline(overview_figure, figure_folder) if overview_figure else None
     assay_figures = draw_assay_figures(assays, analysis)
     paper_comparison = ""
     if inference is not None and analysis.results and analysis.is_foraging:
@@ -86,10 +74,6 @@ def make_section(
         phases=PHASE_TITLES,
         rules=load_rules(),
         headlines=_compose_headlines(analysis),
-        many=is_large,
-        criteria=_select_criteria(analysis),
-        groups=groups,
-        overview=inlined_overview,
         findings={
             result.condition: sentences.compose_sentences(analysis, result)
             for result in analysis.results
@@ -124,30 +108,12 @@ def _compose_headlines(analysis: Analysis) -> dict[str, tuple[str, str]]:
     }
 
 
-def _select_criteria(analysis: Analysis) -> list[Criterion]:
-    """Return the criteria of the table. An overview omits those that were not measured."""
-    if not overview.is_large(analysis):
-        return analysis.applicable_criteria
-    return [
-        criterion
-        for criterion in analysis.applicable_criteria
-        if any(result.answer(criterion.id).numbers for result in analysis.results)
-    ]
-
-
 def _summarize(analysis: Analysis) -> str:
     """Return the summary of the section."""
-    if overview.is_large(analysis):
-        n_conditions = len(analysis.results)
-        texts = [
-            f"In {len(names)} of {n_conditions} conditions: {phases}."
-            for phases, names in overview.group_by_verdict(analysis).items()
-        ]
-    else:
-        texts = [
-            f"On {condition}: {headline}"
-            for condition, headline in _compose_headlines(analysis).values()
-        ]
+    texts = [
+        f"On {condition}: {headline}"
+        for condition, headline in _compose_headlines(analysis).values()
+    ]
     return " ".join(filter(None, [*texts, analysis.too_few]))
 
 

@@ -8,12 +8,7 @@ from typing import Any, Final, NamedTuple
 import xarray as xr
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays import (
-    figures,
-    overview,
-    reaction_norms_figure,
-    within_life_figure,
-)
+from baldwinlab.analysis.assays import figures, reaction_norms_figure, within_life_figure
 from baldwinlab.analysis.assays.analysis import Analysis
 from baldwinlab.analysis.assays.phrases import Terms, fill_terms
 from baldwinlab.analysis.assays.reaction_norms import PARAMETERS, QUANTITY_PREFIX
@@ -64,8 +59,6 @@ class AssayFigure(NamedTuple):
     draw: Callable[[Assays, Sequence[str], str], Figure]
     # Quantities in the alternative text.
     measures: Sequence[str]
-    # Whether the figure has panels for each condition. An overview of many conditions omits it.
-    is_per_condition: bool = False
 
 
 ASSAY_FIGURES: Final = (
@@ -82,7 +75,6 @@ ASSAY_FIGURES: Final = (
         ),
         draw=figures.draw_innate_and_learned,
         measures=("on", "off", "frozen", "drift"),
-        is_per_condition=True,
     ),
     AssayFigure(
         assay="innate",
@@ -95,7 +87,6 @@ ASSAY_FIGURES: Final = (
         ),
         draw=figures.draw_gain_and_distance,
         measures=("gain", "distance"),
-        is_per_condition=True,
     ),
     AssayFigure(
         assay="within-life",
@@ -108,7 +99,6 @@ ASSAY_FIGURES: Final = (
         ),
         draw=within_life_figure.draw_within_life,
         measures=("eaten in life", "first meal"),
-        is_per_condition=True,
     ),
     AssayFigure(
         assay="modules",
@@ -121,7 +111,6 @@ ASSAY_FIGURES: Final = (
         ),
         draw=figures.draw_modules,
         measures=("modules",),
-        is_per_condition=True,
     ),
     AssayFigure(
         assay="reaction",
@@ -146,7 +135,6 @@ ASSAY_FIGURES: Final = (
         ),
         draw=reaction_norms_figure.draw_norms,
         measures=tuple(f"{QUANTITY_PREFIX}{name}" for name in PARAMETERS),
-        is_per_condition=True,
     ),
     AssayFigure(
         assay="descent",
@@ -178,12 +166,10 @@ def draw_assay_figures(assays: Assays, analysis: Analysis) -> Iterator[ReportFig
         The figures.
     """
     unit = name_food_outcome(list(parse_experiments(assays).values()))
-    is_large = overview.is_large(analysis)
     for figure in ASSAY_FIGURES:
         stored = assays.get(figure.assay, {})
         names = [result.condition for result in analysis.results if result.condition in stored]
-        is_replaced_by_overview = is_large and figure.is_per_condition
-        if names and not is_replaced_by_overview:
+        if names:
             yield _draw(figure, assays, analysis, names, unit)
 
 

@@ -223,62 +223,6 @@ def test_its_verdict_is_its_summary(section: Section) -> None:
 
 
 @pytest.mark.usefixtures("placeholder_figures")
-def test_many_conditions_have_an_overview_and_folded_sentences(
-    tmp_path: Path,
-) -> None:
-    names = [
-        f"evo+{rule}/{map_name}"
-        for rule in ("self-taught", "hebb", "crbp", "reward", "imitation")
-        for map_name in "AB"
-    ]
-    innate_assays = {
-        name: innate(name, off=constant(1), on=rising(10, 90), drift=constant(2)) for name in names
-    }
-    innate_assays[names[0]] = innate(
-        names[0], off=rising(0, 80), on=rising(50, 100), drift=constant(2)
-    )
-    result = make_section({"innate": innate_assays}, tmp_path)
-    assert result.summary.startswith(
-        "In 9 of 10 conditions: learning raises fitness; innate fitness or"
-    )
-    assert "In 1 of 10 conditions: learning raises fitness; innate fitness and" in result.summary
-    assert (
-        "<strong>9 of 10 conditions</strong>" in result.body and result.body.count("<figure") == 1
-    )
-    drawn = (tmp_path / "figures" / "baldwin-overview.csv").read_text().splitlines()
-    assert drawn[0] == "quantity,condition,learner,map,median,verdict,direction"
-    (rise,) = (
-        row
-        for row in drawn
-        if row.startswith(f"Rise of innate fitness,{names[0]},evo+self-taught,A,")
-    )
-    assert rise.endswith(",yes,1")
-    assert len(drawn) == 1 + 2 * 10
-    assert (
-        "<summary>Results of each condition</summary>" in result.body
-        and "not measured, or" not in result.body
-    )
-
-
-@pytest.mark.usefixtures("placeholder_figures")
-def test_many_conditions_with_only_the_neutral_control_have_an_overview(
-    tmp_path: Path,
-) -> None:
-    names = [
-        f"evo+{rule}/{map_name}"
-        for rule in ("self-taught", "hebb", "crbp", "reward", "imitation")
-        for map_name in "BA"
-    ]
-    result = make_section(
-        {"neutral": {name: neutral(name, (5, 50), (5, 20)) for name in names}}, tmp_path
-    )
-    assert result.summary == "" and "unknown" not in result.body and "<ul>\n<li>" in result.body
-    drawn = (tmp_path / "figures" / "baldwin-overview.csv").read_text().splitlines()
-    assert [row.split(",")[1] for row in drawn[1:11]] == names  # in the study's order
-    assert "Effect of selection on the gain from learning" in "".join(drawn)
-
-
-@pytest.mark.usefixtures("placeholder_figures")
 def test_a_figure_s_numbers_are_the_medians_that_it_draws(tmp_path: Path) -> None:
     make_section({"innate": {A: innate(A, off=constant(2), on=constant(9))}}, tmp_path)
     first, *rows = (tmp_path / "figures" / "baldwin-lives.csv").read_text().splitlines()
