@@ -11,8 +11,8 @@ from pydantic import Field
 from baldwinlab.papers.loading import DeclaredTable, read_tables, validate_tables
 
 Figure = Literal[
-    "overview", "fitness", "final-fitness", "emergence", "networks", "senses", "maps", "shares",
-    "species", "clocks", "measures", "survival",
+    "fitness", "final-fitness", "emergence", "networks", "senses", "maps", "shares", "species",
+    "clocks", "measures", "survival",
 ]  # fmt: skip
 DEFAULT_FIGURES: tuple[Figure, ...] = (
     "fitness",

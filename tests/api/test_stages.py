@@ -32,7 +32,7 @@ conditions = ["plain", "noise", "hebb", "random"]
 maps = ["near", "far"]
 runs = 3
 first_run = 2
-figures = ["overview"]
+figures = ["final-fitness"]
 assays = ["unseen-maps"]
 """
 DESIGN = """

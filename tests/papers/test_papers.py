@@ -173,7 +173,7 @@ def test_a_paper_can_have_no_maps_and_no_claims(
         (
             (),
             {"paper": PAPER + 'figures = ["pie"]\n'},
-            "{}/paper.toml: figures.0 = 'pie': input should be 'overview'",
+            "{}/paper.toml: figures.0 = 'pie': input should be 'fitness'",
         ),
         (
             (),
@@ -459,7 +459,7 @@ def test_the_report_of_custom_questions_does_not_name_a_paper(
     questions = claims.replace('paper = "more"\nchoices = ["T1"]\n', "")
     write_paper(
         tmp_path / "tiny",
-        paper=PAPER + 'figures = ["overview"]\nassays = ["neutral"]\n',
+        paper=PAPER + 'figures = ["final-fitness"]\nassays = []\n',
         claims=questions,
     )
     result = command("reproduce", "./tiny")
@@ -467,7 +467,7 @@ def test_the_report_of_custom_questions_does_not_name_a_paper(
     assert "Claims and our results" in result.out
     assert "the paper" not in result.out
     page = (tmp_path / "results/tiny/report.html").read_text()
-    assert 'id="figure-overview"' in page.split('<h2 id="setup"')[0]
+    assert 'id="figure-final-fitness"' in page.split('<h2 id="setup"')[0]
     assert 'id="differences"' not in page
     assert ">Paper</th>" not in page
 

@@ -14,7 +14,6 @@ from baldwinlab.analysis.figures.measures import (
     draw_survival,
 )
 from baldwinlab.analysis.figures.networks import AgentKind, draw_networks
-from baldwinlab.analysis.figures.overview import draw_overview, overview_cells
 from baldwinlab.analysis.figures.style import SavedFigure, render_figure, save_figure, to_svg
 from baldwinlab.analysis.figures.world import (
     Appearance,
@@ -38,13 +37,11 @@ __all__ = [
     "draw_fitness_curves",
     "draw_measures",
     "draw_networks",
-    "draw_overview",
     "draw_shares",
     "draw_survival",
     "draw_trajectories",
     "draw_world_maps",
     "group_sectors",
-    "overview_cells",
     "render_figure",
     "save_figure",
     "to_svg",

@@ -11,7 +11,7 @@ from baldwinlab.analysis.claims import describe_claims_too_few
 from baldwinlab.analysis.report import content, settings, setup
 from baldwinlab.analysis.report.data import ReportData
 from baldwinlab.analysis.report.embedding import save_and_inline
-from baldwinlab.analysis.report.figures import SETUP_FIGURES, SUMMARY_FIGURES, draw_figures
+from baldwinlab.analysis.report.figures import SETUP_FIGURES, draw_figures
 from baldwinlab.analysis.report.headline import compose_headline
 from baldwinlab.analysis.report.phrases import name_measures
 from baldwinlab.analysis.report.replays import link_conditions
@@ -115,9 +115,9 @@ def draw_report(report: ReportData) -> dict[str, Any]:
 
 
 def _choose_main_figure(drawn: Sequence[Mapping[str, Any]]) -> str:
-    """Return the name of the figure on the first screen: the overview, or the first result."""
+    """Return the name of the figure on the first screen: the first result."""
     names = [str(figure["name"]) for figure in drawn if figure["name"] not in SETUP_FIGURES]
-    return next((name for name in names if name in SUMMARY_FIGURES), names[0] if names else "")
+    return next(iter(names), "")
 
 
 def _list_changed_settings(report: ReportData) -> list[str]:

@@ -35,8 +35,6 @@ from baldwinlab.papers.texts import DEFAULT_FIGURES, Figure
 FIGURES_OF_ANY_MODEL: Final = ("shares", "species", "clocks", "measures", "survival")
 # Figures in the section "What was run".
 SETUP_FIGURES: Final = ("networks", "senses", "maps")
-# Figures at the top of a report.
-SUMMARY_FIGURES: Final = ("overview",)
 BOXES_NOTE: Final = (
     "Each point is a run. The box shows the quartiles, and its thick line the median. Whiskers "
     "extend to the most distant run within 1.5 times the interquartile range."
@@ -68,28 +66,6 @@ def draw_figures(report: ReportData) -> Iterator[ReportFigure]:
             addition = captions.get(name, "") if is_caption_valid else ""
             links = drawn.links if drawn.links or name in SETUP_FIGURES else condition_links
             yield drawn._replace(caption=f"{drawn.caption} {addition}".rstrip(), links=links)
-
-
-def _draw_overview(report: ReportData) -> ReportFigure:
-    cells = figures.overview_cells(report.data, report.results, report.last)
-    measure = name_fitness(report.data, "average")
-    triangles = (
-        " A triangle marks a condition that a claim compares: it points up if the claim holds, and "
-        "down if it does not hold."
-        if any(cell.direction for cell in cells)
-        else ""
-    )
-    return ReportFigure(
-        name="overview",
-        title="Learners and maps",
-        caption=(
-            f"{measure}, mean over the last {report.last} generations, median over runs. Darker "
-            f"cells are closer to the highest value of their map.{triangles}"
-        ),
-        alternative=describe_final_medians(report.data, report.last),
-        figure=figures.draw_overview({"": cells}),
-        table=[cell._asdict() for cell in cells],
-    )
 
 
 def _draw_fitness(report: ReportData) -> ReportFigure:
@@ -230,7 +206,6 @@ def _draw_survival(report: ReportData) -> ReportFigure:
 
 
 DRAW_FUNCTIONS: Final[Mapping[Figure, Callable[[ReportData], ReportFigure | None]]] = {
-    "overview": _draw_overview,
     "fitness": _draw_fitness,
     "final-fitness": _draw_final_fitness,
     "emergence": draw_emergence,

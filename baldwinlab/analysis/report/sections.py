@@ -54,7 +54,7 @@ class Section(NamedTuple):
 
 
 class ReportSummary(NamedTuple):
-    """Sentences and a table at the top of a report, around the figure of all conditions."""
+    """Sentences and a table at the top of a report, below its first figure."""
 
     sentences: Sequence[str]
     # HTML.

@@ -23,7 +23,6 @@ from baldwinlab.analysis import figures
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.figures.emergence import compute_time_shares, split_at_edges
 from baldwinlab.analysis.figures.fitness import plotted_conditions
-from baldwinlab.analysis.figures.overview import OverviewCell
 from baldwinlab.analysis.figures.style import choose_style
 from baldwinlab.analysis.multiverse.figures import draw_shares, draw_variants
 from baldwinlab.analysis.multiverse.records import Multiverse
@@ -60,12 +59,6 @@ def make_multiverse() -> Multiverse:
     )
 
 
-@cache
-def make_cells() -> list[OverviewCell]:
-    data = study(AS_THE_PAPER)
-    return figures.overview_cells(data, evaluate_claims(data), 10)
-
-
 def six_traces() -> list[xr.Dataset]:
     return [trace(FORAGERS, generation) for generation in range(0, 12, 2)]
 
@@ -82,7 +75,6 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "final-fitness": lambda: figures.draw_fitness_boxes(
         study(AS_THE_PAPER), evaluate_claims(study(AS_THE_PAPER))
     ),
-    "overview": lambda: figures.draw_overview({"": make_cells()}),
     "emergence": lambda: figures.draw_emergence(study(AS_THE_PAPER), six_traces()),
     "trajectories": lambda: figures.draw_trajectories(trace(FORAGERS, 3)),
     "trajectories-of-species": lambda: figures.draw_trajectories(
@@ -108,7 +100,7 @@ ODD = {
     "a condition without a run": study({"evo/A": [1, 2], FORAGERS: [math.nan, math.nan]}),
     "custom conditions": study({"mine": [1, 2], "yours": [3, 4], "on/a/map": [1, 3]}),
 }
-DAILY_FIGURES = ("final-fitness", "emergence", "overview", "networks", "maps")
+DAILY_FIGURES = ("final-fitness", "emergence", "networks", "maps")
 DAILY_ODD = ("a missing run", "a condition without a run", "custom conditions")
 
 
@@ -261,19 +253,6 @@ def test_fifty_conditions_have_a_legend_and_labels_that_do_not_overlap() -> None
     labels = [label.get_window_extent() for label in boxes.axes[-1].get_xticklabels()]
     assert len(labels) == 50
     assert all(left.x1 <= right.x0 for left, right in pairwise(labels))
-
-
-def test_a_triangle_marks_a_condition_that_a_claim_finds_greater() -> None:
-    texts = [text.get_text() for text in figures.draw_overview({"": make_cells()}).findobj(Text)]
-    cells = {cell.condition: cell for cell in make_cells()}
-    taught = cells["evo+self-taught/A"]
-    evolved = cells["evo/A"]
-    assert f"{taught.median:.0f} ▲" in texts
-    assert f"{evolved.median:.0f}" in texts
-    failed = figures.draw_overview({"Above": [evolved], "Below": [taught._replace(direction=-1)]})
-    assert {f"{taught.median:.0f} ▼", "Above", "Below"} <= {
-        text.get_text() for text in failed.findobj(Text)
-    }
 
 
 def test_the_heat_map_shows_verdict_and_effect_of_each_claim_and_choice() -> None:

@@ -80,16 +80,14 @@ def test_questions_without_a_paper_have_no_column_for_one(page: Path) -> None:
     assert "This study has 8 runs per condition, and the paper has 60." in text
 
 
-def test_the_overview_is_on_the_first_screen_before_the_sentences_and_their_table(
-    page: Path,
-) -> None:
+def test_a_figure_is_on_the_first_screen_before_the_sentences_and_their_table(page: Path) -> None:
     head, *rest = page.read_text("utf-8").split('<h2 id="setup"')
     order = [
         head.index(part)
-        for part in ('id="figure-overview"', SUMMARY.sentences[0], "a table of them")
+        for part in ('id="figure-final-fitness"', SUMMARY.sentences[0], "a table of them")
     ]
     assert order == sorted(order)
-    assert 'id="figure-overview"' not in "".join(rest)
+    assert 'id="figure-final-fitness"' not in "".join(rest)
 
 
 def test_long_lists_and_all_topics_are_folded(page: Path) -> None:
