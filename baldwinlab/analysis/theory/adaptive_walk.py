@@ -1,11 +1,9 @@
-"""Expected time of an adaptive walk on a line of positions: a birth-death chain.
+"""Probability that a mutant replaces a population, in the process of Moran.
 
 References
 ----------
-.. [1] E. Borenstein, I. Meilijson and E. Ruppin, "The effect of phenotypic plasticity on evolution
-   in multipeaked fitness landscapes", Journal of Evolutionary Biology 19 (2006).
-.. [2] P. A. P. Moran, "Random processes in genetics", Mathematical Proceedings of the Cambridge
-   Philosophical Society 54 (1958).
+P. A. P. Moran, "Random processes in genetics", Mathematical Proceedings of the Cambridge
+Philosophical Society 54 (1958).
 """
 
 from __future__ import annotations
@@ -41,56 +39,3 @@ def compute_fixation_probabilities(mutant: Floats, resident: Floats, members: in
         for _ in range(members - 1):
             total = 1 + ratios * total
     return np.where(mutant > 0, 1 / total, 0.0)
-
-
-def compute_step_probabilities(fitness: Floats, members: int) -> tuple[Floats, Floats]:
-    """Return the probabilities that a population moves to the right and to the left.
-
-    The mutant of a generation is at the right or at the left position with probability 1/2. A
-    mutant outside the positions has no fitness.
-
-    Parameters
-    ----------
-    fitness : array of shape (positions,)
-        Fitness of each position, with plasticity.
-    members : int
-        Number of members of the population.
-
-    Returns
-    -------
-    tuple of two arrays of shape (positions,)
-        Probabilities per generation of a move to the right and to the left.
-    """
-    padded = np.concatenate(([0.0], fitness, [0.0]))
-    right = compute_fixation_probabilities(padded[2:], fitness, members) / 2
-    left = compute_fixation_probabilities(padded[:-2], fitness, members) / 2
-    return right, left
-
-
-def expect_walk_time(right: Floats, left: Floats, target: int) -> float:
-    """Return the expected number of generations from position 0 to `target`.
-
-    The time h(i) from position i to i + 1 is (1 + left(i) h(i - 1)) / right(i): the population
-    waits, and must return from each move to the left. The sum of h(0) to h(target - 1) is
-    the double sum of Borenstein and others.
-
-    Parameters
-    ----------
-    right, left : array of shape (positions,)
-        Probabilities per generation of a move to the right and to the left.
-    target : int
-        Number of the position at which the walk ends.
-
-    Returns
-    -------
-    float
-        Generations. Infinite if a move to the right has the probability 0.
-    """
-    total = step_time = 0.0
-    for position in range(target):
-        if right[position] == 0:
-            return float("inf")
-        returns = left[position] * step_time if position > 0 else 0.0
-        step_time = (1 + returns) / right[position]
-        total += step_time
-    return float(total)

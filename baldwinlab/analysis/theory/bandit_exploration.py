@@ -16,15 +16,11 @@ from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import fftconvolve
 from scipy.stats import norm
 
 Floats = npt.NDArray[np.float64]
 # Mean payoff of arm 2 over all lifetimes. It is the unit of payoff.
 MEAN_PAYOFF: Final = -1.0
-# Half of the width of the grid of posterior means, in prior standard deviations, and its size.
-GRID_WIDTH: Final = 8.0
-GRID_SIZE: Final = 2001
 
 
 class Bandit(NamedTuple):
@@ -118,48 +114,3 @@ def find_best_exploration(bandit: Bandit) -> Exploration:
     payoffs = compute_payoff(np.arange(bandit.pulls + 1), bandit)
     best = int(payoffs.argmax())
     return Exploration(best, float(payoffs[best]))
-
-
-def compute_optimal_payoff(bandit: Bandit) -> float:
-    """Return the mean payoff of the best of all strategies, by dynamic programming.
-
-    An agent that pulls arm 1 learns nothing, so it never returns to arm 2. The best strategy
-    therefore pulls arm 2 until the posterior mean x is too low. After n pulls of arm 2, the value
-    is F_n(x) = max(0, x + E F_(n+1)(x')), where x' is normal with the mean x. The variance of x' is
-    the decrease of the posterior variance 1 / (1 / u^2 + n / s^2).
-
-    Parameters
-    ----------
-    bandit : Bandit
-        The bandit, with a noise above 0.
-
-    Returns
-    -------
-    float
-        F_0(m), at least the payoff of the best exploration. The error is below 1e-4 per pull.
-
-    References
-    ----------
-    R. Bellman, "A problem in the sequential design of experiments", Sankhya 16 (1956).
-    """
-    width = GRID_WIDTH * bandit.uncertainty
-    means = np.linspace(MEAN_PAYOFF - width, MEAN_PAYOFF + width, GRID_SIZE)
-    spacing = means[1] - means[0]
-    pulls_done = np.arange(bandit.pulls + 1)
-    variances = 1 / (1 / bandit.uncertainty**2 + pulls_done / bandit.noise**2)
-    steps = np.sqrt(variances[:-1] - variances[1:])
-    # All differences of two grid points.
-    differences = spacing * np.arange(1 - GRID_SIZE, GRID_SIZE)
-    values = np.zeros(GRID_SIZE)
-    for n in reversed(range(bandit.pulls)):
-        # The values are a sum of hinges max(0, x - g) at the grid points g. To the left of the
-        # grid, they are 0; to the right, they continue with their slope.
-        slopes = np.diff(values, prepend=0.0, append=2 * values[-1] - values[-2]) / spacing
-        hinges = np.diff(slopes)
-        # The mean of a hinge is known for a normal number.
-        smallest_step = np.finfo(np.float64).tiny
-        d = differences / max(steps[n], smallest_step)
-        mean_hinge = differences * norm.cdf(d) + steps[n] * norm.pdf(d)
-        next_values = fftconvolve(mean_hinge, hinges, mode="valid")
-        values = np.maximum(0.0, means + next_values)
-    return float(np.interp(MEAN_PAYOFF, means, values))

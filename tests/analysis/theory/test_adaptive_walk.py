@@ -6,11 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from baldwinlab.analysis.theory.adaptive_walk import (
-    compute_fixation_probabilities,
-    compute_step_probabilities,
-    expect_walk_time,
-)
+from baldwinlab.analysis.theory.adaptive_walk import compute_fixation_probabilities
+from tests.oracles.theory.adaptive_walk import compute_step_probabilities, expect_walk_time
 
 Floats = npt.NDArray[np.float64]
 

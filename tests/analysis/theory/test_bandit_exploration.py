@@ -11,10 +11,10 @@ from scipy.stats import norm
 
 from baldwinlab.analysis.theory.bandit_exploration import (
     Bandit,
-    compute_optimal_payoff,
     compute_payoff,
     find_best_exploration,
 )
+from tests.oracles.theory.best_bandit_strategy import compute_optimal_payoff
 
 BANDITS = [Bandit(100, 2.0, 3.0), Bandit(30, 0.5, 1.0), Bandit(10, 1.0, 4.0)]
 

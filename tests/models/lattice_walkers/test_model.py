@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.analysis.theory.adaptive_walk import (
-    compute_step_probabilities,
-    expect_walk_time,
-)
 from baldwinlab.api.checks import check_part
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.lattice_walkers.landscape import average_neighborhood, climb
 from baldwinlab.models.lattice_walkers.model import LatticeWalkers
 from baldwinlab.simulation.simulate import simulate_histories
+from tests.oracles.theory.adaptive_walk import compute_step_probabilities, expect_walk_time
 
 POSITIONS = np.arange(-1, 14, dtype=np.float32)
 
