@@ -17,7 +17,6 @@ from baldwinlab.analysis.statistics.species import compute_species_curves
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.species import ACROSS
-from baldwinlab.experiment.toml import from_toml
 from baldwinlab.papers.claims import KINDS
 
 # Singular and plural of each verdict, in the order of `VERDICTS`.
@@ -33,30 +32,6 @@ def read_experiment_texts(data: xr.Dataset) -> dict[str, str]:
     """Return the experiment of each condition as TOML."""
     pairs = zip(data["condition"].values, data["experiment"].values, strict=True)
     return {str(name): str(text) for name, text in pairs}
-
-
-def parse_experiments(texts: Mapping[str, str]) -> dict[str, Experiment]:
-    """Return the experiment of each condition.
-
-    Parameters
-    ----------
-    texts : mapping of str to str
-        TOML by condition.
-
-    Returns
-    -------
-    dict of str to Experiment
-        Experiments by condition.
-
-    Raises
-    ------
-    ExperimentError
-        A text is not a valid experiment.
-    """
-    return {
-        name: from_toml(text, source=f"the experiment of {name}", lenient=True)
-        for name, text in texts.items()
-    }
 
 
 def select_foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Experiment]:

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from baldwinlab.analysis.statistics.bootstrap import median_interval
 from baldwinlab.analysis.statistics.proportions import proportion_interval
 from baldwinlab.analysis.statistics.samples import Sample
 
@@ -30,8 +29,6 @@ class Hurdle(NamedTuple):
         95 % Clopper-Pearson interval of the probability of take-off.
     size : float
         Median over the runs that take off; NaN if there is none.
-    size_low, size_high : float
-        95 % bootstrap interval of `size`; NaN for fewer than two runs that take off.
     """
 
     runs: int
@@ -39,8 +36,6 @@ class Hurdle(NamedTuple):
     share_low: float
     share_high: float
     size: float
-    size_low: float
-    size_high: float
 
     @property
     def is_bimodal(self) -> bool:
@@ -65,16 +60,11 @@ def measure_hurdle(values: Sample, threshold: float) -> Hurdle:
     """
     sizes = values[values > threshold]
     share_low, share_high = proportion_interval(sizes.size, values.size)
-    size, size_low, size_high = nan, nan, nan
-    if sizes.size:
-        size = float(np.median(sizes))
-        size_low, size_high = median_interval(sizes)
+    size = float(np.median(sizes)) if sizes.size else nan
     return Hurdle(
         runs=values.size,
         takeoffs=sizes.size,
         share_low=share_low,
         share_high=share_high,
         size=size,
-        size_low=size_low,
-        size_high=size_high,
     )

@@ -13,10 +13,11 @@ from playwright.sync_api import Browser
 from baldwinlab import papers
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.report import ReportData, ReportSummary, draw_report, write_report
-from baldwinlab.analysis.report.content import parse_experiments, read_experiment_texts
+from baldwinlab.analysis.report.content import read_experiment_texts
 from baldwinlab.analysis.report.settings import describe_variants
 from baldwinlab.analysis.report.setup import describe_conditions
 from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.toml import from_toml
 from baldwinlab.papers.claims import Claim
 from tests.analysis.report.browsing import errors_and_width
 from tests.analysis.statistics.studies import RUNS, study
@@ -64,7 +65,9 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for number, name in enumerate(LEARNERS)
     }
     data = study(eaten, generations=3, agents=2)
-    experiments = parse_experiments(read_experiment_texts(data))
+    experiments = {
+        name: from_toml(text, name) for name, text in read_experiment_texts(data).items()
+    }
     results = evaluate_claims(data, 10, PAPER)
     variants = describe_variants(experiments, PAPER)
     report = ReportData(folder, data, experiments, results, paper=PAPER, variants=variants)

@@ -18,7 +18,6 @@ from baldwinlab.analysis.figures import describe_p_values
 from baldwinlab.analysis.report import ReportData, draw_report, emergence_generations, write_report
 from baldwinlab.analysis.report.content import (
     format_timing,
-    parse_experiments,
     read_experiment_texts,
     title_worlds,
 )
@@ -38,6 +37,7 @@ from baldwinlab.analysis.report.setup import describe_fitness, summarize_setup
 from baldwinlab.analysis.statistics.contrasts import compare_conditions
 from baldwinlab.analysis.statistics.numbers import format_number, format_p_value
 from baldwinlab.experiment.factors import Factors
+from baldwinlab.experiment.toml import from_toml
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import ClaimComparison
 from baldwinlab.papers.presets import factors, load
@@ -60,7 +60,9 @@ FACTS = {
 
 def report_data(data: xr.Dataset, folder: Path, **fields: Any) -> ReportData:
     """Return a study and its results."""
-    experiments = parse_experiments(read_experiment_texts(data))
+    experiments = {
+        name: from_toml(text, name) for name, text in read_experiment_texts(data).items()
+    }
     variants = describe_variants(experiments, fields.get("paper"))
     return ReportData(folder, data, experiments, variants=variants, **fields)
 
@@ -196,6 +198,7 @@ def test_axe_finds_no_accessibility_error(
         assert find_violations(opened) == []
 
 
+@pytest.mark.usefixtures("placeholder_figures")
 def test_the_same_study_gives_the_same_page(tmp_path: Path) -> None:
     data = study({"evo/A": [1, 2], "evo+self-taught/A": [3, 4]}, generations=3)
     assert (
