@@ -42,7 +42,6 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
     },
     "Look": {
         "lab": Command("cli.lab", "lab", "[DIRECTORY]"),
-        "watch": Command("cli.watch", "watch", "DIRECTORY"),
         "replay": Command(
             "cli.replay", "replay", "[DIRECTORY] [--run RUN --generation GENERATION] --out OUT"
         ),

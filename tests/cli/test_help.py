@@ -78,3 +78,11 @@ def test_the_help_starts_with_the_first_commands_and_groups_all_commands(command
     assert start < positions[0]
     assert positions == sorted(positions)
     assert all(f" {name} " in text for name in COMMANDS)
+
+
+def test_without_arguments_four_lines_say_how_to_start(command: Command) -> None:
+    result = command()
+    assert result.code == 0
+    first, *rest = result.out.splitlines()
+    assert first.startswith("baldwinlab: ")
+    assert [line.partition(":")[0] for line in rest] == ["Start", "Look", "Help"]

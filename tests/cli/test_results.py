@@ -59,3 +59,37 @@ def test_multiverse_prints_the_verdicts_of_all_variants(command: Command, tmp_pa
     content = json.loads(outcome.out)
     assert content["multiverse"] == read_json("variants/multiverse.json")
     assert "comparison" not in content
+
+
+def test_results_as_json_are_alone_on_stdout_and_equal_the_table(
+    command: Command, tmp_path: Path
+) -> None:
+    make_small_study(tmp_path / "small", runs=4)
+    result = command("report", "small", "--json")
+    content = json.loads(result.out)
+    (row, *_) = content["comparison"]["rows"]
+    header, line, *_ = Path("small/statistics.csv").read_text("utf-8").splitlines()
+    stored_row = dict(zip(header.split(","), line.split(","), strict=True))
+    assert stored_row["verdict"] == row["verdict"] == "too few runs"
+    assert float(stored_row["effect"]) == row["effect"]
+    assert row["sentence"].startswith("The runs are too few to compare ")
+    assert content["claims"] == [] and "Comparison of the conditions" in result.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "key"),
+    [
+        (("list", "papers"), "title"),
+        (("list", "presets"), "paper"),
+        (("list", "parts"), "kind"),
+        (("doctor",), "topic"),
+    ],
+)
+def test_lists_are_json_on_request(command: Command, arguments: tuple[str, ...], key: str) -> None:
+    entries = json.loads(command(*arguments, "--json").out)
+    assert len(entries) > 5 and all(entry[key] for entry in entries)
+
+
+def test_an_experiment_is_json_on_request(command: Command) -> None:
+    content = json.loads(command("show", "evo/A", "--json").out)
+    assert content["name"] == "evo/A" and content["learning"]["rule"] == "none"

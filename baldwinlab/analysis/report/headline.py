@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from baldwinlab.analysis.report.content import describe_verdicts
 from baldwinlab.analysis.report.data import ReportData
-from baldwinlab.analysis.report.replays import Link, StoredLife, format_watch_command, make_link
+from baldwinlab.analysis.report.replays import Link, StoredLife, format_replay_command, make_link
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrast_table import (
     format_effect,
@@ -32,7 +32,7 @@ class Headline(NamedTuple):
     # The effect with its interval, and its test. Empty for a single condition.
     effect: str
     test: str
-    # The link to the compared lifetimes, and the commands that draw them in a terminal.
+    # The link to the compared lifetimes, and the commands that write them as movies.
     watch: Link | None
     commands: Sequence[str]
 
@@ -65,7 +65,7 @@ def compose_headline(report: ReportData) -> Headline:
         effect=format_effect(contrast) if contrast else "",
         test=format_test(contrast) if contrast else "",
         watch=make_link(lives) if lives else None,
-        commands=[format_watch_command(life) for life in lives],
+        commands=[format_replay_command(life) for life in lives],
     )
 
 

@@ -95,8 +95,3 @@ def list_replay_commands(lives: Mapping[str, StoredLife]) -> list[str]:
 def format_replay_command(life: StoredLife) -> str:
     """Return the command that writes a lifetime as a movie, in the directory of the study."""
     return f"baldwinlab replay . {life.options} --out life.mp4"
-
-
-def format_watch_command(life: StoredLife) -> str:
-    """Return the command that draws a lifetime in the terminal, in the directory of the study."""
-    return f"baldwinlab watch . {life.options}"

@@ -535,7 +535,7 @@ def test_the_first_screen_of_a_custom_study_states_its_comparison(tmp_path: Path
     assert headline.answer == ["yours is higher than mine in fitness of the average agent."]
     assert headline.effect.startswith("+20.0 [") and headline.test.endswith("8 and 8 runs")
     assert headline.commands == [
-        f"baldwinlab watch . --condition {name} --run 3 --generation 11"
+        f"baldwinlab replay . --condition {name} --run 3 --generation 11 --out life.mp4"
         for name in ("yours", "mine")
     ]
 
