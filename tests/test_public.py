@@ -122,7 +122,7 @@ def test_commands_that_only_print_load_no_engine() -> None:
 
 @pytest.mark.parametrize(
     "words",
-    [["--help"], ["list", "presets"], ["bench", "--help"], ["lab", "--help"], ["run", "--help"]],
+    [["--help"], ["list", "presets"], ["doctor", "--help"], ["lab", "--help"], ["run", "--help"]],
 )
 def test_no_command_needs_a_module_that_only_unix_has(words: list[str]) -> None:
     modules = ("resource", "fcntl", "pwd", "grp", "termios")

@@ -57,7 +57,6 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
     },
     "Machine": {
         "doctor": Command("cli.doctor", "doctor", "[FOLDER]"),
-        "bench": Command("cli.bench", "bench"),
     },
 }
 COMMANDS: Final[dict[str, Command]] = {
