@@ -142,7 +142,7 @@ $(VENV)/.rl-clients: $(VENV)/.made requirements-rl-clients.txt
 COMPILE := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
   --custom-compile-command "make lock" $(UPGRADE)
 extras = $(foreach extra,$(1),--extra $(extra))
-USERS := cluster exchange lab notebook pdf rl s3 video
+USERS := cluster exchange lab notebook rl s3 video
 comma := ,
 
 lock: $(VENV)/.dev

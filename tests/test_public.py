@@ -150,7 +150,7 @@ def test_every_imported_package_is_a_declared_dependency() -> None:
     project = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["project"]
     extras = [
         project["optional-dependencies"][name]
-        for name in ("cuda", "cluster", "exchange", "lab", "pdf", "rl", "video")
+        for name in ("cuda", "cluster", "exchange", "lab", "rl", "video")
     ]
     lines = sum(extras, project["dependencies"])
     declared = {re.split(r"[^A-Za-z0-9_-]", line)[0].replace("_", "-").lower() for line in lines}

@@ -38,7 +38,6 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
         "claims": Command("cli.claims", "claims", "DIRECTORY"),
         "status": Command("cli.status", "status", "DIRECTORY"),
         "gallery": Command("cli.gallery", "gallery", "[FOLDER]"),
-        "article": Command("cli.article", "article", "atlas"),
     },
     "Look": {
         "lab": Command("cli.lab", "lab", "[DIRECTORY]"),

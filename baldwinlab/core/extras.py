@@ -19,7 +19,6 @@ EXTRA_PURPOSES: Final = {
     "exchange": "export to Zarr, Parquet, polars, tskit, ONNX and RO-Crates",
     "lab": "the lab in the browser",
     "notebook": "the notebooks",
-    "pdf": "articles as .pdf",
     "rl": "environments of PettingZoo and Gymnasium",
     "s3": "studies in an object store with the interface of S3",
     "video": "movies as .mp4",

@@ -39,10 +39,6 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             ["reproduce", "atlas", "--steps", "3"],
             "--steps applies to a paper; atlas has its own settings",
         ),
-        (
-            ["article", "atlas", "--folder", "nowhere"],
-            "nowhere holds no atlas: it has no request.json",
-        ),
         (["run", "evo/A", "--runs", "0"], "--runs 0 must be a whole number from 1"),
         (
             ["run", "evo/A", "--workers", "-2"],

@@ -3,11 +3,10 @@
 from baldwinlab.api.atlas.article import write_article
 from baldwinlab.api.atlas.publish import publish_atlas
 from baldwinlab.api.atlas.reproduce import reproduce_atlas
-from baldwinlab.api.atlas.run import AtlasRequest, open_atlas, run_atlas
+from baldwinlab.api.atlas.run import AtlasRequest, run_atlas
 
 __all__ = [
     "AtlasRequest",
-    "open_atlas",
     "publish_atlas",
     "reproduce_atlas",
     "run_atlas",

@@ -1,13 +1,10 @@
-"""Article of the atlas: Markdown, or PDF. Each number is computed from stored results."""
+"""Article of the atlas, in Markdown. Each number is computed from stored results."""
 
 from __future__ import annotations
 
-import re
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-import matplotlib
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from scipy import stats
@@ -20,52 +17,29 @@ from baldwinlab.api.atlas.publish import (
     MapResults,
     collect_points,
     describe_claims,
-    read_results,
 )
-from baldwinlab.api.atlas.run import AtlasRequest
-from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.papers.atlas_design import CLAIMS_FILE
 
-FORMATS: Final = (".md", ".pdf")
-TABLE: Final = re.compile("<table>.*?</table>", re.DOTALL)
-CELL: Final = re.compile("<t[dh]>(.*?)</t[dh]>", re.DOTALL)
-# Smallest weight of the width of a column, and width of a picture, in points.
-MIN_COLUMN: Final = 4.5
-PICTURE_WIDTH: Final = 520
-# Time of creation in the PDF, so that equal results give equal bytes.
-CREATED: Final = datetime(2026, 1, 1, tzinfo=UTC)
+ARTICLE_FILE: Final = "article.md"
 
 
-def write_article(request: AtlasRequest, out: Path) -> Path:
+def write_article(results: AtlasResults, directory: Path) -> Path:
     """Write the article of a finished atlas.
 
     Parameters
     ----------
-    request : AtlasRequest
-        Directory, seed and size of the atlas.
-    out : Path
-        File to write, .md or .pdf.
+    results : AtlasResults
+        The results.
+    directory : Path
+        Directory of the atlas, which has the figures of the article.
 
     Returns
     -------
     Path
-        `out`.
-
-    Raises
-    ------
-    RefusedError
-        The format does not exist, or the atlas is not finished.
-    OSError
-        The file cannot be written.
+        The written file.
     """
-    if out.suffix not in FORMATS:
-        raise RefusedError(f"--out {out}: the format must be {' or '.join(FORMATS)}")
-    text = render_article(read_results(request))
-    if out.suffix == ".pdf":
-        return write_atomically(out, convert_to_pdf(text, request.directory))
-    return write_atomically(out, text.encode())
+    return write_atomically(directory / ARTICLE_FILE, render_article(results).encode())
 
 
 def render_article(results: AtlasResults) -> str:
@@ -155,49 +129,3 @@ def _describe_fit(result: MapResults) -> dict[str, str] | None:
         "largest_error": f"{errors.max():.3f}",
         "correlation": correlation,
     }
-
-
-def convert_to_pdf(text: str, folder: Path) -> bytes:
-    """Return the article as PDF.
-
-    Parameters
-    ----------
-    text : str
-        Markdown.
-    folder : Path
-        Folder of the pictures to which the text refers.
-
-    Raises
-    ------
-    RefusedError
-        The extra `pdf` is not installed.
-    """
-    try:
-        from fpdf import FPDF
-    except ImportError:
-        raise missing_extra_error("pdf", "a PDF") from None
-    from markdown_it import MarkdownIt
-
-    html = MarkdownIt("commonmark").enable("table").render(text)
-    pdf = FPDF()
-    pdf.set_creation_date(CREATED)
-    fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
-    for style, name in (("", "DejaVuSans"), ("B", "DejaVuSans-Bold"), ("I", "DejaVuSans-Oblique")):
-        pdf.add_font("DejaVu", style, fonts / f"{name}.ttf")
-    pdf.set_font("DejaVu", size=9)
-    pdf.add_page()
-    html = html.replace('src="figures/', f'width="{PICTURE_WIDTH}" src="{folder / "figures"}/')
-    pdf.write_html(TABLE.sub(_align_table, html))
-    return bytes(pdf.output())
-
-
-def _align_table(table: re.Match[str]) -> str:
-    """Return a table with text at the left, and with wide columns for long texts."""
-    rows = [CELL.findall(row) for row in table[0].split("</tr>")]
-    lengths = [max(map(len, column)) for column in zip(*filter(None, rows), strict=True)]
-    weights = [max(MIN_COLUMN, length**0.5) for length in lengths]
-    widths = iter([round(100 * weight / sum(weights)) for weight in weights])
-    # Without a background, text is bold as the header is.
-    aligned = table[0].replace("<td>", '<td align="left" bgcolor="white">')
-    aligned = aligned.replace("<table>", '<table cellpadding="1">')
-    return re.sub("<th>", lambda _: f'<th align="left" width="{next(widths)}%">', aligned)

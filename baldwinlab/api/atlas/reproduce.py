@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from baldwinlab.api.atlas.article import write_article
 from baldwinlab.api.atlas.publish import publish_atlas
 from baldwinlab.api.atlas.run import AtlasRequest, run_atlas
 from baldwinlab.api.run_options import RunOptions
+from baldwinlab.core import console
 from baldwinlab.core.numbers import check_numbers
 
 if TYPE_CHECKING:
@@ -42,7 +44,7 @@ def reproduce_atlas(
     executor: str = "threads",
     force: bool = False,
 ) -> dict[str, xr.Dataset]:
-    """Simulate all maps of the atlas, and write its page, tables and netCDF files.
+    """Simulate all maps of the atlas, and write its page, article, tables and netCDF files.
 
     A repeated call simulates only the missing cells.
 
@@ -84,4 +86,6 @@ def reproduce_atlas(
     """
     request = AtlasRequest(Path(out or default_folder(quick=quick)), seed, runs, quick)
     run_atlas(request, RunOptions(workers, backend=backend, executor=executor, force=force))
-    return {result.name: result.outcomes for result in publish_atlas(request).maps}
+    results = publish_atlas(request)
+    console.info(f"{write_article(results, request.directory)}")
+    return {result.name: result.outcomes for result in results.maps}

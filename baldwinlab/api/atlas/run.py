@@ -3,7 +3,6 @@
 DIR/MAP/            a study of the map, which is a sweep
 DIR/MAP/cells/*.nc  values of each cell
 DIR/frozen.json     SHA-256 of the files of the atlas at the first start
-DIR/request.json    seed, number of runs and form of the atlas
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import tomlkit
 
@@ -25,8 +24,8 @@ from baldwinlab.api.run_options import RunOptions
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import ArgumentError, RefusedError
-from baldwinlab.core.file_writing import write_atomically, write_json
-from baldwinlab.core.files import ASSAY_FILE, RESULTS_FILE, read_bytes
+from baldwinlab.core.file_writing import write_atomically
+from baldwinlab.core.files import ASSAY_FILE, read_bytes
 from baldwinlab.core.netcdf import DamagedError, from_bytes, to_bytes, verify_checksum
 from baldwinlab.core.numbers import require_whole_number
 from baldwinlab.experiment import Experiment
@@ -50,7 +49,6 @@ from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep, labe
 from baldwinlab.studies.sweeps.file import Sweep, read_sweep
 
 CELL_FOLDER: Final = "cells"
-REQUEST_FILE: Final = "request.json"
 
 
 @dataclass(frozen=True)
@@ -159,32 +157,6 @@ def _identify(cell: Experiment, seed: int) -> dict[str, str]:
     return {"experiment": to_toml(cell), "seed": str(seed)}
 
 
-def open_atlas(directory: Path) -> AtlasRequest:
-    """Return the request of a stored atlas.
-
-    Parameters
-    ----------
-    directory
-        Folder of the atlas.
-
-    Raises
-    ------
-    RefusedError
-        The folder holds no atlas.
-    """
-    path = directory / REQUEST_FILE
-    try:
-        stored = json.loads(read_bytes(path, RESULTS_FILE))
-        return AtlasRequest(directory, stored["seed"], stored["runs"], stored["is_quick"])
-    except FileNotFoundError:
-        raise RefusedError(
-            f"{directory} holds no atlas: it has no {REQUEST_FILE}. "
-            "`baldwinlab reproduce atlas` makes one"
-        ) from None
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise RefusedError(f"{path} cannot be read: {error}") from None
-
-
 def run_atlas(request: AtlasRequest, options: RunOptions) -> list[PlannedMap]:
     """Run the missing cells of all maps. A repeated call continues.
 
@@ -222,7 +194,6 @@ def _run_maps(
 ) -> list[PlannedMap]:
     studies = [_open_map(planned, request.seed) for planned in maps]
     _freeze_design(request.directory, design)
-    write_json(request.directory / REQUEST_FILE, _describe_request(request))
     missing = [planned.find_missing(request.seed) for planned in maps]
     # An agent-step of one model takes a thousand times as long as that of another.
     clock = RemainingTime(list(map(len, missing)), "cells")
@@ -265,10 +236,6 @@ def _open_map(planned: PlannedMap, seed: int) -> StudyStore:
     tables = sweep.model_dump(by_alias=True, exclude_defaults=True)
     write_atomically(planned.directory / SWEEP_FILE_NAME, tomlkit.dumps(tables).encode())
     return study
-
-
-def _describe_request(request: AtlasRequest) -> dict[str, Any]:
-    return {"seed": request.seed, "runs": request.runs, "is_quick": request.is_quick}
 
 
 def _freeze_design(directory: Path, design: AtlasDesign) -> None:
