@@ -44,8 +44,7 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
         "replay": Command(
             "cli.replay", "replay", "[DIRECTORY] [--run RUN --generation GENERATION] --out OUT"
         ),
-        "export": Command("cli.export", "export", "SOURCE"),
-        "explorable": Command("cli.explorable", "explorable", "--out OUT"),
+        "export": Command("cli.export", "export", "[SOURCE]"),
         "freeze": Command("cli.freeze", "freeze", "REFERENCE --out OUT"),
         "compete": Command("cli.compete", "compete", "A B"),
     },

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, get_args
 
 from cyclopts import Parameter
 
@@ -34,7 +34,8 @@ FORMAT_OF_ENDING: Final[Mapping[str, Format]] = {
     ".html": "page",
 }
 ENDING_OF_FORMAT: Final[Mapping[Format, str]] = {
-    format: ending for ending, format in FORMAT_OF_ENDING.items()
+    **{format: ending for ending, format in FORMAT_OF_ENDING.items()},
+    "explorable": ".html",
 }
 # The formats to which an option applies. Other options apply to all formats.
 FORMATS_OF_OPTION: Final[Mapping[str, tuple[Format, ...]]] = {
@@ -48,8 +49,10 @@ FORMATS_OF_OPTION: Final[Mapping[str, tuple[Format, ...]]] = {
     "--at": ("onnx",),
     "--author": ("ro-crate",),
     "--license": ("ro-crate",),
-    "--out": ("csv", "parquet", "zarr", "phylogeny", "tskit", "onnx", "page", "lesson"),
+    "--out": tuple(format for format in get_args(Format) if format != "ro-crate"),
 }
+# The formats whose experiments are fixed.
+FORMATS_WITHOUT_SOURCE: Final[tuple[Format, ...]] = ("explorable", "lesson")
 # The formats that have a default output.
 FORMATS_WITH_DEFAULT_OUTPUT: Final[tuple[Format, ...]] = ("ro-crate", "lesson")
 
@@ -60,7 +63,7 @@ def export(
         HIDE_DEFAULT,
         Parameter(
             help="Directory of a study; for a page also a preset, such as evo+self-taught/B, or an "
-            "experiment file (.toml). No default; lesson has none."
+            "experiment file (.toml). No default; explorable and lesson have none."
         ),
     ] = "",
     /,
@@ -70,8 +73,8 @@ def export(
         Parameter(
             help="csv, parquet or zarr: all results. phylogeny: the parents of every agent. "
             "tskit: the ancestry of every gene. onnx: the network of an agent. ro-crate: metadata "
-            "of the study. page: a laboratory. lesson: the teaching pack. Default: by the ending "
-            "of --out."
+            "of the study. page: a laboratory. explorable: an essay on the Baldwin effect. "
+            "lesson: the teaching pack. Default: by the ending of --out."
         ),
     ] = None,
     out: Annotated[
@@ -143,7 +146,8 @@ def export(
 
     A table (csv, parquet) has one row per agent. A phylogeny is CSV in the ALife data standard. A
     page is one HTML file that needs no server. Its results are bit-identical to those in Python.
-    A lesson is a folder of pages: lessons, worksheets, answers, and two pages that simulate.
+    The explorable is such a file, too: an essay whose pictures simulate. A lesson is a folder of
+    pages: lessons, worksheets, answers, and two pages that simulate.
 
     For example:
 
@@ -152,6 +156,7 @@ def export(
         baldwinlab export results/evo-A --run 0 --out ancestry.trees
         baldwinlab export results/evo-A --run 0 --generation 99 --agent 3 --out network.onnx
         baldwinlab export evo+self-taught/B --out lab.html
+        baldwinlab export --format explorable --out baldwin.html
         baldwinlab export --format lesson
     """
     export_format = format or _find_format(out)
@@ -187,7 +192,7 @@ def export(
         license=license,
         force=force,
     )
-    if export_format == "page":
+    if export_format in ("page", "explorable"):
         # Check the output before the engine is loaded, which takes a while.
         require_page_output(options)
     load_parts(part)
@@ -211,9 +216,12 @@ def _find_format(out: Path | None) -> Format:
 
 def _require_source(source: str, export_format: Format) -> None:
     """Raise RefusedError if a study or preset is missing, or has no effect."""
-    if export_format == "lesson" and source:
-        raise RefusedError(f"{source} does not apply to --format lesson: its presets are fixed")
-    if export_format != "lesson" and not source:
+    is_fixed = export_format in FORMATS_WITHOUT_SOURCE
+    if is_fixed and source:
+        raise RefusedError(
+            f"{source} does not apply to --format {export_format}: its experiments are fixed"
+        )
+    if not is_fixed and not source:
         raise RefusedError(
             f"SOURCE is missing: --format {export_format} needs the directory of a study"
         )

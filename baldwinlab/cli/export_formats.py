@@ -18,7 +18,16 @@ from baldwinlab.studies.store import StudyStore
 
 Moment = Literal["birth", "death"]
 Format = Literal[
-    "csv", "parquet", "zarr", "phylogeny", "tskit", "onnx", "ro-crate", "page", "lesson"
+    "csv",
+    "parquet",
+    "zarr",
+    "phylogeny",
+    "tskit",
+    "onnx",
+    "ro-crate",
+    "page",
+    "explorable",
+    "lesson",
 ]
 
 
@@ -151,6 +160,17 @@ def _write_stored_page(options: ExportOptions) -> None:
     console.info(f"{options.out}: stored results of {options.source}; {len(page):,} bytes")
 
 
+def _write_explorable(options: ExportOptions) -> None:
+    """Write the essay on the Baldwin effect whose pictures simulate."""
+    # Imported late: loading the engine takes a while.
+    from baldwinlab.lab.explorable.page import render_explorable
+
+    assert options.out is not None
+    page = render_explorable()
+    write_atomically(options.out, page)
+    console.info(f"{options.out}: {len(page):,} bytes")
+
+
 def _write_lessons(options: ExportOptions) -> None:
     """Write the folder of the teaching pack."""
     folder = options.out or DEFAULT_LESSON_FOLDER
@@ -211,5 +231,6 @@ WRITERS: Final[Mapping[Format, Callable[[ExportOptions], None]]] = {
     "onnx": _write_onnx,
     "ro-crate": _write_crate,
     "page": _write_page,
+    "explorable": _write_explorable,
     "lesson": _write_lessons,
 }

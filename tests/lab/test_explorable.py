@@ -21,6 +21,7 @@ from tests.lab.essays import RECORDINGS, STRINGS, drag, read_value, show
 
 STEPS = [step["id"] for step in STRINGS["steps"]]
 MAX_WORDS = 120
+EXPORT = ("export", "--format", "explorable", "--out")
 SIMULATE = """async request => {
   const { food_eaten, genome } = await window.baldwinlab.simulate(request);
   return [Array.from(food_eaten), Array.from(new Uint8Array(genome.buffer))];
@@ -34,15 +35,19 @@ def page(essay_page: Page) -> Page:
 
 def test_the_command_writes_one_small_file(command: Command, tmp_path: Path) -> None:
     out = tmp_path / "baldwin.html"
-    assert command("explorable", "--out", str(out)).code == 0
+    assert command(*EXPORT, str(out)).code == 0
     page = out.read_text("utf-8")
     assert len(page.encode()) <= MAX_PAGE_BYTES
     assert not re.findall(r'(?:src|href)="(?!data:)[^"]*"', page)
     out.write_text("mine", "utf-8")
-    refused = command("explorable", "--out", str(out))
+    refused = command(*EXPORT, str(out))
     assert refused.code != 0
     assert "was not written by this command" in refused.err
     assert out.read_text("utf-8") == "mine"
+    wrong_ending = command(*EXPORT, "baldwin.txt")
+    assert "must end in .html, as --format explorable needs" in wrong_ending.err
+    with_source = command("export", "evo/A", "--format", "explorable", "--out", "baldwin.html")
+    assert "evo/A does not apply to --format explorable" in with_source.err
 
 
 @pytest.mark.parametrize("step", STRINGS["steps"], ids=STEPS)

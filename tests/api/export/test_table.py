@@ -261,7 +261,7 @@ def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(
         (
             ["--format", "ro-crate", "--out", "x.json"],
             "--out applies to --format csv or parquet or zarr or phylogeny or tskit or onnx or "
-            "page or lesson, not ro-crate",
+            "page or explorable or lesson, not ro-crate",
         ),
         (
             ["--format", "csv", "--out", "x.txt"],
