@@ -48,7 +48,7 @@ class CustomClaims:
 
 @check_numbers
 def evaluate_claims(
-    study: StudyStore, file: Path | None = None, *, paper: str = "", last: int = 10
+    study: StudyStore, source: str | Path = "", *, last: int = 10
 ) -> list[ClaimResult]:
     """Evaluate claims about a study and print the verdicts. Nothing is written.
 
@@ -58,11 +58,9 @@ def evaluate_claims(
     ----------
     study
         The directory of the study.
-    file
-        TOML file with claims.
-    paper
-        Name or folder of a paper whose claims are evaluated. By default the paper that defines the
-        study. `paper` and `file` exclude each other.
+    source
+        TOML file with claims, or the name or folder of a paper. By default the paper that defines
+        the study.
     last
         Number of final generations that are averaged in each run, at least 1.
 
@@ -83,11 +81,11 @@ def evaluate_claims(
         No claims are given, and no paper defines the study.
     """
     study.require_runs()
-    title, source = _select_claims(study, file, paper)
-    claim_conditions = set().union(*(claim.conditions for claim in source.claims))
+    title, claim_source = _select_claims(study, str(source))
+    claim_conditions = set().union(*(claim.conditions for claim in claim_source.claims))
     # Claims of another paper may name no condition of the study.
     conditions = sorted(claim_conditions & set(study.experiments)) or list(study.experiments)
-    samples = Samples(open_sample(study, conditions), last, source)
+    samples = Samples(open_sample(study, conditions), last, claim_source)
     console.info_if_any(format_sample_sentence(study))
     results = evaluate_samples(samples)
     console.console.print(make_claims_table(results, title, study.changed_model))
@@ -95,20 +93,17 @@ def evaluate_claims(
     return results
 
 
-def _select_claims(study: StudyStore, file: Path | None, paper: str) -> tuple[str, ClaimSource]:
-    """Return the title and the claims of `file`, of `paper`, or of the paper of the study."""
-    if file and paper:
-        raise RefusedError(
-            f"--claims {file} and --paper {paper} exclude each other. Give one of them."
-        )
-    if file is None:
-        if not (paper or study.paper):
+def _select_claims(study: StudyStore, source: str) -> tuple[str, ClaimSource]:
+    """Return the title and the claims of a file, of a paper, or of the paper of the study."""
+    if not source.endswith(".toml"):
+        if not (source or study.paper):
             raise RefusedError(
-                f"{study.location} was made by no paper. Give claims by --claims FILE or "
-                "--paper NAME."
+                f"{study.location} was made by no paper. Give a file of claims or a paper: "
+                "--claims FILE or --claims PAPER."
             )
-        paper_data = load(paper) if paper else load_stored_paper(study.directory, study.paper)
-        return f"The claims of {paper_data.name}", paper_data
+        paper = load(source) if source else load_stored_paper(study.directory, study.paper)
+        return f"The claims of {paper.name}", paper
+    file = Path(source)
     claims = read_claims(file)
     if not claims:
         raise PaperError(f"{file} does not exist or has no [[claims]]; write at least one claim")

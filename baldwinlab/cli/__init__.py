@@ -35,7 +35,6 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
     "Analyze": {
         "assay": Command("cli.assay", "assay", "DIRECTORY"),
         "report": Command("cli.report", "report", "DIRECTORY"),
-        "claims": Command("cli.claims", "claims", "DIRECTORY"),
         "status": Command("cli.status", "status", "DIRECTORY"),
         "gallery": Command("cli.gallery", "gallery", "[FOLDER]"),
     },

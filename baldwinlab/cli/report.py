@@ -1,12 +1,15 @@
-"""The command `report`: write the statistics, the figures and the page of a study."""
+"""The command `report`: write the report of a study, or evaluate claims about it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from json import dumps
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
+from baldwinlab.api.claims import evaluate_claims
 from baldwinlab.api.report import report as write_report
 from baldwinlab.cli.options import (
     FLAG,
@@ -22,7 +25,10 @@ from baldwinlab.cli.options import (
 )
 from baldwinlab.cli.results import print_results
 from baldwinlab.core import console
+from baldwinlab.core.errors import RefusedError
+from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.core.numbers import require_whole_number
+from baldwinlab.core.output_paths import require_writable
 from baldwinlab.papers import load
 from baldwinlab.studies.store import StudyStore
 
@@ -31,8 +37,21 @@ def report(
     directory: Directory,
     /,
     *,
+    claims: Annotated[
+        list[str] | None,
+        Parameter(
+            negative="",
+            consume_multiple=(0, 1),
+            help="Evaluate the claims of a TOML file or of a paper; without a value, those of the "
+            "paper of the study. Default: write the report.",
+        ),
+    ] = None,
     out: Annotated[
-        Path | None, Parameter(help="HTML file. Default: report.html in the study's directory.")
+        Path | None,
+        Parameter(
+            help="HTML file. Default: report.html in the study's directory. With --claims, JSON "
+            "file for the verdicts. Default: no file."
+        ),
     ] = None,
     last_generations: LastGenerations = 10,
     baseline: Baseline = "",
@@ -49,18 +68,25 @@ def report(
 
     The page is report.html, the tables are CSV files, and the figures are in figures/, all in the
     directory of the study. Reading results needs no custom parts. With --part, the report also
-    draws a replayed life.
+    draws a replayed life. With --claims, the verdicts on the claims are printed, and nothing is
+    written unless --out is given.
 
     For example:
 
         baldwinlab report results/evo-A-evo+self-taught-A
+        baldwinlab report results/paper --claims my-claims.toml
     """
     load_parts(part)
     require_whole_number("last", last_generations)
+    study = StudyStore(directory)
+    if claims is not None:
+        _require_no_report_option({"--baseline": baseline, "--paper": paper})
+        source = claims[0] if claims else ""
+        _report_claims(study, source, last_generations, out, force=force, json=json)
+        return
     paper_data = load(paper) if paper else None
     if json:
         console.reserve_stdout()
-    study = StudyStore(directory)
     write_report(
         study,
         out,
@@ -71,3 +97,28 @@ def report(
     )
     if json:
         print_results(study, last_generations, baseline)
+
+
+def _require_no_report_option(values: Mapping[str, str]) -> None:
+    """Raise RefusedError for an option that only a report has. `values` are by option."""
+    for option, value in values.items():
+        if value:
+            raise RefusedError(f"{option} {value} does not apply with --claims. Remove the option.")
+
+
+def _report_claims(
+    study: StudyStore, source: str, last: int, out: Path | None, *, force: bool, json: bool
+) -> None:
+    """Print the verdicts on the claims of a file, of a paper, or "" for the study's paper."""
+    if out:
+        # Every file of verdicts contains this key.
+        require_writable("--out", out, b'"p_holm"', force=force)
+    if json:
+        console.reserve_stdout()
+    records = [result.record() for result in evaluate_claims(study, source, last=last)]
+    if json:
+        console.print_json(records)
+    if out:
+        text = dumps(records, indent=2, ensure_ascii=False, allow_nan=False)
+        write_atomically(out, f"{text}\n".encode())
+        console.info(f"verdicts: {out}")

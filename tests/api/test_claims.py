@@ -54,7 +54,7 @@ def test_a_file_of_claims_is_evaluated_with_the_rules_of_papers(
     Path("mine.toml").write_text(CLAIM, encoding="utf-8")
     before = {path: path.read_bytes() for path in study.rglob("*") if path.is_file()}
     done = command(
-        "claims",
+        "report",
         "study",
         "--claims",
         "mine.toml",
@@ -73,7 +73,7 @@ def test_a_file_of_claims_is_evaluated_with_the_rules_of_papers(
     assert results["measure-of-the-model"]["effect"] > 1
     # The command does not change the study.
     assert before == {path: path.read_bytes() for path in study.rglob("*") if path.is_file()}
-    done = command("claims", "study", "--last-generations", "3", "--out", "paper.json")
+    done = command("report", "study", "--claims", "--last-generations", "3", "--out", "paper.json")
     assert done.code == 0
     assert "The claims of mayley-1996" in done.out
     assert [result["id"] for result in read_results("paper.json")] == ["M1", "M2", "M3", "M4"]
@@ -96,19 +96,33 @@ def test_an_invalid_claim_is_refused_with_the_reason(
     command: Command, study: Path, old: str, new: str, message: str
 ) -> None:
     Path("mine.toml").write_text(CLAIM.replace(old, new), encoding="utf-8")
-    done = command("claims", "study", "--claims", "mine.toml", "--out", "verdicts.json")
+    done = command("report", "study", "--claims", "mine.toml", "--out", "verdicts.json")
     assert done.code == 2
     assert message in done.err
     assert not Path("verdicts.json").exists()
 
 
 def test_a_missing_file_and_a_missing_study_are_refused(command: Command, study: Path) -> None:
-    assert (
-        "nothing.toml does not exist" in command("claims", "study", "--claims", "nothing.toml").err
-    )
-    assert command("claims", "nowhere", "--claims", "nothing.toml").code == 2
+    missing = command("report", "study", "--claims", "nothing.toml")
+    assert "nothing.toml does not exist" in missing.err
+    assert command("report", "nowhere", "--claims", "nothing.toml").code == 2
     Path("thesis").write_text("mine", encoding="utf-8")
     assert (
-        command("claims", "study", "--out", "thesis").code == 2
+        command("report", "study", "--claims", "--out", "thesis").code == 2
         and Path("thesis").read_text(encoding="utf-8") == "mine"
     )
+
+
+@pytest.mark.parametrize("option", ["--baseline", "--paper"])
+def test_options_of_the_report_do_not_apply_to_claims(
+    command: Command, study: Path, option: str
+) -> None:
+    done = command("report", "study", "--claims", option, "mayley-1996")
+    message = f"{option} mayley-1996 does not apply with --claims. Remove the option."
+    assert (done.code, done.err) == (2, f"baldwinlab: {message}\n")
+
+
+def test_the_verdicts_as_json_are_those_of_the_file(command: Command, study: Path) -> None:
+    done = command("report", "study", "--claims", "mayley-1996", "--out", "file.json", "--json")
+    assert done.code == 0 and "verdicts: file.json" in done.err
+    assert json.loads(done.out) == read_results("file.json")

@@ -143,9 +143,13 @@ def test_an_unknown_baseline_is_refused_before_the_runs(command: Command, tmp_pa
 
 def test_claims_need_a_paper_or_a_file(command: Command, tmp_path: Path) -> None:
     make_small_study(tmp_path / "study", runs=1)
-    message = "study was made by no paper. Give claims by --claims FILE or --paper NAME."
-    assert message in command("claims", "study").err
-    assert "The claims of le-2019" in command("claims", "study", "--paper", "le-2019").out
+    result = command("report", "study", "--claims")
+    assert (result.code, result.err) == (
+        2,
+        "baldwinlab: study was made by no paper. Give a file of claims or a paper: "
+        "--claims FILE or --claims PAPER.\n",
+    )
+    assert "The claims of le-2019" in command("report", "study", "--claims", "le-2019").out
 
 
 def test_several_settings_can_follow_one_or_several_set_options(command: Command) -> None:

@@ -85,7 +85,7 @@ def test_a_changed_model_is_marked_in_the_study_report_claims_and_terminal(
     assert [claim["changes"] for claim in claims] == [CHANGES]
     for output in (
         result.out,
-        command("claims", str(study)).out,
+        command("report", str(study), "--claims").out,
         command("report", str(study)).out,
     ):
         assert "in a changed model" in output

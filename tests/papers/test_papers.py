@@ -579,7 +579,7 @@ def test_claims_about_long_controls_are_evaluated_on_a_separate_study(
     )
     assert command("run", *both, *short_run).code == 0
     result = command(
-        "claims",
+        "report",
         "poles",
         "--claims",
         str(paper.folder / "claims-of-poles.toml"),
