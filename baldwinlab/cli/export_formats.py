@@ -125,17 +125,12 @@ def require_page_output(options: ExportOptions) -> None:
 def _write_page(options: ExportOptions) -> None:
     # Imported late: loading the engine takes a while.
     from baldwinlab.engine.wasm import find_linker
-    from baldwinlab.lab.export import render_live_page
+    from baldwinlab.lab.export import render_live_page, require_browser_support
     from baldwinlab.models.miniworld.backends.wasm_modules import is_module_available
 
     assert options.out is not None
     experiments, study_seed = _load_experiments(options.source, options.assignments)
-    has_species = any(experiment.population.species for experiment in experiments)
-    if has_species and is_study(Path(options.source)):
-        _write_stored_page(options)
-        return
-    foragers = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
-    if not all(map(is_module_available, foragers)):
+    if not all(map(is_module_available, require_browser_support(experiments))):
         find_linker()
         console.info("Compiling for browsers, which takes about a minute.")
     seed = study_seed if options.seed is None else options.seed
@@ -143,21 +138,6 @@ def _write_page(options: ExportOptions) -> None:
     write_atomically(options.out, page)
     names = ", ".join(experiment.name for experiment in experiments)
     console.info(f"{options.out}: {names}; {len(page):,} bytes")
-
-
-def _write_stored_page(options: ExportOptions) -> None:
-    """Write a page with the stored results of a study of several species."""
-    from baldwinlab.lab.stored_page import render_stored_page
-
-    assert options.out is not None
-    if options.assignments or options.seed is not None:
-        raise RefusedError(
-            f"--set and --seed do not apply to {options.source}: the page of a study with several "
-            "species has stored results, and no new runs"
-        )
-    page = render_stored_page(options.store)
-    write_atomically(options.out, page)
-    console.info(f"{options.out}: stored results of {options.source}; {len(page):,} bytes")
 
 
 def _write_explorable(options: ExportOptions) -> None:

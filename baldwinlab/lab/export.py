@@ -70,6 +70,26 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
         If the model of an experiment has no browser backend, if the browser engine would ignore a
         setting, or if the page is too large.
     """
+    supported = require_browser_support(experiments)
+    check_seed(seed)
+    page = single_page.render_page(
+        "live.html",
+        FIRST_MODULE,
+        STYLES,
+        title=supported[0].name,
+        worker=join_worker_code(),
+        laboratory=collect_page_data(supported) | {"seed": seed},
+    )
+    if len(page) > MAX_PAGE_BYTES:
+        raise RefusedError(
+            f"the page would have {len(page):,} bytes, and the limit is {MAX_PAGE_BYTES:,}; export"
+            " fewer conditions"
+        )
+    return page
+
+
+def require_browser_support(experiments: Sequence[BaseExperiment]) -> list[Experiment]:
+    """Return the experiments. Raise RefusedError if the browser engine cannot simulate one."""
     for experiment in experiments:
         if not isinstance(experiment, Experiment):
             raise RefusedError(
@@ -87,22 +107,7 @@ def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> by
                 " the run, which only the engine in Python supports"
             )
         require_browser_settings(experiment)
-    supported = [experiment for experiment in experiments if isinstance(experiment, Experiment)]
-    check_seed(seed)
-    page = single_page.render_page(
-        "live.html",
-        FIRST_MODULE,
-        STYLES,
-        title=supported[0].name,
-        worker=join_worker_code(),
-        laboratory=collect_page_data(supported) | {"seed": seed},
-    )
-    if len(page) > MAX_PAGE_BYTES:
-        raise RefusedError(
-            f"the page would have {len(page):,} bytes, and the limit is {MAX_PAGE_BYTES:,}; export"
-            " fewer conditions"
-        )
-    return page
+    return [experiment for experiment in experiments if isinstance(experiment, Experiment)]
 
 
 def collect_page_data(experiments: Sequence[Experiment]) -> dict[str, Any]:

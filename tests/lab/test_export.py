@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import baldwinlab as bl
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.extras import installation_command
 from baldwinlab.engine import wasm
@@ -34,6 +35,7 @@ from baldwinlab.parts import load_file
 from baldwinlab.simulation.simulate import simulate
 from tests.commands import Command
 from tests.small_studies import make_small_study, shorten_preset
+from tests.worlds import make_predation
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
 RUN_SCRIPT = """
@@ -196,6 +198,14 @@ def test_a_page_of_an_experiment_with_a_control_of_learning_is_refused() -> None
     experiment = load("evo+self-taught/A").replace(learning={"control": "yoked"})
     with pytest.raises(RefusedError, match=r"learning\.control = 'yoked' is set, which only"):
         render_live_page([experiment], 0)
+
+
+def test_a_page_of_a_study_with_species_is_refused(command: Command, tmp_path: Path) -> None:
+    experiment = make_predation(evolution={"generations": 1}).replace(name="hunt")
+    bl.run(experiment, runs=1, out=tmp_path / "hunt")
+    outcome = command("export", "hunt", "--out", "page.html")
+    assert "population.species = " in outcome.err
+    assert "which only the engine in Python supports" in outcome.err
 
 
 def test_a_page_of_an_experiment_with_genes_of_parts_is_refused() -> None:

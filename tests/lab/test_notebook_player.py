@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from playwright.sync_api import Browser, expect
 
+import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import notebook_player
@@ -20,6 +21,7 @@ from baldwinlab.lab.recording import record_life
 from baldwinlab.simulation.replay import recompute_genomes, replay
 from tests.lab.conftest import open_offline_page
 from tests.small_studies import shorten_preset
+from tests.worlds import make_predation
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +52,20 @@ def test_the_player_is_bit_identical_to_the_recording_of_the_lab(kinds: list[str
     assert expected["eaten_in_life"][-1].sum() > 0
     for name, values in expected.items():
         assert np.array_equal(actual[name], values), name
+
+
+def test_the_player_of_species_is_bit_identical_to_the_recording_of_the_lab(tmp_path: Path) -> None:
+    experiment = make_predation(evolution={"generations": 2}).replace(name="hunt")
+    study = bl.run(experiment, runs=2, out=tmp_path / "hunt")
+    trace = study.replay(run=1, generation=1)
+    start = StartData(trace["weight_birth"].values, None, species=trace["species"].values)
+    life = Life(experiment, GenerationKey(study.seed, 1, 1), lambda: start)
+    recorded = unpack(record_life(life, Span(0, experiment.lifetime.steps), {}))
+    packed = unpack(notebook_player.pack_trace(trace))
+    assert packed[0]["species"] == recorded[0]["species"]
+    assert packed[1].keys() == recorded[1].keys()
+    for name, values in recorded[1].items():
+        np.testing.assert_array_equal(packed[1][name], values, name)
 
 
 def test_selected_steps_of_a_trace_play_and_other_datasets_have_the_xarray_page(
