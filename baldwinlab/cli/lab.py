@@ -35,7 +35,7 @@ LAB_PACKAGES = ("starlette", "uvicorn", "websockets")
 PAGE_SECONDS = 1.5
 """Time from the start of the server to the start of the engine and of other imports.
 
-The page loads in this time, and shows recorded lifetimes.
+The page loads in this time.
 """
 
 PRESETS_DELAY_SECONDS = 5
@@ -60,7 +60,7 @@ def lab(
 ) -> None:
     """Open the lab in the browser: watch, replay and share studies, and start new ones.
 
-    The lab needs no studies: it starts with a recorded life. Studies that you save in the lab are
+    The lab needs no studies: without one it shows presets. Studies that you save in the lab are
     written to the folder. Ctrl-C closes the lab.
 
     For example:

@@ -6,7 +6,6 @@ The lab needs the extra `lab`. Code that works without this extra imports only `
 
 from __future__ import annotations
 
-import time
 from asyncio import Semaphore
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -44,8 +43,6 @@ class Lab:
         Limits the number of large responses in memory.
     is_engine_ready
         Returns whether the engine is compiled. Until then, pages do not simulate.
-    start_time
-        When the server started, in seconds of the monotonic clock.
     command
         The command that started this lab, for messages.
 
@@ -57,5 +54,4 @@ class Lab:
     movie_progress: dict[str, float] = field(default_factory=dict)
     response_slots: Semaphore = field(default_factory=lambda: Semaphore(MAX_QUEUED_RESPONSES))
     is_engine_ready: Callable[[], bool] = lambda: True
-    start_time: float = field(default_factory=time.monotonic)
     command: Sequence[str] = ("baldwinlab", "lab")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from http import HTTPStatus
@@ -131,8 +130,7 @@ def _make_all_routes(lab: Lab, comparisons: live_comparison.Comparisons) -> list
 
     # Pages notice a server that does not answer this request. It needs no thread.
     async def engine(request: Request) -> JSONResponse:
-        seconds_since_start = time.monotonic() - lab.start_time
-        return JSONResponse({"ready": lab.is_engine_ready(), "seconds": seconds_since_start})
+        return JSONResponse({"ready": lab.is_engine_ready()})
 
     module_routes = [route for module in ROUTE_MODULES for route in module.make_routes(lab)]
     routes = [

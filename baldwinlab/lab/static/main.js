@@ -2,7 +2,7 @@
 
 import { announce } from "./activity.js";
 import { formatAddress, getCurrentView, navigate, readAddress, setCurrentView } from "./address.js";
-import { showMessage } from "./common.js";
+import { el, getJSON, showMessage } from "./common.js";
 import { Guide } from "./guide.js";
 import { watchServer } from "./heartbeat.js";
 import { PRESETS } from "./sources.js";
@@ -43,6 +43,9 @@ const guide = new Guide(opener, tour);
 const savedViews = new Map();
 // {name, view}
 let shown = null;
+// Milliseconds between two requests of the engine's state.
+const ENGINE_INTERVAL = 500;
+let isEngineReady = false;
 // Waits until the scroll position can be restored.
 let scrollObserver = null;
 
@@ -78,7 +81,7 @@ async function show() {
   document.title = `${VIEWS[name].title} · baldwinlab`;
   applyAddress(target, isTabLink);
   const instance = (shown = { name, view: { update() {}, unmount() {} } });
-  if (VIEWS[name].simulates) await waitUntilReady(() => shown === instance);
+  if (VIEWS[name].simulates) await waitForEngine(() => shown === instance);
   const { mount } = await VIEWS[name].load();
   // The user has opened another view in the meantime.
   if (shown !== instance) return;
@@ -89,10 +92,17 @@ async function show() {
   if (state.study === savedViews.get(name)?.state.study) restoreScroll(savedViews.get(name)?.top);
 }
 
-/** Wait for the engine before views that simulate. */
-async function waitUntilReady(isCurrent) {
-  const { waitForEngine } = await import("./waiting_screen.js");
-  await waitForEngine(root, isCurrent);
+/** Show a line until the engine is ready or the view is no longer current. */
+async function waitForEngine(isCurrent) {
+  const line = el("div", { class: "empty", role: "status" }, el("h1", {}, "The lab is starting …"));
+  while (!isEngineReady) {
+    isEngineReady = (await getJSON("api/engine")).ready;
+    if (!isCurrent()) return;
+    if (isEngineReady) break;
+    root.replaceChildren(line);
+    await new Promise((resolve) => setTimeout(resolve, ENGINE_INTERVAL));
+  }
+  line.remove();
 }
 
 /** Apply an address to the page and the guide. */
