@@ -66,8 +66,6 @@ def open_page(browser: Browser, address: str, window: tuple[int, int]) -> Page:
     page = browser.new_page(
         viewport={"width": window[0], "height": window[1]}, color_scheme="light"
     )
-    # Pictures have no guided tour.
-    page.add_init_script("localStorage.setItem('baldwinlab.tour', 'ended')")
     page.goto(address)
     return page
 

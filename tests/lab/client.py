@@ -36,10 +36,6 @@ every_window = pytest.mark.parametrize(
         for name, size in WINDOWS.items()
     ],
 )
-SKIP_TOUR = """
-    // A blank page has no storage.
-    if (location.protocol === "http:") localStorage.setItem("baldwinlab.tour", "ended");
-"""
 SMALL = {"study": "small", "condition": "evo+self-taught/A", "run": 1, "generation": 2}
 
 
@@ -84,14 +80,9 @@ class LabServer:
         """Allow CLIENT, and all functions of this module, to send requests to this lab."""
         CLIENT.cookies.set(make_cookie_name(self.port), self.token)
 
-    def context(self, browser: Browser, *, tour: bool = False, **options: Any) -> BrowserContext:
-        """Return a browser context whose pages are admitted to this lab.
-
-        With `tour`, its pages show the guided tour of a first visit.
-        """
+    def context(self, browser: Browser, **options: Any) -> BrowserContext:
+        """Return a browser context whose pages are admitted to this lab."""
         context = browser.new_context(base_url=self.address, **options)
-        if not tour:
-            context.add_init_script(SKIP_TOUR)
         context.add_cookies(
             [{"name": make_cookie_name(self.port), "value": self.token, "url": self.address}]
         )

@@ -128,21 +128,14 @@ def test_two_values_are_compared_in_the_dialog_at_320_pixels(
     shutil.rmtree(lab_server.root / "live")
 
 
-def test_the_tour_the_map_of_behavior_and_the_freezer_work(
-    browser: Firefox, lab_server: LabServer
-) -> None:
+def test_the_map_of_behavior_and_the_freezer_work(browser: Firefox, lab_server: LabServer) -> None:
     def press(test_id: str) -> None:
         element = select(test_id)
         browser.wait_for(f"{element}?.checkVisibility() && !{element}.disabled")
         browser.evaluate(f"{element}.click()")
 
-    browser.open(f"{lab_server.entry}#/world?{LIFE}&step=0", 1280, 800)
-    browser.evaluate("localStorage.removeItem('baldwinlab.tour')")
     browser.open(f"{lab_server.entry}#/world?{LIFE}&step=1", 1280, 800)
     browser.wait_for("document.querySelectorAll('[data-ready]').length === 1")
-    press("tour-next")
-    browser.wait_for("document.querySelector('.tour').textContent.startsWith('2 of 6')")
-    press("tour-skip")
     press("behavior")
     browser.wait_for("document.querySelectorAll('.scatter circle').length === 20")
     browser.evaluate("document.querySelector('.behavior').close()")

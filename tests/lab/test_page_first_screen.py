@@ -88,7 +88,7 @@ def exported_address(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.fixture
 def touch_page(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
     """Yield a blank page of a first visit, with a touch screen."""
-    with lab_server.context(browser, tour=True, has_touch=True) as context:
+    with lab_server.context(browser, has_touch=True) as context:
         yield context.new_page()
 
 

@@ -1,4 +1,4 @@
-"""Tests of the tour, the freezer, the map of behavior and the lineage tree in every window."""
+"""Tests of the freezer, the map of behavior and the lineage tree in every window."""
 
 from __future__ import annotations
 
@@ -40,7 +40,6 @@ def page(browser: Browser, server: LabServer, request: pytest.FixtureRequest) ->
     width, height, dots = request.param
     with server.context(
         browser,
-        tour=True,
         viewport={"width": width, "height": height},
         device_scale_factor=dots,
         color_scheme="dark",
@@ -53,7 +52,7 @@ def check_width(page: Page) -> None:
     """Check that nothing is wider than the window."""
     excess = """() => Math.max(
         document.documentElement.scrollWidth - innerWidth,
-        ...[...document.querySelectorAll("main, dialog[open], .tour, .inside")].map(
+        ...[...document.querySelectorAll("main, dialog[open], .inside")].map(
             ({ scrollWidth, clientWidth }) => scrollWidth - clientWidth))"""
     assert page.evaluate(excess) <= 0
 
@@ -71,11 +70,8 @@ def test_nothing_is_cut_off_or_a_barrier(page: Page) -> None:
     expect(page.locator("[data-ready]")).to_have_count(2)
     # With reduced motion, nothing plays.
     expect(page.get_by_test_id("play")).to_have_attribute("aria-label", "Play (space)")
-    tour = page.get_by_test_id("tour")
-    expect(tour).to_be_in_viewport(ratio=1)
     check_width(page)
     assert find_violations(page) == []
-    page.get_by_test_id("tour-skip").click()
     page.get_by_test_id("behavior").click()
     expect(page.get_by_test_id("behavior-plot").locator("circle")).to_have_count(20)
     check_dialog(page, page.get_by_role("dialog", name="Map of behavior"))

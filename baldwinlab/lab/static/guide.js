@@ -13,13 +13,9 @@ const TITLES = { [VIEW]: "What is this?", [DEFINITION]: "The Baldwin effect" };
 /** @typedef {{title: string, text: string|Node}} Topic */
 
 export class Guide {
-  /**
-   * @param {HTMLElement} opener the button that shows and hides the guide
-   * @param {import("./tour.js").Tour|null} [tour] shown above the guide
-   */
-  constructor(opener, tour = null) {
+  /** @param {HTMLElement} opener the button that shows and hides the guide */
+  constructor(opener) {
     this.opener = opener;
-    this.tour = tour;
     // VIEW, DEFINITION or null.
     this.shown = null;
     this.summary = "";
@@ -36,7 +32,7 @@ export class Guide {
       },
       createIcon(CLOSE_ICON),
     );
-    this.section = el(
+    this.root = el(
       "section",
       {
         id: "guide",
@@ -49,10 +45,9 @@ export class Guide {
       el("div", { class: "row" }, this.title, close),
       this.content,
     );
-    this.root = el("div", { class: "guidance" }, tour?.root, this.section);
     close.addEventListener("click", () => this.close());
     opener.addEventListener("click", () => this.toggle(VIEW, opener));
-    this.section.addEventListener("keydown", (event) => {
+    this.root.addEventListener("keydown", (event) => {
       if (event.key !== "Escape") return;
       // Escape closes the guide, but not the inspector.
       event.stopPropagation();
@@ -94,28 +89,15 @@ export class Guide {
 
   show() {
     const text = this.shown === DEFINITION ? BALDWIN_EFFECT : this.summary;
-    this.section.hidden = !this.shown || !text;
-    this.opener.setAttribute("aria-expanded", String(!this.section.hidden && this.shown === VIEW));
-    if (this.section.hidden) return;
+    this.root.hidden = !this.shown || !text;
+    this.opener.setAttribute("aria-expanded", String(!this.root.hidden && this.shown === VIEW));
+    if (this.root.hidden) return;
     this.title.textContent = TITLES[this.shown];
     const definition = { title: TITLES[DEFINITION], text: BALDWIN_EFFECT };
     const topics = this.shown === VIEW && this.topics.length ? [definition, ...this.topics] : [];
     this.content.replaceChildren(
       el("p", {}, text),
       ...(topics.length ? [foldTopics(topics)] : []),
-      ...(this.tour && this.shown === VIEW ? [this.createTourButton(this.tour)] : []),
-    );
-  }
-
-  createTourButton(tour) {
-    const start = () => {
-      this.close();
-      tour.start();
-    };
-    return el(
-      "button",
-      { type: "button", class: "term", "data-testid": "tour-start", onclick: start },
-      "Take the tour",
     );
   }
 
@@ -125,7 +107,7 @@ export class Guide {
     this.shown = text;
     this.source = source;
     this.show();
-    this.section.scrollIntoView({ block: "nearest" });
+    this.root.scrollIntoView({ block: "nearest" });
     navigate({ guide: text });
   }
 

@@ -3,7 +3,6 @@
  * slider.
  */
 
-import { announce } from "./activity.js";
 import { createIcon, el } from "./common.js";
 import { RunCurve } from "./run_curve.js";
 import {
@@ -130,7 +129,6 @@ export class LifetimeSelector {
     if (target === this.source.generation) return this.showSource();
     this.choose({ ...this.source, generation: target });
     this.callbacks.chosen();
-    announce("change-generation");
   }
 
   /**

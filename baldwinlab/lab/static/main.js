@@ -1,12 +1,10 @@
 /** The page: select the view from the address. */
 
-import { announce } from "./activity.js";
 import { formatAddress, getCurrentView, navigate, readAddress, setCurrentView } from "./address.js";
 import { el, getJSON, showMessage } from "./common.js";
 import { Guide } from "./guide.js";
 import { watchServer } from "./heartbeat.js";
 import { PRESETS } from "./sources.js";
-import { Tour } from "./tour.js";
 import { LIVE, LIVE_TOPICS, PAPERS, RESULTS, RESULTS_TOPICS, WORLD } from "./topics.js";
 
 const VIEWS = {
@@ -36,9 +34,7 @@ const VIEWS = {
 };
 
 const root = document.getElementById("view");
-const opener = document.getElementById("about");
-const tour = new Tour(opener);
-const guide = new Guide(opener, tour);
+const guide = new Guide(document.getElementById("about"));
 // The state and scroll position of each view, by name. The last entry is the most recent.
 const savedViews = new Map();
 // {name, view}
@@ -71,7 +67,6 @@ async function show() {
     return;
   }
   setCurrentView(null);
-  tour.leaveView();
   shown?.view.unmount();
   scrollObserver?.disconnect();
   document.getElementById("actions").replaceChildren();
@@ -87,8 +82,6 @@ async function show() {
   if (shown !== instance) return;
   root.prepend(guide.root);
   instance.view = mount(root, getCurrentView().state, navigate, guide);
-  // The World tab announces itself, if it shows a world.
-  if (name !== "world") announce(`open-${name}`);
   if (state.study === savedViews.get(name)?.state.study) restoreScroll(savedViews.get(name)?.top);
 }
 

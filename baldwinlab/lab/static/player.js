@@ -1,7 +1,5 @@
 /** The playback time. It calls a function to draw each frame. */
 
-import { announce } from "./activity.js";
-
 export const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
 // At speed 1.
 const STEPS_PER_SECOND = 10;
@@ -98,7 +96,6 @@ export class Player {
   toggle() {
     if (this.playing) this.pause();
     else this.play();
-    announce("play");
   }
 
   /** Go to a step. Playback continues from there. */

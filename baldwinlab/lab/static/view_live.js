@@ -1,7 +1,6 @@
 /** The Live run tab: settings on the left, the run on the right. */
 
 import { getCurrentView } from "./address.js";
-import { announce } from "./activity.js";
 import { el, getJSON, isServerless, showMessage } from "./common.js";
 import { ComparePanel } from "./comparison_panel.js";
 import { createFreezerButton } from "./freezer_panel.js";
@@ -70,10 +69,7 @@ class LiveView {
   /** @returns {import("./live_setup.js").Listener} */
   createListener() {
     return {
-      started: (id) => {
-        this.showStarted({ id });
-        announce("start-run");
-      },
+      started: (id) => this.showStarted({ id }),
       compared: (comparison) => this.showStarted({ comparison }),
       paced: (seconds) => {
         if (this.feed && !this.feed.ended) this.feed.send({ command: "pace", seconds });

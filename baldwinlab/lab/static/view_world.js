@@ -1,6 +1,5 @@
 /** The World tab: worlds, or alleles and views for models without a world. */
 
-import { announce } from "./activity.js";
 import { showMessage } from "./common.js";
 import { createMissingNotice, requireLifetimes } from "./missing_notice.js";
 import { ModelTab } from "./model_tab.js";
@@ -39,8 +38,6 @@ export function mount(root, state, navigate, guide) {
     guide.setTexts("");
     root.className = "view-world";
     root.replaceChildren(guide.root);
-    // A tab with a world announces itself.
-    announce("open-model");
   };
   const begin = async () => {
     const { studies, worldless, unplayable } = await loadStudies();

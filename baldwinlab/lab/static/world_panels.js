@@ -1,6 +1,5 @@
 /** The worlds of the World tab, their camera, and the selected agent with its inspector. */
 
-import { announce } from "./activity.js";
 import { el, showMessage } from "./common.js";
 import { Inspector } from "./inspector.js";
 import { Player } from "./player.js";
@@ -108,7 +107,6 @@ export class WorldPanels {
       (this.opener?.checkVisibility() ? this.opener : this.panels[0].canvas).focus();
     this.remember();
     this.player.invalidate();
-    if (isOpen) announce("select-agent");
   }
 
   inspect() {

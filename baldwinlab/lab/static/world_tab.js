@@ -1,6 +1,5 @@
 /** The World tab of models with a world: one or two synchronized worlds, playback and inspector. */
 
-import { announce } from "./activity.js";
 import { openBehaviorMap } from "./behavior_map.js";
 import { el, showMessage } from "./common.js";
 import { handleWorldKey } from "./keys.js";
@@ -56,7 +55,6 @@ export class WorldTab extends WorldPanels {
 
   async start(state) {
     this.build();
-    announce("open-world");
     await this.show(state);
     if (state.step === undefined && !this.closed) {
       this.skipsToMeal = true;
@@ -126,7 +124,6 @@ export class WorldTab extends WorldPanels {
     else this.requirePanel(1).choose(chooseComparison(this.panels[0]));
     this.loaded();
     this.onSourceChosen();
-    announce("compare");
   }
 
   /** Update the length of playback after a lifetime is loaded. */
