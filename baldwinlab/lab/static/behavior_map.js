@@ -3,7 +3,7 @@
 import { el, formatNumber, getJSON } from "./common.js";
 import { createChartDownloads } from "./downloads.js";
 import { palette } from "./palette.js";
-import { createScatterChart, formatScatterFile } from "./scatter_chart.js";
+import { createScatterChart } from "./scatter_chart.js";
 import { createLifetimeQuery } from "./sources.js";
 
 const MEASURED =
@@ -94,11 +94,6 @@ function createPlot({ outcome, agents, generations, innate, learned }, title, op
     }));
   return [
     createScatterChart(options, (index) => open(kind, numbers[index])),
-    createChartDownloads(
-      "behavior",
-      [kind, "innate", "learned"],
-      rows,
-      () => formatScatterFile(options),
-    ),
+    createChartDownloads("behavior", [kind, "innate", "learned"], rows),
   ];
 }

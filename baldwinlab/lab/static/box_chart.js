@@ -1,14 +1,7 @@
 /** Box plots in SVG, with all values as points. A point can be a link that the keyboard reaches. */
 
 import { el } from "./common.js";
-import {
-  chooseTicks,
-  computeRange,
-  createSvg,
-  drawGridLine,
-  drawTextLabel,
-  formatSvgFile,
-} from "./drawing.js";
+import { chooseTicks, computeRange, createSvg, drawGridLine, drawTextLabel } from "./drawing.js";
 
 // CSS pixels.
 const TOP = 10;
@@ -19,8 +12,6 @@ const BOX_SHARE = 0.34;
 // CSS pixels. Narrower slots have slanted labels, and wider slots do not have wider boxes.
 const MIN_STRAIGHT_SLOT = 110;
 const MAX_HALF_BOX = 36;
-// SVG units.
-const FILE_SIZE = { width: 760, height: 400 };
 
 /**
  * @typedef {object} Group
@@ -40,7 +31,7 @@ const FILE_SIZE = { width: 760, height: 400 };
  * times the height of the box.
  * @param {HTMLElement} root is emptied and filled; the chart follows its width
  * @param {{title: string, groups: Group[], height?: number}} options
- * @returns {{drawFile: () => string, destroy: () => void}} `drawFile` returns the text of a file
+ * @returns {{destroy: () => void}}
  */
 export function drawBoxChart(root, options) {
   const { title, groups } = options;
@@ -53,18 +44,7 @@ export function drawBoxChart(root, options) {
   draw();
   const sizeObserver = new ResizeObserver(draw);
   sizeObserver.observe(root);
-  // A file contains no links.
-  const unlinkedGroups = groups.map((group) => ({ ...group, href: undefined }));
-  return {
-    drawFile: () =>
-      formatSvgFile(
-        title,
-        FILE_SIZE.width,
-        FILE_SIZE.height,
-        drawPlot(title, unlinkedGroups, FILE_SIZE.width, FILE_SIZE.height),
-      ),
-    destroy: () => sizeObserver.disconnect(),
-  };
+  return { destroy: () => sizeObserver.disconnect() };
 }
 
 function drawPlot(title, groups, width, height) {

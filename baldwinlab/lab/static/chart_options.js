@@ -1,8 +1,8 @@
 /** The options of uPlot for a chart of curves. */
 
 import { collectCurves, collectRuns, MAX_PLAIN_CURVES, selectSeriesStyle } from "./chart_series.js";
-import { computeAxisRange } from "./chart_svg.js";
 import { el } from "./common.js";
+import { computeRange } from "./drawing.js";
 
 // Possible distances between generation ticks.
 const TICK_DISTANCES = [1, 10, 100, 1000].flatMap((power) => [power, 2 * power, 5 * power]);
@@ -10,6 +10,14 @@ const TICK_DISTANCES = [1, 10, 100, 1000].flatMap((power) => [power, 2 * power, 
 const FONT = "12px system-ui, sans-serif";
 // Visible on light and dark backgrounds.
 const GRID_COLOR = "rgba(128, 128, 128, 0.22)";
+// Space between the curves and the ends of the y axis other than 0.
+const AXIS_MARGIN = 1.05;
+
+/** Return the range of the y axis for numbers. It includes 0. */
+export function computeAxisRange(numbers) {
+  const [low, high] = computeRange(numbers);
+  return [low * AXIS_MARGIN, high * AXIS_MARGIN];
+}
 
 /**
  * Return the options of uPlot.

@@ -13,13 +13,13 @@ import {
 } from "./chart_cursor.js";
 import { createLegendEntry } from "./chart_legend.js";
 import { createPlotOptions } from "./chart_options.js";
+import { drawPicture } from "./chart_picture.js";
 import {
   collectColumns,
   collectCurves,
   MAX_PLAIN_CURVES,
   selectSeriesStyle,
 } from "./chart_series.js";
-import { drawCurvesFile } from "./chart_svg.js";
 import { el } from "./common.js";
 
 /**
@@ -44,13 +44,13 @@ export class LineChart {
    * @param {HTMLElement} root is emptied and filled; the chart follows its width
    * @param {object} options
    * @param {string} options.title above the chart
-   * @param {string} [options.label] for screen readers and in a saved file, by default the title
+   * @param {string} [options.label] for screen readers and in a saved picture, by default the title
    * @param {ArrayLike<number>} options.x in ascending order
    * @param {string[]} [options.names] of the positions on the x axis, which are then 0, 1, 2, ...
    * @param {Series[]} options.series
    * @param {string} [options.xLabel]
    * @param {string} [options.yLabel]
-   * @param {string} [options.note] in the saved file: the runs and the meaning of the bands
+   * @param {string} [options.note] in the saved picture: the runs and the meaning of the bands
    * @param {string} [options.runLabel] the word before the number of a run
    * @param {number} [options.height] of the plot, in CSS pixels
    * @param {string[]} [options.hidden] labels of series that are hidden at first
@@ -208,13 +208,13 @@ export class LineChart {
     else this.build();
   }
 
-  /** Return the visible chart as the text of an SVG file. */
-  drawFile() {
+  /** Return the visible chart as a PNG file. */
+  drawPicture() {
     const visibleSeries = this.series
       .map((line, number) => ({ ...selectSeriesStyle(number), ...line }))
       .filter(({ label }) => !this.hidden.has(label));
-    const { title, label = title } = this.options;
-    return drawCurvesFile({ ...this.options, title: label, x: this.x, series: visibleSeries });
+    const { title, label = title, note } = this.options;
+    return drawPicture(this.chart.ctx.canvas, label, visibleSeries, note);
   }
 
   destroy() {

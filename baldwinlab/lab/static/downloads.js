@@ -1,24 +1,24 @@
-/** Downloads of the visible data: tables as CSV, charts as SVG. */
+/** Downloads of the visible data: tables as CSV, charts as PNG. */
 
 import { el } from "./common.js";
 
-const MEDIA_TYPES = { csv: "text/csv", svg: "image/svg+xml", toml: "application/toml" };
+const MEDIA_TYPES = { csv: "text/csv", png: "image/png", toml: "application/toml" };
 
 /**
- * Return two buttons that download the data and the drawing of a chart.
+ * Return buttons that download the data of a chart, and its picture if it has one.
  * @param {string} name of the chart
  * @param {string[]} columns
  * @param {() => Object<string, any>[]} rows
- * @param {() => string} drawFile returns the text of an SVG file
+ * @param {(() => Promise<Blob>)|null} [drawPicture] returns a PNG file
  * @param {string} [file] name of the files without suffix, by default that of the chart
  */
-export function createChartDownloads(name, columns, rows, drawFile, file = name) {
+export function createChartDownloads(name, columns, rows, drawPicture = null, file = name) {
   const formatRows = () => formatCsv(columns, rows());
   return el(
     "div",
     { class: "row chart-saves" },
     createDownloadButton(`${name}.csv`, formatRows, "Save as CSV", `${file}.csv`),
-    createDownloadButton(`${name}.svg`, drawFile, "Save as SVG", `${file}.svg`),
+    drawPicture && createDownloadButton(`${name}.png`, drawPicture, "Save as PNG", `${file}.png`),
   );
 }
 
@@ -51,12 +51,15 @@ export function createFigureLinks(study, figure, conditions) {
   );
 }
 
-/** Return a button that downloads a text. `text` is called when the button is pressed. */
-export function createDownloadButton(name, text, label = `Save as ${name}`, file = name) {
-  const save = () => {
-    const url = URL.createObjectURL(
-      new Blob([text()], { type: MEDIA_TYPES[name.split(".").pop()] }),
-    );
+/**
+ * Return a button that downloads a file.
+ * @param {string} name
+ * @param {() => string|Promise<Blob>} create is called when the button is pressed
+ */
+export function createDownloadButton(name, create, label = `Save as ${name}`, file = name) {
+  const save = async () => {
+    const type = MEDIA_TYPES[name.split(".").pop()];
+    const url = URL.createObjectURL(new Blob([await create()], { type }));
     el("a", { href: url, download: file }).click();
     setTimeout(() => URL.revokeObjectURL(url), 1000);
   };

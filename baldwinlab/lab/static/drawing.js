@@ -1,10 +1,6 @@
-/** SVG drawings: elements, axis ticks, and complete files. */
-
-import { FONT } from "./palette.js";
+/** SVG drawings: elements, ranges and axis ticks. */
 
 const SVG = "http://www.w3.org/2000/svg";
-// SVG units above a drawing, for its title.
-const TITLE_HEIGHT = 40;
 
 export function createSvg(tag, attributes, ...children) {
   const element = document.createElementNS(SVG, tag);
@@ -25,25 +21,6 @@ export function drawTextLabel(text, attributes) {
     { fill: "currentColor", "font-size": 12, opacity: 0.85, ...attributes },
     text,
   );
-}
-
-/** Return the text of a file with a title and a drawing, black on white. */
-export function formatSvgFile(title, width, height, drawing) {
-  const root = createSvg(
-    "svg",
-    {
-      width,
-      height: height + TITLE_HEIGHT,
-      viewBox: `0 0 ${width} ${height + TITLE_HEIGHT}`,
-      color: "black",
-      "font-family": FONT,
-    },
-    createSvg("title", {}, title),
-    createSvg("rect", { width, height: height + TITLE_HEIGHT, fill: "white" }),
-    createSvg("text", { x: 12, y: 24, "font-size": 14, "font-weight": 600 }, title),
-    createSvg("g", { transform: `translate(0 ${TITLE_HEIGHT})` }, drawing),
-  );
-  return `${new XMLSerializer().serializeToString(root)}\n`;
 }
 
 /**
@@ -71,12 +48,6 @@ export function computeRange(...lists) {
 export function chooseTicks(low, high) {
   const step = chooseStep(high - low);
   return listMultiples(step, Math.floor(low / step + 1e-9), Math.ceil(high / step - 1e-9));
-}
-
-/** Return such ticks between two values. No step is smaller than `minStep`. */
-export function chooseTicksBetween(low, high, minStep = 0) {
-  const step = Math.max(chooseStep(high - low || 1), minStep);
-  return listMultiples(step, Math.ceil(low / step - 1e-9), Math.floor(high / step + 1e-9));
 }
 
 function chooseStep(span) {

@@ -209,9 +209,7 @@ export class Inspector {
       values: changes,
       stride: count,
       offset,
-      ...(offset < firstLayerCount
-        ? { color: "lit", label: "first layer" }
-        : { color: "agent", label: "later layers" }),
+      color: offset < firstLayerCount ? "lit" : "agent",
       alpha: 0.6,
     }));
     weights.set(lines, steps, -maximum, maximum);

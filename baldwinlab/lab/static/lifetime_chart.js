@@ -1,17 +1,15 @@
 /** A small chart over a lifetime with many thin lines and a time cursor. A click goes to a step. */
 
-import { drawCurvesFile } from "./chart_svg.js";
+import { drawPicture } from "./chart_picture.js";
 import { el, formatNumber } from "./common.js";
 import { FONT, formatColor, palette } from "./palette.js";
 import { createChartDownloads } from "./downloads.js";
 
-// Maximum number of points of a line in a file.
-const MAX_SAVED_POINTS = 1000;
 const MARGIN = { left: 40, right: 6, top: 6, bottom: 6 };
 
 /**
  * @typedef {{x?: ArrayLike<number>|null, values: ArrayLike<number>, first?: number,
- *   stride?: number, offset?: number, color: string, alpha?: number, label?: string}} Line
+ *   stride?: number, offset?: number, color: string, alpha?: number}} Line
  */
 
 export class LifetimeChart {
@@ -23,7 +21,7 @@ export class LifetimeChart {
       title.split(",")[0].replaceAll(" ", "-"),
       ["line", "step", "value"],
       () => this.listRows(),
-      () => this.drawFile(title),
+      () => drawPicture(this.canvas, title),
     );
     this.root = el(
       "figure",
@@ -56,28 +54,6 @@ export class LifetimeChart {
     return this.lines.flatMap((line, number) =>
       listPoints(line).map(([step, value]) => ({ line: number, step, value }))
     );
-  }
-
-  /** Return the text of an SVG file. Lines of the same color form one series. */
-  drawFile(title) {
-    const interval = Math.ceil(listPoints(this.lines[0]).length / MAX_SAVED_POINTS);
-    const thinned = (line) => listPoints(line).filter((_, index) => index % interval === 0);
-    const series = [...new Set(this.lines.map(({ color }) => color))].map((color) => {
-      const sameColor = this.lines.filter((line) => line.color === color);
-      const drawn = sameColor.map((line, run) => ({
-        run,
-        values: thinned(line).map(([, value]) => value),
-      }));
-      const lines = drawn.length > 1 ? { values: [], runs: drawn } : drawn[0];
-      return { label: sameColor[0].label ?? title, color: palette[color], ...lines };
-    });
-    return drawCurvesFile({
-      title,
-      x: thinned(this.lines[0]).map(([step]) => step),
-      series,
-      xLabel: "step of the lifetime",
-      yLabel: title,
-    });
   }
 
   draw(step, text) {

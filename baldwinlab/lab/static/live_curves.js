@@ -108,7 +108,7 @@ export class LiveCurves {
         name,
         ["curve", "generation", this.statistic, "low", "high"],
         rows,
-        () => chart.drawFile(),
+        () => chart.drawPicture(),
         file,
       ),
     );

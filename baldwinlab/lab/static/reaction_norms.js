@@ -139,7 +139,7 @@ function createChart(
       `reaction-${field}${map && `-${map}`}`,
       ["condition", "value", "median", "low", "high"],
       rows,
-      () => chart.drawFile(),
+      () => chart.drawPicture(),
     ),
   );
   return chart;

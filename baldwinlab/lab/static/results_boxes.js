@@ -14,7 +14,7 @@ const CSV_COLUMNS = ["box", "condition", "run", "value"];
  * @param {HTMLElement} root is filled
  * @param {import("./view_results.js").ResultsState} view
  * @param {"best"|"mean"} measure
- * @returns {{drawFile: () => string, destroy: () => void}}
+ * @returns {{destroy: () => void}}
  */
 export function drawBoxes(root, view, measure) {
   const { name, axis } = view.results.measures[measure];
@@ -30,7 +30,7 @@ export function drawBoxes(root, view, measure) {
   if (!hasReportBoxes(view)) {
     const rows = () =>
       boxes.flatMap(({ label, points }) => points.map((point) => ({ box: label, ...point })));
-    root.append(createChartDownloads(`final-${measure}`, CSV_COLUMNS, rows, chart.drawFile));
+    root.append(createChartDownloads(`final-${measure}`, CSV_COLUMNS, rows));
   }
   return chart;
 }

@@ -87,7 +87,7 @@ export class ResultsCurves {
         map ? `curves-${map}` : "curves",
         MEAN_COLUMNS,
         () => listMeanRows(results.generation, this.charts[number].series),
-        () => this.charts[number].drawFile(),
+        () => this.charts[number].drawPicture(),
       )
     );
   }

@@ -49,7 +49,7 @@ export function drawSpeciesCharts(cards, { results, groups }) {
     const rows = () => series.flatMap((line) => listRows(results.generation, line));
     card.append(
       plot,
-      createChartDownloads(`species-${name}`, CSV_COLUMNS, rows, () => chart.drawFile()),
+      createChartDownloads(`species-${name}`, CSV_COLUMNS, rows, () => chart.drawPicture()),
     );
     return chart;
   });

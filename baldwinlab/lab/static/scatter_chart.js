@@ -2,14 +2,7 @@
 
 import { el } from "./common.js";
 import { bindButtons } from "./svg_buttons.js";
-import {
-  chooseTicks,
-  computeRange,
-  createSvg,
-  drawGridLine,
-  drawTextLabel,
-  formatSvgFile,
-} from "./drawing.js";
+import { chooseTicks, computeRange, createSvg, drawGridLine, drawTextLabel } from "./drawing.js";
 
 // SVG units.
 const SIZE = 420;
@@ -40,11 +33,6 @@ export function createScatterChart(options, pick) {
     pick,
   );
   return el("div", { class: "scatter" }, drawing);
-}
-
-/** Return the text of an SVG file. */
-export function formatScatterFile(options) {
-  return formatSvgFile(options.title, SIZE, SIZE, drawPlot(options));
 }
 
 function drawPlot({ title, xLabel, yLabel, points, color }) {
