@@ -61,8 +61,8 @@ def test_the_script_for_ssh_stores_the_records_of_threads_and_ends_its_workers(
 
 
 @pytest.mark.parametrize("name", ["slurm-one-job.sh", "slurm-jobs.sh", "jobqueue.yaml"])
-def test_the_page_on_slurm_shows_the_file(name: str) -> None:
-    page = (FOLDER.parents[1] / "docs" / "how-to" / "slurm.md").read_text("utf-8")
+def test_the_page_on_clusters_shows_the_file(name: str) -> None:
+    page = (FOLDER.parents[1] / "docs" / "how-to" / "clusters.md").read_text("utf-8")
     assert f"\n{(FOLDER / name).read_text('utf-8')}```\n" in page
 
 

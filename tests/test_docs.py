@@ -36,7 +36,7 @@ SLOW_PAGES = {
     "docs/explanation/species.md",
     "docs/how-to/births-and-deaths.md",
     "docs/how-to/change-a-paper.md",
-    "docs/how-to/dask.md",
+    "docs/how-to/clusters.md",
     "docs/how-to/experiment-file.md",
     "docs/how-to/external-optimizers.md",
     "docs/how-to/fitness-by-behavior.md",
@@ -158,7 +158,7 @@ def test_a_shell_script_is_valid_and_its_command_lines_are_accepted(script: str)
             app.parse_args(shlex.split(line), print_error=False, exit_on_error=False)
 
 
-def test_dask_accepts_the_configuration_of_the_slurm_page(
+def test_dask_accepts_the_configuration_of_the_page_on_clusters(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # A job creates the folder of its logs.
@@ -167,7 +167,7 @@ def test_dask_accepts_the_configuration_of_the_slurm_page(
     import dask
     import yaml
 
-    page = snippets(DOCS / "how-to" / "slurm.md")
+    page = snippets(DOCS / "how-to" / "clusters.md")
     (text,) = [snippet.text for snippet in page if snippet.file == "jobqueue.yaml"]
     settings = yaml.safe_load(text)["jobqueue"]["slurm"]
     assert settings.keys() <= dask.config.get("jobqueue.slurm").keys()

@@ -36,7 +36,7 @@ __all__ = [
 ]
 
 # Maximum number of tasks of a study, unless its workers would have less than two tasks each.
-# See docs/explanation/distributed-execution.md.
+# See docs/how-to/clusters.md.
 MAX_TASKS: Final = 4000
 MIN_TASKS_PER_WORKER: Final = 2
 

@@ -129,7 +129,7 @@ def _count_job_cores() -> int:
         names = " and ".join(f"jobqueue.slurm.{name}" for name in missing)
         raise RefusedError(
             f"--executor slurm needs {names} in Dask's configuration: the resources of a job, "
-            "see docs/how-to/slurm.md"
+            "see docs/how-to/clusters.md"
         )
     return int(_job_setting("cores"))
 
