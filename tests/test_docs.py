@@ -55,7 +55,6 @@ SLOW_PAGES = {
     "docs/how-to/rule-in-one-expression.md",
     "docs/how-to/sense-with-rays.md",
     "docs/how-to/sweep.md",
-    "docs/how-to/time-series.md",
     "docs/reference/breeding.md",
     "docs/reference/built-in-parts.md",
     "docs/reference/learning-rules.md",
