@@ -37,7 +37,7 @@ STUDENTS_FOLDER: Final = "students"
 N_LESSONS: Final = 4
 LESSONS: Final = tuple(f"lesson-{number}" for number in range(1, N_LESSONS + 1))
 # The texts of the lecturer are outside the folder that students get.
-LECTURER_TEXTS: Final = ("index", "answers", "question-answers", "misconceptions")
+LECTURER_TEXTS: Final = ("index", "answers")
 STUDENT_TEXTS: Final = (*LESSONS, "questions")
 # The folder of the texts in a clone.
 CLONED_TEXTS: Final = Path(__file__).parents[2] / "docs" / "teaching"
