@@ -20,7 +20,7 @@ BYTECODE := $(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib
 APT := command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] && apt-get update -qq
 INSTALL := DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 
-.PHONY: help reproduce test docs dist nightly faults lint format lock docstrings oldest newest bench bench-scale cuda slurm \
+.PHONY: help reproduce test docs dist nightly faults lint format lock oldest newest bench bench-scale cuda slurm \
   browser firefox wasm bitcode clean
 
 help:
@@ -29,8 +29,7 @@ help:
 	@echo "make docs        build the documentation as a site (site/index.html) that needs no server"
 	@echo "make nightly     run the slow tests that make test skips"
 	@echo "make faults      run tests with killed processes, damaged files, odd inputs and floods of requests"
-	@echo "make lint        check style, docstrings, imports, types and JavaScript"
-	@echo "make docstrings  check the docstrings of public functions and classes"
+	@echo "make lint        check style, imports, types and JavaScript"
 	@echo "make format      format the code"
 	@echo "make bench       compare the speed with alternatives, and write docs/development/benchmarks.md"
 	@echo "make bench-scale  measure the cost of many runs, agents and workers, and compare it with an earlier commit"
@@ -72,14 +71,10 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/python -m scripts.docstrings
 	$(DENO) fmt --check --quiet
 	$(DENO) lint --quiet baldwinlab/lab/static
 	$(DENO) check --quiet baldwinlab/lab/static
 	$(BIN)/mypy
-
-docstrings: $(VENV)/.dev
-	$(BIN)/python -m scripts.docstrings $(WHERE)
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix .

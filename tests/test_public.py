@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import importlib
 import inspect
 import re
 import subprocess
@@ -12,10 +13,13 @@ import tomllib
 from collections.abc import Iterator
 from importlib.metadata import packages_distributions
 from pathlib import Path
+from pkgutil import iter_modules
 
 import pytest
+from numpydoc.validate import validate
 
 import baldwinlab
+from baldwinlab.analysis import theory
 
 PACKAGE = Path(baldwinlab.__file__).parent
 HEAVY = {
@@ -64,6 +68,54 @@ def public_docstrings() -> Iterator[tuple[str, str]]:
                 if not attribute.startswith("_"):
                     docstring = inspect.getdoc(getattr(value, attribute))
                     yield f"{name}.{attribute}", docstring or ""
+
+
+# Checks of numpydoc. The summary and the annotation can say what a parameter or a result is.
+DOCSTRING_CHECKS = {
+    *("GL06", "GL07", "GL08", "GL10", "SS01", "SS02", "SS03", "SS04", "SS05", "SS06"),
+    *("PR01", "PR02", "PR03", "PR05", "PR09", "PR10"),
+}
+PUBLIC_MODULES = (
+    "baldwinlab",
+    "baldwinlab.parts",
+    "baldwinlab.analysis.statistics",
+    "baldwinlab.analysis.estimands",
+    *(f"baldwinlab.analysis.theory.{module.name}" for module in iter_modules(theory.__path__)),
+)
+
+
+def public_paths(module_name: str) -> Iterator[str]:
+    """Yield the import paths of the public functions, classes and methods of a module.
+
+    The helpers for parts, for example `get(array, row, lane)`, need no sections.
+    """
+    module = importlib.import_module(module_name)
+    for name in getattr(module, "__all__", dir(module)):
+        value = getattr(module, name)
+        home = getattr(value, "__module__", "")
+        is_helper = home.startswith(("baldwinlab.engine.", "baldwinlab.models."))
+        is_own = home.startswith("baldwinlab.") and not is_helper
+        if is_own and not name.startswith("_") and inspect.isroutine(value):
+            yield f"{module_name}.{name}"
+        elif is_own and inspect.isclass(value):
+            yield f"{module_name}.{name}"
+            methods = (key for key, method in vars(value).items() if inspect.isroutine(method))
+            yield from (f"{module_name}.{name}.{key}" for key in methods if key[0] != "_")
+
+
+def list_docstring_errors(path: str) -> list[str]:
+    """Return what numpydoc reports about a docstring."""
+    result = validate(path)
+    # The fields of a class without `__init__` are attributes, not parameters.
+    is_function = result["type"] in ("function", "method")
+    checks = DOCSTRING_CHECKS if is_function else DOCSTRING_CHECKS - {"PR01"}
+    return [f"{path}: {code} {text}" for code, text in result["errors"] if code in checks]
+
+
+def test_docstrings_of_public_names_are_complete() -> None:
+    paths = [path for module in PUBLIC_MODULES for path in public_paths(module)]
+    assert {"baldwinlab.Study.compare", "baldwinlab.parts.Network.forward"} <= set(paths)
+    assert [error for path in paths for error in list_docstring_errors(path)] == []
 
 
 def test_docstrings_name_only_exceptions_that_the_package_exports() -> None:

@@ -58,10 +58,12 @@ def steady_mismatch(
     ----------
     speed : float
         Distance k that the optimum moves per generation.
-    learned_share, width, cost
+    learned_share, width : float
         Arguments of `selection_variance`.
     variance : float
         Genetic variance v at birth.
+    cost : float
+        Argument of `selection_variance`.
 
     Returns
     -------
