@@ -20,14 +20,15 @@ BYTECODE := $(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib
 APT := command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] && apt-get update -qq
 INSTALL := DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 
-.PHONY: help reproduce test docs dist nightly faults lint format lock oldest newest bench bench-scale cuda slurm \
+.PHONY: help reproduce test docs dist nightly slow faults lint format lock oldest newest bench bench-scale cuda slurm \
   browser firefox wasm bitcode clean
 
 help:
 	@echo "make reproduce   reproduce the paper: six conditions, assays, all variants, statistics, figures, report"
 	@echo "make test        run all tests"
 	@echo "make docs        build the documentation as a site (site/index.html) that needs no server"
-	@echo "make nightly     run the slow tests that make test skips"
+	@echo "make nightly     run oldest, newest, slow and faults, and print a table of times and results"
+	@echo "make slow        run the slow tests that make test skips"
 	@echo "make faults      run tests with killed processes, damaged files, odd inputs and floods of requests"
 	@echo "make lint        check style, imports, types and JavaScript"
 	@echo "make format      format the code"
@@ -57,11 +58,15 @@ docs: $(VENV)/.dev
 	$(BIN)/python -m scripts.documentation site $(VENV)/notebooks
 	@echo "open site/index.html"
 
+# At most 90 minutes on two cores.
+nightly:
+	@scripts/nightly.sh oldest newest slow faults
+
 # Property tests have random examples here, and the same examples each time in `make test`.
 SEED := $(shell date +%s)
-nightly: $(VENV)/.dev $(VENV)/.wasm $(VENV)/.bench $(VENV)/.validators $(VENV)/.rl-clients browser firefox oldest newest
+slow: $(VENV)/.dev $(VENV)/.wasm $(VENV)/.bench $(VENV)/.validators $(VENV)/.rl-clients browser firefox
 	$(BIN)/python -m pytest -n auto --dist loadfile -m "nightly or hypothesis" --hypothesis-seed=$(SEED) \
-	  || { echo "make nightly SEED=$(SEED) repeats the examples of the property tests"; exit 1; }
+	  || { echo "make slow SEED=$(SEED) repeats the examples of the property tests"; exit 1; }
 
 # About ten minutes.
 faults: $(VENV)/.dev
