@@ -32,8 +32,8 @@ help:
 	@echo "make faults      run tests with killed processes, damaged files, odd inputs and floods of requests"
 	@echo "make lint        check style, imports, types and JavaScript"
 	@echo "make format      format the code"
-	@echo "make bench       compare the speed with alternatives, and write docs/development/benchmarks.md"
-	@echo "make bench-scale  measure the cost of many runs, agents and workers, and compare it with an earlier commit"
+	@echo "make bench       compare the speed with alternatives, and measure the cost of larger worlds"
+	@echo "make bench-scale  measure the cost of many runs, agents and threads, and compare it with an earlier commit"
 	@echo "make cuda        install the requirements of the GPU backend"
 	@echo "make wasm        compile the engine for browsers again, after a change of compiled code"
 	@echo "make slurm       as root: set up Slurm with one node, and run a study on it"
@@ -172,9 +172,8 @@ dist: $(VENV)/.dev
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.compare
 	$(BIN)/python -m benchmarks.scaling
-	$(BIN)/python -m benchmarks.publish
 
-# The cost of many runs, agents and workers, compared with an earlier commit.
+# The cost of many runs, agents and threads, compared with an earlier commit.
 bench-scale: $(VENV)/.bench
 	$(BIN)/python -m benchmarks.scale
 

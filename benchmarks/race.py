@@ -11,7 +11,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -36,38 +36,24 @@ class Entry:
     setting: Setting
     genomes: Genomes = field(repr=False)
     cores: int = 1
-    environment: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass
 class Record:
-    """The measurements of an entry.
-
-    Attributes
-    ----------
-    agent_steps_of_call : int
-        Agent-steps of one call.
-    rates, cpu_rates : list of float
-        Agent-steps per second and per second of CPU time, one value per round.
-    first_seconds : float
-        Seconds from the start of the process to the first result.
-    peak_mib : float
-        Peak memory, in MiB.
-    eaten : float or None
-        Items eaten per agent, averaged over all calls.
-    not_measured : str
-        Why nothing was measured, or an empty string.
-    """
+    """The measurements of an entry."""
 
     contender: str
     scenario: str
     cores: int
     agent_steps_of_call: int = 0
+    # Agent-steps per second, one value per round.
     rates: list[float] = field(default_factory=list)
-    cpu_rates: list[float] = field(default_factory=list)
+    # From the start of the process to the first result.
     first_seconds: float = 0.0
     peak_mib: float = 0.0
+    # Items per agent, averaged over all calls.
     eaten: float | None = None
+    # Why nothing was measured.
     not_measured: str = ""
 
 
@@ -81,7 +67,6 @@ class Process:
         path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
         environment = {
             **os.environ,
-            **entry.environment,
             **ALLOCATOR,
             "PYTHONPATH": path,
             "JAX_PLATFORMS": "cpu",
@@ -139,10 +124,7 @@ class Process:
 
 
 def race(entries: Sequence[Entry], rounds: int) -> list[Record]:
-    """Measure entries in turns, and return one record per entry.
-
-    Without rounds, only the time to the first result and the memory are measured.
-    """
+    """Measure entries in turns, and return one record per entry."""
     with ExitStack() as running:
         started = [_start(entry, running) for entry in entries]
         eaten: list[list[float]] = [
@@ -153,7 +135,6 @@ def race(entries: Sequence[Entry], rounds: int) -> list[Record]:
                 if not record.not_measured:
                     answer = process.measure(MIN_MEASUREMENT_SECONDS)
                     record.rates.append(answer["agent_steps"] / answer["seconds"])
-                    record.cpu_rates.append(answer["agent_steps"] / answer["cpu_seconds"])
                     record.peak_mib = answer["peak_mib"]
                     meals += [answer["eaten"]] if answer["eaten"] is not None else []
     for (_, record), meals in zip(started, eaten, strict=True):
@@ -176,8 +157,3 @@ def _start(entry: Entry, running: ExitStack) -> tuple[Process, Record]:
     record.peak_mib = answer["peak_mib"]
     record.eaten = answer["eaten"]
     return process, record
-
-
-def cpu_ratios(ours: Record, theirs: Record) -> list[float]:
-    """Return the ratios of agent-steps per second of CPU time by round, of two one-core records."""
-    return [our / their for our, their in zip(ours.cpu_rates, theirs.cpu_rates, strict=True)]

@@ -1,12 +1,10 @@
 """Cost of a study against its size: `python -m benchmarks.scale [--out DIR] [--limit N]`.
 
 The command runs the same studies with this version and with an earlier commit, in turns: many tiny
-runs, many agents in a world, and several workers. The cost includes the storage, but not the
-compilation and the start. It is CPU time, which other processes on the machine change little. For
-several workers it is elapsed time.
-
-The command then measures large worlds of constant density (`benchmarks.scaling`) and Dask workers
-(`benchmarks.cluster`). It writes scale.json, scale.md, scale.png and scale.svg.
+runs, many agents in a world, and several threads, for the runs of a study or for one large world.
+The cost includes the storage, but not the compilation and the start. It is CPU time, which other
+processes on the machine change little. For threads it is elapsed time. It writes scale.json and
+scale.md.
 """
 
 from __future__ import annotations
@@ -26,12 +24,10 @@ from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
-from matplotlib import pyplot as plt
-
-from benchmarks import cluster, scaling
 from benchmarks.compare import OUTPUT_FOLDER
-from benchmarks.machine import ROOT, provenance
-from benchmarks.tables import save, table
+from benchmarks.machine import provenance
+from benchmarks.race import ROOT
+from benchmarks.tables import table
 
 EARLIER_COMMIT = "999bf75"
 N_ROUNDS = 3
@@ -44,6 +40,8 @@ MAX_SMALL_WORLD = 10_000
 MAX_EARLIER_RUNS = 10_000
 NOT_MEASURED = "not measured"
 THREADS = "threads"
+THREADS_OF_A_WORLD = "threads of one world"
+N_THREADS = (1, 2)
 
 
 class Seconds(NamedTuple):
@@ -98,8 +96,12 @@ def list_cases(limit: int) -> list[Case]:
             cases.append(
                 Case("agents", n_agents, steps=agent_steps // (2 * n_agents), agents=n_agents)
             )
+    cases += [Case(THREADS, count, steps=5000, runs=320, workers=count) for count in N_THREADS]
+    # A run uses the threads that have no other run.
+    n_agents = min(limit, 100_000)
+    steps = N_AGENT_STEPS_OF_LARGE_WORLDS // (2 * n_agents)
     return cases + [
-        Case(THREADS, n_workers, steps=5000, runs=320, workers=n_workers) for n_workers in (1, 2)
+        Case(THREADS_OF_A_WORLD, count, steps, n_agents, workers=count) for count in N_THREADS
     ]
 
 
@@ -124,7 +126,7 @@ def measure(case: Case, folder: Path) -> float | None:
     start, total = _run(SMALLEST_STUDY, folder), _run(case, folder)
     if start is None or total is None:
         return None
-    is_elapsed = case.quantity == THREADS
+    is_elapsed = case.quantity in (THREADS, THREADS_OF_A_WORLD)
     seconds = total.elapsed - start.elapsed if is_elapsed else total.cpu - start.cpu
     return seconds * 1e9 / case.agent_steps
 
@@ -184,37 +186,6 @@ def format_rows(rows: list[dict[str, Any]]) -> str:
     return table(header, cells) + "\n"
 
 
-def format_worlds(worlds: list[dict[str, float]]) -> str:
-    """Return a table of the medians of the rounds of each world and number of threads."""
-    names = list(worlds[0])
-    groups: dict[tuple[float, float], list[dict[str, float]]] = {}
-    for world in worlds:
-        groups.setdefault((world["agents"], world["threads"]), []).append(world)
-    cells = [
-        [f"{median(world[name] for world in group):,.4g}" for name in names]
-        for group in groups.values()
-    ]
-    return table(names, cells) + "\n"
-
-
-def draw(rows: list[dict[str, Any]], out: Path) -> None:
-    quantities = list(dict.fromkeys(row["quantity"] for row in rows))
-    figure, axes = plt.subplots(1, len(quantities), figsize=(11, 3), layout="constrained")
-    for axis, quantity in zip(axes, quantities, strict=True):
-        for version, color in (("now", "#0072B2"), ("earlier", "#999999")):
-            points = [
-                (row["size"], median(row[version]))
-                for row in rows
-                if row["quantity"] == quantity and row[version]
-            ]
-            if points:
-                axis.plot(*zip(*points, strict=True), "o-", color=color, label=version)
-        axis.set(xlabel=quantity, ylabel="ns per agent-step", xscale="log", yscale="log")
-        axis.spines[["top", "right"]].set_visible(False)
-    axes[0].legend(frameon=False)
-    save(figure, out / "scale")
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--out", type=Path, default=OUTPUT_FOLDER)
@@ -222,15 +193,10 @@ def main() -> None:
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     rows = measure_cases(list_cases(given.limit))
-    sizes = [size for size in scaling.WORLD_SIZES if size <= given.limit]
-    worlds = scaling.measure_large_worlds(sizes)
-    executors = cluster.measure_workers()
-    tables = format_rows(rows), format_worlds(worlds), cluster.worker_table(executors)
-    text = "\n".join(tables) + "\n"
-    results = {"machine": provenance(), "rows": rows, "worlds": worlds, "workers": executors}
+    text = format_rows(rows)
+    results = {"machine": provenance(), "rows": rows}
     (given.out / "scale.json").write_text(json.dumps(results, indent=1) + "\n", "utf-8")
     (given.out / "scale.md").write_text(text, "utf-8")
-    draw(rows, given.out)
     print(text)
 
 

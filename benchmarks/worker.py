@@ -1,8 +1,8 @@
 """The process of one contender: `python -m benchmarks.worker NAME`, started by `benchmarks.race`.
 
 The first line of standard input is the task as JSON. Each further line requests a measurement, and
-the worker writes a line of JSON: wall time, CPU time and agent-steps of a number of calls, and the
-peak memory. The calls are repeated until at least `fill` seconds have passed.
+the worker writes a line of JSON: wall time and agent-steps of a number of calls, and the peak
+memory. The calls are repeated until at least `fill` seconds have passed.
 """
 
 from __future__ import annotations
@@ -33,16 +33,13 @@ def main() -> None:
         min_seconds = json.loads(line)["fill"]
         calls = 0
         start_time = time.perf_counter()
-        cpu_start_time = time.process_time()
         while not calls or time.perf_counter() - start_time < min_seconds:
             eaten = simulate(seed)
             calls += 1
             seed += 1
         seconds = time.perf_counter() - start_time
-        cpu_seconds = time.process_time() - cpu_start_time
         measurement = {
             "seconds": seconds,
-            "cpu_seconds": cpu_seconds,
             "calls": calls,
             "agent_steps": calls * contender.agent_steps(setting),
         }

@@ -7,12 +7,19 @@ The argument is the study of `make reproduce`. Its folder must also contain the 
 from __future__ import annotations
 
 import argparse
+import shutil
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-from playwright.sync_api import Browser, Page, expect
+import uvicorn
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-from benchmarks.lab import chromium, serving
+from baldwinlab.lab.access import Access
+from baldwinlab.lab.server import make_app
 
 PICTURES: Final = Path(__file__).parents[1] / "docs" / "pictures"
 LIFE: Final = "condition=evo%2Bself-taught/B&generation=99&step=3200"
@@ -59,6 +66,35 @@ def capture_papers(folder: Path) -> None:
         page = open_page(browser, f"{address}#/world?{CELLS}", DESK)
         expect(page.locator("[data-ready]")).to_have_count(1)
         save_picture(page, "cells")
+
+
+@contextmanager
+def serving(root: Path) -> Iterator[str]:
+    """Serve the studies of a folder, and yield the address with the token."""
+    access = Access()
+    app = make_app(root, access)
+    server = uvicorn.Server(uvicorn.Config(app, host="127.0.0.1", port=0, log_level="error"))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    try:
+        while not server.started:
+            time.sleep(0.01)
+        port = server.servers[0].sockets[0].getsockname()[1]
+        yield f"http://127.0.0.1:{port}/?token={access.token}"
+    finally:
+        server.should_exit = True
+        thread.join()
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """Start a browser that `make browser` installs."""
+    names = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
+    path = next(filter(None, map(shutil.which, names)), None)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield browser
+        browser.close()
 
 
 def open_page(browser: Browser, address: str, window: tuple[int, int]) -> Page:

@@ -15,7 +15,6 @@ from baldwinlab.core.variables import TRACE_VARIABLES, make_dataset
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers.presets import load
-from benchmarks.regression import describe_loss
 from benchmarks.setting import from_dict, from_experiment
 from tests.models.miniworld.test_transitions import Comparison, start_in_food
 from tests.worlds import make_small_experiment
@@ -96,12 +95,3 @@ def test_a_setting_can_be_restored_and_refuses_other_models() -> None:
     )
     with pytest.raises(ValueError, match="standard variant"):
         from_experiment(load("evo/A", "sequential"))
-
-
-def test_a_ratio_that_fell_by_more_than_15_percent_is_reported() -> None:
-    recorded = {"ratios": {"evo/A": 10.0, "evo/B": 20.0}}
-    assert describe_loss({"evo/A": 8.6, "evo/B": 25.0}, recorded) is None
-    assert describe_loss({"evo/A": 8.4, "evo/B": 25.0}, recorded) == (
-        "baldwinlab has become slower by more than 15% in evo/A "
-        "(8.4 times NumPy's speed, recorded were 10)."
-    )

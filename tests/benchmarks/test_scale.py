@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.scale import NOT_MEASURED, format_rows, format_worlds, list_cases
+from benchmarks.scale import NOT_MEASURED, format_rows, list_cases
 
 
 def test_the_limit_applies_to_runs_and_agents() -> None:
@@ -13,6 +13,8 @@ def test_the_limit_applies_to_runs_and_agents() -> None:
         ("agents", 1000),
         ("threads", 1),
         ("threads", 2),
+        ("threads of one world", 1),
+        ("threads of one world", 2),
     ]
     # 100 runs of 2 generations of 20 steps with 4 agents.
     assert cases[0].agent_steps == 16_000
@@ -28,19 +30,3 @@ def test_the_ratio_of_speeds_is_that_of_the_medians() -> None:
     lines = format_rows(rows).splitlines()
     assert lines[2] == "| runs | 100 | 2 | 7 | 3.50 |"
     assert lines[3] == f"| runs | 100,000 | 2 | {NOT_MEASURED} | {NOT_MEASURED} |"
-
-
-def test_the_rounds_of_a_world_are_one_row() -> None:
-    worlds = [
-        {"agents": agents, "threads": threads, "run_ns": 10.0 * threads + extra}
-        for agents in (20, 1000)
-        for extra in (0.0, 1.0, 5.0)
-        for threads in (1, 2)
-    ]
-    lines = format_worlds(worlds).splitlines()
-    assert lines[2:] == [
-        "| 20 | 1 | 11 |",
-        "| 20 | 2 | 21 |",
-        "| 1,000 | 1 | 11 |",
-        "| 1,000 | 2 | 21 |",
-    ]
