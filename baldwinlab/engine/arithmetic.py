@@ -18,8 +18,8 @@ from baldwinlab.engine.simd import Value, clamp, square_root
 Coefficients = tuple[float, ...]
 """Coefficients of a polynomial, from the highest power."""
 
-# sigmoid(z) = 1/2 + z P(z^2) / Q(z^2) on |z| <= SIGMOID_LIMIT, a minimax fit made by
-# scripts/fit_sigmoid.py: within 2.4e-7 everywhere. The constant term of Q is 1.
+# sigmoid(z) = 1/2 + z P(z^2) / Q(z^2) on |z| <= SIGMOID_LIMIT, a minimax fit by
+# iteratively reweighted least squares: within 2.4e-7 everywhere. The constant term of Q is 1.
 SIGMOID_LIMIT = np.float32(15.5)
 P0 = np.float32(0.25)
 P1 = np.float32(0.008408601395785809)
