@@ -52,15 +52,6 @@ def make_small_study(
     return study
 
 
-def rewrite_in_format_1(directory: Path, conditions: list[str], seed: int = 5) -> Path:
-    """Rewrite a study in format 1, which has no kind, factors and seals."""
-    names = ", ".join(f'"{name}"' for name in conditions)
-    (directory / "study.toml").write_text(f"format = 1\nseed = {seed}\nconditions = [{names}]\n")
-    for path in directory.glob("runs/**/experiment.toml"):
-        path.write_text(path.read_text().split("# SHA-256")[0])
-    return directory
-
-
 def read_records(directory: Path) -> dict[str, bytes]:
     """Return the records of a study, by their relative paths."""
     return {

@@ -12,8 +12,7 @@ Every file is written under a temporary name and then renamed. A reader therefor
 partial file, several workers can write to one study, and an interrupted study lacks only its
 unfinished runs. `study.toml` is written last and never overwritten. If several processes create
 different studies in one directory, one of them succeeds. The directory can be in an object store or
-at any other URL of fsspec (`files.parse_location`). This version reads format 1, which has no kind
-and no factors, and format 2, which has no checksum lines.
+at any other URL of fsspec (`files.parse_location`).
 """
 
 from __future__ import annotations
@@ -72,6 +71,7 @@ from baldwinlab.studies.study_file import (
     read_first_run,
     read_text_of_study,
     require_checksum,
+    require_format,
     require_valid_contents,
 )
 
@@ -94,8 +94,6 @@ class StudyStore:
         Conditions, sweep or multiverse.
     factors : dict
         Factors of each condition.
-    format : int
-        Format of `study.toml`.
     parts : tuple of PartRecord
         Third-party parts of the study.
     paper : str
@@ -116,12 +114,12 @@ class StudyStore:
         try:
             text = read_text_of_study(path, STUDY_FILE)
             content = parse_toml(text)
+            require_format(content)
             self.seed: int = content["seed"]
             names: list[str] = content["conditions"]
             require_valid_contents(self.seed, names)
-            self.kind, self.factors = kind_and_factors(content, directory)
-            self.format: int = content["format"]
-            require_checksum(text, self.format)
+            self.kind, self.factors = kind_and_factors(content)
+            require_checksum(text)
             self.parts = part_sources.read_part_records(content)
             self.paper: str = content.get("paper", "")
             self.changes = read_changes(content)
@@ -136,7 +134,7 @@ class StudyStore:
         path = self.directory / "runs" / condition / "experiment.toml"
         try:
             text = read_text_of_study(path, EXPERIMENT_FILE)
-            require_checksum(text, self.format)
+            require_checksum(text)
             experiment = from_toml(text, source=str(path), lenient=True)
             if experiment.name != condition:
                 raise ValueError(f"it belongs to the condition {experiment.name}")

@@ -13,34 +13,32 @@ from baldwinlab.core.files import FileKind, is_local, read_text
 from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.core.patterns import CONDITION_NAME
 from baldwinlab.experiment.factors import STUDY_KINDS, SWEEP, Factors, StudyKind
-from baldwinlab.studies import format_1, part_sources
+from baldwinlab.studies import part_sources
 
 if TYPE_CHECKING:
     from baldwinlab.parts.loading import Source
 
 STUDY_FORMAT = 3
-FIRST_FORMAT_WITH_CHECKSUM = 3
 _CHECKSUM_PREFIX = "# SHA-256 of the lines above, as they were when the study was made: "
 
 
-def kind_and_factors(
-    content: Mapping[str, Any], directory: Path
-) -> tuple[StudyKind, dict[str, Factors]]:
+def require_format(content: Mapping[str, Any]) -> None:
+    """Raise ValueError if `study.toml` has another format than that of this version."""
+    study_format = content.get("format")
+    if study_format != STUDY_FORMAT:
+        raise ValueError(
+            f"it has format {study_format!r}, and this version reads only format {STUDY_FORMAT}; "
+            "open it with the version that wrote it, or create the study again in another directory"
+        )
+
+
+def kind_and_factors(content: Mapping[str, Any]) -> tuple[StudyKind, dict[str, Factors]]:
     """Return the kind and the factors in the content of `study.toml`.
 
     Raises KeyError or ValueError for invalid content.
     """
-    match content.get("format"):
-        case 1:
-            return format_1.kind_and_factors(directory, content["conditions"])
-        case 2 | 3:
-            kind = content["kind"]
-            tables = {name: _rename_factors(table) for name, table in content["factors"].items()}
-        case unknown_format:
-            raise ValueError(
-                f"it has format {unknown_format}, "
-                f"and this version reads formats 1 to {STUDY_FORMAT}"
-            )
+    kind = content["kind"]
+    tables = content["factors"]
     if kind not in STUDY_KINDS:
         raise ValueError(f"kind = {kind!r} must be one of {', '.join(STUDY_KINDS)}")
     for name in tables:
@@ -52,22 +50,15 @@ def kind_and_factors(
     return kind, {name: Factors(**tables.get(name, {})) for name in content["conditions"]}
 
 
-def _rename_factors(table: Mapping[str, str]) -> dict[str, str]:
-    """Return the factors of a condition with current names; `variant` was `reading`."""
-    return {("variant" if name == "reading" else name): value for name, value in table.items()}
-
-
 def add_checksum(text: str) -> str:
     """Append a line with the SHA-256 of the text."""
     return f"{text}{_CHECKSUM_PREFIX}{hashlib.sha256(text.encode()).hexdigest()}\n"
 
 
-def require_checksum(text: str, study_format: int) -> None:
-    """Raise ValueError if a text differs from its checksum. Formats 1 and 2 may have none."""
-    text_above, prefix, digest = text.rpartition(_CHECKSUM_PREFIX)
-    needs_checksum = bool(prefix) or study_format >= FIRST_FORMAT_WITH_CHECKSUM
-    is_changed = hashlib.sha256(text_above.encode()).hexdigest() != digest.strip()
-    if needs_checksum and is_changed:
+def require_checksum(text: str) -> None:
+    """Raise ValueError if a text differs from its checksum, or has none."""
+    text_above, _, digest = text.rpartition(_CHECKSUM_PREFIX)
+    if hashlib.sha256(text_above.encode()).hexdigest() != digest.strip():
         raise ValueError(
             "it has been changed since the study was created, so it does not describe its runs; "
             "undo the change"

@@ -16,22 +16,9 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import (
-    ignore_message,
-    make_small_study,
-    rewrite_in_format_1,
-    shorten_preset,
-)
+from tests.small_studies import ignore_message, make_small_study, shorten_preset
 
 PAPER_CONDITIONS = ["evo/A", "evo+self-taught/A", "evo/B"]
-
-
-def make_older_study(directory: Path, names: list[str]) -> StudyStore:
-    """Create a study in format 1, which has no kind and no factors."""
-    study = make_small_study(
-        directory, [shorten_preset().replace(name=name) for name in names], runs=1
-    )
-    return StudyStore(rewrite_in_format_1(study.directory, names))
 
 
 def test_factors_are_stored_and_opened_as_coordinates(tmp_path: Path) -> None:
@@ -82,7 +69,6 @@ def test_names_with_special_characters_are_stored(tmp_path: Path) -> None:
             'moon = "full"',
             "factors.mine: there is no factor 'moon'; there are learner, map, variant",
         ),
-        ("format = 3", "format = 4", "it has format 4, and this version reads formats 1 to 3"),
     ],
 )
 def test_invalid_factors_are_refused_in_one_sentence(
@@ -95,21 +81,11 @@ def test_invalid_factors_are_refused_in_one_sentence(
         StudyStore(tmp_path)
 
 
-def test_the_factor_variant_is_read_under_its_old_name_reading(tmp_path: Path) -> None:
-    factors = {"rank/evo/A": Factors("evo", "A", "rank")}
-    create_study(tmp_path, [load("evo/A").replace(name="rank/evo/A")], 1, factors=factors)
-    path = tmp_path / "study.toml"
-    text = path.read_text().partition("# SHA-256")[0]
-    assert 'variant = "rank"' in text
-    path.write_text(text.replace("variant =", "reading =").replace("format = 3", "format = 2"))
-    assert StudyStore(tmp_path).factors == factors
-
-
 @pytest.mark.nightly
-def test_the_report_of_an_older_study_has_maps_and_learners(
-    tmp_path: Path,
-) -> None:
-    study = make_older_study(tmp_path, [*PAPER_CONDITIONS, "mine/A"])
+def test_the_report_of_a_study_has_maps_and_learners(tmp_path: Path) -> None:
+    names = [*PAPER_CONDITIONS, "mine/A"]
+    experiments = [shorten_preset().replace(name=name) for name in names]
+    study = make_small_study(tmp_path, experiments, runs=1)
     assert study.kind == "conditions"
     assert study.factors["evo+self-taught/A"] == Factors("evo+self-taught", "A")
     # This condition is not a preset of the paper.
@@ -122,22 +98,7 @@ def test_the_report_of_an_older_study_has_maps_and_learners(
     assert "<!-- mine/A -->" in picture
 
 
-def test_an_older_multiverse_is_recognized(tmp_path: Path) -> None:
-    study = make_older_study(tmp_path, ["standard/evo/A", "contact-5+rank/evo+self-taught/B"])
-    assert study.kind == "multiverse"
-    assert study.factors["contact-5+rank/evo+self-taught/B"] == Factors(
-        "evo+self-taught", "B", "contact-5+rank"
-    )
-
-
-def test_an_older_sweep_is_recognized(tmp_path: Path) -> None:
-    make_older_study(tmp_path, ["point-0000"])
-    (tmp_path / "sweep.toml").touch()
-    assert StudyStore(tmp_path).kind == "sweep"
-
-
 def test_custom_conditions_with_names_of_variants_are_not_a_multiverse(tmp_path: Path) -> None:
-    assert make_older_study(tmp_path / "older", ["rank/A", "biases/A"]).kind == "conditions"
     study = create_study(
         tmp_path / "new",
         [load("evo/A").replace(name=name) for name in ("rank/evo/A", "standard/evo/A")],

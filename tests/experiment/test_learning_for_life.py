@@ -12,22 +12,12 @@ import pytest
 
 from baldwinlab import sweep
 from baldwinlab.experiment import Experiment, assign, validate
-from baldwinlab.experiment.toml import from_toml, to_toml
+from baldwinlab.experiment.toml import to_toml
 from baldwinlab.papers.presets import load
-from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.sweeps.design import expand_sweep, open_sweep
 from baldwinlab.studies.sweeps.file import read_sweep
-from tests.small_studies import rewrite_in_format_1
 
 OLD_NUMBER = 100_000_000
-
-
-def old_toml(experiment: Experiment) -> str:
-    """Return the TOML text of a version that stored learning for life as a number."""
-    lines = to_toml(experiment).splitlines()
-    return "\n".join(
-        f"steps = {OLD_NUMBER}" if line.startswith("# steps is not set") else line for line in lines
-    )
 
 
 def test_learning_for_life_is_an_unset_field_in_toml() -> None:
@@ -53,18 +43,6 @@ def test_an_agent_learns_at_most_for_its_lifetime(
 ) -> None:
     experiment = Experiment().replace(learning={"steps": learning_steps}, lifetime={"steps": 300})
     assert experiment.learning_steps == expected
-
-
-def test_an_old_study_with_the_number_can_be_resumed(tmp_path: Path) -> None:
-    experiment = load("evo+self-taught/A")
-    study = create_study(tmp_path / "study", [experiment], seed=1)
-    directory = rewrite_in_format_1(study.directory, [experiment.name], seed=1)
-    stored = directory / "runs" / experiment.name / "experiment.toml"
-    stored.write_text(old_toml(experiment))
-    assert f"steps = {OLD_NUMBER}" in stored.read_text()
-    resumed = create_study(tmp_path / "study", [experiment], seed=1)
-    assert resumed.experiments[experiment.name] == experiment
-    assert from_toml(stored.read_text(), source="there") == experiment
 
 
 def test_a_sweep_uses_the_old_number_for_learning_for_life(tmp_path: Path) -> None:

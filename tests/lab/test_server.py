@@ -176,7 +176,7 @@ def test_a_condition_name_that_is_a_path_out_of_the_folder_is_rejected(
     (restricted_root / "invalid" / "runs").mkdir(parents=True)
     name = "../../../outside/runs/evo/A"
     (restricted_root / "invalid" / "study.toml").write_text(
-        f'format = 1\nseed = 5\nconditions = ["{name}"]'
+        f'format = 3\nseed = 5\nconditions = ["{name}"]'
     )
     with run_server(restricted_root) as server:
         query = {"study": "invalid", "condition": name, "run": 0, "generation": 0}

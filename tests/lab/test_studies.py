@@ -83,9 +83,9 @@ def test_the_study_of_a_paper_has_the_question_of_its_card(tmp_path: Path) -> No
 def test_an_unreadable_study_is_listed_with_the_reason(tmp_path: Path) -> None:
     create_study(tmp_path / "sound", [shorten_preset()], 1)
     (tmp_path / "torn").mkdir()
-    (tmp_path / "torn" / "study.toml").write_text("format = 1\nseed")
+    (tmp_path / "torn" / "study.toml").write_text("format = 3\nseed")
     (tmp_path / "odd").mkdir()
-    (tmp_path / "odd" / "study.toml").write_text("format = 1\nseed = 1\nconditions = 3")
+    (tmp_path / "odd" / "study.toml").write_text("format = 3\nseed = 1\nconditions = 3")
     create_study(tmp_path / "lacking", [shorten_preset()], 1)
     shutil.rmtree(tmp_path / "lacking" / "runs")
     with run_server(tmp_path) as server:

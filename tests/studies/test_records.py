@@ -23,12 +23,12 @@ from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import DamagedRecordError, StudyError, encode_record, write_record
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study_file import add_checksum
 from tests.small_studies import (
     ignore_message,
     ignore_progress,
     make_small_study,
     read_records,
-    rewrite_in_format_1,
     shorten_preset,
 )
 
@@ -173,12 +173,13 @@ def test_an_edited_experiment_is_reported_when_the_study_is_opened(tmp_path: Pat
         StudyStore(study.directory)
 
 
-def test_an_edited_experiment_of_an_older_study_is_reported_when_records_are_read(
+def test_an_edited_experiment_with_a_new_checksum_is_reported_when_records_are_read(
     tmp_path: Path,
 ) -> None:
     study = make_small_study(tmp_path)
-    path = rewrite_in_format_1(tmp_path, list(study.experiments)) / "runs/evo/A/experiment.toml"
-    path.write_text(path.read_text().replace("rate = 0.01", "rate = 0.02"))
+    path = tmp_path / "runs/evo/A/experiment.toml"
+    text = path.read_text().partition("# SHA-256")[0]
+    path.write_text(add_checksum(text.replace("rate = 0.01", "rate = 0.02")))
     with pytest.raises(
         DamagedRecordError,
         match="the experiment that it was made with is not that of evo/A in this study",

@@ -15,7 +15,8 @@ from baldwinlab.papers.presets import load
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import rewrite_in_format_1, shorten_preset
+from baldwinlab.studies.study_file import add_checksum
+from tests.small_studies import shorten_preset
 
 
 def test_the_same_study_is_opened_and_a_different_study_is_refused(tmp_path: Path) -> None:
@@ -77,15 +78,22 @@ def test_conditions_are_folders_on_every_system(
     [
         (None, "holds no study"),
         ("seed = ", "cannot be read"),
-        ("seed = 1", "cannot be read"),
-        ("format = 9\nseed = 1\nconditions = []", "format 9"),
-        ('format = 2\nseed = "0"\nconditions = []', "seed = '0' must be a whole number"),
-        ("format = 2\nseed = 1\nconditions = 5", "conditions = 5 must be a list of names"),
+        ("format = 3\nseed = 1", "cannot be read"),
+        *(
+            (
+                text,
+                rf"study\.toml cannot be read: it has format {number}, and this version reads only "
+                "format 3; open it with the version that wrote it, or create the study again",
+            )
+            for text, number in [("", "None"), ("format = 2", 2), ("format = 9", 9)]
+        ),
+        ('format = 3\nseed = "0"\nconditions = []', "seed = '0' must be a whole number"),
+        ("format = 3\nseed = 1\nconditions = 5", "conditions = 5 must be a list of names"),
         (
-            'format = 2\nseed = 1\nconditions = ["../../etc"]',
+            'format = 3\nseed = 1\nconditions = ["../../etc"]',
             "'../../etc' is no name of a condition",
         ),
-        ('format = 2\nseed = 1\nconditions = ["/etc"]', "'/etc' is no name of a condition"),
+        ('format = 3\nseed = 1\nconditions = ["/etc"]', "'/etc' is no name of a condition"),
         (f"seed = {'[' * 5000}{']' * 5000}", "cannot be read"),
     ],
 )
@@ -100,9 +108,8 @@ def test_a_directory_that_is_not_a_study_is_refused_with_the_reason(
 
 def test_an_invalid_experiment_of_a_study_is_named(tmp_path: Path) -> None:
     create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
-    (rewrite_in_format_1(tmp_path, ["evo/A"]) / "runs/evo/A/experiment.toml").write_text(
-        "nonsense = 1"
-    )
+    path = tmp_path / "runs/evo/A/experiment.toml"
+    path.write_text(add_checksum("nonsense = 1\n"))
     with pytest.raises(
         StudyError, match=r"experiment\.toml cannot be read: .*nonsense: there is no such field"
     ):
