@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Annotated, Final, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from baldwinlab.experiment.fields import Fields, refuse_fields
 from baldwinlab.experiment.registry import PartChoice
@@ -243,12 +243,6 @@ class Learning(Fields):
             "Cost per unit of distance between the weights at birth and at death, in energy."
         ),
     )
-
-    @field_validator("steps")
-    @classmethod
-    def _read_longest_lifetime_as_none(cls, steps: int | None) -> int | None:
-        """Read the steps of the longest lifetime, which older files contain, as None."""
-        return None if steps == MAX_LIFETIME_STEPS else steps
 
 
 class Lifetime(Fields):
