@@ -25,11 +25,6 @@ from baldwinlab.core.errors import PartError
 from baldwinlab.core.files import DATA_FILE, make_absolute, parse_location, read_bytes
 from baldwinlab.experiment.fields import Fields
 
-FORMER_FOLDER: Final = "founders"
-"""Folder of a study with the genome files of earlier versions.
-
-They have a path relative to the working directory of the command that made the study.
-"""
 _PATHS: Final[dict[str, Path]] = {}
 """Absolute path of each known content, by its SHA-256. A content is verified when it is read."""
 _CONTENTS: Final[dict[str, bytes]] = {}
@@ -151,10 +146,9 @@ def find_files(tree: Any, folders: Iterable[Path]) -> None:
     folders = list(folders)
     for _, table in iterate_file_tables(tree):
         given_path = PurePath(table["path"])
-        names = [f"{FORMER_FOLDER}/{given_path.name}"]
-        if not given_path.is_absolute():
-            names.insert(0, str(given_path))
-        candidates = (folder / name for folder in folders for name in names)
+        if given_path.is_absolute():
+            continue
+        candidates = (folder / given_path for folder in folders)
         path = next((path for path in candidates if path.exists()), None)
         if path is not None:
             remember_path(table["sha256"], path)

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.freezer import add_founders, encode_population, parse_population
+from baldwinlab.api.freezer import encode_population, parse_population
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError
 from baldwinlab.evolution import genome_file
 from baldwinlab.evolution.genome_file import decode_genomes
-from baldwinlab.experiment import Experiment
-from baldwinlab.experiment.file import hold_contents
-from baldwinlab.experiment.toml import from_toml, to_toml
-from baldwinlab.studies.creation import create_study
+from baldwinlab.experiment.toml import from_toml
 from baldwinlab.studies.store import StudyStore
-from baldwinlab.studies.study_file import add_checksum
 from tests.commands import Command
 from tests.small_studies import make_small_study, read_records, shorten_preset
 
@@ -213,29 +208,6 @@ def test_genome_files_of_one_name_are_both_kept(source: StudyStore, tmp_path: Pa
     paths = [str(tmp_path / folder / "genomes.npy") for folder in ("first", "second")]
     study = bl.run("evo/B", runs=1, out=tmp_path / "new", set=SETTINGS, founders=paths)
     assert len([*study.directory.glob("inputs/genomes-*.npy")]) == 2
-
-
-def test_a_study_of_an_earlier_version_finds_its_founders(
-    source: StudyStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Earlier versions stored a path relative to the working directory of the command."""
-    monkeypatch.chdir(tmp_path)
-    experiment = bl.load("evo/B").replace(evolution={"generations": 2}, lifetime={"steps": 100})
-    experiments, contents = add_founders([experiment], [f"{source.directory}:evo/A@2"], runs=1)
-    with hold_contents(contents):
-        create_study(Path("new"), cast(list[Experiment], experiments), seed=0)
-    (copy,) = Path("new/inputs").iterdir()
-    Path("new/inputs").rename("new/founders")
-    file = Path("new/runs/evo/B/experiment.toml")
-    text = to_toml(StudyStore(Path("new")).experiment("evo/B"))
-    assert f"inputs/{copy.name}" in text
-    text = add_checksum(text.replace("inputs/", "elsewhere/new/founders/"))
-    file.write_text(text, encoding="utf-8")
-    forget_files(monkeypatch)
-    study = bl.open_study("new")
-    study.extend(runs=1)
-    population = bl.open_study(source.directory).genomes(0, 2, condition="evo/A").values
-    np.testing.assert_array_equal(study.genomes(0, 0).values, population)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
