@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from baldwinlab import papers
 from baldwinlab.api.load import load_installed_parts
@@ -19,9 +19,6 @@ from baldwinlab.core import console
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.output_paths import REPORT_MARK, require_writable
 from baldwinlab.papers.design import read_design
-
-ALL_PAPERS: Final = "all"
-"""The argument of `baldwinlab reproduce` for every paper."""
 
 
 @check_numbers

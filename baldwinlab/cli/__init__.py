@@ -36,7 +36,6 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
         "assay": Command("cli.assay", "assay", "DIRECTORY"),
         "report": Command("cli.report", "report", "DIRECTORY"),
         "status": Command("cli.status", "status", "DIRECTORY"),
-        "gallery": Command("cli.gallery", "gallery", "[FOLDER]"),
     },
     "Look": {
         "lab": Command("cli.lab", "lab", "[DIRECTORY]"),

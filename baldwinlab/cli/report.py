@@ -1,4 +1,4 @@
-"""The command `report`: write the report of a study, or evaluate claims about it."""
+"""The command `report`: write the report of a study or of papers, or evaluate claims."""
 
 from __future__ import annotations
 
@@ -10,10 +10,13 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from baldwinlab.api.claims import evaluate_claims
+from baldwinlab.api.gallery import compare_papers
+from baldwinlab.api.publish.gallery_entries import holds_studies
 from baldwinlab.api.report import report as write_report
 from baldwinlab.cli.options import (
     FLAG,
     HIDE_DEFAULT,
+    LOCATION,
     OVERWRITE_FORCE,
     RESOURCE_FORCE,
     Baseline,
@@ -23,7 +26,7 @@ from baldwinlab.cli.options import (
     Parts,
     load_parts,
 )
-from baldwinlab.cli.results import print_results
+from baldwinlab.cli.results import print_gallery, print_results
 from baldwinlab.core import console
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.file_writing import write_atomically
@@ -34,7 +37,9 @@ from baldwinlab.studies.store import StudyStore
 
 
 def report(
-    directory: Directory,
+    directory: Annotated[
+        Directory, Parameter(help=f"{LOCATION} Or a folder of studies, whose papers are compared.")
+    ],
     /,
     *,
     claims: Annotated[
@@ -49,8 +54,8 @@ def report(
     out: Annotated[
         Path | None,
         Parameter(
-            help="HTML file. Default: report.html in the study's directory. With --claims, JSON "
-            "file for the verdicts. Default: no file."
+            help="HTML file. Default: report.html in the study's directory, or gallery.html in a "
+            "folder of studies. With --claims, JSON file for the verdicts. Default: no file."
         ),
     ] = None,
     last_generations: LastGenerations = 10,
@@ -71,16 +76,25 @@ def report(
     draws a replayed life. With --claims, the verdicts on the claims are printed, and nothing is
     written unless --out is given.
 
+    If DIRECTORY is a folder of studies, its page compares their papers with one table and figure.
+    It decides the same questions for every condition that evolves and learns.
+
     For example:
 
         baldwinlab report results/evo-A-evo+self-taught-A
+        baldwinlab report results
         baldwinlab report results/paper --claims my-claims.toml
     """
     load_parts(part)
     require_whole_number("last", last_generations)
+    if holds_studies(directory):
+        options = {"--claims": claims is not None, "--baseline": baseline, "--paper": paper}
+        _require_unused(options, f"{directory}, a folder of studies")
+        _report_papers(directory, last_generations, out, force=force, json=json)
+        return
     study = StudyStore(directory)
     if claims is not None:
-        _require_no_report_option({"--baseline": baseline, "--paper": paper})
+        _require_unused({"--baseline": baseline, "--paper": paper}, "--claims")
         source = claims[0] if claims else ""
         _report_claims(study, source, last_generations, out, force=force, json=json)
         return
@@ -99,11 +113,20 @@ def report(
         print_results(study, last_generations, baseline)
 
 
-def _require_no_report_option(values: Mapping[str, str]) -> None:
-    """Raise RefusedError for an option that only a report has. `values` are by option."""
+def _require_unused(values: Mapping[str, object], context: str) -> None:
+    """Raise RefusedError for an option that does not apply. `values` are by option."""
     for option, value in values.items():
         if value:
-            raise RefusedError(f"{option} {value} does not apply with --claims. Remove the option.")
+            raise RefusedError(f"{option} does not apply to {context}. Remove the option.")
+
+
+def _report_papers(folder: Path, last: int, out: Path | None, *, force: bool, json: bool) -> None:
+    """Write the page that compares the papers in a folder."""
+    if json:
+        console.reserve_stdout()
+    page = compare_papers(folder, out, last=last, force=force)
+    if json:
+        print_gallery(folder, page)
 
 
 def _report_claims(

@@ -9,10 +9,11 @@ from cyclopts import Parameter
 
 from baldwinlab.api.atlas import reproduce_atlas
 from baldwinlab.api.atlas.reproduce import default_folder
-from baldwinlab.api.gallery import ALL_PAPERS, reproduce_all
+from baldwinlab.api.gallery import reproduce_all
 from baldwinlab.api.reproduce import Reproduction, format_length_assignments, run_reproduction
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.cli.options import (
+    FLAG,
     LOCATION,
     Assignments,
     Backend,
@@ -42,12 +43,14 @@ def reproduce(
     paper: Annotated[
         str,
         Parameter(
-            help="A paper, see `baldwinlab list papers`; the folder of a custom paper; all; "
-            "or atlas."
+            help="A paper, see `baldwinlab list papers`; the folder of a custom paper; or atlas."
         ),
     ] = DEFAULT_PAPER,
     /,
     *,
+    all_papers: Annotated[
+        bool, FLAG, Parameter(name="--all", help="Reproduce all papers, and compare them.")
+    ] = False,
     part: Parts = None,
     runs: Annotated[
         OptionalInteger,
@@ -68,8 +71,8 @@ def reproduce(
     out: Annotated[
         Out,
         Parameter(
-            help=f"{LOCATION} With `all`, the folder of the studies. Default: results/PAPER "
-            "(results/paper for le-2019), with the changed options in its name."
+            help=f"{LOCATION} With --all, the folder of the studies. Default: results/PAPER "
+            "(results/paper for le-2019), with the changed options in its name; results with --all."
         ),
     ] = None,
     last_generations: LastGenerations = 10,
@@ -88,7 +91,7 @@ def reproduce(
 ) -> None:
     """Reproduce a paper: its conditions, statistics, assays, figures and report.
 
-    With `all`, every paper is reproduced, and gallery.html compares them. With `atlas`, the maps of
+    With --all, every paper is reproduced, and gallery.html compares them. With `atlas`, the maps of
     the atlas are simulated: when does learning become innate? With --set, --generations
     or --steps the model differs from the paper, and all results mark this. Stored runs are not
     repeated: the same command resumes an interrupted study.
@@ -101,8 +104,8 @@ def reproduce(
     if json:
         console.reserve_stdout()
     options = RunOptions(workers, backend=backend, executor=executor, force=force)
-    if paper == ALL_PAPERS:
-        _require_one_paper(assignments, variant)
+    if all_papers:
+        _require_options_of_all_papers(paper, assignments, variant)
         folder = out or Path("results")
         page = reproduce_all(
             folder,
@@ -153,17 +156,19 @@ def reproduce(
         print_results(StudyStore(study.directory), last_generations)
 
 
-def _require_one_paper(assignments: list[str] | None, variant: str) -> None:
-    """Raise RefusedError for options that apply to one paper only."""
+def _require_options_of_all_papers(paper: str, assignments: list[str] | None, variant: str) -> None:
+    """Raise RefusedError for a paper, and for options that apply to one paper only."""
+    if paper != DEFAULT_PAPER:
+        raise RefusedError(f"{paper} and --all exclude each other. Give one of them.")
     if assignments:
         raise RefusedError(
-            f"--set {' '.join(assignments)} applies to one paper only; replace {ALL_PAPERS} by the "
-            "name of a paper"
+            f"--set {' '.join(assignments)} applies to one paper only; replace --all by the name "
+            "of a paper"
         )
     if variant != STANDARD_VARIANT:
         raise RefusedError(
-            f"--variant {variant} applies to one paper only; {ALL_PAPERS} uses the standard "
-            "variant of each paper"
+            f"--variant {variant} applies to one paper only; --all uses the standard variant of "
+            "each paper"
         )
 
 

@@ -118,7 +118,7 @@ def test_options_of_the_report_do_not_apply_to_claims(
     command: Command, study: Path, option: str
 ) -> None:
     done = command("report", "study", "--claims", option, "mayley-1996")
-    message = f"{option} mayley-1996 does not apply with --claims. Remove the option."
+    message = f"{option} does not apply to --claims. Remove the option."
     assert (done.code, done.err) == (2, f"baldwinlab: {message}\n")
 
 

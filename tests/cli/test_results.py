@@ -27,7 +27,7 @@ def test_reproduce_and_gallery_print_their_results(command: Command, tmp_path: P
     content = json.loads(reproduced.out)
     assert content["claims"] == read_json("results/tiny/claims.json")["claims"] != []
     assert content["runs"] == {"plain/near": 2, "taught/near": 2}
-    gallery = command("gallery", "results", "--json")
+    gallery = command("report", "results", "--json")
     assert json.loads(gallery.out) == {
         "page": "results/gallery.html",
         "answers": read_json("results/gallery.json"),

@@ -106,7 +106,7 @@ def test_every_command_that_reads_a_study_works_without_the_part(
     for arguments in (
         ("report", study),
         ("report", study, "--claims"),
-        ("gallery", str(results)),
+        ("report", str(results)),
         ("export", study, "--format", "phylogeny", "--out", str(tmp_path / "lineages.csv")),
         ("export", study, "--format", "ro-crate"),
         ("export", study, "--out", str(tmp_path / "table.csv")),
@@ -136,7 +136,7 @@ def test_with_the_part_all_claims_are_evaluated(
     results: Path, part: Path, tmp_path: Path, command: Command
 ) -> None:
     part_option = ("--part", str(part))
-    assert command("gallery", str(results), *part_option).code == 0
+    assert command("report", str(results), *part_option).code == 0
     study = str(results / "strings")
     assert command("phylogeny", study, "--out", str(tmp_path / "x.csv"), *part_option).code == 0
     assert command("crate", study, *part_option).code == 0

@@ -9,7 +9,7 @@ from pathlib import Path
 from baldwinlab.analysis.gallery.analysis import System, evaluate_systems
 from baldwinlab.core.assay_variables import UNSEEN_MAPS
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.core.files import quote_path
+from baldwinlab.core.files import is_local, quote_path
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.experiment.factors import CONDITIONS
@@ -59,6 +59,25 @@ class Entry:
         return {kind: claims for kind, claims in verdicts.items() if claims}
 
 
+def holds_studies(folder: Path) -> bool:
+    """Return whether a local folder is no study, but has studies in its subfolders.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder, or a remote location.
+    """
+    return is_local(folder) and not is_study(folder) and bool(_list_studies(folder))
+
+
+def _list_studies(folder: Path) -> list[Path]:
+    """Return the directories of the studies in a folder."""
+    entries = sorted(folder.iterdir()) if folder.is_dir() else []
+    # The study of a paper with stages is in a subfolder.
+    directories = [path for entry in entries for path in (entry, entry / CONFIRMATION_FOLDER)]
+    return [directory for directory in directories if directory.is_dir() and is_study(directory)]
+
+
 def find_studies(folder: Path) -> dict[str, StudyStore]:
     """Find the studies of papers in a folder.
 
@@ -81,12 +100,7 @@ def find_studies(folder: Path) -> dict[str, StudyStore]:
         The folder has no study of a paper.
     """
     studies: dict[str, StudyStore] = {}
-    entries = sorted(folder.iterdir()) if folder.is_dir() else []
-    # The study of a paper with stages is in a subfolder.
-    directories = [path for entry in entries for path in (entry, entry / CONFIRMATION_FOLDER)]
-    for directory in directories:
-        if not (directory.is_dir() and is_study(directory)):
-            continue
+    for directory in _list_studies(folder):
         study = StudyStore(directory)
         # Without the name of a paper, a study in the folder "paper" belongs to the default paper.
         name = study.paper or (DEFAULT_PAPER if directory.name == "paper" else "")
@@ -198,6 +212,6 @@ def _explain_omission(
         return "the assay innate has no condition that learns and evolves", ()
     commands = (
         f"baldwinlab assay {quote_path(study.directory)} --assays innate",
-        f"baldwinlab gallery {quote_path(study.directory.parent)}",
+        f"baldwinlab report {quote_path(study.directory.parent)}",
     )
     return "the assay innate is not stored", commands

@@ -1,4 +1,4 @@
-"""The page of all stored papers, written by the command `gallery`."""
+"""The page of all stored papers, which `report` and `reproduce --all` write."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from baldwinlab import papers
 from baldwinlab.analysis.estimands import QUESTIONS
 from baldwinlab.analysis.gallery.decisions import COLUMNS, VERDICTS
 from baldwinlab.api.publish.gallery_entries import find_studies
+from baldwinlab.core.errors import RefusedError
 from tests.commands import Command
+from tests.small_studies import make_small_study, shorten_preset
 
 # Other tests draw these figures.
 pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
@@ -85,7 +87,7 @@ def test_the_csv_file_has_the_rows_of_the_json_file(gallery: Path) -> None:
 
 
 def test_the_page_compares_the_stored_papers(command: Command, folder: Path) -> None:
-    done = command("gallery", "all")
+    done = command("report", "all")
     assert done.code == 0 and "all/gallery.html" in done.out
     page = Path("all/gallery.html").read_text("utf-8")
     record = json.loads(Path("all/papers.json").read_text("utf-8"))
@@ -102,10 +104,10 @@ def test_the_page_compares_the_stored_papers(command: Command, folder: Path) -> 
     assert 'href="http://127.0.0.1:8642/#/papers?paper=mayley-1996">mayley-1996</a>' in page
     Path("thesis.html").write_text("mine", encoding="utf-8")
     assert (
-        command("gallery", "all", "--out", "thesis.html").code == 2
+        command("report", "all", "--out", "thesis.html").code == 2
         and Path("thesis.html").read_text("utf-8") == "mine"
     )
-    assert command("gallery", "all", "--out", "page.html").code == 0 and Path("page.html").exists()
+    assert command("report", "all", "--out", "page.html").code == 0 and Path("page.html").exists()
 
 
 @pytest.mark.parametrize("width", [320, 390, 1280])
@@ -134,13 +136,13 @@ def test_of_two_studies_of_a_paper_that_with_more_runs_counts(folder: Path) -> N
 @pytest.mark.nightly
 def test_the_page_has_the_command_that_runs_a_missing_assay(command: Command, folder: Path) -> None:
     rmtree("all/mayley-1996/assays")
-    done = command("gallery", "all")
+    done = command("report", "all")
     assert done.code == 0 and "paenke-2007 is not included" not in done.out
     for text in (" ".join(done.out.split()), Path("all/gallery.html").read_text("utf-8")):
         assert "mayley-1996 is not included: the assay innate is not stored" in text
         assert "baldwinlab assay all/mayley-1996 --assays innate" in text
     assert command("assay", "all/mayley-1996", "--assays", "innate").code == 0
-    assert "is not included" not in command("gallery", "all").out
+    assert "is not included" not in command("report", "all").out
 
 
 def test_the_command_states_why_a_paper_is_not_included(command: Command, folder: Path) -> None:
@@ -155,7 +157,7 @@ def test_the_command_states_why_a_paper_is_not_included(command: Command, folder
     rmtree(bl.reproduce("paenke-2007", runs=1, generations=1, out="all/slope").directory / "assays")
     # These claims were evaluated with the removed runs.
     (folder / "mayley-1996" / "claims.json").unlink()
-    text = " ".join(command("gallery", "all").out.split())
+    text = " ".join(command("report", "all").out.split())
     assert "mayley-1996 is not included: its conditions do not learn." in text
     assert "paenke-2007 is not included: its runs have a single generation." in text
 
@@ -173,7 +175,7 @@ def test_an_unreadable_file_of_claims_is_refused_with_its_path(
     command: Command, folder: Path, text: str
 ) -> None:
     (folder / "mayley-1996" / "claims.json").write_text(text)
-    done = command("gallery", "all")
+    done = command("report", "all")
     assert done.code == 2 and "all/mayley-1996/claims.json" in done.err
     assert "`baldwinlab report all/mayley-1996` makes it again" in done.err
     assert not (folder / "gallery.html").exists()
@@ -182,12 +184,28 @@ def test_an_unreadable_file_of_claims_is_refused_with_its_path(
 @pytest.mark.parametrize("folder", ["nothing", "empty"])
 def test_a_folder_without_studies_is_refused_in_a_sentence(command: Command, folder: str) -> None:
     Path("empty").mkdir()
-    done = command("gallery", folder)
-    assert (
-        done.code == 2
-        and f"{folder} has no study of a paper" in done.err
-        and "baldwinlab reproduce" in done.err
-    )
+    done = command("report", folder)
+    assert done.code == 2 and f"{folder} holds no study: it has no study.toml" in done.err
+    with pytest.raises(RefusedError, match=f"{folder} has no study of a paper"):
+        bl.compare_papers(folder)
+
+
+def test_a_folder_with_studies_of_no_paper_is_refused_in_a_sentence(
+    command: Command, tmp_path: Path
+) -> None:
+    make_small_study(tmp_path / "all" / "mine", [shorten_preset("evo/A")], runs=1)
+    done = command("report", "all")
+    assert done.code == 2
+    assert "all has no study of a paper" in done.err and "baldwinlab reproduce" in done.err
+
+
+@pytest.mark.parametrize("words", [["--claims"], ["--baseline", "a"], ["--paper", "le-2019"]])
+def test_options_of_one_study_do_not_apply_to_a_folder_of_studies(
+    command: Command, folder: Path, words: list[str]
+) -> None:
+    done = command("report", "all", *words)
+    message = f"{words[0]} does not apply to all, a folder of studies. Remove the option."
+    assert (done.code, done.err) == (2, f"baldwinlab: {message}\n")
 
 
 @pytest.mark.parametrize("name", papers.built_in())
@@ -200,7 +218,8 @@ def test_every_paper_names_conditions_that_it_has_and_that_learn(name: str) -> N
 def test_all_papers_are_reproduced_by_one_command(command: Command) -> None:
     assert (
         command(
-            "reproduce", "all", "--runs", "2", "--generations", "3", "--steps", "40", "--out", "all"
+            *("reproduce", "--all", "--runs", "2"),
+            *("--generations", "3", "--steps", "40", "--out", "all"),
         ).code
         == 0
     )
@@ -211,8 +230,10 @@ def test_all_papers_are_reproduced_by_one_command(command: Command) -> None:
 def test_what_is_of_one_paper_or_of_foragers_alone_is_refused_in_one_sentence(
     command: Command,
 ) -> None:
-    refused = command("reproduce", "all", "--variant", "biases")
+    refused = command("reproduce", "--all", "--variant", "biases")
     assert refused.code == 2 and "--variant biases applies to one paper only" in refused.err
+    refused = command("reproduce", "mayley-1996", "--all")
+    assert refused.code == 2 and "mayley-1996 and --all exclude each other" in refused.err
     refused = command("reproduce", "mayley-1996", "--steps", "40")
     assert (
         refused.code == 2 and "--steps 40 applies to foragers; mayley-1996 has none" in refused.err
