@@ -146,8 +146,7 @@ def _serve(listener: socket.socket, directory: Path, **options: Any) -> None:
     The options are those of `make_app`.
     """
     # Imported late: the lab needs the packages of an extra, and takes a while to load.
-    from baldwinlab.lab.rate_limit import make_server
-    from baldwinlab.lab.server import make_app
+    from baldwinlab.lab.server import make_app, make_server
 
     warm_up_thread = threading.Thread(target=_warm_up)
     has_loaded = threading.Event()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import logging
+import socket
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from http import HTTPStatus
 from pathlib import Path
+from typing import Final
 
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
@@ -14,7 +17,9 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
+from uvicorn import Config, Server
 
 from baldwinlab.analysis import palette
 from baldwinlab.analysis.movie import MovieError
@@ -42,12 +47,17 @@ from baldwinlab.lab import (
     views,
 )
 from baldwinlab.lab.access import Access
+from baldwinlab.lab.concurrency import ChunkedResponses
 from baldwinlab.lab.origin_check import OriginCheck
 from baldwinlab.lab.query import KnownParameters
-from baldwinlab.lab.rate_limit import ChunkedResponses
 from baldwinlab.studies.records import StudyError
 
 STATIC_FOLDER = Path(__file__).parent / "static"
+MAX_CONNECTIONS: Final = 128
+# Bytes of a message from a page through a websocket.
+MAX_MESSAGE_BYTES: Final = 2**12
+# Seconds to finish responses when the server stops.
+SHUTDOWN_TIMEOUT: Final = 1
 # The modules whose routes need the state of the lab only.
 ROUTE_MODULES = (
     studies,
@@ -122,6 +132,30 @@ def make_app(
             HTTPException: _respond_http_error,
             Exception: _respond_server_error,
         },
+    )
+
+
+class QuietServer(Server):
+    """A server that stops without error messages, also with open connections."""
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Close all connections."""
+        logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)
+        await super().shutdown(sockets)
+
+
+def make_server(app: ASGIApp) -> Server:
+    """Return the server of an application. It runs on a listening socket."""
+    return QuietServer(
+        Config(
+            app,
+            http="h11",
+            lifespan="on",
+            limit_concurrency=MAX_CONNECTIONS,
+            log_level="warning",
+            timeout_graceful_shutdown=SHUTDOWN_TIMEOUT,
+            ws_max_size=MAX_MESSAGE_BYTES,
+        )
     )
 
 

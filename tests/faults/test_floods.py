@@ -8,13 +8,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 import httpx
 import psutil
 import pytest
-from websockets.exceptions import ConnectionClosed
 
 from baldwinlab.papers.presets import load
 from tests.faults.amount import amount
@@ -27,17 +26,16 @@ ALLOWED_BYTES = 400e6
 BYTES_OF_FURTHER_FLOODS = 100e6
 LAB_WITH_SHORT_TIMEOUTS = """
 import sys
-from functools import partial
 from pathlib import Path
 from baldwinlab.cli.lab import lab
-from baldwinlab.lab import live, rate_limit
-rate_limit.CLIENT_TIMEOUT, live.Live = 1.0, partial(live.Live, grace_seconds=1.0)
+from baldwinlab.lab import concurrency, live
+concurrency.CLIENT_TIMEOUT, live.CLIENT_TIMEOUT = 1.0, 1.0
 lab(Path(sys.argv[1]), port=0, browser=False)
 """
 
 
 class Server:
-    """The lab in a separate process, with all timeouts shortened to a second."""
+    """The lab in a separate process, with timeouts of a second."""
 
     def __init__(self, root: Path, process: subprocess.Popen[str]) -> None:
         assert process.stdout is not None
@@ -93,7 +91,7 @@ def flood(server: Server) -> None:
             post(server, "validate", b" " * 100_000_000)
             post(server, "validate", b'{"a":' * 100_000)
         for seed in range(3):
-            start_and_leave_live_run(server, seed)
+            start_and_remove_live_run(server, seed)
         time.sleep(2)
 
 
@@ -101,12 +99,12 @@ def post(server: Server, path: str, content: bytes) -> None:
     try:
         status = CLIENT.post(f"{server.lab.address}/api/{path}", content=content).status_code
     except (httpx.NetworkError, httpx.RemoteProtocolError):
-        # The server closes a request that takes more than a second, as on a busy machine.
+        # The server answers before it has received a long body, and closes the connection.
         return
     assert status in (400, 413)
 
 
-def start_and_leave_live_run(server: Server, seed: int) -> None:
+def start_and_remove_live_run(server: Server, seed: int) -> None:
     experiment = shorten_preset("evo/A").replace(
         population={"size": 1000}, evolution={"generations": 100}, lifetime={"steps": 1}
     )
@@ -114,11 +112,11 @@ def start_and_leave_live_run(server: Server, seed: int) -> None:
         f"{server.lab.address}/api/live", json={"experiment": experiment.to_dict(), "seed": seed}
     )
     assert started.status_code == 201
-    page = server.lab.websocket(f"/api/live/{started.json()['id']}")
-    # The server removes a run that has no client for a second.
-    with suppress(ConnectionClosed), page:
+    address = f"/api/live/{started.json()['id']}"
+    with server.lab.websocket(address) as page:
         page.recv(timeout=60)
-        page.send('{"command": "stop"}')
+        removed = CLIENT.delete(f"{server.lab.address}{address}")
+    assert removed.status_code == 200
 
 
 @pytest.mark.nightly
@@ -136,14 +134,12 @@ def test_the_server_releases_memory_after_floods_of_requests(tmp_path: Path) -> 
             time.sleep(0.1)
         # Load the modules for results and for live runs.
         CLIENT.get(f"{server.lab.address}/api/results?study=crowd")
-        start_and_leave_live_run(server, 0)
+        start_and_remove_live_run(server, 0)
         before = server.resident_memory()
         flood(server)
         after_first = server.resident_memory()
         for _ in range(amount(20, 1) - 1):
             flood(server)
-        while CLIENT.get(f"{server.lab.address}/api/live").json()["runs"]:
-            time.sleep(0.1)
         assert CLIENT.get(f"{server.lab.address}/api/results?study=crowd").status_code == 200
         limit = min(before + ALLOWED_BYTES, after_first + BYTES_OF_FURTHER_FLOODS)
         # A busy server needs some time to release the memory.

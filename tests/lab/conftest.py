@@ -18,8 +18,7 @@ from baldwinlab.cli.lab import open_listener
 from baldwinlab.experiment import registry, validate
 from baldwinlab.lab.access import Access
 from baldwinlab.lab.explorable.page import render_explorable
-from baldwinlab.lab.rate_limit import make_server
-from baldwinlab.lab.server import make_app
+from baldwinlab.lab.server import make_app, make_server
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 from baldwinlab.studies.store import StudyStore
