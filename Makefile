@@ -64,7 +64,7 @@ nightly:
 
 # Property tests have random examples here, and the same examples each time in `make test`.
 SEED := $(shell date +%s)
-slow: $(VENV)/.dev $(VENV)/.wasm $(VENV)/.bench $(VENV)/.validators $(VENV)/.rl-clients browser firefox
+slow: $(VENV)/.dev $(VENV)/.nightly browser firefox
 	$(BIN)/python -m pytest -n auto --dist loadfile -m "nightly or hypothesis" --hypothesis-seed=$(SEED) \
 	  || { echo "make slow SEED=$(SEED) repeats the examples of the property tests"; exit 1; }
 
@@ -106,29 +106,21 @@ $(VENV)/.dev: $(VENV)/.core requirements-dev.txt
 	$(BYTECODE)
 	@touch $@
 
-# bench, cuda, wasm: requirements of few commands. wasm is the linker that compiles parts for browsers.
-$(VENV)/.%: $(VENV)/.core requirements-%.txt
-	$(call install,requirements-$*.txt)
+$(VENV)/.cuda: $(VENV)/.core requirements-cuda.txt
+	$(call install,requirements-cuda.txt)
 	@touch $@
 
-# The validators have a separate environment: see pyproject.toml.
-$(VENV)/.validators: $(VENV)/.made requirements-validators.txt
-	@command -v c++ >/dev/null || { $(APT) && $(INSTALL) g++ python3-dev; }
-	$(PYTHON) -m venv --clear $(VENV)/validators
-	$(VENV)/validators/bin/python -m pip install --quiet --require-hashes --no-deps -r requirements-validators.txt
-	@$(call check,$(VENV)/validators/bin/python)
-	@touch $@
-
-# The clients of the environments have a separate environment: see pyproject.toml. On Linux, the default build of PyTorch
-# has gigabytes of libraries for GPUs. Its build for CPUs is in an index of PyTorch, so it is installed if pip knows that
-# index (PIP_EXTRA_INDEX_URL), or else the default build.
+# Validators of exports and clients of environments have a separate environment: see pyproject.toml. On Linux, the
+# default build of PyTorch has gigabytes of libraries for GPUs. Its build for CPUs is in an index of PyTorch, so it is
+# installed if pip knows that index (PIP_EXTRA_INDEX_URL), or else the default build.
 TORCH := 2.13.0
-$(VENV)/.rl-clients: $(VENV)/.made requirements-rl-clients.txt
-	$(PYTHON) -m venv --clear $(VENV)/rl-clients
-	$(VENV)/rl-clients/bin/python -m pip install --quiet --require-hashes --no-deps -r requirements-rl-clients.txt
-	$(VENV)/rl-clients/bin/python -m pip install --quiet torch==$(TORCH)+cpu \
-	  || $(VENV)/rl-clients/bin/python -m pip install --quiet torch==$(TORCH)
-	@$(call check,$(VENV)/rl-clients/bin/python)
+$(VENV)/.nightly: $(VENV)/.made requirements-nightly.txt
+	@command -v c++ >/dev/null || { $(APT) && $(INSTALL) g++ python3-dev; }
+	$(PYTHON) -m venv --clear $(VENV)/nightly
+	$(VENV)/nightly/bin/python -m pip install --quiet --require-hashes --no-deps -r requirements-nightly.txt
+	$(VENV)/nightly/bin/python -m pip install --quiet torch==$(TORCH)+cpu \
+	  || $(VENV)/nightly/bin/python -m pip install --quiet torch==$(TORCH)
+	@$(call check,$(VENV)/nightly/bin/python)
 	@touch $@
 
 # The extras of pyproject.toml are the only source. The locked files contain hashes and no addresses, and are valid
@@ -140,13 +132,11 @@ USERS := cluster exchange lab notebook rl s3 video
 comma := ,
 
 lock: $(VENV)/.dev
-	$(COMPILE) --group validators --output-file requirements-validators.txt
-	echo "torch ; python_version < '3'" | $(COMPILE) --overrides /dev/stdin pyproject.toml --extra rl --group rl-clients \
-	  --output-file requirements-rl-clients.txt
-	$(COMPILE) pyproject.toml $(call extras,$(USERS) build dev docs test) --output-file requirements-dev.txt
+	echo "torch ; python_version < '3'" | $(COMPILE) --overrides /dev/stdin pyproject.toml --extra rl --group nightly \
+	  --output-file requirements-nightly.txt
+	$(COMPILE) pyproject.toml $(call extras,$(USERS) bench build dev docs test wasm) --output-file requirements-dev.txt
 	$(COMPILE) pyproject.toml $(call extras,build lab video) --constraints requirements-dev.txt --output-file requirements.txt
-	$(foreach extra,bench cuda wasm,$(COMPILE) pyproject.toml --extra $(extra) --constraints requirements-dev.txt \
-	  --output-file requirements-$(extra).txt &&) true
+	$(COMPILE) pyproject.toml --extra cuda --constraints requirements-dev.txt --output-file requirements-cuda.txt
 
 # Both ends of the bounds of pyproject.toml, each in a separate environment, on tests that take a few minutes.
 SLICE := tests/engine tests/experiment tests/analysis/statistics tests/analysis/figures/test_panels.py \
@@ -169,19 +159,19 @@ dist: $(VENV)/.dev
 	$(BIN)/python -m pytest -n0 tests/test_packaging.py
 
 # About four minutes: see benchmarks/README.md.
-bench: $(VENV)/.bench
+bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.compare
 	$(BIN)/python -m benchmarks.scaling
 
 # The cost of many runs, agents and threads, compared with an earlier commit.
-bench-scale: $(VENV)/.bench
+bench-scale: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.scale
 
 # 0.5 GB. Kernels can be compiled without a GPU.
 cuda: $(VENV)/.cuda
 
 # The package contains the engine as WebAssembly. A test fails if it is out of date. A few minutes.
-wasm: $(VENV)/.dev $(VENV)/.wasm
+wasm: $(VENV)/.dev
 	$(BIN)/python scripts/browser_modules.py
 
 # The package contains bitcode of the paper's entry points. A test fails if it is out of date. About a minute.

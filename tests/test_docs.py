@@ -216,7 +216,7 @@ def test_every_page_is_two_clicks_from_the_front_page() -> None:
 @pytest.mark.nightly
 def test_the_optimizer_that_needs_jax_improves_on_the_founders(tmp_path: Path) -> None:
     """Its code continues the first block of its page."""
-    pytest.importorskip("evosax", reason="make nightly installs it")
+    pytest.importorskip("evosax", reason="it needs the extra bench")
     blocks = list(snippets(DOCS / "how-to" / "external-optimizers.md"))
     first = next(snippet.text for snippet in blocks if snippet.language == "python")
     jax = [snippet.text for snippet in blocks if snippet.language == "py"]

@@ -30,21 +30,13 @@ LOCKED = {
     ],
     "requirements-dev.txt": [
         *CORE,
-        *(
-            line
-            for name, lines in EXTRAS.items()
-            if name not in ("bench", "cuda", "wasm")
-            for line in lines
-        ),
+        *(line for name, lines in EXTRAS.items() if name != "cuda" for line in lines),
     ],
-    "requirements-bench.txt": [*CORE, *EXTRAS["bench"]],
     "requirements-cuda.txt": [*CORE, *EXTRAS["cuda"]],
-    "requirements-wasm.txt": [*CORE, *EXTRAS["wasm"]],
-    "requirements-validators.txt": PROJECT["dependency-groups"]["validators"],
-    "requirements-rl-clients.txt": [
+    "requirements-nightly.txt": [
         *CORE,
         *EXTRAS["rl"],
-        *PROJECT["dependency-groups"]["rl-clients"],
+        *PROJECT["dependency-groups"]["nightly"],
     ],
 }
 SUPPORTED = [

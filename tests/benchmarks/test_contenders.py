@@ -19,14 +19,15 @@ from benchmarks.setting import from_dict, from_experiment
 from tests.models.miniworld.test_transitions import Comparison, start_in_food
 from tests.worlds import make_small_experiment
 
-CONTENDERS = ("python_plain", "numpy_vectorised", "jax_scan")
+CONTENDERS = (
+    "python_plain",
+    "numpy_vectorised",
+    # It compiles for a few seconds in each test.
+    pytest.param("jax_scan", marks=pytest.mark.nightly),
+)
 
 
 def contender(name: str) -> Any:
-    if name == "jax_scan":
-        pytest.importorskip(
-            "jax", reason="JAX is not installed (pip install -r requirements-bench.txt)"
-        )
     return import_module(f"benchmarks.contenders.{name}")
 
 

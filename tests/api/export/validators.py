@@ -14,12 +14,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-PYTHON = Path(sys.prefix, "validators", "bin", "python")
+PYTHON = Path(sys.prefix, "nightly", "bin", "python")
 
 
 def validate(kind: str, *arguments: object) -> Any:
-    """Run `validate_crate` or `validate_phylogeny` in the environment of the validators."""
-    # The environment of the validators has no pytest.
+    """Run `validate_crate` or `validate_phylogeny` in the separate environment."""
+    # The separate environment has no pytest.
     import pytest
 
     if not PYTHON.exists():

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-PYTHON = Path(sys.prefix, "rl-clients", "bin", "python")
+PYTHON = Path(sys.prefix, "nightly", "bin", "python")
 SOURCE = Path(__file__).parents[3]
 # A process that is started imports the package by this name.
 ENVIRONMENT = "baldwinlab:baldwinlab/Forager-v0"
