@@ -35,8 +35,8 @@ def read_claims(study: StudyStore) -> list[dict[str, Any]]:
     Raises
     ------
     StudyError
-        If the file is damaged, changed or from an older version, or if the stored runs differ from
-        the runs that decided the claims.
+        If the file is damaged or changed, or if the stored runs differ from the runs that decided
+        the claims.
     """
     path = study.directory / CLAIMS_FILE
     remedy = f"`baldwinlab report {quote_path(study.directory)}` makes it again"
@@ -46,10 +46,6 @@ def read_claims(study: StudyStore) -> list[dict[str, Any]]:
         content = parse_json(read_text(path, RESULTS_FILE))
     except (OSError, ValueError) as error:
         raise StudyError(f"{path} cannot be read: {error}; {remedy}") from None
-    if isinstance(content, list):
-        raise StudyError(
-            f"{path} was written by an older version, and has no digest of its runs; {remedy}"
-        )
     if not _verify_content(content):
         raise StudyError(f"{path} was not written by a report; {remedy}")
     if content["records"] != digest_records(study):

@@ -70,18 +70,9 @@ def test_claims_about_different_runs_are_refused(study: StudyStore, tmp_path: Pa
         read_claims(grown)
 
 
-def test_claims_of_an_older_version_are_refused_with_the_command_that_writes_them(
-    study: StudyStore,
-) -> None:
-    (study.directory / CLAIMS_FILE).write_text(json.dumps(VERDICTS))
-    with pytest.raises(
-        StudyError,
-        match=f"by an older version, .*; `baldwinlab report {study.directory}` makes it again",
-    ):
-        read_claims(study)
-
-
-@pytest.mark.parametrize("content", [5, {}, {"claims": 5}, {"claims": [5]}, None, "claims"])
+@pytest.mark.parametrize(
+    "content", [5, {}, {"claims": 5}, {"claims": [5]}, None, "claims", VERDICTS]
+)
 def test_json_with_unexpected_content_is_refused(study: StudyStore, content: Any) -> None:
     (study.directory / CLAIMS_FILE).write_text(json.dumps(content))
     with pytest.raises(StudyError, match="was not written by a report"):
