@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from functools import cache
 from os.path import relpath
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -77,6 +78,12 @@ def render(template: str, **values: Any) -> str:
     str
         HTML.
     """
+    return _make_environment().get_template(template).render(**values)
+
+
+# An environment keeps the compiled templates.
+@cache
+def _make_environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("baldwinlab.analysis", ""),
         autoescape=True,
@@ -87,7 +94,7 @@ def render(template: str, **values: Any) -> str:
     environment.filters |= TEMPLATE_FILTERS
     environment.globals |= {"measures": phrases.MEASURE_NAMES, "colours": palette.report_css()}
     environment.globals["contrast_headings"] = contrast_table.HEADINGS
-    return environment.get_template(template).render(**values)
+    return environment
 
 
 def write_page(
