@@ -8,6 +8,7 @@ import math
 import shutil
 import warnings
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -28,19 +29,25 @@ from tests.analysis.statistics.studies import AS_THE_PAPER, RUNS, study
 Eaten = Mapping[str, Sequence[float]]
 
 
+# Several tests evaluate the same studies.
+@cache
+def _evaluate(
+    eaten: tuple[tuple[str, tuple[float, ...]], ...], options: tuple[tuple[str, Any], ...]
+) -> list[ClaimResult]:
+    return evaluate_claims(study(dict(eaten), **dict(options)), last=5)
+
+
+def evaluate(eaten: Eaten, **options: Any) -> list[ClaimResult]:
+    items = tuple((name, tuple(values)) for name, values in eaten.items())
+    return _evaluate(items, tuple(options.items()))
+
+
 def verdicts(eaten: Eaten, **options: Any) -> dict[str, Verdict]:
-    return {
-        result.claim.id: result.verdict
-        for result in evaluate_claims(study(eaten, **options), last=5)
-    }
+    return {result.claim.id: result.verdict for result in evaluate(eaten, **options)}
 
 
 def evaluate_claim(name: str, eaten: Eaten, **options: Any) -> ClaimResult:
-    return next(
-        result
-        for result in evaluate_claims(study(eaten, **options), last=5)
-        if result.claim.id == name
-    )
+    return next(result for result in evaluate(eaten, **options) if result.claim.id == name)
 
 
 def swapped(first: str, second: str) -> Eaten:

@@ -24,9 +24,12 @@ def source_files() -> list[Path]:
     return [path for path in files if path not in skipped]
 
 
-@pytest.mark.parametrize("path", source_files(), ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_only_the_palette_defines_colors(path: Path) -> None:
-    assert not COLOR.findall(path.read_text("utf-8"))
+def test_only_the_palette_defines_colors() -> None:
+    colors = {
+        str(path.relative_to(PACKAGE)): COLOR.findall(path.read_text("utf-8"))
+        for path in source_files()
+    }
+    assert {path: found for path, found in colors.items() if found} == {}
 
 
 def test_every_color_used_by_the_page_is_defined() -> None:

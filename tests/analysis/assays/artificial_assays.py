@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -64,6 +65,11 @@ def experiment(condition: str) -> Experiment:
     )
 
 
+@cache
+def experiment_text(condition: str) -> str:
+    return to_toml(experiment(condition))
+
+
 class Assayed(NamedTuple):
     """The study of the assays."""
 
@@ -86,7 +92,7 @@ def _make_dataset(
 ) -> xr.Dataset:
     runs = next(iter(arrays.values())).shape[0]
     provenance = {
-        "experiment": to_toml(experiment(condition)),
+        "experiment": experiment_text(condition),
         "seed": 1,
         **factors()[condition]._asdict(),
     }

@@ -206,15 +206,14 @@ def test_a_phase_is_as_weak_as_its_weakest_part_that_was_measured(
 
 
 def test_criteria_name_only_existing_quantities() -> None:
-    quantities = set(compute_quantities(make_all_assays(), A, 10)) | {
-        ("no-learning control", "last")
-    }
+    assays = make_all_assays()
+    quantities = set(compute_quantities(assays, A, 10)) | {("no-learning control", "last")}
     assert {
         quantity for criterion in load_criteria() for quantity in (criterion.a, criterion.b)
     } <= quantities
     for criterion in load_criteria():
         assert {criterion.a, criterion.b} <= {
-            *compute_quantities({criterion.assay: make_all_assays()[criterion.assay]}, A, 10),
+            *compute_quantities({criterion.assay: assays[criterion.assay]}, A, 10),
             ("no-learning control", "last"),
         }
     assert len({criterion.id for criterion in load_criteria()}) == len(load_criteria())

@@ -37,8 +37,9 @@ DRAW: dict[str, Callable[[Assays, Sequence[str], str], Figure]] = {
     ],
 )
 def test_a_figure_has_the_same_bytes_each_time_and_no_small_text(name: str) -> None:
-    figure = DRAW[name](make_all_assays(), [A, B], "fitness")
-    assert to_svg(DRAW[name](make_all_assays(), [A, B], "fitness")) == to_svg(figure)
+    assays = make_all_assays()
+    figure = DRAW[name](assays, [A, B], "fitness")
+    assert to_svg(DRAW[name](assays, [A, B], "fitness")) == to_svg(figure)
     texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
     assert texts and min(float(text.get_fontsize()) for text in texts) >= 8
     assert figure.get_size_inches()[0] <= 7.2

@@ -48,14 +48,15 @@ def stored(folder: Path, assay: str = "innate", data: xr.Dataset | None = None) 
 
 
 def test_stored_assays_are_read_by_assay_and_condition(tmp_path: Path) -> None:
-    for assay, conditions in make_all_assays(runs=2).items():
+    assays = make_all_assays(runs=2)
+    for assay, conditions in assays.items():
         for condition, data in conditions.items():
             path = tmp_path / "assays" / assay / f"{condition}.nc"
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(encode_assay(data))
     result = read_assays(Assayed(tmp_path))
     assert {assay: set(conditions) for assay, conditions in result.items()} == {
-        assay: set(conditions) for assay, conditions in make_all_assays(runs=2).items()
+        assay: set(conditions) for assay, conditions in assays.items()
     }
     assert result["innate"][A]["life"].values.tolist() == ["off", "on", "frozen", "drift"]
     assert read_factors(result["innate"][A]) == Factors(learner=A)
@@ -65,10 +66,7 @@ def test_stored_assays_are_read_by_assay_and_condition(tmp_path: Path) -> None:
         ).map
         == "A"
     )
-    assert (
-        compute_quantities(result, A, 10).keys()
-        == compute_quantities(make_all_assays(runs=2), A, 10).keys()
-    )
+    assert compute_quantities(result, A, 10).keys() == compute_quantities(assays, A, 10).keys()
 
 
 def test_a_study_without_assays_has_no_datasets(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from matplotlib.text import Text
 from PIL import Image
 
 from baldwinlab.analysis import figures
+from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.figures.emergence import compute_time_shares, split_at_edges
 from baldwinlab.analysis.figures.fitness import plotted_conditions
@@ -41,13 +42,22 @@ from tests.analysis.statistics.studies import AS_THE_PAPER, Claims, species_trac
 FORAGERS = "evo+self-taught/B"
 MAPS = {"Map A": load("evo/A").world, "Map B": load("evo/B").world}
 
-STRINGS = study({name: [1, 2] for name in ("guessing", "fixed", "unset", "other")})
-STRINGS = STRINGS.assign(dict.fromkeys(("ones", "unset", "used"), STRINGS["energy"] / 5))
 MEASURED = figures.MeasureValues(
     "items",
     "items of a run",
     {name: np.array(eaten, float) for name, eaten in AS_THE_PAPER.items()},
 )
+
+
+@cache
+def make_strings() -> xr.Dataset:
+    strings = study({name: [1, 2] for name in ("guessing", "fixed", "unset", "other")})
+    return strings.assign(dict.fromkeys(("ones", "unset", "used"), strings["energy"] / 5))
+
+
+@cache
+def evaluate_paper() -> list[ClaimResult]:
+    return evaluate_claims(study(AS_THE_PAPER))
 
 
 @cache
@@ -72,9 +82,7 @@ def kind(name: str, modules: int) -> figures.AgentKind:
 
 DRAW: dict[str, Callable[[], Figure]] = {
     "fitness": lambda: figures.draw_fitness_curves(study(AS_THE_PAPER)),
-    "final-fitness": lambda: figures.draw_fitness_boxes(
-        study(AS_THE_PAPER), evaluate_claims(study(AS_THE_PAPER))
-    ),
+    "final-fitness": lambda: figures.draw_fitness_boxes(study(AS_THE_PAPER), evaluate_paper()),
     "emergence": lambda: figures.draw_emergence(study(AS_THE_PAPER), six_traces()),
     "trajectories": lambda: figures.draw_trajectories(trace(FORAGERS, 3)),
     "trajectories-of-species": lambda: figures.draw_trajectories(
@@ -83,22 +91,22 @@ DRAW: dict[str, Callable[[], Figure]] = {
     "maps": lambda: figures.draw_world_maps(MAPS, 20),
     "senses": lambda: figures.draw_agent_senses(describe_appearance(load("evo/A")).to_dict()),
     "networks": lambda: figures.draw_networks([kind("evo", 1), kind("taught", 2)]),
-    "shares": lambda: figures.draw_shares(STRINGS[["ones", "unset"]].mean("agent")),
-    "clocks": lambda: figures.draw_fitness_by_evaluations(STRINGS, "used"),
+    "shares": lambda: figures.draw_shares(make_strings()[["ones", "unset"]].mean("agent")),
+    "clocks": lambda: figures.draw_fitness_by_evaluations(make_strings(), "used"),
     "measures": lambda: figures.draw_measures(study(AS_THE_PAPER), [MEASURED]),
-    "survival": lambda: figures.draw_survival(STRINGS),
+    "survival": lambda: figures.draw_survival(make_strings()),
     "variants": lambda: draw_variants(make_multiverse()),
     "variants-shares": lambda: draw_shares(make_multiverse()),
 }
 
-ODD = {
-    "one run": study({name: [5] for name in AS_THE_PAPER}),
-    "one generation": study(AS_THE_PAPER, generations=1),
-    "one agent": study(AS_THE_PAPER, agents=1, hungry=0),
-    "no food": study({name: [0, 0, 0] for name in AS_THE_PAPER}),
-    "a missing run": study({"evo/A": [1, 2], FORAGERS: [3, math.nan]}),
-    "a condition without a run": study({"evo/A": [1, 2], FORAGERS: [math.nan, math.nan]}),
-    "custom conditions": study({"mine": [1, 2], "yours": [3, 4], "on/a/map": [1, 3]}),
+ODD: dict[str, Callable[[], xr.Dataset]] = {
+    "one run": lambda: study({name: [5] for name in AS_THE_PAPER}),
+    "one generation": lambda: study(AS_THE_PAPER, generations=1),
+    "one agent": lambda: study(AS_THE_PAPER, agents=1, hungry=0),
+    "no food": lambda: study({name: [0, 0, 0] for name in AS_THE_PAPER}),
+    "a missing run": lambda: study({"evo/A": [1, 2], FORAGERS: [3, math.nan]}),
+    "a condition without a run": lambda: study({"evo/A": [1, 2], FORAGERS: [math.nan, math.nan]}),
+    "custom conditions": lambda: study({"mine": [1, 2], "yours": [3, 4], "on/a/map": [1, 3]}),
 }
 DAILY_FIGURES = ("final-fitness", "emergence", "networks", "maps")
 DAILY_ODD = ("a missing run", "a condition without a run", "custom conditions")
@@ -136,7 +144,7 @@ def test_no_text_is_too_small_to_read_in_print(name: str) -> None:
     [pytest.param(name, marks=[pytest.mark.nightly] * (name not in DAILY_ODD)) for name in ODD],
 )
 def test_odd_studies_are_drawn_without_a_warning(name: str) -> None:
-    odd = ODD[name]
+    odd = ODD[name]()
     condition = str(odd["condition"].values[0])
     agents = odd.sizes["agent"]
     with warnings.catch_warnings():

@@ -29,11 +29,10 @@ from tests.analysis.multiverse.variants import (
 )
 from tests.analysis.report.browsing import errors_and_width
 
-STANDARD = variant_of(eaten=with_gain(240))
-
 
 def small_multiverse() -> Multiverse:
-    return multiverse_of(STANDARD, variant_of("biases"), variant_of("rank", TAUGHT_BEAT_EVOLVED))
+    standard = variant_of(eaten=with_gain(240))
+    return multiverse_of(standard, variant_of("biases"), variant_of("rank", TAUGHT_BEAT_EVOLVED))
 
 
 def full_multiverse() -> Multiverse:
@@ -120,6 +119,7 @@ def test_combinations_name_the_choice_with_the_largest_effect() -> None:
     assert describe_combinations(small_multiverse()) == []
 
 
+@pytest.mark.usefixtures("placeholder_figures")
 def test_a_study_with_more_runs_has_an_explanation_of_its_other_verdicts(tmp_path: Path) -> None:
     few = small_multiverse()
     undecided = StandardStudy(
@@ -142,6 +142,7 @@ def test_equal_runs_or_equal_verdicts_need_no_explanation() -> None:
     )
 
 
+@pytest.mark.usefixtures("placeholder_figures")
 def test_the_section_is_made_from_the_json_and_saves_its_figures(tmp_path: Path) -> None:
     multiverse = read_multiverse(write_multiverse(full_multiverse(), tmp_path / "multiverse.json"))
     made = make_section(multiverse, tmp_path / "figures")
@@ -159,9 +160,9 @@ def test_the_section_is_made_from_the_json_and_saves_its_figures(tmp_path: Path)
     )
 
 
-@pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)], ids=["desk", "phone"])
+@pytest.mark.usefixtures("placeholder_figures")
 def test_a_browser_shows_the_page_without_errors_or_horizontal_scrolling(
-    browser: Browser, tmp_path: Path, width: int, height: int
+    browser: Browser, tmp_path: Path
 ) -> None:
     several = full_multiverse()
     page = write_page(
@@ -171,4 +172,5 @@ def test_a_browser_shows_the_page_without_errors_or_horizontal_scrolling(
         tmp_path / "report.html",
         tmp_path,
     )
-    assert errors_and_width(browser, page, width, height) == ([], width)
+    for width, height in ((1280, 900), (390, 844)):  # on a desk, on a phone
+        assert errors_and_width(browser, page, width, height) == ([], width)

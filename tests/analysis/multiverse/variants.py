@@ -21,15 +21,22 @@ TAUGHT_BEAT_EVOLVED: Eaten = {
 
 def variant_of(name: str = "standard", eaten: Eaten = AS_THE_PAPER) -> VariantResult:
     """Return the variant with a name, such as `contact-5+rank`, and with these eaten items."""
-    return _variant_of(name, tuple((condition, tuple(items)) for condition, items in eaten.items()))
+    variant = Variant(() if name == "standard" else tuple(name.split("+")))
+    standard = _evaluate(tuple((condition, tuple(items)) for condition, items in eaten.items()))
+    return standard.model_copy(
+        update={
+            "name": variant.name,
+            "description": variant.description,
+            "choices": dict(variant.choices),
+            "fields": dict(variant.fields),
+        }
+    )
 
 
-# Each evaluation takes half a second, and tests use the same variants.
+# Each evaluation takes half a second, and variants have the same outcomes if agents eat the same.
 @cache
-def _variant_of(name: str, eaten: tuple[tuple[str, tuple[float, ...]], ...]) -> VariantResult:
-    parts = () if name == "standard" else tuple(name.split("+"))
-    data = study(dict(eaten), generations=24)
-    return evaluate_variant(data, Variant(parts))
+def _evaluate(eaten: tuple[tuple[str, tuple[float, ...]], ...]) -> VariantResult:
+    return evaluate_variant(study(dict(eaten), generations=24), Variant(()))
 
 
 def multiverse_of(*variants: VariantResult) -> Multiverse:

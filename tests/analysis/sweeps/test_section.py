@@ -122,6 +122,7 @@ def test_a_point_without_a_run_is_a_dash(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.usefixtures("placeholder_figures")
 @pytest.mark.parametrize("data", [grid(), sample(40)], ids=["grid", "sample"])
 def test_a_browser_shows_the_page_without_errors_or_horizontal_scrolling(
     browser: Browser, data: xr.Dataset, tmp_path: Path
