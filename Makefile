@@ -53,9 +53,10 @@ test: $(VENV)/.dev browser
 # All pages of docs/ and of the papers, a reference from the code, search, live laboratories, and the notebooks with
 # the results of their cells. About two minutes.
 docs: $(VENV)/.dev
-	rm -rf $(VENV)/notebooks
-	$(BIN)/python -m scripts.notebooks $(VENV)/notebooks
-	$(BIN)/python -m scripts.documentation site $(VENV)/notebooks
+	rm -rf site $(VENV)/doctrees
+	$(BIN)/python -m scripts.notebooks site/executed
+	$(BIN)/python -m sphinx -W --keep-going -q -d $(VENV)/doctrees -c docs . site
+	cp site/README.html site/index.html
 	@echo "open site/index.html"
 
 # At most 90 minutes on two cores.

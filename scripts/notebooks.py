@@ -75,6 +75,7 @@ def page(notebook: Any) -> str:
     body, _ = exporter.from_notebook_node(notebook)
     for path in paths():
         body = body.replace(f'href="{path.name}"', f'href="{path.stem}.html"')
+    body = re.sub(r'href="(\.\./[^"]+)\.md', r'href="\1.html', body)
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined
     )

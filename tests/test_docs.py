@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from scripts.documentation import LINKED_FILES
 from tests.commands import Command
 
 ROOT = Path(__file__).parent.parent
@@ -197,13 +196,6 @@ def links(page: Path) -> set[Path]:
 @pytest.mark.parametrize("page", ALL_PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_links_of_a_page_lead_to_files(page: Path) -> None:
     assert {path for path in links(page) if not path.exists()} == set()
-
-
-def test_the_site_offers_the_linked_files_for_download() -> None:
-    linked = {path for page in PAGES for path in links(page) if path.is_file()}
-    # Sphinx writes a page for each Markdown file, and for each example of a part.
-    files = {path for path in linked if path.suffix not in {".md", ".py"}}
-    assert {path for path in files if path.parent != DOCS / "pictures"} == set(LINKED_FILES)
 
 
 def test_every_page_is_two_clicks_from_the_front_page() -> None:

@@ -1,4 +1,4 @@
-"""Test that the reference of parts describes every hook, field, helper and the order of calls."""
+"""Test that the page about parts, and the docstrings of parts, agree with the code."""
 
 from __future__ import annotations
 
@@ -10,25 +10,32 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
+from numpydoc.docscrape import ClassDoc
 
 from baldwinlab import parts
 from baldwinlab.api.checks import oracle_data
 from baldwinlab.api.checks.reference import Naive
+from baldwinlab.engine import rng
 from baldwinlab.experiment import registry
 from baldwinlab.models.miniworld import state
-from baldwinlab.parts.part import hook_names
-from scripts import part_reference
-from scripts.described import described_attributes, entries, parse_docstring
-from scripts.hook_calls import CALLS, STAGES
+from baldwinlab.parts.part import Part, hook_names
 
 ROOT = Path(__file__).parent.parent
-KINDS = part_reference.kinds()
-HOOKS = [
-    pytest.param(kind, name, id=f"{kind.__name__}.{name}")
-    for kind in KINDS
-    for name in hook_names(kind)
+PAGE = (ROOT / "docs" / "reference" / "parts.md").read_text("utf-8")
+KINDS = [
+    kind
+    for kind in map(vars(parts).get, parts.__all__)
+    if isinstance(kind, type) and Part in kind.__bases__
 ]
+HOOKS = {f"{kind.__name__}.{name}" for kind in KINDS for name in hook_names(kind)}
+BUILT_IN_PARTS = [
+    (kind, name)
+    for kind in registry.BUILT_IN
+    for name in registry.package_parts(kind)
+    if name != "miniworld"
+]
+# Names in docstrings of parts that are no setting of the part and no part.
+OTHER_NAMES = {"mutation_size", "miniworld"}
 # A generation with every hook of the table. It prints the hooks in the order of their first calls.
 SIMULATION = """
 import json
@@ -36,7 +43,7 @@ from functools import wraps
 import baldwinlab as bl
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.parts.part import hook_names
-from scripts import part_reference
+from tests.test_part_reference import KINDS
 
 calls = []
 
@@ -74,7 +81,7 @@ def end_step(part, model, state, world, step):
 # The engine calls this hook of fitness and selection if a part defines it.
 for path in ("evolution.fitness", "evolution.selection"):
     type(experiment.part(path)).end_step = staticmethod(end_step)
-for kind in part_reference.kinds():
+for kind in KINDS:
     for part in classes(kind):
         for name in hook_names(kind):
             if name in vars(part):
@@ -84,8 +91,7 @@ print(json.dumps(list(dict.fromkeys(calls))))
 """
 
 
-@pytest.fixture(scope="module")
-def first_calls() -> list[str]:
+def list_first_calls() -> list[str]:
     """Return the hooks of a simulated generation, in the order of their first calls."""
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-W", "ignore", "-c", SIMULATION]
@@ -95,106 +101,64 @@ def first_calls() -> list[str]:
     return calls
 
 
-def test_the_table_of_calls_has_the_order_of_the_engine(first_calls: list[str]) -> None:
+def test_the_page_has_the_order_in_which_the_engine_calls_hooks() -> None:
     """Ignore the order of `blocks_sight`, which a sense can call at any time."""
-    documented = list(dict.fromkeys(f"{call.kind}.{call.hook}" for call in CALLS if call.kind))
+    documented = list(dict.fromkeys(re.findall(r"^\| \d+ \| `(\w+\.\w+)` \|", PAGE, re.MULTILINE)))
+    first_calls = list_first_calls()
     sight = "WorldFeature.blocks_sight"
     assert sorted(first_calls) == sorted(documented)
     assert [name for name in first_calls if name != sight] == [
         name for name in documented if name != sight
     ]
+    assert HOOKS - set(documented) == {"Network.links"}
 
 
-@pytest.mark.parametrize(("kind", "name"), HOOKS)
-def test_every_hook_is_in_the_table_of_calls(kind: type[parts.Part], name: str) -> None:
-    calls = [call for call in CALLS if (call.kind, call.hook) == (kind.__name__, name)]
-    assert calls or name == "links"
-    assert all(call.stage in STAGES and call.scope in part_reference.SCOPES for call in calls)
+def test_the_page_has_every_kind_with_its_hooks() -> None:
+    for kind in KINDS:
+        (row,) = re.findall(rf"^\| `{kind.__name__}` \|.*$", PAGE, re.MULTILINE)
+        assert [name for name in hook_names(kind) if f"`{name}`" not in row] == []
 
 
-def test_the_table_of_calls_names_only_existing_hooks() -> None:
-    hooks = {(kind.__name__, name) for kind in KINDS for name in hook_names(kind)}
-    assert {(call.kind, call.hook) for call in CALLS if call.kind} <= hooks
+def test_every_attribute_of_a_class_for_parts_has_a_description() -> None:
+    classes = [Part, *KINDS, state.MiniWorldModel, state.State, oracle_data.Agent, oracle_data.Item]
+    for described in [*classes, Naive]:
+        entries = {entry.name for entry in ClassDoc(described)["Attributes"]}
+        described_names = {name for entry in entries for name in entry.split(", ")}
+        names = {name for name in inspect.get_annotations(described) if not name.startswith("_")}
+        names -= (
+            {"kind", "name", "Compiled", *hook_names(described)} if is_kind(described) else set()
+        )
+        assert names - described_names == set(), described
+    public = [value for name, value in vars(Naive).items() if name[0] != "_" and callable(value)]
+    assert public and all(value.__doc__ for value in public)
 
 
-@pytest.mark.parametrize(("kind", "name"), HOOKS)
-def test_every_hook_and_argument_has_a_description(kind: type[parts.Part], name: str) -> None:
-    hook = getattr(kind, name)
-    text, sections = parse_docstring(hook.__doc__)
-    described = {
-        argument
-        for entry in entries(sections["Parameters"])
-        for argument in entry.names
-        if entry.text
-    }
-    assert text
-    assert [name for name in inspect.signature(hook).parameters if name not in described] == []
+def is_kind(described: type) -> bool:
+    return described in KINDS or described is Part
 
 
-@pytest.mark.parametrize("kind", [parts.Part, *KINDS], ids=lambda kind: kind.__name__)
-def test_every_declaration_of_a_kind_has_a_description(kind: type[parts.Part]) -> None:
-    attributes = described_attributes(kind)
-    assert [name for name in part_reference.declared_names(kind) if name not in attributes] == []
-    assert all(entry.text for entry in attributes.values())
-
-
-@pytest.mark.parametrize("described", [state.MiniWorldModel, state.State])
-def test_every_field_of_model_and_state_has_a_description(described: type) -> None:
-    attributes = described_attributes(described)
-    assert list(attributes) == list(described._fields)  # type: ignore[attr-defined]
-    assert all(entry.text for entry in attributes.values())
-
-
-@pytest.mark.parametrize("described", [oracle_data.Agent, oracle_data.Item, Naive])
-def test_every_field_of_an_oracle_has_a_description(described: type) -> None:
-    attributes = described_attributes(described)
-    assert list(attributes) == list(described.__annotations__)
-    assert all(entry.text for entry in attributes.values())
-
-
-def test_every_function_of_naive_has_a_description() -> None:
-    functions = {name: value for name, value in vars(Naive).items() if callable(value)}
-    public = {name: value for name, value in functions.items() if not name.startswith("_")}
-    assert public
-    assert all(value.__doc__ for value in public.values())
-
-
-@pytest.mark.parametrize("name", part_reference.helper_names())
-def test_every_helper_has_a_description(name: str) -> None:
-    value = getattr(parts, name)
-    assert name in part_reference.constant_descriptions() or parse_docstring(value.__doc__).text
-
-
-def test_every_random_stream_has_a_description() -> None:
-    streams = list(part_reference.streams())
-    assert {"LIFE", "FOUNDER"} <= {name for name, _, _ in streams}
-    assert all(text for _, _, text in streams)
-    numbers = [number for _, number, _ in streams]
-    assert len(set(numbers)) == len(numbers)
-
-
-ALL_PARTS = [(kind, name) for kind in registry.BUILT_IN for name in registry.package_parts(kind)]
-# Names in docstrings of parts that are no setting of the part and no part.
-OTHER_NAMES = ("mutation_size",)
-SETTINGS_OF_PARTS = [
-    pytest.param(kind, name, id=f"{kind}: {name}")
-    for kind, name in ALL_PARTS
-    if name != "miniworld"
-]
-
-
-@pytest.mark.parametrize(("kind", "name"), SETTINGS_OF_PARTS)
-def test_the_docstring_of_a_part_names_only_existing_settings(kind: str, name: str) -> None:
+def test_the_docstring_of_a_part_names_only_existing_settings() -> None:
     """A name in code type is a setting of the part, of the experiment, or another part."""
-    part = registry.find_class(kind, name)
-    text, _ = parse_docstring(part.__doc__)
-    part_names = {part_name for _, part_name in ALL_PARTS}
-    existing = {*part.model_fields, *OTHER_NAMES, *part_names}
-    names = re.findall(r"`([a-z_]+)`", text)
-    assert [word for word in names if word not in existing] == []
+    part_names = {name for _, name in BUILT_IN_PARTS}
+    for kind, name in BUILT_IN_PARTS:
+        part = registry.find_class(kind, name)
+        text = re.split(r"(?m)^\w[\w ]*\n-{3,}$", inspect.getdoc(part) or "")[0]
+        words = set(re.findall(r"`([a-z_]+)`", text))
+        assert words - {*part.model_fields, *part_names} - OTHER_NAMES == set(), (kind, name)
 
 
-@pytest.mark.parametrize(("kind", "name"), SETTINGS_OF_PARTS)
-def test_a_setting_of_a_part_is_described_by_a_sentence(kind: str, name: str) -> None:
-    for field in registry.find_class(kind, name).model_fields.values():
-        assert re.fullmatch(r"[A-Zxy].*[.]", field.description or ""), field.description
+def test_a_setting_of_a_part_is_described_by_a_sentence() -> None:
+    for kind, name in BUILT_IN_PARTS:
+        for field in registry.find_class(kind, name).model_fields.values():
+            assert re.fullmatch(r"[A-Zxy].*[.]", field.description or ""), (kind, name, field)
+
+
+def test_purposes_of_random_numbers_differ() -> None:
+    limits = ("FIRST_CUSTOM", "FIRST_NAMED", "END_NAMED")
+    purposes = [
+        value
+        for name, value in vars(rng).items()
+        if name.isupper() and isinstance(value, int) and name not in limits
+    ]
+    assert len(purposes) > 15
+    assert len(set(purposes)) == len(purposes)

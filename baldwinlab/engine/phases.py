@@ -196,12 +196,12 @@ def per_lane(*rows: int | str, dtype: str = "float32", fill: float | None = None
 
 
 def per_world(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:
-    """Declare an array [world, *rows]. The parameters are those of `per_agent`."""
+    """Declare an array `[world, *rows]`. The parameters are those of `per_agent`."""
     return Array("world", rows or (1,), dtype, fill)
 
 
 def per_run(*rows: int | str, dtype: str = "float64", fill: float = 0.0) -> Array:
-    """Declare an array [*rows] of a run, which hooks of evolution read and write.
+    """Declare an array `[*rows]` of a run, which hooks of evolution read and write.
 
     Its content is stored in checkpoints and records.
 
