@@ -9,7 +9,7 @@ import httpx
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.lab.client import SKIP_TOUR, LabServer
+from tests.lab.client import LabServer
 from tests.lab.conftest import run_server
 from tests.lab.proxy import Proxy
 
@@ -45,7 +45,6 @@ def test_the_world_results_and_live_runs_work_behind_a_proxy(
         PROXIES[name].run(server.port) as address,
         browser.new_context(ignore_https_errors=True) as context,
     ):
-        context.add_init_script(SKIP_TOUR)
         page = context.new_page()
         page.on("console", lambda note: errors.append(note.text) if note.type == "error" else None)
         page.on("pageerror", lambda error: errors.append(str(error)))
