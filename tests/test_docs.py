@@ -198,6 +198,13 @@ def test_links_of_a_page_lead_to_files(page: Path) -> None:
     assert {path for path in links(page) if not path.exists()} == set()
 
 
+def test_the_terms_of_the_glossary_are_unique_and_in_alphabetical_order() -> None:
+    text = (DOCS / "reference" / "glossary.md").read_text("utf-8")
+    terms = [term.lower() for term in re.findall(r"^## (.+)$", text, re.MULTILINE)]
+    assert len(terms) > 20
+    assert terms == sorted(set(terms))
+
+
 def test_every_page_is_two_clicks_from_the_front_page() -> None:
     """A page of the repository is a target of the README, or of a page that the README links."""
     first = links(ROOT / "README.md")
