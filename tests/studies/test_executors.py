@@ -102,6 +102,7 @@ def test_worker_processes_and_threads_store_identical_studies(
     )
 
 
+@pytest.mark.nightly
 def test_the_scheduler_has_one_wave_of_tasks_at_a_time(
     tmp_path: Path, cluster: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -118,6 +119,7 @@ def test_the_scheduler_has_one_wave_of_tasks_at_a_time(
     )
 
 
+@pytest.mark.nightly
 def test_a_killed_worker_does_not_change_the_study(
     tmp_path: Path, cluster: Any, on_dask: Executor
 ) -> None:
@@ -155,6 +157,7 @@ def test_a_task_whose_workers_die_repeatedly_raises_an_error_of_one_sentence(
         next(steps)
 
 
+@pytest.mark.nightly
 def test_workers_report_progress_within_a_task(
     tmp_path: Path, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -168,6 +171,7 @@ def test_workers_report_progress_within_a_task(
     assert sum(reports) == 2 * 12 * 6000 * 20
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("first_on_threads", [True, False])
 def test_an_interrupted_study_resumes_with_a_different_executor(
     tmp_path: Path,
@@ -193,6 +197,7 @@ def test_an_interrupted_study_resumes_with_a_different_executor(
     assert before.items() <= expected.items()
 
 
+@pytest.mark.nightly
 def test_workers_end_tasks_of_a_closed_client(
     tmp_path: Path, cluster: Any, on_dask: Executor, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -229,7 +234,8 @@ def test_worker_processes_and_threads_store_identical_assays(
     } == set(ASSAYS) - {"opponents"}
 
 
-@pytest.mark.parametrize("first_on_threads", [True, pytest.param(False, marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("first_on_threads", [True, False])
 def test_interrupted_assays_resume_with_a_different_executor(
     tmp_path: Path,
     on_dask: Executor,
@@ -305,6 +311,7 @@ def test_workers_with_a_different_engine_refuse_tasks(
         list(simulated_steps(on_dask, study, runs=2))
 
 
+@pytest.mark.nightly
 def test_workers_store_through_fsspec(tmp_path: Path, on_dask: Executor) -> None:
     study = create_study(
         parse_location(f"local://{tmp_path}/far"), [shorten_preset("evo/A")], seed=5
@@ -316,6 +323,7 @@ def test_workers_store_through_fsspec(tmp_path: Path, on_dask: Executor) -> None
     )
 
 
+@pytest.mark.nightly
 def test_a_lost_scheduler_raises_an_error_of_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
