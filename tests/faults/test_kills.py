@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pytest
 
@@ -216,19 +216,13 @@ def kill_repeatedly(stage: Stage, finished_study: Path, tmp_path: Path, kills: i
     assert reproducible_files(folder) == expected
 
 
-def stage_parameter(stage: Stage) -> Any:
-    """Return a stage as a parameter of a test. `make test` includes only the stage `run`."""
-    skip_in_sample = pytest.mark.skipif(
-        amount(1, 0) == 0 and stage.name != "run", reason="`make faults` kills it"
-    )
-    return pytest.param(stage, id=stage.name, marks=skip_in_sample)
-
-
-@pytest.mark.parametrize("stage", [stage_parameter(stage) for stage in STAGES])
+# In `make test`, the tests of batches kill processes that store runs.
+@pytest.mark.skipif(amount(1, 0) == 0, reason="`make faults` kills commands")
+@pytest.mark.parametrize("stage", STAGES, ids=lambda stage: stage.name)
 def test_a_killed_command_loses_no_stored_result(
     stage: Stage, finished_study: Path, tmp_path: Path
 ) -> None:
-    kill_repeatedly(stage, finished_study, tmp_path, amount(stage.kills, 1))
+    kill_repeatedly(stage, finished_study, tmp_path, stage.kills)
 
 
 @pytest.mark.nightly
