@@ -153,9 +153,10 @@ def test_a_call_of_the_mathematical_library_fails(write: Any) -> None:
     ("value", "reason"),
     [
         ("np.float32(part.share * 0.3)", "constants must be float32, such as np.float32(0.5)"),
-        (
+        pytest.param(
             "get(state.rate, 0, lane) * part.count",
             "an integer and a float32 make a float64; write np.float32(n)",
+            marks=pytest.mark.nightly,
         ),
     ],
 )
@@ -171,6 +172,7 @@ def test_random_numbers_that_do_not_depend_on_the_seed_fail(write: Any) -> None:
     )
 
 
+@pytest.mark.nightly
 def test_runs_with_such_random_numbers_differ_when_they_are_repeated(
     write: Any, without_compilation: None
 ) -> None:
@@ -202,14 +204,20 @@ def test_the_worlds_depend_on_the_seed(write: Any, without_compilation: None) ->
     ("learn", "reason"),
     [
         ("put(state.weights, 0, lane, part.nothing)", "Unknown attribute 'nothing'"),
-        (
+        pytest.param(
             'put(state.weights, 0, lane, get(state.weights, 0, lane) + "x")',
             "No implementation of function",
+            marks=pytest.mark.nightly,
         ),
-        ("put(state.weights, 0, lane, nothing)", "name 'nothing' is not defined"),
-        (
+        pytest.param(
+            "put(state.weights, 0, lane, nothing)",
+            "name 'nothing' is not defined",
+            marks=pytest.mark.nightly,
+        ),
+        pytest.param(
             "put(state.weights, 0, lane, not_compiled(state.weights, lane))",
             "Untyped global name 'not_compiled'",
+            marks=pytest.mark.nightly,
         ),
     ],
 )

@@ -78,6 +78,7 @@ def test_an_index_past_the_end_fails_before_the_part_is_compiled(write_part: Wri
     assert str(findings[-1]).startswith(skipped)
 
 
+@pytest.mark.nightly
 def test_a_rule_that_reads_an_unwritten_array_fails(write_part: Write) -> None:
     path = write_part(
         RULE.format(more="", value="get(state.weights, w, lane) + get(part.trace, w, lane)")
@@ -131,7 +132,7 @@ class Crashes(Fitness, name="crashes"):
             "ctypes.string_at(0)",
             "the process ended by the signal SIGSEGV: it accessed invalid memory",
         ),
-        ("os._exit(0)", "the process ended with status 0"),
+        pytest.param("os._exit(0)", "the process ended with status 0", marks=pytest.mark.nightly),
     ],
 )
 def test_a_crash_of_the_child_process_fails_with_one_line(
