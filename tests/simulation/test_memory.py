@@ -24,8 +24,6 @@ from tests.small_studies import make_small_study, shorten_preset
 
 EXAMPLES = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
 FEW_GENOMES = ("evolution.generations=8", "record.genome_every=8")
-# These tests take five seconds each.
-NIGHTLY = pytest.mark.nightly
 SHORT = ("lifetime.steps=1", "evolution.generations=20")
 
 # Runs a task with the experiment on standard input and prints the increase in peak memory.
@@ -78,34 +76,32 @@ def measure_peak_memory(task: str, experiment: BaseExperiment) -> int:
     return int(process.stdout.split()[-1])
 
 
+# Each case starts two processes, which takes five seconds.
+@pytest.mark.nightly
 @pytest.mark.skipif(sys.platform != "linux", reason="the memory of a process is read from /proc")
 @pytest.mark.parametrize(
     ("task", "name", "assignments"),
     [
         ("of_runs", "evo+self-taught/A", (*SHORT, "population.size=3000")),
-        pytest.param(
+        (
             "of_runs",
             "evo+self-taught/A",
             ("lifetime.steps=1", "population.size=20000", *FEW_GENOMES),
-            marks=NIGHTLY,
         ),
-        pytest.param(
+        (
             "of_runs",
             "bit-strings",
             ("population.size=10000", "evolution.generations=20"),
-            marks=NIGHTLY,
         ),
-        pytest.param(
+        (
             "of_simulate",
             "evo/A",
             (*SHORT, "population.size=20000", "record.genome_every=20"),
-            marks=NIGHTLY,
         ),
-        pytest.param(
+        (
             "of_replay",
             "evo+self-taught/A",
             ("lifetime.steps=6000", "population.size=500"),
-            marks=NIGHTLY,
         ),
     ],
 )
