@@ -85,10 +85,6 @@ def calls(tmp_path_factory: pytest.TempPathFactory) -> Counter[tuple[type, str]]
     return counts
 
 
-@pytest.mark.parametrize(
-    ("holder", "name"),
-    HOOKS,
-    ids=[f"{holder.__name__}.{name}" for holder, name in HOOKS],
-)
-def test_numba_calls_a_hook(holder: type, name: str, calls: Counter[tuple[type, str]]) -> None:
-    assert calls[holder, name], f"Numba no longer calls `{holder.__name__}.{name}`"
+def test_numba_calls_each_hook(calls: Counter[tuple[type, str]]) -> None:
+    uncalled = [f"{holder.__name__}.{name}" for holder, name in HOOKS if not calls[holder, name]]
+    assert not uncalled, "Numba no longer calls these methods"

@@ -52,8 +52,8 @@ def resolve_path(path: str, roots: dict[str, Any]) -> Any:
     return value
 
 
-def require(name: Name, roots: dict[str, Any]) -> None:
-    """Fail with one sentence if a name is missing or its signature has changed."""
+def find_fault(name: Name, roots: dict[str, Any]) -> str:
+    """Return a sentence if a name is missing or its signature has changed, else ""."""
     try:
         value = resolve_path(name.path, roots)
         if name.call is not None:
@@ -63,18 +63,24 @@ def require(name: Name, roots: dict[str, Any]) -> None:
             inspect.signature(value).bind(*positional, **keywords)
     except (AttributeError, ImportError, TypeError) as error:
         fault = f"Numba's `{name.path}` is gone or has other parameters ({error})"
-        pytest.fail(f"{fault}: baldwinlab uses it for {name.purpose}", pytrace=False)
+        return f"{fault}: baldwinlab uses it for {name.purpose}"
+    return ""
 
 
-@pytest.mark.parametrize("name", IMPORTED_NAMES, ids=lambda name: name.path)
-def test_a_name_exists(name: Name) -> None:
-    require(name, {})
+def require(names: Iterable[Name], roots: dict[str, Any]) -> None:
+    """Fail with one sentence for each name that is missing or has another signature."""
+    faults = list(filter(None, (find_fault(name, roots) for name in names)))
+    if faults:
+        pytest.fail("\n".join(faults), pytrace=False)
+
+
+def test_the_names_exist() -> None:
+    require(IMPORTED_NAMES, {})
 
 
 @pytest.mark.skipif(find_spec("numba_cuda") is None, reason="needs numba-cuda")
-@pytest.mark.parametrize("name", CUDA_NAMES, ids=lambda name: name.path)
-def test_a_name_of_the_gpu_compiler_exists(name: Name) -> None:
-    require(name, {})
+def test_the_names_of_the_gpu_compiler_exist() -> None:
+    require(CUDA_NAMES, {})
 
 
 class Pair(NamedTuple):
@@ -120,9 +126,8 @@ def objects() -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize("name", COMPILATION_NAMES, ids=lambda name: name.path)
-def test_a_compilation_has_a_name(name: Name, objects: dict[str, Any]) -> None:
-    require(name, objects)
+def test_a_compilation_has_the_names(objects: dict[str, Any]) -> None:
+    require(COMPILATION_NAMES, objects)
 
 
 def _invert(value: float) -> float:
@@ -211,8 +216,11 @@ FORBIDDEN = {name for name in split_paths(NAMES) if "_" in name} | UNAMBIGUOUS
 OTHER_MODULES = [module for module, path in MODULES.items() if PACKAGE not in path.parents]
 
 
-@pytest.mark.parametrize("module", OTHER_MODULES)
-def test_no_other_module_uses_a_private_name(module: str) -> None:
-    path = MODULES[module]
-    assert not {name for name in list_imports(path) if not is_public(name)}
-    assert not list_attributes(path) & (FORBIDDEN - AMBIGUOUS)
+def test_no_other_module_uses_a_private_name() -> None:
+    forbidden = FORBIDDEN - AMBIGUOUS
+    uses = {
+        module: {name for name in list_imports(MODULES[module]) if not is_public(name)}
+        | list_attributes(MODULES[module]) & forbidden
+        for module in OTHER_MODULES
+    }
+    assert {module: names for module, names in uses.items() if names} == {}
