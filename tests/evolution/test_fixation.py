@@ -20,6 +20,8 @@ from baldwinlab.parts.lifetimes import make_lifetimes
 N_AGENTS = 6
 N_INVADERS = 2
 N_RUNS = 400
+# Generations of the tests that do not wait for a fixation.
+N_GENERATIONS = 9
 # Probability that a correct program fails a test with these bounds.
 ERROR_RATE = 1e-3
 
@@ -73,16 +75,16 @@ def test_selection_does_not_change_the_fixation_probability_of_identical_species
 
 
 def test_the_diversity_of_neutral_species_decays_by_a_factor_of_1_minus_1_over_n() -> None:
-    shares = simulate_shares("neutral", 60)[:, :9]
+    shares = simulate_shares("neutral", N_GENERATIONS)
     diversity = shares * (1 - shares)
-    expected = diversity[0, 0] * (1 - 1 / N_AGENTS) ** np.arange(9)
+    expected = diversity[0, 0] * (1 - 1 / N_AGENTS) ** np.arange(N_GENERATIONS)
     error = diversity.std(axis=0) / math.sqrt(N_RUNS)
-    bound = stats.norm.isf(ERROR_RATE / (2 * 9))
+    bound = stats.norm.isf(ERROR_RATE / (2 * N_GENERATIONS))
     assert (np.abs(diversity.mean(axis=0) - expected) <= bound * error + 1e-12).all()
 
 
 def test_the_number_of_neutral_children_of_a_species_is_binomial() -> None:
-    next_counts = np.rint(simulate_shares("neutral", 60)[:, 1] * N_AGENTS).astype(int)
+    next_counts = np.rint(simulate_shares("neutral", N_GENERATIONS)[:, 1] * N_AGENTS).astype(int)
     observed = np.bincount(next_counts, minlength=N_AGENTS + 1)
     expected = N_RUNS * stats.binom.pmf(np.arange(N_AGENTS + 1), N_AGENTS, N_INVADERS / N_AGENTS)
     assert stats.chisquare(observed, expected).pvalue > ERROR_RATE
