@@ -84,10 +84,8 @@ class File(Fields):
             except ValueError as error:
                 problem = str(error)
                 continue
-            # Earlier versions stored the hash of a text with its own line endings.
-            for form in (normalize_text(content), content):
-                if hashlib.sha256(form).hexdigest() == self.sha256:
-                    return form
+            if hash_content(content) == self.sha256:
+                return normalize_text(content)
             problem = f"the file {self.path} has changed since the experiment was made"
         raise PartError(f"{problem}; give the original file")
 

@@ -87,9 +87,7 @@ def create_study(
             raise StudyError(
                 f"no condition can be called {name!r}: a study has files with such endings"
             )
-    # A study of an earlier version may have such names, and is completed.
-    if not is_study(directory):
-        _require_portable_names(names)
+    _require_portable_names(names)
     if is_local(directory) and (outer_study := enclosing_study(directory)):
         raise StudyError(f"{directory} is inside the study {outer_study}. Choose another path.")
     is_new = False

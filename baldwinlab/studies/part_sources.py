@@ -9,7 +9,6 @@ user loads the same files again with --part.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -73,17 +72,6 @@ def save_sources(directory: Path, sources: Sequence[Source]) -> None:
                 ) from None
 
 
-def _has_text(directory: Path, source: Source, stored_hash: str) -> bool:
-    """Return whether a study has the text of a part, with other line endings.
-
-    Earlier versions stored the hash of a text with its own line endings.
-    """
-    path = stored_source(directory, source.kind, source.name)
-    if not path.exists() or hashlib.sha256(path.read_bytes()).hexdigest() != stored_hash:
-        return False
-    return read_text(path, PART_FILE) == source.text
-
-
 def format_toml(sources: Sequence[Source]) -> list[str]:
     """Return the lines about parts in `study.toml`."""
     lines: list[str] = []
@@ -143,8 +131,7 @@ def _require_parts(
                 f"{part} is not loaded; load its file, for example the copy in the study: "
                 f"--part {copy}"
             ) from None
-        is_changed = stored_hash and source.sha256 != stored_hash
-        if is_changed and not _has_text(directory, source, str(stored_hash)):
+        if stored_hash and source.sha256 != stored_hash:
             raise PartError(
                 f"{part} differs from the loaded one; choose another --out, or load the original "
                 f"file, for example the copy in the study: --part {copy}"

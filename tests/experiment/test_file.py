@@ -127,12 +127,6 @@ def test_line_endings_and_a_byte_order_mark_change_no_result(table: Path) -> Non
     np.testing.assert_array_equal(bl.simulate(make_experiment_with_table(), seed=1).energy, energy)
 
 
-def test_a_hash_of_a_text_with_other_line_endings_remains_valid(table: Path) -> None:
-    """Earlier versions stored the hash of the bytes on disk."""
-    table.write_bytes(b"5\r\n6\r\n")
-    assert File(path="worth.txt", sha256=sha256(table)).read() == b"5\r\n6\r\n"
-
-
 def test_a_binary_file_is_not_changed(tmp_path: Path) -> None:
     for name, content in {"nul": b"\xef\xbb\xbf\0\r\n", "latin": b"\xe4\r\n"}.items():
         (tmp_path / name).write_bytes(content)
