@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -53,6 +53,7 @@ class Competition(NamedTuple):
     lives: npt.NDArray[np.float64]
 
 
+@check_numbers
 def compete(
     a: str | Path,
     b: str | Path,
@@ -101,51 +102,9 @@ def compete(
     ExperimentError
         There is no such preset, map or setting.
     """
-    return run_competition(
-        Path(a),
-        Path(b),
-        experiment=experiment,
-        map_name=map,
-        assignments=format_assignments(set or {}),
-        lives=lives,
-        seed=seed,
-    )
-
-
-@check_numbers
-def run_competition(
-    path_a: Path,
-    path_b: Path,
-    *,
-    experiment: str | None,
-    map_name: str | None,
-    assignments: Sequence[str],
-    lives: int,
-    seed: int,
-) -> Competition:
-    """Compete as in `compete`, with settings as assignments.
-
-    Parameters
-    ----------
-    path_a, path_b
-        Genome files.
-    experiment, map_name
-        As in `compete`.
-    assignments
-        Settings that change, such as "lifetime.steps=500".
-    lives, seed
-        As in `compete`.
-
-    Returns
-    -------
-    Competition
-        The result.
-
-    Raises
-    ------
-    ArgumentError, RefusedError, ExperimentError
-        As in `compete`.
-    """
+    path_a = Path(a)
+    path_b = Path(b)
+    assignments = format_assignments(set or {})
     load_installed_parts()
     stored_a = read_genome_file(path_a)
     stored_b = read_genome_file(path_b)
@@ -156,8 +115,8 @@ def run_competition(
         setting = chosen.at(_find_generation(stored_a))
         _require_same_agents(setting, stored_b, path_b)
     # A genome has the modules of all generations.
-    layout = assign(place_on_map(chosen, map_name), assignments)
-    setting = assign(place_on_map(setting, map_name), assignments)
+    layout = assign(place_on_map(chosen, map), assignments)
+    setting = assign(place_on_map(setting, map), assignments)
     _require_halves(setting)
     _require_constant_settings(setting)
     require_fitness_without_archive(setting, "a competition")
@@ -180,7 +139,7 @@ def _require_same_agents(experiment: BaseExperiment, stored: StoredGenomes, path
         if getattr(experiment, table) != getattr(second_experiment, table, None):
             raise RefusedError(
                 f"the agents of {path} have other settings of {table!r} than those of the first "
-                "file; give the experiment of both with --experiment"
+                "file; give the experiment of both with the argument `experiment`"
             )
 
 

@@ -44,7 +44,6 @@ GROUPS: Final[dict[str, dict[str, Command]]] = {
         ),
         "export": Command("cli.export", "export", "[SOURCE]"),
         "freeze": Command("cli.freeze", "freeze", "REFERENCE --out OUT"),
-        "compete": Command("cli.compete", "compete", "A B"),
     },
     "Parts and papers": {
         "list": Command("cli.list", "list_names", "papers|presets|parts"),

@@ -53,13 +53,13 @@ def compete(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
     Raise MissingError if a file does not exist, and ValueError for other invalid parameters.
     """
     # This import of SciPy's statistics takes time.
-    from baldwinlab.api.compete import run_competition
+    from baldwinlab.api.compete import compete as simulate_competition
 
     path_a, path_b = (find_file(lab, str(body.get(name, ""))) for name in ("a", "b"))
     condition = str(body.get("condition", "")) or None
     lives = read_body_number(body, "lives", 20)
     seed = read_body_number(body, "seed", 0)
-    # `run_competition` would also read a file of this name.
+    # `simulate_competition` would also read a file of this name.
     if condition is not None and condition not in presets.factors():
         raise ValueError(f"condition = {condition!r} must be a preset")
     if not 1 <= lives <= MAX_LIVES:
@@ -67,16 +67,8 @@ def compete(lab: Lab, body: Mapping[str, Any]) -> dict[str, Any]:
     experiment = choose_experiment(read_genome_file(path_a), path_a, condition)
     work = SIMULATIONS_PER_LIFE * lives * experiment.agent_steps * experiment.weight_count
     if work > MAX_GENERATION_WORK:
-        raise ValueError(f"lives = {lives} is too large for these agents; use `baldwinlab compete`")
-    result = run_competition(
-        path_a,
-        path_b,
-        experiment=condition,
-        map_name=None,
-        assignments=(),
-        lives=lives,
-        seed=seed,
-    )
+        raise ValueError(f"lives = {lives} is too large for these agents; use `bl.compete`")
+    result = simulate_competition(path_a, path_b, experiment=condition, lives=lives, seed=seed)
     has_interval = math.isfinite(result.low)
     return {
         "outcome": name_experiment_outcome(experiment),

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import baldwinlab as bl
 from baldwinlab.core.errors import BaldwinLabError
-from tests.commands import Command
 from tests.small_studies import make_small_study
 
 SHORT = {"lifetime.steps": 150, "population": {"size": 6}}
@@ -65,34 +65,23 @@ def test_the_lives_depend_on_the_seed_and_on_the_map(folder: Path) -> None:
     np.testing.assert_array_equal(bl.compete(*files, set=SHORT, lives=3).lives, lives[:3])
 
 
-def test_the_command_compete_prints_energies_and_the_interval(
-    command: Command, folder: Path
-) -> None:
-    files = [str(folder / name) for name in ("a.nc", "a.nc")]
-    options = ["--set", "lifetime.steps=50", "population.size=4", "--lives", "2"]
-    outcome = command("compete", *files, *options)
-    assert outcome.code == 0, outcome.err
-    assert outcome.out.endswith("A minus B: 0, 95 % interval 0 to 0, 2 lives\n")
-
-
 @pytest.mark.parametrize(
-    ("arguments", "sentence"),
+    ("names", "arguments", "sentence"),
     [
-        (["a.nc", "learners.nc"], "have other settings of 'learning' than those of the first file"),
-        (["a.nc", "learners.nc", "--experiment", "evo/A"], "do not fit evo/A: their modules"),
-        (["a.nc", "b.nc", "--set", "population.size=5"], "population.size = 5 must be even"),
-        (["a.nc", "b.nc", "--lives", "0"], "lives"),
-        (["a.nc", "b.nc", "--map", "Q"], "there is no map 'Q'"),
-        (["a.nc", "missing.nc"], "missing.nc cannot be read: No such file"),
+        ("a learners", {}, "have other settings of 'learning' than those of the first file"),
+        ("a learners", {"experiment": "evo/A"}, "do not fit evo/A: their modules"),
+        ("a b", {"set": {"population.size": 5}}, "population.size = 5 must be even"),
+        ("a b", {"lives": 0}, "lives = 0 must be a whole number from 1"),
+        ("a b", {"map": "Q"}, "there is no map 'Q'"),
+        ("a missing", {}, "missing.nc cannot be read: No such file"),
     ],
 )
 def test_a_competition_that_is_not_possible_is_refused(
-    command: Command, folder: Path, arguments: list[str], sentence: str
+    folder: Path, names: str, arguments: dict[str, Any], sentence: str
 ) -> None:
-    words = [str(folder / word) if word.endswith(".nc") else word for word in arguments]
-    outcome = command("compete", *words)
-    assert outcome.code == 2
-    assert sentence in outcome.err
+    files = [folder / f"{name}.nc" for name in names.split()]
+    with pytest.raises((BaldwinLabError, ValueError), match=sentence):
+        bl.compete(*files, **arguments)
 
 
 def test_files_without_an_experiment_need_one(tmp_path: Path) -> None:

@@ -73,7 +73,6 @@ LATE = [
     "freeze base:evo/A@1[7] --out frozen.nc",
     "export base --format onnx --run 0 --generation 9 --agent 0 --out network.onnx",
     "export base --format phylogeny --condition evo/A --run 7 --out tree.csv",
-    "compete wrong.npy wrong.npy --experiment evo/A",
 ]
 
 
