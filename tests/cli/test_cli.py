@@ -385,7 +385,9 @@ def test_export_writes_the_phylogeny(command: Command, stored: Path) -> None:
     assert len(lines) == 1 + 3 * 20
 
 
-def test_ctrl_c_reports_the_stored_runs_and_the_same_command_resumes(tmp_path: Path) -> None:
+def test_ctrl_c_reports_the_stored_runs_and_the_same_command_resumes(
+    command: Command, tmp_path: Path
+) -> None:
     arguments = ["run", "evo+self-taught/A", "--runs", "24", "--workers", "1", "--out", "study"]
     arguments += ["--set", "evolution.generations=4", "--set", "lifetime.steps=300"]
     with run_until_paused(
@@ -406,15 +408,9 @@ def test_ctrl_c_reports_the_stored_runs_and_the_same_command_resumes(tmp_path: P
     message = f"{stored} of 24 runs are stored in study. Repeat the command to continue."
     assert f"Interrupted. {message}" in err
     assert "Traceback" not in err
-    repeated = subprocess.run(
-        [sys.executable, "-m", "baldwinlab", *arguments],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert f"{stored} of 24 runs stored" in repeated.stdout
+    repeated = command(*arguments)
+    assert repeated.code == 0
+    assert f"{stored} of 24 runs stored" in repeated.out
     assert StudyStore(tmp_path / "study").runs("evo+self-taught/A") == list(range(24))
 
 
