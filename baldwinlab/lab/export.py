@@ -8,7 +8,6 @@ from typing import Any, Final
 
 from baldwinlab._version import __version__
 from baldwinlab.core.errors import RefusedError
-from baldwinlab.evolution import has_parent_teachers
 from baldwinlab.experiment import BaseExperiment, Experiment, ExperimentError
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.class_builder import choosing_fields
@@ -39,7 +38,6 @@ STYLES: Final = (
     "vendor/uPlot.min.css",
     "style.css",
     "world.css",
-    "inspector.css",
     "world_windows.css",
     "world_figure.css",
     "charts.css",
@@ -188,7 +186,6 @@ def _make_preset(experiment: Experiment) -> dict[str, Any]:
         "description": description,
         "experiment": experiment.to_dict(),
         "appearance": make_appearance_template(experiment),
-        "has_parent_teachers": has_parent_teachers(experiment),
         "topics": [topic._asdict() for topic in list_topics(experiment)],
         "measures": describe_experiment_measures(experiment),
     }

@@ -14,12 +14,10 @@ from baldwinlab import papers
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.lab.export import render_live_page
-from baldwinlab.lab.history import trace_ancestor_line
 from baldwinlab.papers import presets
 from baldwinlab.papers.paper import STANDARD_VARIANT
 from baldwinlab.simulation.simulate import simulate
 from tests.axe import find_violations
-from tests.lab.test_page_history import rows_of
 
 TYPES = {"food_eaten": np.int32, "energy": np.float64, "parents": np.int32, "genome": np.float32}
 # Return the bytes of each array of a run.
@@ -303,45 +301,14 @@ def test_a_run_stops_during_a_lifetime_and_a_new_run_starts(page: Page) -> None:
     expect(page.get_by_test_id("live-state")).to_have_text("Done")
 
 
-def test_the_inspector_shows_the_parents_and_the_food_of_an_agent(page: Page) -> None:
+def test_a_selected_agent_is_marked_without_an_inspector(page: Page) -> None:
     start_run(page, runs=1)
     expect(page.get_by_test_id("live-state")).to_have_text("Done")
     expect(page.get_by_test_id("live-caption")).to_have_text("Generation 2")
     page.get_by_test_id("live-canvas-agent").select_option("4")
-    expect(page.get_by_test_id("agent")).to_have_text("Agent 4")
-    run = simulate(shorten(presets.load("evo+self-taught/A")), seed=0)
-    parents = list(dict.fromkeys(run.parents.values[2, 4].tolist()))
-    expect(page.get_by_test_id("parent")).to_have_text([f"agent {parent}" for parent in parents])
-    items = int(run.food_eaten[2, 4])
-    expect(page.locator(".inspector header")).to_contain_text(f"{items} items eaten")
+    expect(page.get_by_test_id("live-canvas-facts")).to_contain_text("Agent 4: ")
+    expect(page.locator(".inspector")).to_have_count(0)
     assert find_violations(page) == []
-
-
-@pytest.mark.nightly
-def test_the_list_of_ancestors_starts_in_generation_0_and_opens_their_lifetimes(
-    page: Page,
-) -> None:
-    page.set_viewport_size({"width": 390, "height": 844})
-    start_run(page, runs=2)
-    expect(page.get_by_test_id("live-state")).to_have_text("Done")
-    page.get_by_test_id("live-run").select_option("1")
-    expect(page.get_by_test_id("live-caption")).to_have_text("Generation 2")
-    page.get_by_test_id("live-canvas-agent").select_option("4")
-    page.get_by_test_id("ancestors-of").click()
-    run = simulate(shorten(presets.load("evo+self-taught/A")), seed=0, run=1)
-    line = trace_ancestor_line(2, 4, run.parents.values, run.food_eaten.values)
-    rows = page.get_by_test_id("ancestors").locator("tbody tr")
-    expect(rows).to_have_count(2)
-    assert [
-        [cell.text_content() for cell in row.locator("th, td").all()] for row in rows.all()
-    ] == rows_of(line)
-    assert find_violations(page) == []
-    assert page.evaluate("document.documentElement.scrollWidth") <= 390
-    page.get_by_test_id("ancestor").last.click()
-    expect(page.get_by_test_id("live-caption")).to_have_text("Generation 0")
-    expect(page.get_by_test_id("ancestors")).to_contain_text(
-        "This agent has no parents: its weights are random."
-    )
 
 
 def test_an_invalid_form_shows_a_message_and_disables_start(page: Page) -> None:

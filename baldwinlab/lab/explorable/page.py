@@ -25,7 +25,6 @@ STYLES: Final = (
     "vendor/uPlot.min.css",
     "style.css",
     "world.css",
-    "inspector.css",
     "world_windows.css",
     "charts.css",
     "explorable/page.css",

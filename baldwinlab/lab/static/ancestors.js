@@ -1,6 +1,6 @@
 /** The ancestors of an agent as a chart and a table, back to the first generation. */
 
-import { el, formatNumber, getJSON, isServerless, showMessage } from "./common.js";
+import { el, formatNumber, getJSON, showMessage } from "./common.js";
 import { createLineageTree } from "./lineage_tree.js";
 import { createLifetimeQuery } from "./sources.js";
 import { createColorKey, LifetimeChart } from "./lifetime_chart.js";
@@ -64,9 +64,8 @@ export class Ancestors {
     this.root.classList.remove("waiting");
   }
 
-  /** Draw the lineage tree. An exported page has none. */
+  /** Draw the lineage tree. */
   async showTree(requested, agent) {
-    if (isServerless()) return;
     const tree = await getJSON(`api/lineage?${requested}`, this.stop.signal);
     const { source } = this;
     this.tree.replaceChildren(

@@ -11,7 +11,7 @@ import { applyChanges, findChanges } from "./experiment_changes.js";
 /**
  * @typedef {object} Laboratory the data that Python writes into the page
  * @property {{name: string, description: string, experiment: object, schema: number,
- *   appearance: object, has_parent_teachers: boolean,
+ *   appearance: object,
  *   topics: import("./guide.js").Topic[], measures: object}[]} presets
  * @property {object[]} schemas
  * @property {{name: string, when: Object<string, any>, module: string, plan: object}[]} programs
@@ -54,12 +54,9 @@ export class BrowserLab {
       first: number("first"),
       last: number("last"),
     };
-    if (pathname === "/api/recording") return feed.loadRecording(parameters, source);
-    if (pathname === "/api/frames") return feed.loadFrames(parameters, source);
-    const agentQuery = { ...source, agent: number("agent") };
-    return pathname === "/api/ancestors"
-      ? feed.findAncestors(agentQuery)
-      : feed.inspectAgent(agentQuery);
+    return pathname === "/api/frames"
+      ? feed.loadFrames(parameters, source)
+      : feed.loadRecording(parameters, source);
   }
 
   async post(path, { experiment, ...request }) {
@@ -135,11 +132,6 @@ export class BrowserLab {
    */
   findProgram(experiment) {
     return findProgram(this.laboratory.programs, experiment);
-  }
-
-  /** Return whether the parents teach their children. */
-  hasParentTeachers(experiment) {
-    return this.findPreset(experiment.name).has_parent_teachers;
   }
 
   /** Return the appearance of the world of an experiment. */

@@ -1,12 +1,9 @@
 /** Live runs on an exported page: a pool of workers, and a feed of their results. */
 
-import { findAncestorLine } from "./ancestry.js";
 import { Feed } from "./live_feed.js";
 import { createRecordingHeader } from "./program_table.js";
 
-/**
- * The feed of a run of the browser engine, with recordings, data about one agent, and ancestors.
- */
+/** The feed of a run of the browser engine, with recordings of its lifetimes. */
 export class BrowserFeed extends Feed {
   /**
    * @param {import("./browser_lab.js").BrowserLab} lab
@@ -17,7 +14,6 @@ export class BrowserFeed extends Feed {
     this.lab = lab;
     this.order = order;
     this.steps = 0;
-    this.history = [];
     /** @type {(value?: any) => void} */
     this.wakeUp = () => {};
   }
@@ -76,7 +72,6 @@ export class BrowserFeed extends Feed {
       .sort((first, second) => first.run - second.run);
     // The run was stopped within a lifetime.
     if (this.ended) return;
-    this.history.push(results);
     this.add(computeBands(results, this.lab.laboratory.quantiles));
     this.onUpdate();
     const pauseTime = 1000 * this.summary.seconds - (performance.now() - start);
@@ -108,7 +103,7 @@ export class BrowserFeed extends Feed {
   async loadRecording(source, { run, generation, first, last }) {
     const { experiment, seed } = this.summary;
     const appearance = this.lab.describeAppearance(experiment);
-    const recorded = await this.replay("recording", { run, generation, appearance, first, last });
+    const recorded = await this.replay({ run, generation, appearance, first, last });
     const key = { source, seed, run, generation };
     return {
       header: createRecordingHeader(experiment, appearance, recorded, key),
@@ -167,62 +162,14 @@ export class BrowserFeed extends Feed {
     return worker.request("genome", { group: this.id, run, generation });
   }
 
-  /** Return the container about one agent. */
-  async inspectAgent({ run, generation, agent, first, last }) {
-    const { experiment } = this.summary;
-    const appearance = this.lab.describeAppearance(experiment);
-    const { part, sizes, arrays } = await this.replay("agent", {
-      run,
-      generation,
-      agent,
-      appearance,
-      first,
-      last,
-    });
-    const { parents: parentPairs, teachers: teacherPairs, energy } = this.history[generation][run];
-    const next = this.history[generation + 1]?.[run].parents;
-    const couple = (pairs) =>
-      pairs && pairs[0] >= 0 ? Array.from(pairs.subarray(2 * agent, 2 * agent + 2)) : null;
-    const children = next
-      ? Array.from({ length: next.length / 2 }, (_, child) => child).filter(
-        (child) => next[2 * child] === agent || next[2 * child + 1] === agent,
-      )
-      : [];
-    const header = {
-      kind: "agent",
-      agent,
-      ...part,
-      appearance,
-      layer_sizes: sizes,
-      biases: experiment.network.biases,
-    };
-    const teachers = this.lab.hasParentTeachers(experiment) ? couple(teacherPairs) : null;
-    const relatives = {
-      parents: couple(parentPairs),
-      teachers,
-      children,
-      food: arrays.eaten_in_life.at(-1),
-      rank: 1 + energy.filter((value) => value > energy[agent]).length,
-    };
-    return { header: { ...header, ...relatives }, arrays };
-  }
-
-  /** Return the ancestors of an agent. */
-  findAncestors({ run, generation, agent }) {
-    return findAncestorLine(
-      this.history.slice(0, generation + 1).map((results) => results[run]),
-      agent,
-    );
-  }
-
-  /** Replay a lifetime on a worker. */
-  async replay(command, parameters) {
+  /** Record a lifetime on a worker. */
+  async replay(parameters) {
     const { run, generation } = parameters;
     const { workers } = this.lab;
     const genome = await this.loadGenome(run, generation);
     const { experiment, seed } = this.summary;
     const program = this.lab.findProgram(experiment);
-    return (await workers.prepareWorker("replay", program)).request(command, {
+    return (await workers.prepareWorker("replay", program)).request("recording", {
       program: program.name,
       experiment,
       seed,

@@ -68,14 +68,6 @@ export class Engine {
     return new ARRAY_TYPES[type](this.memory.buffer, data, size);
   }
 
-  /**
-   * Return the shape of an array.
-   * @returns {number[]}
-   */
-  shape(name) {
-    return this.arrays[name].shape;
-  }
-
   /** Write the number of a name such as "population.generation". */
   set(name, value) {
     const [tuple, leaf] = splitName(name);

@@ -3,7 +3,7 @@
 import { compileProgram, MEMORY_ERROR } from "./engine.js";
 import { Run, simulate } from "./simulation.js";
 import { WorldCursor } from "./frame_recorder.js";
-import { inspectAgent, limitSpan, recordLifetime } from "./lifetime_recorder.js";
+import { limitSpan, recordLifetime } from "./lifetime_recorder.js";
 
 // Milliseconds of simulation before the first run.
 const WARM_UP_TIME = 150;
@@ -64,14 +64,12 @@ const COMMANDS = {
     const { members } = state;
     const results = [];
     for (const { run, simulation, genomes } of members) {
-      // The teachers of the current generation. Reproduction replaces them.
-      const { teachers } = simulation;
       const { genome, ...outcome } = await simulateInterruptibly(simulation, () => !state.stopped);
       genomes.push(genome);
       genomes[
         genomes.length - 1 - Math.floor(MAX_GENOME_BYTES / members.length / genome.byteLength)
       ] &&= null;
-      results.push({ run, teachers, ...outcome });
+      results.push({ run, ...outcome });
     }
     return results;
   },
@@ -84,8 +82,7 @@ const COMMANDS = {
       );
     return genome;
   },
-  recording: (options) => replayLifetime(options, recordLifetime),
-  agent: (options) => replayLifetime(options, inspectAgent),
+  recording: recordAgain,
   /**
    * Return frames of a lifetime, or null if the genomes are needed. Genomes have megabytes, so only
    * the first request of a lifetime contains them.
@@ -130,19 +127,14 @@ async function simulateInterruptibly(simulation, shouldContinue) {
   return simulation.finishGeneration(genome);
 }
 
-/** Replay a lifetime from the genomes of its generation, and record it. */
-function replayLifetime(
-  { program, experiment, seed, run, genome, first, last, ...options },
-  recordArrays,
+/** Simulate a lifetime again from the genomes of its generation, and record it. */
+function recordAgain(
+  { program, experiment, seed, run, generation, genome, appearance, first, last },
 ) {
   const replayRun = new Run(programs.get(program), experiment, seed, run);
   replayRun.engine.array("population.genome").set(genome);
   const part = limitSpan(experiment, first, last);
-  return {
-    part,
-    sizes: Array.from(replayRun.engine.array("setting.sizes"), Number),
-    arrays: recordArrays(replayRun, { ...options, ...part }),
-  };
+  return { part, arrays: recordLifetime(replayRun, { generation, appearance, ...part }) };
 }
 
 addEventListener("message", async ({ data: { ticket, command, parameters } }) => {

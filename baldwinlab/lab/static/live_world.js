@@ -1,7 +1,6 @@
 /** The world of a live run: the newest generation, or a selected one. */
 
 import { createQuery, el, showMessage } from "./common.js";
-import { Inspector } from "./inspector.js";
 import { createFreezerButton } from "./freezer_button.js";
 import { Legend } from "./legend.js";
 import { openLifetime } from "./lifetimes.js";
@@ -16,6 +15,14 @@ import { WorldFigure } from "./world_figure.js";
 const MIN_DISPLAY_TIME = 1000;
 
 const DEFAULT_SPEED = 100;
+
+/** @type {typeof import("./inspector.js").Inspector|null} */
+let Inspector = null;
+
+/** Set the agent inspector of all live runs. An exported page has none. */
+export function setInspector(inspector) {
+  Inspector = inspector;
+}
 
 export class LiveWorld {
   /**
@@ -53,15 +60,20 @@ export class LiveWorld {
     this.bar = new TimeBar(this.player, "live", () => this.stopFollowing());
     this.legend = new Legend();
     this.share = null;
-    this.inspector = new Inspector({
+    this.inspector = this.createInspector();
+    this.inspector?.showAncestors(state.inside === "ancestors");
+    this.element = this.createElement(runs);
+    this.player.changed = () => this.changed();
+  }
+
+  createInspector() {
+    if (!Inspector) return null;
+    return new Inspector({
       open: (source, agent) => this.openRelative(source, agent),
       close: () => this.figure.pick(null),
       seek: (step) => (step === null ? this.player.invalidate() : this.goTo(step)),
       toggled: () => this.remember(),
     });
-    this.inspector.showAncestors(state.inside === "ancestors");
-    this.element = this.createElement(runs);
-    this.player.changed = () => this.changed();
   }
 
   createElement(runs) {
@@ -85,7 +97,7 @@ export class LiveWorld {
       stage,
       foot,
       this.legend.root,
-      this.inspector.root,
+      this.inspector?.root,
       this.bar.root,
     );
     element.addEventListener("keydown", (event) => this.handleKey(event));
@@ -224,8 +236,8 @@ export class LiveWorld {
 
   inspect() {
     const { agent } = this.figure;
-    if (agent === null || !this.source) this.inspector.hide();
-    else this.inspector.show(this.source, agent);
+    if (agent === null || !this.source) this.inspector?.hide();
+    else this.inspector?.show(this.source, agent);
   }
 
   /** Open the lifetime of a parent or a child. */
@@ -263,7 +275,7 @@ export class LiveWorld {
     const position = this.followsNewest
       ? { generation: null, step: null }
       : { generation, step: Math.floor(player.time) };
-    const inside = this.inspector.showsAncestors ? "ancestors" : null;
+    const inside = this.inspector?.showsAncestors ? "ancestors" : null;
     this.navigate({
       ...position,
       run: run || null,
@@ -296,7 +308,7 @@ export class LiveWorld {
     if (!this.life) return isLoaded;
     const step = Math.floor(time);
     this.bar.draw(step, this.life.steps, [{ life: this.life, selectedAgent: this.figure.agent }]);
-    this.inspector.draw(step);
+    this.inspector?.draw(step);
     if (this.player.playing && !this.followsNewest) this.remember();
     return isLoaded;
   }
@@ -316,7 +328,7 @@ export class LiveWorld {
     clearTimeout(this.newestTimer);
     this.share?.close();
     this.figure.close();
-    this.inspector.hide();
+    this.inspector?.hide();
     this.player.close();
     this.loadingLife?.close();
     // A lifetime that arrives later is ignored.

@@ -20,7 +20,7 @@ const VIEWS = {
   live: {
     title: "Live run",
     simulates: true,
-    load: () => import("./view_live.js"),
+    load: loadLiveView,
     summary: LIVE,
     topics: LIVE_TOPICS,
   },
@@ -83,6 +83,17 @@ async function show() {
   root.prepend(guide.root);
   instance.view = mount(root, getCurrentView().state, navigate, guide);
   if (state.study === savedViews.get(name)?.state.study) restoreScroll(savedViews.get(name)?.top);
+}
+
+/** Load the Live run tab with the agent inspector, which exported pages do not have. */
+async function loadLiveView() {
+  const [view, { Inspector }, { setInspector }] = await Promise.all([
+    import("./view_live.js"),
+    import("./inspector.js"),
+    import("./live_world.js"),
+  ]);
+  setInspector(Inspector);
+  return view;
 }
 
 /** Show a line until the engine is ready or the view is no longer current. */

@@ -55,7 +55,7 @@ export function fillTemplate(template, experiment) {
 }
 
 /** Return the header of a recording that a worker has made. */
-export function createRecordingHeader(experiment, appearance, { part, sizes, arrays }, key) {
+export function createRecordingHeader(experiment, appearance, { part, arrays }, key) {
   return {
     kind: "recording",
     condition: experiment.name,
@@ -68,8 +68,6 @@ export function createRecordingHeader(experiment, appearance, { part, sizes, arr
     appearance,
     topics: [],
     learns: experiment.learning.rule !== "none",
-    layer_sizes: sizes,
-    biases: experiment.network.biases,
   };
 }
 
