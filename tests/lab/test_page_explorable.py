@@ -129,7 +129,7 @@ def test_the_page_fits_its_window(browser: Browser, essay: Path, width: int) -> 
         assert canvas["width"] >= 0.4 * min(width, 1920) - 30
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.nightly)])
 def test_the_page_has_no_barriers(
     browser: Browser, essay: Path, scheme: Literal["light", "dark"]
 ) -> None:
