@@ -28,13 +28,9 @@ def find_control_conflicts(experiment: Any) -> list[str]:
     if has_yoked_species:
         reason = "must not be used with population.species, whose sizes can change"
         return [f"learning.control = 'yoked' {reason}"]
-    if control == "none" or experiment.learning.rule == "none":
+    if control != "yoked" or experiment.learning.rule == "none":
         return []
     setting = f"learning.control = {control!r}"
-    if experiment.learning.rule == "drift":
-        return [f"{setting} must be 'none' with learning.rule = 'drift', which is a control"]
-    if control == "drift":
-        return []
     yoked = f"{setting} gives each agent the weight changes of another agent of its world"
     if experiment.agents_per_world < 2:
         return [f"{yoked}: population.size / population.worlds must be at least 2"]

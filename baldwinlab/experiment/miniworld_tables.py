@@ -202,8 +202,7 @@ class Learning(Fields):
 
     rule: RuleName = Field(
         "none",
-        description="Learning rule. self-taught: backpropagation toward the reinforcement "
-        "module; drift: random weight changes of the same size.",
+        description="Learning rule. self-taught: backpropagation toward the reinforcement module.",
     )
     rate: float = Field(0.01, ge=0, le=10, description="Learning rate, per step.")
     evolved_rate: bool = Field(

@@ -29,7 +29,6 @@ BUILT_IN: Final[Mapping[str, Mapping[str, str]]] = {
     "learning rule": {
         "none": f"{_MINIWORLD}.learning.self_taught:NoLearning",
         "self-taught": f"{_MINIWORLD}.learning.self_taught:SelfTaught",
-        "drift": f"{_MINIWORLD}.learning.self_taught:Drift",
     },
     "world feature": {},
     "selection": {

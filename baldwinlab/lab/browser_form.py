@@ -13,9 +13,10 @@ from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.experiment.paths import iterate_settings
 from baldwinlab.experiment.registry import BUILT_IN
-from baldwinlab.lab.browser_settings import list_read_settings
+from baldwinlab.lab.browser_settings import CONTROL, list_read_settings
 from baldwinlab.lab.schema import find_field, make_schema
 from baldwinlab.models.miniworld.backends.browser_layout import COMMON_INHERITANCES, ModuleLayout
+from baldwinlab.models.miniworld.backends.wasm_modules import RULES
 from baldwinlab.parts.networks import Network
 
 # Checks between two fields, as in the classes of experiments: one number is less than another.
@@ -75,6 +76,8 @@ def list_choosable_parts(experiment: Experiment) -> dict[str, list[str]]:
         parts_by_path["evolution.inheritance"] = list(COMMON_INHERITANCES)
     if not any(added_choices(experiment)):
         parts_by_path["learning.rule"] = list(BUILT_IN["learning rule"])
+        # The hooks of a control are compiled into a module, as those of a part.
+        parts_by_path[CONTROL] = list(dict.fromkeys(control for _, control in RULES))
     return parts_by_path
 
 

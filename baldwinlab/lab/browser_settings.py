@@ -21,8 +21,9 @@ from baldwinlab.experiment.paths import iterate_settings, nest_settings
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import built_in_experiments, module_name
 
+CONTROL: Final = "learning.control"
 # The package contains a compiled module for each combination of these settings.
-MODULE_SETTINGS: Final = ("learning.rule", "lifetime.update")
+MODULE_SETTINGS: Final = ("learning.rule", CONTROL, "lifetime.update")
 # Settings that the code of the page reads.
 PAGE_SETTINGS: Final = frozenset({"evolution.generations"})
 # Settings that do not change the results of a run.
@@ -53,8 +54,13 @@ def list_read_settings(experiment: Experiment) -> frozenset[str]:
 
 def _find_module_experiment(experiment: Experiment) -> Experiment:
     """Return the experiment from which the module of an experiment is compiled."""
-    is_custom = any(added_choices(experiment))
-    return experiment if is_custom else built_in_experiments()[module_name(experiment)]
+    if any(added_choices(experiment)):
+        return experiment
+    modules = built_in_experiments()
+    name = module_name(experiment)
+    # No module has the yoked control. A rule that learns nothing has no control.
+    without_control = experiment.replace(learning={"control": "none"})
+    return modules[name if name in modules else module_name(without_control)]
 
 
 @lru_cache(maxsize=16)
@@ -81,7 +87,7 @@ def _list_ignored_settings(experiment: Experiment) -> Iterator[str]:
     is_custom = module_experiment is experiment
     base = Experiment() if is_custom else module_experiment
     base_values = dict(iterate_settings(base.to_dict()))
-    known_settings = LABELS.union(MODULE_SETTINGS, list_read_settings(experiment))
+    known_settings = LABELS.union(MODULE_SETTINGS, list_read_settings(experiment)) - {CONTROL}
     for path, value in iterate_settings(experiment.to_dict()):
         if path in known_settings or value == base_values.get(path):
             continue
@@ -95,6 +101,8 @@ def _list_ignored_settings(experiment: Experiment) -> Iterator[str]:
 
 def _is_compiled(experiment: Experiment, path: str, default: Any) -> bool:
     """Return whether the module of custom parts depends on a setting that it does not read."""
+    if path == CONTROL:
+        return False
     if path in {choice for choice, _, _ in choosing_fields(type(experiment))}:
         compiled_parts = {getattr(hook, "part", None) for hook in ModuleLayout(experiment).hooks()}
         return all(type(part) in compiled_parts for part in experiment.parts(path))

@@ -16,7 +16,7 @@ from baldwinlab.experiment.paths import look_up
 from baldwinlab.lab import single_page
 from baldwinlab.lab.appearance_template import make_appearance_template
 from baldwinlab.lab.browser_form import FIELD_RULES, list_choosable_parts, make_form_schema
-from baldwinlab.lab.browser_settings import MODULE_SETTINGS, require_browser_settings
+from baldwinlab.lab.browser_settings import CONTROL, MODULE_SETTINGS, require_browser_settings
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
 from baldwinlab.models.miniworld.backends.wasm_modules import built_in_experiments, load_module
 from baldwinlab.models.miniworld.description import list_topics
@@ -158,7 +158,8 @@ def _list_modules(experiment: Experiment) -> Iterator[tuple[str, Experiment]]:
 
 def _make_program(name: str, experiment: Experiment) -> dict[str, Any]:
     """Return a program: a compiled module, its memory layout, and the settings that select it."""
-    paths = list(MODULE_SETTINGS)
+    # Without a learning rule, the module is that of every control.
+    paths = [path for path in MODULE_SETTINGS if experiment.learns or path != CONTROL]
     if any(added_choices(experiment)):
         choosable_parts = list_choosable_parts(experiment)
         part_fields = choosing_fields(type(experiment))

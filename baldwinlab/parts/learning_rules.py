@@ -108,8 +108,8 @@ class LearningRule(Part):
     learns : bool
         False for a rule that changes no weights.
     supports_drift_control : bool
-        True if the rule changes weights by the same amount as self-teaching. The rule `drift` is
-        then a control of this rule.
+        True if the rule changes weights by the same amount as self-teaching. The assay `innate`
+        then simulates `self-taught` with `control = "drift"` as a control of this rule.
     answers : tuple of str
         Names of the outputs of the reinforcement module. Empty if the outputs are those of the
         action module.

@@ -31,7 +31,7 @@ from baldwinlab.papers.presets import load
             {"learning": {"rule": "magic"}},
             "learning.rule",
             "magic",
-            "'none', 'self-taught', 'drift', 'abcd',",
+            "'none', 'self-taught', 'abcd',",
         ),
         (
             {"evolution": {"generations": 0}},

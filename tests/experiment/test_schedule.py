@@ -82,7 +82,7 @@ def test_generations_must_ascend() -> None:
 def test_a_setting_for_the_whole_run_removes_its_scheduled_changes() -> None:
     experiment = EXPERIMENT.replace(
         schedule=[
-            {"generation": 5, "learning.rule": "drift"},
+            {"generation": 5, "learning.rule": "hebb"},
             {"generation": 9, "evolution.selection": "tournament"},
         ]
     )

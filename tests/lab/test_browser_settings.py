@@ -34,27 +34,26 @@ from baldwinlab.simulation.simulate import simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
 VARIABLES = ("food_eaten", "energy", "parents", "genome")
-# Other values of settings that are lists, or that are not set, and of the learning rule: with the
-# rule `none`, the learning rate is refused.
+# Other values of settings that are lists, or that are not set.
 OTHER_VALUES: Mapping[str, Any] = {
     "world.food": [{"x": [90.0, 270.0], "y": [60.0, 240.0], "count": 70, "energy": 0.5}],
     "population.species": [{"name": "first", "size": 8}, {"name": "second", "size": 8}],
     "eats.items": [],
     "eats.prey": [{"species": "second"}],
     "network.hidden": [5, 4],
-    "learning.rule": "drift",
     "learning.steps": 30,
     "evolution.founders": [{"path": "founders.npy", "sha256": "0" * 64, "share": 1.0}],
     "record.every": 10,
     "schedule": [{"generation": 1, "world.width": 700.0}],
 }
+# Further settings of another value: without learning, a learning rate is refused.
+FURTHER_VALUES: Mapping[str, Any] = {"learning.rule": {"learning.rate": 0.01}}
 # Settings that only the engine in Python supports.
 REFUSED_SETTINGS = {
     "population.species",
     "population.worlds",
     "eats.items",
     "eats.prey",
-    "learning.control",
     "evolution.compete",
     "evolution.stop",
     "evolution.founders",
@@ -109,7 +108,8 @@ def change_setting(experiment: Experiment, path: str, value: Any) -> Experiment 
     """Return the experiment with another valid value of a setting, or None if there is none."""
     for new_value in list_other_values(experiment, path, value):
         with suppress(ExperimentError):
-            changed = experiment.replace(**nest_settings({path: new_value}))
+            settings = {path: new_value, **FURTHER_VALUES.get(path, {})}
+            changed = experiment.replace(**nest_settings(settings))
             if changed != experiment:
                 return changed
     return None
@@ -193,7 +193,13 @@ def test_a_page_whose_agents_do_not_eat_all_items_is_refused(setting: str) -> No
         ModuleLayout(experiment).plan()
 
 
-@pytest.mark.parametrize("path", sorted(REFUSED_SETTINGS))
+def test_a_page_with_the_yoked_control_is_refused() -> None:
+    experiment = assign(load("evo+self-taught/A"), ["learning.control=yoked"])
+    with pytest.raises(RefusedError, match=r"cannot run in a browser: learning\.control = "):
+        render_live_page([experiment])
+
+
+@pytest.mark.parametrize("path", sorted({*REFUSED_SETTINGS, "learning.control"}))
 def test_a_setting_that_only_python_supports_is_refused_with_custom_parts(path: str) -> None:
     load_file(EXAMPLES / "social.py")
     experiment = make_base("social")

@@ -37,7 +37,7 @@ def test_a_form_has_the_fields_of_an_experiment_and_the_available_parts() -> Non
     assert form["experiment"] == shorten_preset().to_dict()
     rule = form["schema"]["$defs"]["Learning"]["properties"]["rule"]
     assert rule["x-chooses"]
-    assert {"none", "self-taught", "drift"} <= set(rule["enum"])
+    assert {"none", "self-taught", "hebb"} <= set(rule["enum"])
 
 
 def test_missing_fields_get_their_defaults() -> None:
@@ -50,12 +50,12 @@ def test_the_fields_of_a_part_are_present_only_while_it_is_selected(pulling: str
     form = make_form(settings)
     assert form["experiment"]["learning"]["pulling"] == {"strength": 0.5}
     assert "Pulling" in form["schema"]["$defs"]
-    form["experiment"]["learning"]["rule"] = "drift"
+    form["experiment"]["learning"]["rule"] = "self-taught"
     next_form = make_form(form["experiment"])
     assert next_form["errors"] == []
     assert (
         next_form["experiment"]["learning"]
-        == shorten_preset().replace(learning={"rule": "drift"}).to_dict()["learning"]
+        == shorten_preset().replace(learning={"rule": "self-taught"}).to_dict()["learning"]
     )
 
 
@@ -110,7 +110,7 @@ def test_selecting_a_part_shows_its_fields_and_preserves_changed_values(
     page.reload()
     expect(strength).to_have_value("0.25")
     page.get_by_test_id("group-learning").locator("summary").first.click()
-    page.get_by_test_id("field-learning.rule").select_option("drift")
+    page.get_by_test_id("field-learning.rule").select_option("self-taught")
     expect(strength).to_have_count(0)
     expect(page.get_by_test_id("field-learning.rate")).to_have_value("0.5")
     expect(page.get_by_test_id("start")).to_be_enabled()

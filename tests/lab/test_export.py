@@ -28,6 +28,7 @@ from baldwinlab.models.miniworld.backends.wasm_modules import (
     FINGERPRINTS,
     MODULES_FOLDER,
     module_hash,
+    module_name,
     shipped_experiments,
 )
 from baldwinlab.papers.presets import load
@@ -106,7 +107,7 @@ def run_in_node(
 )
 def test_a_run_in_node_is_bit_identical_to_python(tmp_path: Path, name: str, elite: int) -> None:
     experiment = shorten_preset(name).replace(evolution={"elite": elite})
-    module = MODULES_FOLDER / f"{experiment.learning.rule}-simultaneous.wasm"
+    module = MODULES_FOLDER / f"{module_name(experiment)}.wasm"
     expected = simulate(experiment, seed=5, run=1)
     actual = run_in_node(tmp_path, experiment, module)
     for variable in ("food_eaten", "energy", "parents", "genome"):

@@ -91,7 +91,7 @@ def _measure_learners(
     # A schedule can switch learning off.
     learns = sample.experiment.at(generation).learns
     if learns and generation in drift_generations(sample.experiment):
-        with_drift = set_drift_rule(sample.experiment)
+        with_drift = set_drift_control(sample.experiment)
         drifters = sample.simulate(with_drift, generation, genomes)
         energy[LIFE_KINDS.index("drift")] = drifters.energy
     if not learners.has_learned_weights:
@@ -129,9 +129,9 @@ def drift_generations(experiment: BaseExperiment) -> list[int]:
     return _thin(assayed_generations(experiment), MAX_FEW_GENERATIONS)
 
 
-def set_drift_rule(experiment: AnyExperiment) -> AnyExperiment:
+def set_drift_control(experiment: AnyExperiment) -> AnyExperiment:
     """Return the experiment with random weight changes as large as those of learning."""
-    return experiment.replace(learning={"rule": "drift"})
+    return experiment.replace(learning={"rule": "self-taught", "control": "drift"})
 
 
 def _thin(numbers: Sequence[int], limit: int) -> list[int]:

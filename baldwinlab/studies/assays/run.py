@@ -114,7 +114,7 @@ def _experiments_to_compile(
         if experiment.learns:
             yield experiment.without_learning()
             if "innate" in names and innate.drift_generations(experiment):
-                yield innate.set_drift_rule(experiment)
+                yield innate.set_drift_control(experiment)
         if "neutral" in names:
             yield experiment.neutral_control()
         if FORKS.keys() & names and (control := find_control(condition, study.experiments)):

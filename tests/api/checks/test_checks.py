@@ -83,7 +83,6 @@ def test_the_built_in_parts_fulfill_the_contract() -> None:
     assert [str(finding) for finding in verified if not finding.holds] == []
     assert {finding.message for finding in findings if finding.is_unverified} == {
         "network 'feed-forward', backward",
-        "learning rule 'drift', init_agent",
         "selection 'neutral', mark_survivors",
     }
 

@@ -18,7 +18,8 @@ RUNS = [0, 1, 2, 3, 7, 1000]
 GROUPINGS = ([RUNS], [RUNS[::-1]], [RUNS[:1], RUNS[1:]], [[7, 0], [1000, 2, 3], [1]])
 CONTROLS = {
     "learning": {
-        "rule": "drift",
+        "rule": "self-taught",
+        "control": "drift",
         "evolved_rate": True,
         "teacher": "shuffled",
         "cost_per_change": 0.5,

@@ -63,7 +63,7 @@ def test_the_drift_control_is_simulated_in_selected_generations(
     energy = open_assay(tmp_path, "innate", experiment.name).energy.sel(run=0)
     is_measured = energy.sel(life="drift").notnull().all("agent")
     assert energy.generation[is_measured].values.tolist() == [0, 2, 4, 6, 8, 10, 11]
-    drift = experiment.replace(learning={"rule": "drift"})
+    drift = experiment.replace(learning={"control": "drift"})
     genomes = study.read(experiment.name, 0).genome.values[None, 11]
     expected = reevaluate(drift, study.seed, [0], 11, genomes).energy[0]
     last = energy.sel(generation=11)
@@ -159,7 +159,7 @@ def test_the_assay_samples_generations_including_the_first_and_the_last(count: i
 
 @pytest.mark.parametrize(
     ("rule", "applies"),
-    [("self-taught", True), ("drift", True), ("crbp", False), ("hebb", False), ("none", True)],
+    [("self-taught", True), ("crbp", False), ("hebb", False), ("none", True)],
 )
 def test_the_drift_control_applies_only_to_rules_that_support_it(rule: str, applies: bool) -> None:
     assert bool(drift_generations(make_small_experiment("evo", learning={"rule": rule}))) == applies

@@ -165,7 +165,7 @@ def test_assays_do_not_depend_on_the_number_of_stored_genomes(
             }
         },
         {"evolution": {"lamarckian_share": 1.0}, "record": {"genome_every": 2}},
-        pytest.param({"learning": {"rule": "drift"}}, marks=pytest.mark.nightly),
+        pytest.param({"learning": {"control": "drift"}}, marks=pytest.mark.nightly),
     ],
 )
 def test_extreme_settings_can_be_assayed(tmp_path: Path, changes: dict[str, object]) -> None:

@@ -238,6 +238,7 @@ class ModuleLayout:
         leaves = array_leaves("", ARRAYS)
         leaves |= array_leaves("lookup.", type(state.lookup).part.arrays)
         leaves |= array_leaves("population.", type(state.population).part.arrays)
+        leaves |= array_leaves("control.", type(state.control).part.arrays)
         paths = {"network": "network.kind", "rule": "learning.rule", "body": "motor.body"}
         for name, path in paths.items():
             leaves |= self._part_leaves(

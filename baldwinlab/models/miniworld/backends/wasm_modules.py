@@ -25,7 +25,8 @@ from baldwinlab.parts.loading import load_text, sources_of
 MODULES_FOLDER: Final = Path(__file__).parent / "modules"
 # File with the hashes of the code of the shipped modules, for one version of Python.
 FINGERPRINTS: Final = MODULES_FOLDER / "fingerprints.json"
-RULES: Final = ("none", "self-taught", "drift")
+RULES: Final = (("none", "none"), ("self-taught", "none"), ("self-taught", "drift"))
+"""The learning rule and the control of learning of the shipped modules."""
 HAND_WRITTEN: Final = ("simd.py", "reference.py", "wasm.py", "numba_internals/lowering.py")
 """Files of the engine that write LLVM code, which no fingerprint of a function contains."""
 UPDATES: Final = ("simultaneous", "sequential")
@@ -70,14 +71,18 @@ def _module_path(experiment: Experiment) -> Path | None:
 
 def module_name(experiment: Experiment) -> str:
     """Return the name of the module of an experiment without features of the world."""
-    return f"{experiment.learning.rule}-{experiment.lifetime.update}"
+    learning = experiment.learning
+    control = "" if learning.control == "none" else f"-{learning.control}"
+    return f"{learning.rule}{control}-{experiment.lifetime.update}"
 
 
 def built_in_experiments() -> dict[str, Experiment]:
     """Return an experiment for each module that ships, by name."""
     experiments = [
-        Experiment().replace(learning={"rule": rule}, lifetime={"update": update})
-        for rule in RULES
+        Experiment().replace(
+            learning={"rule": rule, "control": control}, lifetime={"update": update}
+        )
+        for rule, control in RULES
         for update in UPDATES
     ]
     return {module_name(experiment): experiment for experiment in experiments}

@@ -80,7 +80,7 @@ def make_experiments() -> list[Experiment]:
     )
     assert make_model(in_cells, 1).grid.prod(axis=1).max() > 10
     random_headings = {"food": FEW_ITEMS, "start": {"headings": "random"}}
-    drift = {"rule": "drift", "rate": 0.3, "evolved_rate": True, "steps": 8}
+    drift = {"control": "drift", "rate": 0.3, "evolved_rate": True, "steps": 8}
     return [
         *experiments,
         in_cells,

@@ -25,7 +25,7 @@ from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
-RULES = [name for name in registry.package_parts("learning rule") if name not in ("none", "drift")]
+RULES = [name for name in registry.package_parts("learning rule") if name != "none"]
 # The nightly tests check all rules.
 DAILY_RULES = ("self-taught", "hebb", "imitation")
 PARTS = Path(baldwinlab.__file__).parents[1] / "examples" / "parts"
@@ -160,24 +160,6 @@ def test_each_world_exchanges_changes_separately() -> None:
     np.testing.assert_allclose(changes, shadow_changes[:, partners], atol=1e-6)
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        [],
-        ["network.hidden=[3, 2]", "network.biases=true", "learning.evolved_rate=true"],
-        ["network.kind=simple-recurrent", "learning.steps=7"],
-        ["lifetime.update=sequential"],
-        ["world.features=['births-and-deaths']", "world.births_and_deaths.initial_energy=1"],
-    ],
-)
-def test_drift_of_self_teaching_is_the_rule_drift(changes: list[str]) -> None:
-    actual = simulate_founders(make_experiment("self-taught", "drift", *changes)).state
-    expected = simulate_founders(make_experiment("drift", "none", *changes)).state
-    for name in ("weights", "activations", "positions", "eaten_in_life", "birth_count"):
-        assert getattr(actual, name).tobytes() == getattr(expected, name).tobytes(), name
-    assert (actual.weights != actual.control.birth_weights).any()
-
-
 @both_controls
 def test_results_do_not_depend_on_unwritten_memory(control: str) -> None:
     experiment = make_experiment("imitation", control, "network.biases=true")
@@ -198,7 +180,6 @@ def test_weights_do_not_change_after_the_last_learning_step(control: str) -> Non
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        (["learning.rule=drift"], "must be 'none' with learning.rule = 'drift'"),
         (["population.worlds=6"], "population.size / population.worlds must be at least 2"),
         (["lifetime.update=sequential"], "lifetime.update must be 'simultaneous'"),
         (["world.features=['births-and-deaths']"], "world.features must have no births or deaths"),

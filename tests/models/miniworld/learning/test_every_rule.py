@@ -147,15 +147,14 @@ def test_rules_refuse_the_controls_that_the_documentation_lists() -> None:
     """Compare with docs/explanation/controls.md.
 
     A rule without a teacher refuses controls of teachers. A rule with a limit of the rate refuses
-    evolved rates. The rule `drift` is a control itself.
+    evolved rates.
     """
     refused = {control: {rule for rule in RULES if refuses(rule, control)} for control in CONTROLS}
     taught = {rule for rule in RULES if "reinforcement" in make_experiment(rule).modules}
-    assert taught == {"self-taught", "drift", "crbp", "modulated", "evolved-modulated"}
+    assert taught == {"self-taught", "crbp", "modulated", "evolved-modulated"}
     expected = {
         "learning.teacher=shuffled": set(RULES) - taught,
         "learning.teacher=fresh": set(RULES) - taught,
     }
     expected["learning.evolved_rate=true"] = STRENGTH_RULES
-    expected["learning.control=yoked"] = {"drift"}
     assert refused == {control: expected.get(control, set()) for control in CONTROLS}

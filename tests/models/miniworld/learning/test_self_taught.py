@@ -36,7 +36,7 @@ def predict_change(trace: xr.Dataset, experiment: Experiment) -> npt.NDArray[np.
     return np.array(changes)
 
 
-DRIFT = {"rule": "drift", "rate": 0.1}
+DRIFT = {"control": "drift", "rate": 0.1}
 
 
 @pytest.mark.parametrize("network", [{"hidden": [4]}, {"hidden": [3, 2], "biases": True}])
@@ -95,12 +95,14 @@ def test_weights_do_not_change_after_the_last_learning_step() -> None:
     np.testing.assert_array_equal(measure_change(ended), measure_change(short))
 
 
-@pytest.mark.parametrize("rule", ["self-taught", "drift"])
-def test_agents_with_0_learning_steps_eat_as_agents_without_learning(rule: str) -> None:
+@pytest.mark.parametrize("control", ["none", "drift"])
+def test_agents_with_0_learning_steps_eat_as_agents_without_learning(control: str) -> None:
     without = simulate(make_small_experiment("evo", evolution={"generations": 1}), seed=2)
     unused = simulate(
         make_small_experiment(
-            "evo+self-taught", evolution={"generations": 1}, learning={"rule": rule, "steps": 0}
+            "evo+self-taught",
+            evolution={"generations": 1},
+            learning={"control": control, "steps": 0},
         ),
         seed=2,
     )

@@ -317,7 +317,7 @@ def test_a_newborn_with_the_drift_control_has_an_empty_memory_in_every_generatio
     """The arrays hold values of the previous generation, which newborns must not read."""
     experiment = make_small_experiment(
         "evo+self-taught",
-        learning={"rule": "drift", "rate": 0.5},
+        learning={"control": "drift", "rate": 0.5},
         network={"kind": kind},
         lifetime={"steps": 9},
     )
