@@ -1,6 +1,6 @@
 """Compile the entry points whose bitcode the package contains: about a minute.
 
-Run the script after every change of a source file of compiled code: a test fails until then.
+Run the script after a change of the code of a module in `sources.json`: a test fails until then.
 """
 
 import os

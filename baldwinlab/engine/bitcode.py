@@ -4,16 +4,16 @@ Bitcode is LLVM code after all of LLVM's passes. It is the same for all processo
 architecture, and LLVM turns it into machine code in a tenth of the time of a compilation. The
 optimization preserves every operation, so results are bit-identical with those of a compilation.
 
-The bitcode is used only with the sources, the minor version of Numba, the target and the lanes for
-which it was made. `scripts/entry_points.py` writes it.
+The bitcode is used only with the minor version of Numba, the target and the lanes for which it was
+made. The name of its file contains a hash of the modules that are compiled into it, so that it is
+used only with their code. `scripts/entry_points.py` writes it.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 import zlib
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -22,32 +22,19 @@ import numba
 from llvmlite import binding as llvm
 
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.engine import simd
-from baldwinlab.engine.fingerprint import position_fingerprint
+from baldwinlab.engine import simd, sources
+from baldwinlab.engine.cache import Functions, hash_sources
+from baldwinlab.engine.fingerprint import list_modules, name_fingerprint
 from baldwinlab.engine.numba_internals.dispatchers import hash_signature
 
 FOLDER: Final = Path(__file__).parent / "entry_points"
 REQUIREMENTS: Final = "requirements.json"
 SUFFIX: Final = ".bitcode"
 
-Functions = tuple[Callable[..., Any], ...]
-
-
-@cache
-def hash_files() -> str:
-    """Hash the source files of compiled code."""
-    digest = hashlib.sha256()
-    package = Path(__file__).parents[1]
-    for name in ("engine", "evolution", "models", "parts"):
-        for source in sorted((package / name).rglob("*.py")):
-            digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
-
 
 def list_requirements() -> dict[str, Any]:
     """Return the conditions on which bitcode of this process can be used by another process."""
     return {
-        "sources": hash_files(),
         "numba": ".".join(numba.__version__.split(".")[:2]),
         "target": llvm.get_process_triple(),
         "lanes": simd.WIDTH,
@@ -66,7 +53,7 @@ def is_usable() -> bool:
 
 def is_available(functions: Functions) -> bool:
     """Return whether the package contains usable bitcode of an entry point and its hooks."""
-    return is_usable() and any(FOLDER.glob(f"{position_fingerprint(functions)}-*{SUFFIX}"))
+    return is_usable() and any(FOLDER.glob(f"{_identify(functions)}-*{SUFFIX}"))
 
 
 def read_bitcode(functions: Functions, signature: Any) -> bytes | None:
@@ -81,20 +68,29 @@ def read_bitcode(functions: Functions, signature: Any) -> bytes | None:
 
 def bitcode_path(functions: Functions, signature: Any) -> Path:
     """Return the path of the bitcode of an entry point and its hooks."""
-    name = f"{position_fingerprint(functions)}-{hash_signature(signature)}"
-    return FOLDER / f"{name}{SUFFIX}"
+    return FOLDER / f"{_identify(functions)}-{hash_signature(signature)}{SUFFIX}"
+
+
+def _identify(functions: Functions) -> str:
+    """Return a name of an entry point and of the sources that are compiled into it."""
+    return f"{name_fingerprint(functions)}-{hash_sources(functions)}"
 
 
 def write_bitcode(entry_points: Iterable[tuple[Functions, Any, bytes]]) -> None:
     """Replace the bitcode of the package by that of functions, for each of their signatures."""
     FOLDER.mkdir(exist_ok=True)
-    contents = {
-        bitcode_path(functions, signature): zlib.compress(bitcode, level=9)
-        for functions, signature, bitcode in entry_points
-    }
+    contents: dict[Path, bytes] = {}
+    modules: set[str] = set()
+    for functions, signature, bitcode in entry_points:
+        path = bitcode_path(functions, signature)
+        if path in contents:
+            raise ValueError(f"two entry points have the name {path.name}")
+        contents[path] = zlib.compress(bitcode, level=9)
+        modules |= list_modules(functions)
     for path in {*FOLDER.glob(f"*{SUFFIX}")} - {*contents}:
         path.unlink()
     for path, content in contents.items():
         write_atomically(path, content)
     requirements = json.dumps(list_requirements(), indent=2)
+    sources.write_sources(FOLDER / sources.STORED.name, modules)
     write_atomically(FOLDER / REQUIREMENTS, f"{requirements}\n".encode())

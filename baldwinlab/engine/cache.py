@@ -13,7 +13,7 @@ import os
 import stat
 import tempfile
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -23,7 +23,8 @@ import numba
 import platformdirs
 
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.engine import bitcode, simd
+from baldwinlab.engine import simd, sources
+from baldwinlab.engine.fingerprint import fingerprint, list_modules
 from baldwinlab.engine.numba_internals.dispatchers import CodeStore
 
 try:
@@ -33,29 +34,45 @@ except ImportError:  # Windows
 
 DIGEST_BYTES: Final = hashlib.sha256().digest_size
 CODE_SUFFIX: Final = ".compiled"
+SOURCES_FILE: Final = "sources.json"
+
+Functions = tuple[Callable[..., Any], ...]
+"""An entry point, and the hooks and types of parts that it calls."""
 
 
 @cache
-def sources_hash() -> str:
-    """Hash the sources of compiled code, the version of Numba, and the lanes of a SIMD block."""
-    text = f"numba {numba.__version__}, {simd.WIDTH} lanes, {bitcode.hash_files()}"
+def engine_hash() -> str:
+    """Hash all sources of compiled code, the version of Numba, and the lanes of a SIMD block."""
+    return _hash_text(f"{_compiler_hash()} {sources.hash_files()}")
+
+
+def _compiler_hash() -> str:
+    return _hash_text(f"numba {numba.__version__}, {simd.WIDTH} lanes")
+
+
+def _hash_text(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-@cache
-def cache_directory(code: str) -> Path | None:
-    """Return the folder of the code with a fingerprint, or None, with a warning, without a cache.
-
-    The cache is in `$BALDWINLAB_CACHE`. If that is not set, it is in the cache folder of the user,
-    or in a temporary folder if that cannot be used.
-    """
+def cache_directory(functions: Functions) -> Path | None:
+    """Return the folder of compiled code, or None, with a warning, without a cache."""
     root = cache_root()
-    return root and root / code
+    return root and root / f"{fingerprint(functions)}-{hash_sources(functions)}"
+
+
+def hash_sources(functions: Functions) -> str:
+    """Hash the modules of functions, and all modules that they import."""
+    root = cache_root()
+    return sources.hash_modules(list_modules(functions), root and root / SOURCES_FILE)
 
 
 @cache
 def cache_root() -> Path | None:
-    """Return the folder of all compiled code of these sources; see `cache_directory`."""
+    """Return the folder of all compiled code, or None, with a warning, without a cache.
+
+    The cache is in `$BALDWINLAB_CACHE`. If that is not set, it is in the cache folder of the user,
+    or in a temporary folder if that cannot be used.
+    """
     configured_folder = os.environ.get("BALDWINLAB_CACHE")
     owner = os.getuid() if hasattr(os, "getuid") else "cache"
     temporary = Path(tempfile.gettempdir()) / f"baldwinlab-{owner}"
@@ -63,7 +80,7 @@ def cache_root() -> Path | None:
     reasons = []
     candidates = [Path(configured_folder)] if configured_folder else defaults
     for candidate in candidates:
-        directory = candidate / f"engine-{sources_hash()}"
+        directory = candidate / f"engine-{_compiler_hash()}"
         try:
             directory.mkdir(mode=0o700, parents=True, exist_ok=True)
             reason = _why_untrusted(candidate) or _why_untrusted(directory)
@@ -104,13 +121,15 @@ def _why_untrusted(directory: Path) -> str | None:
 class FileCodeStore(CodeStore):
     """A folder of compiled code of an entry point, with a file for each signature.
 
-    The functions are those of the entry point, whose bitcode the package can contain.
+    `find_bitcode` returns the bitcode that the package contains for a signature.
     """
 
-    def __init__(self, directory: Path, functions: bitcode.Functions = ()) -> None:
+    def __init__(
+        self, directory: Path, find_bitcode: Callable[[Any], bytes | None] = lambda signature: None
+    ) -> None:
         self.cache_path = str(directory)
         self._directory = directory
-        self._functions = functions
+        self._find_bitcode = find_bitcode
 
     def read(self, key: str) -> bytes | None:
         """Return the code under a key, or None if it is missing or does not match its checksum."""
@@ -139,7 +158,7 @@ class FileCodeStore(CodeStore):
 
     def read_bitcode(self, signature: Any) -> bytes | None:
         """Return the bitcode that the package contains for a signature; None if there is none."""
-        return bitcode.read_bitcode(self._functions, signature)
+        return self._find_bitcode(signature)
 
     def _digest(self, key: str, content: bytes) -> bytes:
         """Return the SHA-256 of code and its path, which detects exchanged files."""
@@ -169,9 +188,9 @@ def _warn_not_stored(directory: Path, error_number: int) -> None:
     warnings.warn(message, RuntimeWarning, stacklevel=3)
 
 
-def is_cached(code: str) -> bool:
-    """Return whether the cache has code with a fingerprint."""
-    directory = cache_directory(code)
+def is_cached(functions: Functions) -> bool:
+    """Return whether the cache has the compiled code of an entry point."""
+    directory = cache_directory(functions)
     return directory is not None and _has_code(directory)
 
 

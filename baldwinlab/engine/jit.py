@@ -6,8 +6,8 @@ reference counting (`_nrt`): kernels allocate nothing, and counting the arrays o
 call costs more than the work.
 
 Only *entry points* are cached on disk, with all code that is compiled into them. The name of the
-folder contains a hash of the sources of the engine, the functions in memory (so a replaced function
-never matches), the sources of third-party parts, and the version of Numba.
+folder contains a hash of the functions in memory (so a replaced function never matches), and a hash
+of their modules and of all modules that these import.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache as once
-from functools import wraps
+from functools import partial, wraps
 from threading import Lock
 from typing import Any, Final, TypeVar, cast
 
@@ -26,7 +26,7 @@ from numba.extending import overload
 
 from baldwinlab.engine import bitcode, cache
 from baldwinlab.engine.compile_errors import compile_error
-from baldwinlab.engine.fingerprint import fingerprint, python_of
+from baldwinlab.engine.fingerprint import python_of
 from baldwinlab.engine.inlining import Inlined
 from baldwinlab.engine.numba_internals import dispatchers
 from baldwinlab.engine.numba_internals.dispatchers import NumbaError
@@ -39,7 +39,7 @@ OPTIONS: Final[dict[str, Any]] = {"nogil": True, "error_model": "numpy", **dispa
 
 
 _COMPILATION_LOCK: Final = Lock()
-_DISPATCHERS: Final[dict[bitcode.Functions, Any]] = {}
+_DISPATCHERS: Final[dict[cache.Functions, Any]] = {}
 """The dispatchers of Numba of the entry points in use."""
 
 SourceSelector = Callable[..., Any]
@@ -108,13 +108,14 @@ def _cached_jit(
 ) -> Callable[..., Any]:
     jit = numba.njit(no_cfunc_wrapper=True, pipeline_class=EntryCompiler, **OPTIONS)
     dispatcher = jit(python_of(function))
-    directory = cache.cache_directory(fingerprint([function, *hooks]))
+    functions = (function, *hooks)
+    directory = cache.cache_directory(functions)
     # With NUMBA_DISABLE_JIT, Numba returns the Python function.
     is_python = not hasattr(dispatcher, "signatures")
     if directory is not None and not is_python:
-        store = cache.FileCodeStore(directory, (function, *hooks))
+        store = cache.FileCodeStore(directory, partial(bitcode.read_bitcode, functions))
         dispatchers.set_code_store(dispatcher, store)
-        _DISPATCHERS[function, *hooks] = dispatcher
+        _DISPATCHERS[functions] = dispatcher
 
     compiled_functions: dict[tuple[Any, ...], Callable[..., Any]] = {}
 
@@ -174,10 +175,10 @@ def _gc_disabled() -> Iterator[None]:
 def is_cached(function: Callable[..., Any], hooks: tuple[Callable[..., Any], ...] = ()) -> bool:
     """Return whether the code of `cached_jit` is in the cache, or as bitcode in the package."""
     functions = (function, *hooks)
-    return cache.is_cached(fingerprint(functions)) or bitcode.is_available(functions)
+    return cache.is_cached(functions) or bitcode.is_available(functions)
 
 
-def list_entry_points() -> Iterator[tuple[bitcode.Functions, Any, bytes]]:
+def list_entry_points() -> Iterator[tuple[cache.Functions, Any, bytes]]:
     """Yield the functions of each compiled entry point, a signature, and its bitcode."""
     for functions, dispatcher in _DISPATCHERS.items():
         for signature, content in dispatchers.list_bitcode(dispatcher):

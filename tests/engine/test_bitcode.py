@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import baldwinlab
-from baldwinlab.engine import bitcode
+from baldwinlab.engine import bitcode, sources
 
 SETUP = """
 import sys
@@ -76,7 +76,7 @@ def test_bitcode_runs_on_a_processor_without_wide_vectors(folder: Path, tmp_path
 
 @pytest.mark.parametrize(
     "name",
-    ["sources", "numba", *(pytest.param(name, marks=nightly) for name in ("target", "lanes"))],
+    ["numba", *(pytest.param(name, marks=nightly) for name in ("target", "lanes"))],
 )
 def test_bitcode_with_other_requirements_is_not_used(
     name: str, folder: Path, tmp_path: Path
@@ -107,11 +107,23 @@ def test_damaged_bitcode_is_not_used(damage: str, folder: Path, tmp_path: Path) 
     assert read_words(changed_folder, tmp_path / "cache") == "compiled"
 
 
+def test_bitcode_of_other_sources_is_not_used(folder: Path, tmp_path: Path) -> None:
+    changed_folder = copy_folder(folder, tmp_path / "bitcode")
+    (path,) = changed_folder.glob(f"*{bitcode.SUFFIX}")
+    functions, sources, signature = path.stem.split("-")
+    path.rename(path.with_stem(f"{functions}-{sources[::-1]}-{signature}"))
+    assert read_words(changed_folder, tmp_path / "cache") == "compiled"
+
+
 def test_the_packaged_bitcode_is_current() -> None:
-    requirements = json.loads((bitcode.FOLDER / bitcode.REQUIREMENTS).read_text())
-    assert requirements["sources"] == bitcode.hash_files(), (
-        "run `make bitcode`: a source file of compiled code has changed"
-    )
+    stored = json.loads(sources.STORED.read_text())
+    changed = {
+        name
+        for name, code, _ in stored.values()
+        if (path := sources.find_module(name)) is None
+        or sources.parse_source(name, path.read_bytes()).code != code
+    }
+    assert not changed, "run `make bitcode`: these modules of compiled code have changed"
 
 
 def test_the_packaged_bitcode_is_small() -> None:
@@ -121,7 +133,7 @@ def test_the_packaged_bitcode_is_small() -> None:
 SIMULATE = """
 import hashlib, sys
 import baldwinlab as bl
-from baldwinlab.engine import bitcode
+from baldwinlab.engine import bitcode, sources
 if sys.argv[2] == "compiled":
     bitcode.FOLDER = bitcode.FOLDER / "none"
 settings = {"evolution": {"generations": 3}, "lifetime": {"steps": 500}}

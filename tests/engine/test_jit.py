@@ -15,10 +15,10 @@ from baldwinlab.simulation.simulate import simulate
 from tests.worlds import make_small_experiment
 
 COUNT_AND_RUN = """
-from baldwinlab.engine import cache, jit, rng
-directory = cache.cache_directory(jit.fingerprint([rng.words]))
+from baldwinlab.engine import cache, rng
 words = rng.words(1, 2, 3, 4, (1, 1))
-print(cache.sources_hash(), rng.unit(2**31), len(list(directory.parent.rglob("*.compiled"))))
+directory = cache.cache_directory((rng.words,))
+print(directory.name, rng.unit(2**31), len(list(directory.parent.rglob("*.compiled"))))
 """
 
 
@@ -35,7 +35,7 @@ def start(package: Path, cache: Path) -> list[str]:
     return done.stdout.split()
 
 
-def test_a_second_start_loads_the_compiled_code_and_an_edit_of_the_engine_compiles_it_again(
+def test_only_an_edit_of_code_that_a_function_can_contain_compiles_it_again(
     tmp_path: Path,
 ) -> None:
     package = tmp_path / "source"
@@ -51,7 +51,12 @@ def test_a_second_start_loads_the_compiled_code_and_an_edit_of_the_engine_compil
     assert second[:3] == first[:3]
     assert int(first[2]) > 0
     rng = package / "baldwinlab" / "engine" / "rng.py"
-    rng.write_text(rng.read_text().replace("2.0**-24", "2.0**-23"))
+    text = rng.read_text()
+    rng.write_text("# A comment.\n\n" + text.replace('"""Return', '"""Compute and return'))
+    unused = package / "baldwinlab" / "evolution" / "lexicase.py"
+    unused.write_text(f"{unused.read_text()}\nUNUSED = 1\n")
+    assert start(package, cache) == second
+    rng.write_text(text.replace("2.0**-24", "2.0**-23"))
     third = start(package, cache)
     assert third[0] != first[0]
     assert third[1] == "1.0"

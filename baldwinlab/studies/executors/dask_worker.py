@@ -19,14 +19,14 @@ from distributed import Worker, get_worker
 from baldwinlab.core.errors import PartError
 from baldwinlab.core.files import parse_location
 from baldwinlab.core.output_paths import is_study
-from baldwinlab.engine.cache import sources_hash
+from baldwinlab.engine.cache import engine_hash
 from baldwinlab.models.miniworld.backends.choice import choose_backend
 from baldwinlab.parts.loading import Source, load_text
 from baldwinlab.studies.executors.tasks import StoppedError, Task
 from baldwinlab.studies.records import StudyError
 
 # Hash of the sources of the engine and the version of Numba.
-ENGINE_HASH: Final = sources_hash()
+ENGINE_HASH: Final = engine_hash()
 
 # The registry of parts belongs to the process, so one thread loads parts at a time.
 LOADING_LOCK: Final = Lock()

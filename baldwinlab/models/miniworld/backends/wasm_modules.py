@@ -17,6 +17,7 @@ from baldwinlab.engine import cache, wasm
 from baldwinlab.engine.compile_errors import compile_error
 from baldwinlab.engine.fingerprint import fingerprint
 from baldwinlab.engine.numba_internals.dispatchers import NumbaError
+from baldwinlab.engine.sources import parse_source
 from baldwinlab.experiment import Experiment, validate
 from baldwinlab.experiment.added_parts import added_choices
 from baldwinlab.models.miniworld.backends.browser_layout import ModuleLayout
@@ -66,7 +67,8 @@ def _module_path(experiment: Experiment) -> Path | None:
     if shipped and set(added_choices(shipped)) == set(added_choices(experiment)):
         return MODULES_FOLDER / f"{name}.wasm"
     path = cache.cache_root()
-    return path and path / f"{module_hash(experiment)}.wasm"
+    sources = cache.hash_sources(_list_functions(ModuleLayout(experiment)))
+    return path and path / f"{module_hash(experiment)}-{sources}.wasm"
 
 
 def module_name(experiment: Experiment) -> str:
@@ -110,12 +112,15 @@ def module_hash(experiment: Experiment) -> str:
 
     It differs between versions of Python, which compile different bytes.
     """
-    layout = ModuleLayout(experiment)
-    functions = [function for function, _ in layout.entries().values()]
+    code = fingerprint(_list_functions(ModuleLayout(experiment)))
     engine = Path(wasm.__file__).parent
-    sources = b"".join((engine / name).read_bytes() for name in HAND_WRITTEN)
-    code = fingerprint([*functions, *layout.hooks()])
-    return hashlib.sha256(code.encode() + sources).hexdigest()[:16]
+    sources = [parse_source(name, (engine / name).read_bytes()).code for name in HAND_WRITTEN]
+    return hashlib.sha256("\n".join([code, *sources]).encode()).hexdigest()[:16]
+
+
+def _list_functions(layout: ModuleLayout) -> cache.Functions:
+    """Return the entry points of a module, and the hooks that they compile."""
+    return (*(function for function, _ in layout.entries().values()), *layout.hooks())
 
 
 def compile_modules(experiments: Iterable[Experiment]) -> list[bytes]:
