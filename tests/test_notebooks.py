@@ -21,13 +21,6 @@ CURVES = "data:image/svg+xml"
 EXPECTED_OUTPUTS: Final = {
     "first-steps": (TABLE, PLAYER, CURVES, "last generation: 2539 items, eaten by 20 of 20 agents"),
     "reading-a-study": (PLAYER, CURVES, "image/png", r"evo/B +(0\.0 +){6}0\.0"),
-    "own-learning-rule": (
-        TABLE,
-        CURVES,
-        "ok: the oracle agrees",
-        "p = 0.55",
-        "between -99 and 307 items",
-    ),
     "baldwin-effect": (
         "all fields are at their defaults",
         PLAYER,
