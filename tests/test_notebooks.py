@@ -14,12 +14,10 @@ from scripts.notebooks import NOTEBOOKS, executed, page, paths
 from tests.lab.conftest import open_offline_page
 
 # Half a minute each.
-TABLE = "differ from their defaults"
 PLAYER = "<iframe sandbox"
 CURVES = "data:image/svg+xml"
 # Displays and numbers that the outputs must contain, because the texts mention them.
 EXPECTED_OUTPUTS: Final = {
-    "first-steps": (TABLE, PLAYER, CURVES, "last generation: 2539 items, eaten by 20 of 20 agents"),
     "reading-a-study": (PLAYER, CURVES, "image/png", r"evo/B +(0\.0 +){6}0\.0"),
     "baldwin-effect": (
         "all fields are at their defaults",
