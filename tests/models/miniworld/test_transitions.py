@@ -211,7 +211,7 @@ def compare_lifetime(experiment: Experiment, seed: int, generation: int) -> Coun
 
 
 @pytest.mark.hypothesis
-@pytest.mark.parametrize("lifetimes", [60, pytest.param(300, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("lifetimes", [30, pytest.param(300, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("update", ["simultaneous", "sequential"])
 def test_every_step_of_a_random_lifetime_agrees_with_the_paper(update: str, lifetimes: int) -> None:
     counts = Counter[str]()
@@ -236,7 +236,17 @@ def start_in_food(condition: str, variant: str) -> Experiment:
     )
 
 
-@pytest.mark.parametrize("variant", papers.load().names("variants"))
+# These variants change only how the genomes of the next generation are made.
+VARIANTS_OF_BREEDING = ("tournament", "truncation", "rank", "mutation-per-child")
+
+
+@pytest.mark.parametrize(
+    "variant",
+    [
+        pytest.param(name, marks=[pytest.mark.nightly] * (name in VARIANTS_OF_BREEDING))
+        for name in papers.load().names("variants")
+    ],
+)
 @pytest.mark.parametrize(
     "condition",
     [
