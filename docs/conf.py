@@ -9,7 +9,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "numpydoc",
     "cyclopts.ext.sphinx",
-    "scripts.site",
+    "scripts.site_extension",
 ]
 root_doc = "README"
 include_patterns = [

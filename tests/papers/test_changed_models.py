@@ -10,6 +10,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.api.publish.gallery_entries import find_studies
 from baldwinlab.studies.store import StudyStore
+from baldwinlab.studies.study_file import add_checksum
 from tests.commands import Command
 
 # Other tests draw these figures.
@@ -85,7 +86,7 @@ def test_a_changed_model_is_marked_in_the_study_report_claims_and_terminal(
     assert [claim["changes"] for claim in claims] == [CHANGES]
     for output in (
         result.out,
-        command("report", str(study), "--claims").out,
+        command("claims", str(study)).out,
         command("report", str(study)).out,
     ):
         assert "in a changed model" in output
@@ -113,7 +114,7 @@ def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(
     assert (
         command("reproduce", paper, *SET_OPTIONS, "--runs", "3", "--out", "all/changed").code == 0
     )
-    result = command("report", "all")
+    result = command("gallery", "all")
     assert (
         "needle is a changed model (hinton_nowlan.loci=4, population.size=30) and is included."
         in result.out
@@ -122,7 +123,7 @@ def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(
     assert json.loads(Path("all/papers.json").read_text("utf-8"))["papers"][0]["changes"] == CHANGES
     assert command("reproduce", paper, "--runs", "2", "--out", "all/plain").code == 0
     assert find_studies(Path("all"))["needle"].directory.name == "plain"
-    assert "changed model" not in command("report", "all").out
+    assert "changed model" not in command("gallery", "all").out
 
 
 @pytest.mark.nightly
@@ -156,7 +157,7 @@ def test_an_invalid_change_is_refused_before_files_are_written(
 
 
 def test_changes_apply_to_a_single_paper(command: Command) -> None:
-    result = command("reproduce", "--all", "--set", "population.size=3")
+    result = command("reproduce", "all", "--set", "population.size=3")
     assert result.code == 2
     assert "--set population.size=3 applies to one paper only" in result.err
 
@@ -164,8 +165,8 @@ def test_changes_apply_to_a_single_paper(command: Command) -> None:
 def test_a_study_with_invalid_changes_is_refused(paper: str, tmp_path: Path) -> None:
     study = bl.reproduce(paper, runs=1, out=tmp_path / "study")
     facts = study.directory / "study.toml"
-    text = facts.read_text().partition("# SHA-256")[0].replace("format = 3", "format = 2")
-    facts.write_text(text.replace("seed = 0", "seed = 0\nchanges = 3"))
+    text = facts.read_text().partition("# SHA-256")[0]
+    facts.write_text(add_checksum(text.replace("seed = 0", "seed = 0\nchanges = 3")))
     with pytest.raises(
         bl.StudyError,
         match=r"study\.toml cannot be read: changes = 3 must be a list of assignments",

@@ -78,7 +78,7 @@ export class LiveWorld {
 
   createElement(runs) {
     this.createControls(runs);
-    const { stage, foot } = this.figure;
+    const { stage, foot, facts } = this.figure;
     stage.classList.add("scrolls");
     stage.addEventListener("wheel", (event) => this.handleWheel(event), { capture: true });
     const element = el(
@@ -97,7 +97,7 @@ export class LiveWorld {
       stage,
       foot,
       this.legend.root,
-      this.inspector?.root,
+      this.inspector?.root ?? facts,
       this.bar.root,
     );
     element.addEventListener("keydown", (event) => this.handleKey(event));
