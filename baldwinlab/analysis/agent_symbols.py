@@ -33,25 +33,11 @@ TRAIL_SHARE: Final = 0.4
 
 
 class AgentSymbol(NamedTuple):
-    """Symbol of the agents of a species. Colors are "#rrggbb".
+    """Symbol of the agents of a species. Colors are "#rrggbb"."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the species, "" for a population with one species.
-    shape : str
-        "dart", "circle", or a key of `CORNERS`.
-    fill : str
-        Color of an agent that has eaten.
-    outline : str
-        Color of the outline.
-    trail : str
-        Color of the trail.
-    """
-
-    name: str
-    shape: str
-    fill: str
+    name: str  # Name of the species, "" for a population with one species.
+    shape: str  # "dart", "circle", or a key of `CORNERS`.
+    fill: str  # Color of an agent that has eaten.
     outline: str
     trail: str
 
@@ -66,13 +52,7 @@ DART: Final = AgentSymbol(
 
 
 def list_symbols(trace: xr.Dataset) -> list[AgentSymbol]:
-    """Return the symbol of each species of a trace. Without species, all agents are darts.
-
-    Parameters
-    ----------
-    trace
-        A lifetime, as `replay` returns it.
-    """
+    """Return the symbol of each species of a trace. Without species, all agents are darts."""
     if "species" not in trace:
         return [DART]
     names = trace.attrs["species_names"].split(", ")
@@ -111,22 +91,10 @@ def draw_agent(
 ) -> None:
     """Draw an agent.
 
-    Parameters
-    ----------
-    draw
-        The image.
-    symbol
-        The symbol of the agent.
-    position
-        x and y, in pixels.
-    heading
-        Direction in radians, clockwise from the right.
-    length
-        Length of a dart, in pixels.
-    fill
-        Color of the area.
-    line_width
-        Width of the outline, in pixels.
+    - `position`: x and y, in pixels.
+    - `heading`: direction in radians, clockwise from the right.
+    - `length`: length of a dart, in pixels.
+    - `line_width`: width of the outline, in pixels.
     """
     x, y = position
     if symbol.shape == "dart":

@@ -49,19 +49,8 @@ class Samples:
     A measure is an average over the last or the first generations of a run, or a measure that a
     model defines.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent).
-    last : int
-        Number of final generations to average in each run, at least 1.
-    source : ClaimSource or None
-        The source of the claims. Defaults to the default paper.
-
-    Raises
-    ------
-    ValueError
-        `last` is less than 1.
+    `data`: the runs, with the dimensions (condition, run, generation, agent). `source`: the source
+    of the claims. Defaults to the default paper.
     """
 
     def __init__(self, data: xr.Dataset, last: int = 10, source: ClaimSource | None = None) -> None:

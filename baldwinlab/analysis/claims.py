@@ -55,24 +55,8 @@ def evaluate_claims(
     A claim is not evaluated if the study has no run of a condition, or if the model of a measure
     is not loaded.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent).
-    last : int
-        Number of final generations to average in each run, at least 1.
-    source : ClaimSource or None
-        The source of the claims. Defaults to the default paper.
-
-    Returns
-    -------
-    list of ClaimResult
-        One result per claim, in the order of the claims.
-
-    Raises
-    ------
-    ValueError
-        `last` is less than 1.
+    `data`: the runs, with the dimensions (condition, run, generation, agent). `source`: defaults to
+    the default paper.
     """
     return evaluate_samples(Samples(data, last, source))
 
@@ -184,15 +168,7 @@ def _planned_test(comparison: ClaimComparison, n_a: int, n_b: int) -> PlannedTes
 
 
 def describe_claims_too_few(results: Sequence[ClaimResult], instruction: str = "") -> str:
-    """Return sentences if the runs are too few for the tests of the claims, else "".
-
-    Parameters
-    ----------
-    results : sequence of ClaimResult
-        The evaluated claims.
-    instruction : str
-        A sentence that says how to add runs, with "{runs}" for their number.
-    """
+    """Return sentences if the runs are too few for the tests of the claims, else ""."""
     findings = {finding.comparison: finding for result in results for finding in result.findings}
     tested = [finding for finding in findings.values() if not math.isnan(finding.p_holm)]
     return describe_too_few(
@@ -207,22 +183,7 @@ def describe_claims_too_few(results: Sequence[ClaimResult], instruction: str = "
 def planned_claim_tests(
     claims: Sequence[Claim], conditions: Collection[str], runs: int
 ) -> list[PlannedTest]:
-    """Return the tests that the claims require.
-
-    Parameters
-    ----------
-    claims : sequence of Claim
-        The claims.
-    conditions : collection of str
-        The conditions of the planned study.
-    runs : int
-        Number of runs of each condition.
-
-    Returns
-    -------
-    list of PlannedTest
-        One test per comparison of two conditions.
-    """
+    """Return the tests that the claims require."""
     # A claim about a condition outside the study is not evaluated.
     evaluated = [claim for claim in claims if claim.conditions <= {*conditions}]
     tested = {comparison for claim in evaluated for comparison in claim.comparisons if comparison.b}
@@ -316,19 +277,7 @@ def claim_records(
 ) -> list[dict[str, Any]]:
     """Return the results of claims as records for JSON.
 
-    Parameters
-    ----------
-    results : sequence of ClaimResult
-        The claims with their verdicts.
-    paper : str
-        Name of the paper that defines the study.
-    changes : sequence of str
-        Changes of the paper's model.
-
-    Returns
-    -------
-    list of dict
-        One record per claim.
+    `changes`: changes of the paper's model.
     """
     origin: dict[str, Any] = {"publication": paper} if paper else {}
     if changes:
@@ -345,24 +294,9 @@ def write_statistics(
 ) -> None:
     """Write `statistics.csv` and `summary.csv`, each atomically.
 
-    Parameters
-    ----------
-    results : sequence of ClaimResult
-        The claims with their verdicts.
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent).
-    directory : Path
-        Folder for the files.
-    last : int
-        Number of final generations to average in each run.
-    contrasts : sequence of Contrast
-        Comparisons of conditions. They are the first rows of `statistics.csv`, and their column
-        `claim` is empty.
-
-    Raises
-    ------
-    OSError
-        A file cannot be written.
+    `data`: the runs, with the dimensions (condition, run, generation, agent). `contrasts`:
+    comparisons of conditions. They are the first rows of `statistics.csv`, and their column `claim`
+    is empty.
     """
     rows = [{"claim": ""} | contrast.row() for contrast in contrasts]
     rows += [

@@ -42,21 +42,7 @@ class MovieError(BaldwinLabError):
 def write_movie(trace: xr.Dataset, width: float, height: float, path: Path) -> None:
     """Write a movie of one lifetime.
 
-    Parameters
-    ----------
-    trace
-        A lifetime, as `replay` returns it.
-    width, height
-        The size of the map, in map units.
-    path
-        A .gif file, or an .mp4 file, which needs the extra `video`.
-
-    Raises
-    ------
-    MovieError
-        If the extra `video` is missing.
-    OSError
-        If the file cannot be written.
+    `path`: a .gif file, or an .mp4 file, which needs the extra `video`.
     """
     write_scenes([Scene(trace, width, height)], path)
 
@@ -68,21 +54,8 @@ def write_scenes(
 ) -> None:
     """Write a movie of several lifetimes next to each other, in step.
 
-    Parameters
-    ----------
-    scenes
-        The lifetimes. A shorter lifetime shows its last step until the end of the movie.
-    path
-        A .gif file, or an .mp4 file, which needs the extra `video`.
-    report_progress
-        A function that is called with the finished share of the movie, 0 to 1.
-
-    Raises
-    ------
-    MovieError
-        If the extra `video` is missing.
-    OSError
-        If the file cannot be written.
+    `path`: a .gif file, or an .mp4 file, which needs the extra `video`. `report_progress`: a
+    function that is called with the finished share of the movie, 0 to 1.
     """
     n_steps = max(scene.trace.sizes["step"] for scene in scenes)
     stride = max(1, math.ceil(n_steps / (MAX_SECONDS * FRAMES_PER_SECOND)))

@@ -144,20 +144,7 @@ REPORT_COLORS: Final[Mapping[str, tuple[str, str, str]]] = {
 def resolve_color(color: str) -> str:
     """Return a color on a light background as "#rrggbb".
 
-    Parameters
-    ----------
-    color
-        A name of `NAMED_COLORS` or `WORLD_COLORS`, or "#rrggbb", which is returned as it is.
-
-    Returns
-    -------
-    str
-        The color.
-
-    Raises
-    ------
-    KeyError
-        If the name is unknown.
+    `color`: a name of `NAMED_COLORS` or `WORLD_COLORS`, or "#rrggbb", which is returned as it is.
     """
     return color if color.startswith("#") else {**NAMED_COLORS, **WORLD_COLORS}[color][0]
 
@@ -165,15 +152,7 @@ def resolve_color(color: str) -> str:
 def choose_species_style(index: int) -> tuple[str, str]:
     """Return the color and the shape of the agents of a species on a map.
 
-    Parameters
-    ----------
-    index
-        Index of the species.
-
-    Returns
-    -------
-    tuple of str
-        A name of `NAMED_COLORS`, and a name of `SPECIES_SHAPES`.
+    Returns a name of `NAMED_COLORS`, and a name of `SPECIES_SHAPES`.
     """
     color = SPECIES_COLORS[index % len(SPECIES_COLORS)]
     shape = SPECIES_SHAPES[index % len(SPECIES_SHAPES)]

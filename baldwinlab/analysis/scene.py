@@ -44,24 +44,14 @@ MAX_STEP_LENGTH = 10
 
 
 class Scene(NamedTuple):
-    """A trace and the size of its map.
+    """A trace and the size of its map."""
 
-    Attributes
-    ----------
-    trace : xarray.Dataset
-        A lifetime, as `replay` returns it.
-    width, height : float
-        The size of the map, in map units.
-    first_step : int
-        Number of the first step of the trace.
-    n_steps : int or None
-        Number of steps of the lifetime. None: the trace is the complete lifetime.
-    """
-
-    trace: xr.Dataset
+    trace: xr.Dataset  # A lifetime, as `replay` returns it.
+    # The size of the map, in map units.
     width: float
     height: float
     first_step: int = 0
+    # Number of steps of the lifetime. None: the trace is the complete lifetime.
     n_steps: int | None = None
 
 

@@ -123,28 +123,7 @@ def read_genomes(
 ) -> xr.DataArray:
     """Return the genomes of a generation, for `baldwinlab.api.study.Study.genomes`.
 
-    Parameters
-    ----------
-    study
-        The directory of the study.
-    condition
-        Name of a condition.
-    run, generation
-        Numbers, from 0.
-    agent
-        Number of an agent, or several numbers; None for all agents.
-
-    Returns
-    -------
-    xarray.DataArray
-        The weights at birth, with the dimensions `agent`, `module` and `weight`.
-
-    Raises
-    ------
-    StudyError
-        The study has no such condition or run.
-    ArgumentError
-        The experiment has no such generation or agent.
+    `agent`: number of an agent, or several numbers; None for all agents.
     """
     experiment = study.experiment(condition)
     require_generation(experiment, generation)
@@ -173,30 +152,7 @@ def make_network(
 ) -> AgentNetwork:
     """Return the network of an agent at birth, for `baldwinlab.api.study.Study.network`.
 
-    Parameters
-    ----------
-    study
-        The directory of the study.
-    condition
-        Name of a condition.
-    run, generation, agent
-        Numbers, from 0.
-    module
-        "action" or "reinforcement".
-
-    Returns
-    -------
-    AgentNetwork
-        The network.
-
-    Raises
-    ------
-    StudyError
-        The study has no such condition or run.
-    ArgumentError
-        The experiment has no such generation or agent.
-    RefusedError
-        The agents have no such module, or are not foragers.
+    `module`: "action" or "reinforcement".
     """
     experiment = _require_forager(study.experiment(condition))
     require_generation(experiment, generation)
@@ -254,25 +210,7 @@ def _require_forager(experiment: BaseExperiment) -> Experiment:
 
 
 def select_condition(study: StudyStore, condition: str | None) -> str:
-    """Return `condition`, or the only condition of the study if it is None.
-
-    Parameters
-    ----------
-    study
-        The directory of the study.
-    condition
-        Name of a condition, or None.
-
-    Returns
-    -------
-    str
-        Name of a condition.
-
-    Raises
-    ------
-    StudyError
-        `condition` is None, and the study has several conditions.
-    """
+    """Return `condition`, or the only condition of the study if it is None."""
     names = list(study.experiments)
     if condition is None and len(names) > 1:
         raise StudyError(f"{study.location}: condition is missing; {list_names(names[0], names)}")

@@ -33,15 +33,7 @@ class CustomClaims:
     def measures(self, name: str) -> Mapping[str, Any] | None:
         """Return the measures of the model of a condition.
 
-        Parameters
-        ----------
-        name
-            Name of a condition.
-
-        Returns
-        -------
-        mapping or None
-            The measures by name; None if the model is not loaded.
+        Returns the measures by name; None if the model is not loaded.
         """
         return self.study.experiments[name].measures
 
@@ -54,31 +46,8 @@ def evaluate_claims(
 
     The p-values of all tests are corrected together.
 
-    Parameters
-    ----------
-    study
-        The directory of the study.
-    source
-        TOML file with claims, or the name or folder of a paper. By default the paper that defines
-        the study.
-    last
-        Number of final generations that are averaged in each run, at least 1.
-
-    Returns
-    -------
-    list of ClaimResult
-        One result per claim.
-
-    Raises
-    ------
-    ArgumentError
-        `last` is less than 1.
-    StudyError
-        No run is stored.
-    PaperError
-        The file is not valid, or names conditions that the study does not have.
-    RefusedError
-        No claims are given, and no paper defines the study.
+    `source`: TOML file with claims, or the name or folder of a paper. By default the paper that
+    defines the study. Raises `RefusedError` if no claims are given, and no paper defines the study.
     """
     study.require_runs()
     title, claim_source = _select_claims(study, str(source))

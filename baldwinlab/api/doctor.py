@@ -22,38 +22,18 @@ MIN_FREE_BYTES: Final = 2**30
 
 
 class DoctorFinding(NamedTuple):
-    """The result of one check.
+    """The result of one check."""
 
-    Attributes
-    ----------
-    topic : str
-        The subject of the check, such as "memory".
-    state : State
-        "well", "missing" or "problem".
-    message : str
-        The finding.
-    fix : str
-        How to fix the problem; "" if the state is "well".
-    """
-
-    topic: str
-    state: State
+    topic: str  # The subject of the check, such as "memory".
+    state: State  # "well", "missing" or "problem".
     message: str
-    fix: str = ""
+    fix: str = ""  # How to fix the problem; "" if the state is "well".
 
 
 def examine(folder: Path) -> Iterator[DoctorFinding]:
     """Yield the findings on this machine.
 
-    Parameters
-    ----------
-    folder
-        Folder for studies. It may not exist.
-
-    Yields
-    ------
-    DoctorFinding
-        The result of one check.
+    `folder`: folder for studies. It may not exist.
     """
     yield _check_python()
     yield from _check_packages()
@@ -181,14 +161,6 @@ def _check_gpu() -> DoctorFinding:
 def has_problem(findings: Sequence[DoctorFinding]) -> bool:
     """Return whether one of the findings is a problem.
 
-    Parameters
-    ----------
-    findings
-        The results of `examine`.
-
-    Returns
-    -------
-    bool
-        True if a finding has the state "problem".
+    Returns True if a finding has the state "problem".
     """
     return any(finding.state == "problem" for finding in findings)

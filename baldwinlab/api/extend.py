@@ -22,32 +22,9 @@ def extend(
 
     The stored generations do not change. The result is bit-identical to that of one long run.
 
-    Parameters
-    ----------
-    study
-        The study.
-    options
-        Workers, backend, executor, force and the interval of the checkpoints.
-    generations
-        Number of generations. By default the stored number.
-    runs
-        Number of runs of each condition. By default the largest stored number.
-
-    Returns
-    -------
-    StudyStore
-        The study, with all its runs.
-
-    Raises
-    ------
-    StudyError
-        The study has more generations, or is a sweep or a multiverse.
-    ArgumentError
-        A number is out of range.
-    RefusedError
-        Less memory or disk is free than the estimate, unless `options.force`.
-    InterruptedStudyError
-        A worker or a disk failed. A repeated call continues.
+    `generations`: by default the stored number. `runs`: number of runs of each condition. By
+    default the largest stored number. Raises `StudyError` if the study has more generations, or is
+    a sweep or a multiverse.
     """
     if runs is None:
         study.require_runs()

@@ -33,24 +33,12 @@ GENOME_FILE_PATTERN: Final = re.compile(r"(?P<path>.+\.(?:npy|nc))(?:=(?P<share>
 
 
 class StoredPopulation(NamedTuple):
-    """A population of a stored study: one generation of one run or of all runs.
-
-    Attributes
-    ----------
-    study : StudyStore
-        The study.
-    condition : str
-        Name of the condition.
-    generation : int
-        Number of the generation.
-    run : int or None
-        Number of the run; None for all stored runs.
-    """
+    """A population of a stored study: one generation of one run or of all runs."""
 
     study: StudyStore
     condition: str
     generation: int
-    run: int | None = None
+    run: int | None = None  # Number of the run; None for all stored runs.
 
     @property
     def file_name(self) -> str:
@@ -129,25 +117,7 @@ def freeze(
 def encode_population(population: StoredPopulation, agent: int | None = None) -> bytes:
     """Return the bytes of a genome file with the genomes of a population at birth.
 
-    Parameters
-    ----------
-    population
-        The population.
-    agent
-        Number of an agent. By default all agents.
-
-    Returns
-    -------
-    bytes
-        The genome file, see `baldwinlab.evolution.genome_file`. It holds the experiment, the
-        condition, the generation, the runs and the seed.
-
-    Raises
-    ------
-    StudyError
-        The study has no such condition or run.
-    ArgumentError
-        The experiment has no such generation or agent.
+    `agent`: by default all agents.
     """
     study, condition, generation, run = population
     experiment = study.experiment(condition)
@@ -180,25 +150,8 @@ def encode_agents(
 ) -> bytes:
     """Return the bytes of a genome file with genomes at birth and their origin.
 
-    Parameters
-    ----------
-    genome
-        Genomes, [run, agent, module, weight].
-    experiment
-        The experiment of the agents.
-    condition
-        Name of the condition.
-    seed, generation
-        Seed and generation of the lifetimes.
-    runs
-        Number of the run of each population.
-    agent
-        Number of the agent, if `genome` has a single one of the population.
-
-    Returns
-    -------
-    bytes
-        The genome file, see `baldwinlab.evolution.genome_file`.
+    `genome`: [run, agent, module, weight]. `agent`: number of the agent, if `genome` has a single
+    one of the population.
     """
     origin: dict[str, Any] = {
         "condition": condition,
@@ -213,20 +166,7 @@ def encode_agents(
 
 
 def parse_population(reference: str) -> StoredPopulation:
-    """Return the population that a reference names.
-
-    Parameters
-    ----------
-    reference
-        STUDY:CONDITION@GENERATION, with [RUN] at the end for the population of one run.
-
-    Raises
-    ------
-    ArgumentError
-        The reference has another form.
-    StudyError
-        There is no such study.
-    """
+    """Return the population that a reference names."""
     match = POPULATION_PATTERN.fullmatch(reference)
     if match is None or match["share"]:
         raise ArgumentError(
@@ -252,33 +192,11 @@ def add_founders(
 ) -> tuple[list[BaseExperiment], list[bytes]]:
     """Return experiments whose first generation has the genomes that references name.
 
-    Parameters
-    ----------
-    experiments
-        The experiments of the new study.
-    references
-        STUDY:CONDITION@GENERATION, with [RUN] for the population of one run, or a genome file
-        (.nc, .npy). =SHARE at the end is the share of the first generation; without it, all
-        references have equal shares.
-    runs
-        Number of runs of the new study.
-
-    Returns
-    -------
-    list of BaseExperiment
-        The experiments with the setting `evolution.founders`.
-    list of bytes
-        Genome files of the populations of stored studies, which are in memory only; see
-        `baldwinlab.experiment.file.hold_contents`.
-
-    Raises
-    ------
-    ArgumentError
-        A reference has another form.
-    StudyError
-        There is no such study, condition or run.
-    RefusedError
-        The genomes do not fit an experiment.
+    `references`: STUDY:CONDITION@GENERATION, with [RUN] for the population of one run, or a genome
+    file (.nc, .npy). =SHARE at the end is the share of the first generation; without it, all
+    references have equal shares. Returns genome files of the populations of stored studies, which
+    are in memory only; see `baldwinlab.experiment.file.hold_contents`. Raises `RefusedError` if the
+    genomes do not fit an experiment.
     """
     founders: list[dict[str, Any]] = []
     contents: dict[str, bytes] = {}

@@ -24,61 +24,27 @@ from baldwinlab.simulation.replay import replay_genomes
 
 
 class Origin(NamedTuple):
-    """The random numbers of a lifetime. Those of a .npy file are 0.
-
-    Attributes
-    ----------
-    seed : int
-        Seed of the study.
-    generation : int
-        Number of the generation.
-    runs : tuple of int
-        Number of the run of each population of the file.
-    """
+    """The random numbers of a lifetime. Those of a .npy file are 0."""
 
     seed: int
     generation: int
-    runs: tuple[int, ...]
+    runs: tuple[int, ...]  # Number of the run of each population of the file.
 
 
 class FrozenGenomes(NamedTuple):
-    """The genomes of a file and the experiment in which they are simulated.
-
-    Attributes
-    ----------
-    path : pathlib.Path
-        The file.
-    genome : Genome
-        Genomes, [run, agent, module, weight].
-    experiment : Experiment
-        The experiment. Its population has the size of the file, and it has no founders.
-    origin : Origin
-        The origin of the genomes.
-    """
+    """The genomes of a file and the experiment in which they are simulated."""
 
     path: Path
-    genome: Genome
+    genome: Genome  # [run, agent, module, weight]
+    # The experiment. Its population has the size of the file, and it has no founders.
     experiment: BaseExperiment
     origin: Origin
 
     def population(self, run: int | None) -> tuple[Genome, int]:
         """Return the genomes of a run and its number.
 
-        Parameters
-        ----------
-        run
-            Number of the run; the only run if None. A file with one run has its genomes in every
-            run.
-
-        Returns
-        -------
-        tuple of Genome and int
-            Genomes [agent, module, weight], and the number.
-
-        Raises
-        ------
-        RefusedError
-            The file has several runs and none of this number.
+        `run`: number of the run; the only run if None. A file with one run has its genomes in every
+        run. Returns genomes [agent, module, weight], and the number.
         """
         runs = self.origin.runs
         if len(runs) == 1:
@@ -98,29 +64,7 @@ def read_frozen(
 ) -> FrozenGenomes:
     """Read a genome file for a simulation.
 
-    Parameters
-    ----------
-    path
-        A genome file of `freeze` (.nc), or an array of NumPy (.npy).
-    experiment
-        A preset or an experiment file. The default is the experiment of the genome file.
-    map_name
-        Name of a map, which replaces the world of the experiment.
-    assignments
-        Settings that change, as PATH=VALUE.
-
-    Returns
-    -------
-    FrozenGenomes
-        The genomes and the experiment.
-
-    Raises
-    ------
-    RefusedError
-        The file cannot be read, holds no genomes, or does not fit the experiment; or a .npy file
-        has no experiment.
-    ExperimentError
-        There is no such preset, map or setting.
+    `experiment`: a preset or an experiment file. The default is the experiment of the genome file.
     """
     load_installed_parts()
     stored = read_genome_file(path)
@@ -150,19 +94,7 @@ def read_frozen(
 def require_finite_genes(genome: Genome, path: Path, experiment: BaseExperiment) -> None:
     """Check that all genes are finite, except those that the network declares.
 
-    Parameters
-    ----------
-    genome
-        Genomes, [run, agent, module, weight].
-    path
-        Their file, for the message.
-    experiment
-        The experiment.
-
-    Raises
-    ------
-    RefusedError
-        A gene is not finite.
+    `genome`: [run, agent, module, weight].
     """
     if position := find_faulty_gene(experiment, genome):
         _, agent, module, gene = position
@@ -173,18 +105,7 @@ def require_finite_genes(genome: Genome, path: Path, experiment: BaseExperiment)
 
 
 def read_genome_file(path: Path) -> StoredGenomes:
-    """Return the content of a genome file.
-
-    Parameters
-    ----------
-    path
-        The file.
-
-    Raises
-    ------
-    RefusedError
-        The file cannot be read, or holds no genomes.
-    """
+    """Return the content of a genome file."""
     try:
         content = read_bytes(path, DATA_FILE)
     except (OSError, ValueError) as error:
@@ -196,21 +117,7 @@ def read_genome_file(path: Path) -> StoredGenomes:
 def choose_experiment(stored: StoredGenomes, path: Path, name: str | None) -> BaseExperiment:
     """Return the named experiment, or that of a genome file.
 
-    Parameters
-    ----------
-    stored
-        The content of the genome file.
-    path
-        Its path, for the message.
-    name
-        A preset or an experiment file; None for the experiment of the genome file.
-
-    Raises
-    ------
-    RefusedError
-        `name` is None, and the file names no experiment.
-    ExperimentError
-        There is no such preset.
+    `name`: a preset or an experiment file; None for the experiment of the genome file.
     """
     if name is not None:
         return load(name)
@@ -225,18 +132,8 @@ def choose_experiment(stored: StoredGenomes, path: Path, name: str | None) -> Ba
 def place_on_map(experiment: BaseExperiment, map_name: str | None) -> BaseExperiment:
     """Return an experiment without founders, in the world of a map.
 
-    Parameters
-    ----------
-    experiment
-        The experiment of the agents.
-    map_name
-        Name of a map; None for the world of the experiment. The world is that of the same learner
-        if it has a preset on this map, else that of the first preset.
-
-    Raises
-    ------
-    RefusedError
-        There is no such map, or the model has no maps.
+    `map_name`: name of a map; None for the world of the experiment. The world is that of the same
+    learner if it has a preset on this map, else that of the first preset.
     """
     without_founders = experiment.replace(evolution={"founders": []})
     if map_name is None:
@@ -280,30 +177,11 @@ def replay_frozen(
 ) -> xr.Dataset:
     """Simulate one lifetime of the genomes of a file, and record every step.
 
-    Parameters
-    ----------
-    frozen
-        The genomes and their experiment.
-    seed, run, generation
-        Key of the random numbers of the lifetime. The default is the origin of the genomes. For
-        a file with several runs, `run` is required.
-    world
-        Number of a world of the population, from 0.
-    force
-        Run even if less memory is free than the estimate.
-
-    Returns
-    -------
-    xarray.Dataset
-        The trace, as of `baldwinlab.simulation.replay.replay`. It is bit-identical to the stored
-        lifetime if the whole population has the world, the settings and the numbers of its origin.
-
-    Raises
-    ------
-    ArgumentError
-        A number is out of range.
-    RefusedError
-        The model has no world, `run` is missing, or too little memory is free.
+    `seed`, `run`, `generation`: key of the random numbers of the lifetime. The default is the
+    origin of the genomes. For a file with several runs, `run` is required. `world`: number of a
+    world of the population, from 0. Returns the trace, as of `baldwinlab.simulation.replay.replay`.
+    It is bit-identical to the stored lifetime if the whole population has the world, the settings
+    and the numbers of its origin.
     """
     genome, run_index = frozen.population(run)
     origin = frozen.origin

@@ -12,22 +12,7 @@ from baldwinlab.studies.executors import ExecutorError
 
 @contextmanager
 def report_progress_on_error(directory: Path, describe_stored: Callable[[], str]) -> Iterator[None]:
-    """State the number of stored results in the message of an interruption.
-
-    Parameters
-    ----------
-    directory
-        The directory of the study.
-    describe_stored
-        Function that returns the number of stored results as text.
-
-    Raises
-    ------
-    InterruptedStudyError
-        A worker or a disk failed.
-    KeyboardInterrupt
-        The user pressed Ctrl-C.
-    """
+    """State the number of stored results in the message of an interruption."""
     try:
         yield
     except KeyboardInterrupt:

@@ -23,13 +23,7 @@ SOURCE_NAME = "the dataset's experiment"
 
 @cache
 def load_installed_parts() -> None:
-    """Register the parts of the entry point group `baldwinlab.parts`, once.
-
-    Raises
-    ------
-    PartError
-        A part cannot be loaded.
-    """
+    """Register the parts of the entry point group `baldwinlab.parts`, once."""
     if entry_points(group="baldwinlab.parts"):
         # Imported late: loading the engine takes a while.
         from baldwinlab.parts import load_entry_points

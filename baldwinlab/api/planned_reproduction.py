@@ -21,15 +21,7 @@ from baldwinlab.studies.assays.memory import PlannedStudy
 def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
     """Return whether all experiments use the model "miniworld".
 
-    Parameters
-    ----------
-    experiments
-        The conditions of a paper.
-
-    Returns
-    -------
-    bool
-        True if the agents of all experiments are foragers, whose number of steps is a setting.
+    Returns True if the agents of all experiments are foragers, whose number of steps is a setting.
     """
     return all(isinstance(experiment, Experiment) for experiment in experiments)
 
@@ -37,24 +29,7 @@ def are_foragers(experiments: Sequence[BaseExperiment]) -> bool:
 def describe_too_few_runs(
     experiments: Sequence[Experiment], paper: papers.Paper, runs: int, directory: Path
 ) -> Iterator[str]:
-    """Yield a sentence for each group of verdicts that needs more runs than `runs`.
-
-    Parameters
-    ----------
-    experiments
-        The conditions.
-    paper
-        The paper.
-    runs
-        Number of runs of each condition.
-    directory
-        Directory of the study.
-
-    Yields
-    ------
-    str
-        Sentences on the claims, and sentences on the Baldwin effect.
-    """
+    """Yield a sentence for each group of verdicts that needs more runs than `runs`."""
     instruction = format_instruction(directory)
     names = [experiment.name for experiment in experiments]
     claim_tests = planned_claim_tests(paper.claims, names, runs)
@@ -78,21 +53,7 @@ def estimate_later_need(
 ) -> Need:
     """Estimate the memory and disk of the assays and the report.
 
-    Parameters
-    ----------
-    experiments
-        The conditions.
-    paper
-        The paper.
-    runs
-        Number of runs of each condition.
-    workers
-        Number of threads; None for one per core.
-
-    Returns
-    -------
-    Need
-        The required memory and disk.
+    `workers`: number of threads; None for one per core.
     """
     by_name = {experiment.name: experiment for experiment in experiments}
     plan = _plan_assays(experiments, paper)

@@ -11,12 +11,7 @@ from baldwinlab.core import console
 class RemainingTime:
     """Estimate of the time left for all studies, from the speed of the studies that are done.
 
-    Parameters
-    ----------
-    amounts
-        Missing work of each study, in the unit.
-    unit
-        Unit of the work.
+    `unit`: unit of the work.
     """
 
     def __init__(self, amounts: Sequence[int], unit: str = "agent-steps") -> None:
@@ -26,13 +21,7 @@ class RemainingTime:
         self._start = time.monotonic()
 
     def announce(self, title: str) -> None:
-        """Print the title of the next study, and the time left for it and all later studies.
-
-        Parameters
-        ----------
-        title
-            Title of the study.
-        """
+        """Print the title of the next study, and the time left for it and all later studies."""
         done = sum(self._amounts[: self._n_begun])
         left = sum(self._amounts[self._n_begun :])
         self._n_begun += 1

@@ -45,40 +45,12 @@ def report(
 ) -> Path:
     """Write the statistics, figures and page of a study, and print its results.
 
-    Parameters
-    ----------
-    study
-        The directory of a study, a sweep or a multiverse.
-    out
-        HTML file. By default report.html in the directory of the study.
-    last
-        Number of final generations that are averaged in each run, at least 1.
-    force
-        Write even if less memory is free than the estimate, and overwrite an HTML file that is not
-        a report.
-    add_results
-        Called after the page of a study of conditions is written. The page is then written again,
-        with the results that the function has added to the study.
-    baseline
-        Condition with which all other conditions are compared; see
-        `statistics.contrasts.find_references` for the default.
-    paper
-        Paper whose claims are evaluated. By default the paper that defines the study.
-
-    Returns
-    -------
-    pathlib.Path
-        The path of the page.
-
-    Raises
-    ------
-    ArgumentError
-        `last` is less than 1.
-    StudyError
-        No run is stored, `baseline` has no stored run, or the study has no such condition.
-    RefusedError
-        `out` is a file of a study or of another program; too little memory is free; or the study is
-        of a kind that has no baseline or no claims.
+    - `out`: HTML file. By default report.html in the directory of the study.
+    - `force`: write even if less memory is free than the estimate, and overwrite an HTML file that
+      is not a report.
+    - `add_results`: called after the page of a study of conditions is written. The page is then
+      written again, with the results that the function has added to the study.
+    - `paper`: paper whose claims are evaluated. By default the paper that defines the study.
     """
     _check_options(study, baseline, paper)
     page = study.directory / "report.html" if out is None else out

@@ -40,36 +40,18 @@ SHORT_SETTING_NAMES: Final = {"evolution.generations": "generations", "lifetime.
 
 @dataclass(frozen=True)
 class Reproduction:
-    """A paper to reproduce, with changes of its settings.
-
-    Attributes
-    ----------
-    paper
-        The paper.
-    assignments
-        Settings that change the model of the paper, such as "lifetime.steps=100".
-    variant
-        Name of a variant of the model.
-    runs
-        Number of runs of each condition. If None: the number in the paper.
-    seed
-        Seed of the study.
-    out
-        Directory of the study. If None: results/ followed by `folder_name`.
-    last
-        Number of final generations that are averaged in each run.
-    is_quick
-        Whether to run the short form of a paper with stages.
-    """
+    """A paper to reproduce, with changes of its settings."""
 
     paper: papers.Paper
+    # Settings that change the model of the paper, such as "lifetime.steps=100".
     assignments: Sequence[str] = ()
     variant: str = STANDARD_VARIANT
-    runs: int | None = None
+    runs: int | None = None  # Number of runs of each condition. If None: the number in the paper.
     seed: int = 0
+    # Directory of the study. If None: results/ followed by `folder_name`.
     out: str | Path | None = None
-    last: int = 10
-    is_quick: bool = False
+    last: int = 10  # Number of final generations that are averaged in each run.
+    is_quick: bool = False  # Whether to run the short form of a paper with stages.
 
     @property
     def runs_of_condition(self) -> int:
@@ -202,24 +184,9 @@ def format_length_assignments(
 ) -> list[str]:
     """Return the number of generations and of steps as assignments.
 
-    Parameters
-    ----------
-    paper
-        The paper.
-    generations
-        Number of generations of a run. None keeps the number in the paper.
-    steps
-        Number of steps of a forager's life. None keeps the number in the paper.
-
-    Returns
-    -------
-    list of str
-        Assignments, such as "lifetime.steps=100", without those of None.
-
-    Raises
-    ------
-    RefusedError
-        `steps` is given, and the paper has no foragers.
+    `generations`: number of generations of a run. None keeps the number in the paper. `steps`:
+    number of steps of a forager's life. None keeps the number in the paper. Returns assignments,
+    such as "lifetime.steps=100", without those of None.
     """
     if steps is not None and not are_foragers(paper.experiments()):
         raise RefusedError(
@@ -234,31 +201,6 @@ def run_reproduction(request: Reproduction, options: RunOptions) -> Study:
     """Reproduce a paper with the changes of `request`.
 
     The function `reproduce` and the command `reproduce` call this function.
-
-    Parameters
-    ----------
-    request
-        The paper and the changes.
-    options
-        Workers, backend, executor and force.
-
-    Returns
-    -------
-    Study
-        The study, on disk.
-
-    Raises
-    ------
-    ExperimentError
-        The variant or a setting does not exist, or a setting has no effect.
-    ArgumentError
-        A number is out of range.
-    StudyError
-        The directory holds another study.
-    RefusedError
-        The backend cannot be used on this machine, or too little memory or disk is free.
-    InterruptedStudyError
-        A worker or a disk failed.
     """
     require_whole_number("last", request.last)
     require_whole_number("runs", request.runs_of_condition)

@@ -167,47 +167,8 @@ def run_loaded(
     The function `run` and the command `run` call this function. If the runs are too few to compare
     the conditions, it prints a warning before the runs.
 
-    Parameters
-    ----------
-    loaded
-        The experiments and their origins.
-    assignments
-        Settings to change, such as "lifetime.steps=100".
-    options
-        Workers, backend, executor and force.
-    runs
-        Number of independent runs of each experiment.
-    seed
-        Seed of all random numbers.
-    out
-        Directory of the study. If None: results/NAME, where NAME joins the names of the experiments
-        by "-".
-    baseline
-        Condition with which all others will be compared; "" for the default.
-    founders
-        Populations of stored studies, and genome files, for the first generation; see
-        `baldwinlab.api.freezer.add_founders`.
-    schedule
-        Settings that change at a generation; see `baldwinlab.experiment.schedule`.
-
-    Returns
-    -------
-    StudyStore
-        The directory of the study, with all its runs.
-
-    Raises
-    ------
-    RefusedError
-        `baseline` is not a condition, the backend cannot be used on this machine, or too little
-        memory or disk is free.
-    ExperimentError
-        A setting does not exist or has no effect.
-    ArgumentError
-        A number is out of range.
-    StudyError
-        The directory holds another study.
-    InterruptedStudyError
-        A worker or a disk failed.
+    `assignments`: settings to change, such as "lifetime.steps=100". `out`: directory of the study.
+    If None: results/NAME, where NAME joins the names of the experiments by "-".
     """
     experiments = [assign(source.experiment, assignments) for source in loaded]
     if schedule:

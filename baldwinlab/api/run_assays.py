@@ -27,29 +27,9 @@ def run_missing_assays(
 ) -> None:
     """Run the missing assays of a study on the CPU.
 
-    Parameters
-    ----------
-    study
-        The directory of the study.
-    names
-        Names of assays, see `baldwinlab.studies.assays.catalog.ASSAYS`.
-    options
-        Workers, executor and force.
-    generations
-        Number of generations of the branches of a fork, at least 1. The default is 20. Without
-        this argument, a stored fork with another number remains.
-
-    Raises
-    ------
-    ArgumentError
-        The number of workers or of generations is below 1, or no assay is a fork and
-        `generations` is given.
-    StudyError
-        No assay has that name.
-    RefusedError
-        Less memory or disk is free than the estimate, unless `options.force`.
-    InterruptedStudyError
-        A worker or a disk failed. The message states the number of stored assays.
+    `generations`: number of generations of the branches of a fork, at least 1. The default is 20.
+    Without this argument, a stored fork with another number remains. Raises `StudyError` if no
+    assay has that name.
     """
     require_branch_length(generations, names)
     executor = options.make_executor()
@@ -95,17 +75,7 @@ def run_missing_assays(
 def require_branch_length(generations: int | None, names: Sequence[str]) -> None:
     """Check the number of generations of the branches of a fork.
 
-    Parameters
-    ----------
-    generations
-        The number; None for the default.
-    names
-        Names of the assays.
-
-    Raises
-    ------
-    ArgumentError
-        The number is below 1, or no assay is a fork.
+    `generations`: the number; None for the default.
     """
     if generations is not None and not FORKS.keys() & set(names):
         raise ArgumentError("generations", generations, "needs the assay fork or fork-mode")

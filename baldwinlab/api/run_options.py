@@ -20,31 +20,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RunOptions:
-    """Options of execution. They do not change results.
+    """Options of execution. They do not change results."""
 
-    Attributes
-    ----------
-    workers
-        Number of threads, or of jobs with the executor "slurm"; by default one thread per core.
-    backend
-        "cpu", "cuda", or "auto" for the fastest that is available.
-    executor
-        "threads", "dask:tcp://HOST:PORT", or "slurm".
-    force
-        Run even if less memory or disk is free than the estimate.
-    checkpoint
-        Interval between two checkpoints of a run: seconds, such as "60s", or generations, such as
-        "100".
-    callback
-        Called after each generation of a run with the dataset of the run; only with the executor
-        "threads".
-    """
-
+    # Number of threads, or of jobs with the executor "slurm"; by default one thread per core.
     workers: int | None = None
-    backend: str = "auto"
-    executor: str = "threads"
-    force: bool = False
+    backend: str = "auto"  # "cpu", "cuda", or "auto" for the fastest that is available.
+    executor: str = "threads"  # "threads", "dask:tcp://HOST:PORT", or "slurm".
+    force: bool = False  # Run even if less memory or disk is free than the estimate.
+    # Interval between two checkpoints of a run: seconds, such as "60s", or generations, such as
+    # "100".
     checkpoint: str = "60s"
+    # Called after each generation of a run with the dataset of the run; only with the executor
+    # "threads".
     callback: Callable[[xr.Dataset], None] | None = None
 
     def __post_init__(self) -> None:
@@ -53,20 +40,7 @@ class RunOptions:
             require_whole_number("workers", self.workers)
 
     def make_executor(self) -> Executor:
-        """Return the executor.
-
-        Returns
-        -------
-        Executor
-            The executor with its number of workers.
-
-        Raises
-        ------
-        ArgumentError
-            The executor does not exist, or has its own number of workers.
-        RefusedError
-            There is a callback, and the executor uses other machines.
-        """
+        """Return the executor."""
         if self.callback and self.executor != THREADS.name:
             raise RefusedError(
                 "a callback runs on this machine only: leave it out, or use 'threads', "
@@ -89,19 +63,6 @@ def _call_alone(lock: Lock, callback: Callable[[xr.Dataset], None], dataset: xr.
 
 
 def exclude_remote_memory(need: Need, executor: Executor) -> Need:
-    """Return the need on this machine: without memory if the workers are remote.
-
-    Parameters
-    ----------
-    need
-        The need of all workers.
-    executor
-        The executor.
-
-    Returns
-    -------
-    Need
-        The need on this machine. Its disk space is that of all workers.
-    """
+    """Return the need on this machine: without memory if the workers are remote."""
     is_local = executor.name == THREADS.name
     return need if is_local else need._replace(memory=0)

@@ -37,43 +37,21 @@ from baldwinlab.studies.store import StudyStore
 
 @dataclass(frozen=True)
 class StudyRequest:
-    """The conditions of a study to create or to complete, with the number of runs of each.
+    """The conditions of a study to create or to complete, with the number of runs of each."""
 
-    Attributes
-    ----------
-    experiments
-        One experiment per condition.
-    directory
-        Directory of the study.
-    runs
-        Number of runs of each condition, at least 1.
-    seed
-        Seed of the study, 0 to 2**31 - 1.
-    paper
-        The paper that defines the study. A custom paper is copied into the directory.
-    changes
-        Assignments that change the model of the paper.
-    kind
-        Kind of the study.
-    factors
-        Factors of each condition, by name. By default the factors of the paper, or of the presets.
-    extra_files
-        Contents of further files of the directory, by file name.
-    later_need
-        Memory and disk that the caller needs after the runs. The resource check includes them.
-    first_run
-        Number of the first run of each condition.
-    """
-
-    experiments: Sequence[Experiment]
+    experiments: Sequence[Experiment]  # One experiment per condition.
     directory: Path
-    runs: int
-    seed: int
+    runs: int  # Number of runs of each condition, at least 1.
+    seed: int  # Seed of the study, 0 to 2**31 - 1.
+    # The paper that defines the study. A custom paper is copied into the directory.
     paper: Paper | None = None
-    changes: Sequence[str] = ()
+    changes: Sequence[str] = ()  # Assignments that change the model of the paper.
     kind: StudyKind = CONDITIONS
+    # Factors of each condition, by name. By default the factors of the paper, or of the presets.
     factors: Mapping[str, Factors] | None = None
+    # Contents of further files of the directory, by file name.
     extra_files: Mapping[str, bytes] = field(default_factory=dict)
+    # Memory and disk that the caller needs after the runs. The resource check includes them.
     later_need: Need = NO_NEED
     first_run: int = 0
 
@@ -97,31 +75,6 @@ def run_missing(request: StudyRequest, options: RunOptions) -> StudyStore:
     """Create or open a study and run its missing runs.
 
     Nothing remains of a new study if the request is refused before a generation was simulated.
-
-    Parameters
-    ----------
-    request
-        The study.
-    options
-        Workers, backend, executor and force.
-
-    Returns
-    -------
-    StudyStore
-        The directory of the study, with all its runs.
-
-    Raises
-    ------
-    ArgumentError
-        A number is out of range.
-    RefusedError
-        Less memory or disk is free than the estimate, unless `options.force`.
-    StudyError
-        The directory holds another study or other files.
-    InterruptedStudyError
-        A worker or a disk failed. The message states the number of stored runs.
-    KeyboardInterrupt
-        The user pressed Ctrl-C. The message states the number of stored runs.
     """
     execution = require_request(request, options)
     with remove_if_refused(request.directory):
@@ -160,25 +113,7 @@ def _run_missing(
 
 
 def require_request(request: StudyRequest, options: RunOptions) -> ExecutionPlan:
-    """Return the plan of execution of a study. Nothing is written.
-
-    Parameters
-    ----------
-    request
-        The study.
-    options
-        Workers, backend, executor and force.
-
-    Returns
-    -------
-    ExecutionPlan
-        The plan of the missing runs.
-
-    Raises
-    ------
-    ArgumentError, RefusedError
-        As `run_missing`.
-    """
+    """Return the plan of execution of a study. Nothing is written."""
     execution = _check_request(request, options)
     _require_resources(request, execution, options.force)
     return execution
@@ -235,20 +170,7 @@ def _require_resources(request: StudyRequest, execution: ExecutionPlan, force: b
 
 
 def count_missing_runs(request: StudyRequest, condition: str) -> int:
-    """Return the number of runs of a condition that are in no file.
-
-    Parameters
-    ----------
-    request
-        The study.
-    condition
-        Name of the condition.
-
-    Returns
-    -------
-    int
-        The number of missing runs.
-    """
+    """Return the number of runs of a condition that are in no file."""
     if not is_study(request.directory):
         return request.runs
     runs = set(range(request.first_run, request.first_run + request.runs))

@@ -53,46 +53,21 @@ from baldwinlab.studies.store import StudyStore
 
 @dataclass(frozen=True)
 class StagedReproduction:
-    """A paper with a design, and the size of its study.
-
-    Attributes
-    ----------
-    paper
-        The paper.
-    design
-        The design, possibly shortened.
-    directory
-        Folder of the studies of all stages.
-    maps
-        Maps of the tuning and of the confirmation; ("",) if the paper has none.
-    runs
-        Number of runs of each condition of the confirmation.
-    seed
-        Seed of all studies.
-    assignments
-        Settings that change the model of the paper in all stages.
-    last
-        Number of final generations that are averaged in each run.
-    """
+    """A paper with a design, and the size of its study."""
 
     paper: Paper
-    design: Design
-    directory: Path
-    maps: Sequence[str]
-    runs: int
+    design: Design  # The design, possibly shortened.
+    directory: Path  # Folder of the studies of all stages.
+    maps: Sequence[str]  # Maps of the tuning and of the confirmation; ("",) if the paper has none.
+    runs: int  # Number of runs of each condition of the confirmation.
     seed: int = 0
-    assignments: Sequence[str] = ()
-    last: int = 10
+    assignments: Sequence[str] = ()  # Settings that change the model of the paper in all stages.
+    last: int = 10  # Number of final generations that are averaged in each run.
 
     def tuning_request(self, grid: TuningGrid, value: float) -> StudyRequest:
         """Return the study of a value of a grid.
 
-        Parameters
-        ----------
-        grid
-            The grid.
-        value
-            One of its values.
+        `value`: one of its values.
         """
         conditions = tuning_conditions(self.paper, self.design, grid, self.maps, value)
         folder = Path(TUNING_FOLDER) / grid.folder(value)
@@ -105,12 +80,7 @@ class StagedReproduction:
     ) -> StudyRequest:
         """Return the study of the confirmation.
 
-        Parameters
-        ----------
-        tuned
-            The chosen values.
-        digests
-            SHA-256 of the claims and of the tuned values. A new study stores them.
+        `digests`: SHA-256 of the claims and of the tuned values. A new study stores them.
         """
         conditions = confirmation_conditions(self.paper, self.design, self.maps, tuned)
         request = self._make_request(conditions, Path(CONFIRMATION_FOLDER), self.runs)
@@ -146,29 +116,6 @@ def run_stages(reproduction: StagedReproduction, options: RunOptions) -> StudySt
     """Run the missing runs and assays of all stages, and write the report of the confirmation.
 
     A repeated call simulates only the missing runs and assays.
-
-    Parameters
-    ----------
-    reproduction
-        The paper and the size of its study.
-    options
-        Workers, backend, executor and force.
-
-    Returns
-    -------
-    StudyStore
-        The study of the confirmation.
-
-    Raises
-    ------
-    ArgumentError
-        A number is out of range.
-    StudyError
-        A directory holds another study.
-    RefusedError
-        The backend cannot be used on this machine, or too little memory or disk is free.
-    InterruptedStudyError
-        A worker or a disk failed.
     """
     design = reproduction.design
     grid_values = [(grid, value) for grid in design.tuning.grids for value in grid.values]

@@ -20,19 +20,8 @@ CAPTION: Final = (
 def render_study(text: str, study: StudyStore, conditions: Sequence[str]) -> str:
     """Return the HTML of a study for a notebook.
 
-    Parameters
-    ----------
-    text
-        The text of the study.
-    study
-        The directory of the study.
-    conditions
-        The conditions whose curves are drawn. Conditions without runs are left out.
-
-    Returns
-    -------
-    str
-        The text and the curves, or the reason why the curves cannot be drawn.
+    `conditions`: the conditions whose curves are drawn. Conditions without runs are left out.
+    Returns the text and the curves, or the reason why the curves cannot be drawn.
     """
     try:
         curves = _draw_curves(study, [name for name in conditions if study.runs(name)])

@@ -31,18 +31,7 @@ MAX_COMPARISONS = 20
 
 
 def make_contrasts_table(contrasts: Contrasts) -> Table:
-    """Return the comparisons of the conditions with their verdicts, at most `MAX_COMPARISONS`.
-
-    Parameters
-    ----------
-    contrasts
-        The comparisons.
-
-    Returns
-    -------
-    rich.table.Table
-        The table.
-    """
+    """Return the comparisons of the conditions with their verdicts, at most `MAX_COMPARISONS`."""
     n_hidden = len(contrasts.rows) - MAX_COMPARISONS
     hidden_note = ""
     if n_hidden > 0:
@@ -68,13 +57,7 @@ def make_contrasts_table(contrasts: Contrasts) -> Table:
 
 
 def show_contrasts(contrasts: Contrasts) -> None:
-    """Print the comparisons of the conditions, and whether the runs are too few for a verdict.
-
-    Parameters
-    ----------
-    contrasts
-        The comparisons.
-    """
+    """Print the comparisons of the conditions, and whether the runs are too few for a verdict."""
     if contrasts.rows:
         for sentence in summarize_contrasts(contrasts):
             console.info(sentence)
@@ -93,19 +76,8 @@ def make_claims_table(
 
     A claim of several comparisons has the effect of the comparison that decided the verdict.
 
-    Parameters
-    ----------
-    results
-        The evaluated claims.
-    title
-        Title of the table. "" for the default title.
-    changed_model
-        Sentence about the changes of the paper's model. "" if the model is not changed.
-
-    Returns
-    -------
-    rich.table.Table
-        The table.
+    `title`: "" for the default title. `changed_model`: sentence about the changes of the paper's
+    model. "" if the model is not changed.
     """
     are_of_paper = any(result.claim.of_paper for result in results)
     if not title:
@@ -164,18 +136,7 @@ def _format_result(record: dict[str, Any]) -> str:
 
 
 def make_variants_table(multiverse: Multiverse) -> Table:
-    """Return the verdict of each claim under each variant that changes at most one choice.
-
-    Parameters
-    ----------
-    multiverse
-        The results of a multiverse.
-
-    Returns
-    -------
-    rich.table.Table
-        The table. Its last column is the distance of a variant from the numbers in the paper.
-    """
+    """Return the verdict of each claim under each variant that changes at most one choice."""
     table = Table(
         title="Every variant of the paper",
         title_style="bold",

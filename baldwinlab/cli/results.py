@@ -22,15 +22,6 @@ def print_results(study: StudyStore, last: int = 10, baseline: str = "") -> None
 
     These are the comparisons of the conditions, the claims, and the results on the Baldwin effect
     and of a multiverse, if they are stored.
-
-    Parameters
-    ----------
-    study
-        The directory of the study.
-    last
-        Number of final generations that are averaged in each run.
-    baseline
-        Condition with which all others are compared, or "" for the default.
     """
     # Imported late: SciPy's statistics take a while to load.
     from baldwinlab.api.publish import lab_results
@@ -47,15 +38,7 @@ def print_results(study: StudyStore, last: int = 10, baseline: str = "") -> None
 
 
 def print_gallery(folder: Path, page: Path) -> None:
-    """Print the answers and the papers of a gallery as JSON.
-
-    Parameters
-    ----------
-    folder
-        Folder of the studies.
-    page
-        The page that was written.
-    """
+    """Print the answers and the papers of a gallery as JSON."""
     console.print_json({"page": str(page)} | _read_files(folder, GALLERY_FILES))
 
 

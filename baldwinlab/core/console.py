@@ -103,21 +103,10 @@ def progress(
 
     A terminal and a notebook show a bar. A log has a plain line every few seconds.
 
-    Parameters
-    ----------
-    description
-        The work, such as "simulating".
-    total
-        The amount of work, in `unit`.
-    unit
-        Plural noun of the unit of work.
-    outcome
-        A terminal shows this object as text, again and again, for example a curve that grows.
-
-    Yields
-    ------
-    Callable
-        The caller calls this function with each finished amount of work.
+    - `description`: the work, such as "simulating".
+    - `unit`: plural noun of the unit of work.
+    - `outcome`: a terminal shows this object as text, again and again, for example a curve that
+      grows.
     """
     if console.is_jupyter:
         show = _display_notebook_bar()
@@ -197,10 +186,7 @@ def _display_notebook_bar() -> Callable[[str, float], None]:
 def reserve_stdout(is_reserved: bool = True) -> None:
     """Print messages, progress and tables on stderr, because stdout gets data.
 
-    Parameters
-    ----------
-    is_reserved
-        False: print on stdout again.
+    `is_reserved`: False: print on stdout again.
     """
     console.stderr = is_reserved
 

@@ -10,13 +10,7 @@ from baldwinlab.core.errors import RefusedError
 
 
 def read_whole_number(name: str, default: int, last: int) -> int:
-    """Return the number in an environment variable, from 1 to `last`.
-
-    Raises
-    ------
-    RefusedError
-        The variable has another value.
-    """
+    """Return the number in an environment variable, from 1 to `last`."""
     value = os.environ.get(name, str(default))
     is_number = value.isascii() and value.isdecimal()
     if not is_number or not 1 <= int(value) <= last:

@@ -13,13 +13,7 @@ DEVICE_NAMES: Final = frozenset(
 
 
 def find_name_fault(name: str) -> str:
-    """Return why a name cannot be a file on every operating system, or "".
-
-    Parameters
-    ----------
-    name
-        Name of a file or folder, or several of them with / between.
-    """
+    """Return why a name cannot be a file on every operating system, or ""."""
     for folder in name.split("/"):
         if folder.partition(".")[0].casefold() in DEVICE_NAMES:
             return f"Windows reserves {folder!r} for a device"

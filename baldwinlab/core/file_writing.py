@@ -27,13 +27,7 @@ from baldwinlab.core.partial_files import hold_partial
 
 
 def require_writable_path(path: Path) -> None:
-    """Raise RefusedError if a file cannot be written, before its content is computed.
-
-    Raises
-    ------
-    RefusedError
-        The file or its folder is read-only, or a link leads out of a study.
-    """
+    """Raise RefusedError if a file cannot be written, before its content is computed."""
     if not is_local(path):
         return
     require_inside_study(path)
@@ -51,21 +45,9 @@ def require_writable_path(path: Path) -> None:
 def atomic_path(path: Path, *, exclusive: bool = False, is_folder: bool = False) -> Iterator[Path]:
     """Yield the path of an empty temporary file, and rename it to `path` at the end.
 
-    Parameters
-    ----------
-    path
-        The final path. Its folder is created if it does not exist.
-    exclusive
-        Raise FileExistsError if `path` exists at the end.
-    is_folder
-        Create a folder instead of a file.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written. Nothing remains of it.
-    RefusedError
-        A link leads out of a study, or the path is a device or a pipe.
+    - `path`: the final path. Its folder is created if it does not exist.
+    - `exclusive`: raise FileExistsError if `path` exists at the end.
+    - `is_folder`: create a folder instead of a file.
     """
     require_inside_study(path)
     if path.exists() and not (path.is_file() or path.is_dir()):

@@ -79,20 +79,7 @@ def _list_children(value: Any) -> Iterable[Any]:
 def parse_location(text: str | Path) -> Path:
     """Return the path that a text names: a local path, or a URL such as s3://bucket/study.
 
-    Parameters
-    ----------
-    text
-        A path, a file:// URL, or a URL that fsspec can open.
-
-    Returns
-    -------
-    pathlib.Path
-        For a URL of remote storage it is a UPath, which has the same methods.
-
-    Raises
-    ------
-    RefusedError
-        The location cannot be reached, or a package that the storage needs is not installed.
+    For a URL of remote storage it is a UPath, which has the same methods.
     """
     if isinstance(text, Path) or "://" not in str(text):
         return Path(text)
@@ -133,16 +120,7 @@ def require_cluster_extra(feature: str) -> None:
 
 
 def read_bytes(path: Path, kind: FileKind) -> bytes:
-    """Check the size of a file, and return its content.
-
-    Raises
-    ------
-    OSError
-        The file cannot be read.
-    ValueError
-        The path is a pipe, a device or a folder, or the file is larger than its kind allows. The
-        message is part of a sentence, without the path.
-    """
+    """Check the size of a file, and return its content."""
     if is_local(path) and path.exists() and not path.is_file():
         raise ValueError("it is not a regular file")
     with path.open("rb") as file:
@@ -195,17 +173,7 @@ def quote_path(path: Path) -> str:
 def require_inside_study(path: Path, folder: Path | None = None) -> None:
     """Raise RefusedError if a link would lead a write out of a study.
 
-    Parameters
-    ----------
-    path
-        The file or folder to write.
-    folder
-        The study. By default, every folder above `path` that holds a study is checked.
-
-    Raises
-    ------
-    RefusedError
-        A folder between the study and `path` is a link to a path outside of the study.
+    `folder`: by default, every folder above `path` that holds a study is checked.
     """
     if not is_local(path):
         return

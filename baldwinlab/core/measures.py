@@ -35,17 +35,7 @@ def measure_runs(function: Callable[[xr.Dataset], xr.DataArray], runs: xr.Datase
     A run that stopped early has no data in the later generations of the dataset. A function that
     reads the last generations would return NaN for it.
 
-    Parameters
-    ----------
-    function : Callable
-        Function of a `Measure`: `of` or `censored`.
-    runs : xr.Dataset
-        Stored runs (run, generation, agent).
-
-    Returns
-    -------
-    xr.DataArray
-        One value per run.
+    `runs`: stored runs (run, generation, agent). Returns one value per run.
     """
     # This module loads NumPy, which commands that only print do not need.
     from baldwinlab.core.variables import GENERATION_COUNT

@@ -43,17 +43,7 @@ class LabeledArray(NamedTuple):
 def encode_netcdf(variables: Mapping[str, LabeledArray], attributes: Mapping[str, Any]) -> bytes:
     """Return a netCDF file of arrays.
 
-    Parameters
-    ----------
-    variables : mapping
-        The arrays by name. A text is stored as characters, with an additional dimension.
-    attributes : mapping
-        Texts and numbers that describe the file.
-
-    Raises
-    ------
-    ValueError
-        An integer does not fit into 32 bits.
+    Raises `ValueError` if an integer does not fit into 32 bits.
     """
     encoded = {name: _encode_variable(variable) for name, variable in variables.items()}
     sizes: dict[str, int] = {}

@@ -29,19 +29,8 @@ _Result = TypeVar("_Result")
 def require_whole_number(name: str, value: Any, last: int | None = None) -> int:
     """Return a number as an int, for example an integer of NumPy.
 
-    Parameters
-    ----------
-    name
-        Name of the argument, one of `INDICES` and `COUNTS`. It determines the first valid number.
-    value
-        The number.
-    last
-        The last valid number. By default the limit of all records.
-
-    Raises
-    ------
-    ArgumentError
-        The value is not a whole number, or is out of range.
+    `name`: name of the argument, one of `INDICES` and `COUNTS`. It determines the first valid
+    number. `last`: the last valid number. By default the limit of all records.
     """
     first = 1 if name in COUNTS else 0
     if last is None:

@@ -31,16 +31,10 @@ _MARK_RANGE: Final = 65536
 def require_writable(option: str, path: Path, mark: bytes, *, force: bool) -> None:
     """Raise RefusedError if a command must not write a file.
 
-    Parameters
-    ----------
-    option
-        The option that names the file, for the message.
-    path
-        The file. Its folder must exist, and it must not be inside a study.
-    mark
-        Bytes that all files of this command contain. An existing file without them is refused.
-    force
-        Accept an existing file without `mark`.
+    - `path`: its folder must exist, and it must not be inside a study.
+    - `mark`: bytes that all files of this command contain. An existing file without them is
+      refused.
+    - `force`: accept an existing file without `mark`.
     """
     if not path.parent.is_dir():
         raise RefusedError(
@@ -76,12 +70,7 @@ def enclosing_study(path: Path) -> Path | None:
 def has_mark(path: Path, mark: bytes) -> bool:
     """Return whether a file is empty or has a mark near one of its ends.
 
-    Parameters
-    ----------
-    path
-        The file.
-    mark
-        Bytes that all files of a command contain.
+    `mark`: bytes that all files of a command contain.
     """
     size = path.stat().st_size
     with path.open("rb") as file:

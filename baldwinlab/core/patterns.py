@@ -29,12 +29,8 @@ _RULES: Final = {
 def describe_pattern(pattern: str, description: str = "") -> str:
     """Return the rule of a pattern in words.
 
-    Parameters
-    ----------
-    pattern
-        A pattern of this module, or the pattern of a setting of a custom part.
-    description
-        The description of the setting, which explains a pattern that this module does not have.
+    `description`: the description of the setting, which explains a pattern that this module does
+    not have.
     """
     unknown_rule = "has another form than this setting allows"
     return _RULES.get(pattern, f"{unknown_rule}: {description}" if description else unknown_rule)

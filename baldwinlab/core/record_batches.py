@@ -33,15 +33,7 @@ def replace_generations(text: str, n_generations: int) -> str:
 
 
 def select_attributes(batch: xr.Dataset, index: int) -> dict[str, Any]:
-    """Return the attributes of the record of one run of a batch.
-
-    Parameters
-    ----------
-    batch : xarray.Dataset
-        A batch of records.
-    index : int
-        Index of the run in the batch.
-    """
+    """Return the attributes of the record of one run of a batch."""
     attributes: dict[str, Any] = {}
     for name, value in batch.attrs.items():
         attributes[str(name)] = value
@@ -64,15 +56,7 @@ def list_stops(batch: xr.Dataset) -> list[str]:
 
 
 def select_record(batch: xr.Dataset, index: int) -> xr.Dataset:
-    """Return the record of one run of a batch. It shares its arrays with the batch.
-
-    Parameters
-    ----------
-    batch : xarray.Dataset
-        A batch of records.
-    index : int
-        Index of the run in the batch.
-    """
+    """Return the record of one run of a batch. It shares its arrays with the batch."""
     kept_generations = batch[KEPT_GENERATIONS].values[index]
     kept_generations = kept_generations[kept_generations >= 0]
     valid = {

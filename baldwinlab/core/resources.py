@@ -56,16 +56,8 @@ def require_resources(
 ) -> None:
     """Raise RefusedError if a request needs more memory or disk than is free.
 
-    Parameters
-    ----------
-    request
-        The requested work, such as "3 runs", for the message.
-    need
-        Memory and disk that the work needs.
-    folder
-        Folder of the written files. It may not exist yet. Remote storage is not checked.
-    force
-        Check nothing.
+    `request`: the requested work, such as "3 runs", for the message. `folder`: folder of the
+    written files. It may not exist yet. Remote storage is not checked.
     """
     if force:
         return

@@ -17,17 +17,7 @@ MAX_SILENCE: Final = 2.0
 def draw_sparkline(values: Sequence[float], width: int) -> str:
     """Return a line of bars. A bar is the mean of neighboring values.
 
-    Parameters
-    ----------
-    values
-        The values. NaN is a gap.
-    width
-        Largest number of characters.
-
-    Returns
-    -------
-    str
-        The line. The lowest bar is 0, or the lowest value below 0.
+    `values`: NaN is a gap. The lowest bar is 0, or the lowest value below 0.
     """
     n_bars = min(width, len(values))
     means = []
@@ -58,17 +48,7 @@ class FitnessCurves:
         self._shown_at = -math.inf
 
     def add(self, condition: str, generation: int, fitness: float) -> None:
-        """Add the mean fitness of a finished generation of a run.
-
-        Parameters
-        ----------
-        condition
-            Name of the condition.
-        generation
-            Number of the generation, from 0.
-        fitness
-            Mean fitness of its agents.
-        """
+        """Add the mean fitness of a finished generation of a run."""
         now = time.monotonic()
         # Tasks run in parallel, so values of several conditions alternate.
         if condition == self._shown or now - self._shown_at > MAX_SILENCE:

@@ -363,19 +363,7 @@ def make_dataset(
 ) -> xr.Dataset:
     """Return a dataset of arrays with their declared dimensions, types and units.
 
-    Parameters
-    ----------
-    variables : mapping
-        Declared variables by name.
-    arrays : mapping
-        Values by name of variable.
-    attributes : mapping
-        Attributes of the dataset.
-
-    Raises
-    ------
-    KeyError
-        If a name is not declared.
+    Raises `KeyError` if a name is not declared.
     """
     data = {}
     for name, array in arrays.items():

@@ -31,20 +31,11 @@ _SLEEP: Final = ("Sleep", 1) if sys.platform == "win32" else ("usleep", 50)
 
 
 class Team(NamedTuple):
-    """A thread, and its team of threads that simulate the same world.
+    """A thread, and its team of threads that simulate the same world."""
 
-    Attributes
-    ----------
-    thread : int
-        Number of the thread, from 0.
-    threads : int
-        Number of threads.
-    arrivals : array, int64 [1]
-        Number of arrivals of all threads at barriers. The team shares the array.
-    """
-
-    thread: int
+    thread: int  # Number of the thread, from 0.
     threads: int
+    # Number of arrivals of all threads at barriers, [1]. The team shares the array.
     arrivals: npt.NDArray[np.int64]
 
 

@@ -84,19 +84,8 @@ def cached_jit(
 ) -> Callable[..., Any]:
     """Compile `function` with the given hooks of parts, and cache the machine code on disk.
 
-    Parameters
-    ----------
-    function
-        A Python function that Numba can compile.
-    hooks
-        Hooks and types of parts that the function calls. They are part of its fingerprint.
-    short_loops
-        Whether the function has short loops, which are then not unrolled.
-
-    Returns
-    -------
-    callable
-        The compiled function. A call raises PartError if a third-party hook cannot be compiled.
+    `short_loops`: whether the function has short loops, which are then not unrolled. Returns the
+    compiled function. A call raises PartError if a third-party hook cannot be compiled.
     """
     with _COMPILATION_LOCK:
         return _cached_jit(function, hooks, short_loops)

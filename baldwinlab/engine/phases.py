@@ -38,17 +38,7 @@ def hook(default: Callable[..., Any]) -> Any:
 def for_each(
     hook_function: Callable[..., Any], empty_result: Any, join: Callable[[Any, Any], Any]
 ) -> Callable[..., Any]:
-    """Return a function that calls a hook for each part of a tuple and joins the results.
-
-    Parameters
-    ----------
-    hook_function : Callable
-        The hook.
-    empty_result : Any
-        Result for an empty tuple.
-    join : Callable
-        Function that joins two results.
-    """
+    """Return a function that calls a hook for each part of a tuple and joins the results."""
 
     def generic(parts: Any, *arguments: Any) -> Any:
         result = empty_result

@@ -45,13 +45,7 @@ _active_pattern_number: int | None = None
 
 
 def pattern_number() -> int:
-    """Return the number of the pattern in use; 0 is off.
-
-    Raises
-    ------
-    RefusedError
-        If the environment variable is neither 0, 1 nor 2.
-    """
+    """Return the number of the pattern in use; 0 is off."""
     global _active_pattern_number
     if _active_pattern_number is None:
         value = os.environ.get(ENVIRONMENT_VARIABLE) or "0"

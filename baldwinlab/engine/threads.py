@@ -26,10 +26,7 @@ def available_cores() -> int:
 def use_threads(count: int) -> Iterator[None]:
     """Let the work of this context use `count` threads, where it is large enough.
 
-    Parameters
-    ----------
-    count : int
-        Number of threads, at least 1.
+    `count`: number of threads, at least 1.
     """
     token = _THREADS.set(count)
     try:

@@ -42,17 +42,7 @@ TESTED: Final = {
 def require_tested_version(package: str, version: str) -> None:
     """Refuse a version of a package that baldwinlab was not tested with.
 
-    Parameters
-    ----------
-    package : str
-        The name of the package, a key of `TESTED`.
-    version : str
-        The version that is installed.
-
-    Raises
-    ------
-    RefusedError
-        If the minor version is outside the tested ones.
+    `package`: the name of the package, a key of `TESTED`.
     """
     tested = TESTED[package]
     installed = tuple(map(int, re.findall(r"\d+", version)[:2]))

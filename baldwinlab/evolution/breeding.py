@@ -34,32 +34,7 @@ def make_generation(
 ) -> tuple[Genome, Parents]:
     """Return the genomes and the parents of the next generation.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment. Its settings in the generation of the parents apply.
-    key : GenerationKey
-        The run and the generation of the children.
-    genome : Genome
-        Inherited genomes of the parents' generation.
-    fitness : Fitness
-        Fitness of the parents' generation.
-    lifetimes : Lifetimes, optional
-        Results of the parents' generation, for a selection that reads more than genomes.
-    run_arrays : RunArrays, optional
-        Arrays of the run. The selection and the variation change them.
-
-    Returns
-    -------
-    tuple of Genome and Parents
-        The children's genomes. Their parents are -1 if the inheritance resamples genomes.
-
-    Raises
-    ------
-    ValueError
-        If a fitness is not valid for the selection, or a selected agent does not exist.
-    RefusedError
-        If a gene is not finite.
+    Returns the children's genomes. Their parents are -1 if the inheritance resamples genomes.
     """
     parent_settings = experiment.at(key.generation - 1)
     # The error names the responsible parts. The search for them takes time, so a test precedes it.

@@ -14,21 +14,7 @@ def require_finite(
 ) -> None:
     """Require that all genes are finite, except those that the network or the model declares.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment whose parts made the genomes.
-    key : GenerationKey
-        The run and generation of the agents.
-    genome : Genome
-        The genomes [agent, module, weight].
-    *paths : str
-        The fields that choose the parts that made the genomes.
-
-    Raises
-    ------
-    RefusedError
-        If a gene was not written or is not finite.
+    `genome`: [agent, module, weight].
     """
     position = find_faulty_gene(experiment, genome)
     if position:

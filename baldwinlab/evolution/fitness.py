@@ -49,24 +49,7 @@ def fitness(
 ) -> Fitness:
     """Compute the fitness of agents with the fitness part of the experiment.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-    lifetimes : Lifetimes
-        Results of the lifetimes of the agents.
-    run_arrays : RunArrays, optional
-        Arrays of the run. The part changes them.
-
-    Returns
-    -------
-    Fitness
-        Fitness, [agent].
-
-    Raises
-    ------
-    ValueError
-        If the part gives NaN, or no value, for an agent.
+    `run_arrays`: the part changes them. Returns fitness, [agent].
     """
     agent_fitness = np.full(len(lifetimes.energy), np.nan)
     part, code = breeding_part(experiment, "fitness", run_arrays)
@@ -87,28 +70,9 @@ def mean_fitness(
 ) -> Fitness:
     """Return the fitness of the agents of a run, the mean over their lifetimes.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-    results : LifeResults
-        Results of a batch of runs.
-    run_index : int
-        Index of the run in the batch.
-    genome : Genome
-        Genomes of the run at birth, [agent, module, weight].
-    run_arrays : RunArrays, optional
-        Arrays of the run. The part changes them.
-
-    Returns
-    -------
-    Fitness
-        Fitness, [agent].
-
-    Raises
-    ------
-    ValueError
-        If the part gives NaN, or no value, for an agent.
+    `genome`: genomes of the run at birth, [agent, module, weight]. `run_arrays`: the part changes
+    them. Returns fitness, [agent]. Raises `ValueError` if the part gives NaN, or no value, for an
+    agent.
     """
     values = [
         fitness(experiment, lifetimes_of_run(experiment, lifetime, run_index, genome), run_arrays)
@@ -123,15 +87,7 @@ def find_archive_fitness(experiment: BaseExperiment) -> str:
     Such a fitness has arrays of the run, for example an archive of behaviors. A lifetime that is
     simulated outside its run has no archive.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-
-    Returns
-    -------
-    str
-        The setting with its value, such as "evolution.fitness = 'novelty'".
+    Returns the setting with its value, such as "evolution.fitness = 'novelty'".
     """
     for _, segment in experiment.segments():
         for member in segment.species_experiments() or (segment,):
@@ -141,20 +97,7 @@ def find_archive_fitness(experiment: BaseExperiment) -> str:
 
 
 def require_fitness_without_archive(experiment: BaseExperiment, purpose: str) -> None:
-    """Raise RefusedError if the fitness of an experiment depends on earlier generations.
-
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-    purpose : str
-        The simulation that needs another fitness, for the message.
-
-    Raises
-    ------
-    RefusedError
-        If the fitness has arrays of the run.
-    """
+    """Raise RefusedError if the fitness of an experiment depends on earlier generations."""
     if setting := find_archive_fitness(experiment):
         raise RefusedError(
             f"{purpose} simulates lifetimes outside their run, and {setting} of {experiment.name} "

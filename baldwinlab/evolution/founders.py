@@ -43,24 +43,7 @@ def make_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
 
     The setting `evolution.founders` names the genome files.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-    key : GenerationKey
-        The run and generation 0.
-
-    Returns
-    -------
-    Genome
-        Genomes, [agent, module, weight].
-
-    Raises
-    ------
-    RefusedError
-        A gene is not finite, or a genome file does not fit the experiment.
-    PartError
-        A genome file cannot be read, or has changed.
+    `key`: the run and generation 0. Returns genomes, [agent, module, weight].
     """
     if experiment.population.species:
         members = list_founder_experiments(experiment)
@@ -88,19 +71,8 @@ def make_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
 def require_founders(experiment: BaseExperiment, runs: int) -> None:
     """Check that the genome files of an experiment fit it, before a study is created.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-    runs : int
-        Number of runs.
-
-    Raises
-    ------
-    RefusedError
-        The layout of the genomes differs, or a file has several runs, but fewer than `runs`.
-    PartError
-        A genome file cannot be read, or has changed.
+    Raises `RefusedError` if the layout of the genomes differs, or a file has several runs, but
+    fewer than `runs`.
     """
     if experiment.population.species:
         for member in list_founder_experiments(experiment):

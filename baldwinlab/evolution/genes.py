@@ -36,17 +36,11 @@ LOG_OF_E: Final = 0.4342944819032518
 
 
 class GeneTable(NamedTuple):
-    """The genes of an experiment, for compiled code.
+    """The genes of an experiment, for compiled code."""
 
-    Attributes
-    ----------
-    first : int
-        Index of the first gene in the first module of a genome.
-    values : array, float64 [gene, 5]
-        Smallest value, largest value, size and rate of mutations, number of the kind of mutation.
-    """
-
-    first: int
+    first: int  # Index of the first gene in the first module of a genome.
+    # Smallest value, largest value, size and rate of mutations, number of the kind of mutation,
+    # [gene, 5].
     values: npt.NDArray[np.float64]
 
     @property
@@ -76,17 +70,8 @@ def trim_genomes(genomes: Genome, experiment: BaseExperiment) -> Genome:
 
     An experiment without learning has no genes of the learning rule, and no module of teachers.
 
-    Parameters
-    ----------
-    genomes : array, float32 [..., module, weight]
-        Genomes with at least the modules and genes of the experiment.
-    experiment : BaseExperiment
-        The experiment.
-
-    Returns
-    -------
-    array, float32 [..., module, weight]
-        The first modules and genes, contiguous in memory.
+    `genomes` [..., module, weight]: genomes with at least the modules and genes of the experiment.
+    Returns [..., module, weight]: the first modules and genes, contiguous in memory.
     """
     used = genomes[..., : len(experiment.modules), : experiment.genome_length]
     return np.ascontiguousarray(used)
@@ -95,12 +80,7 @@ def trim_genomes(genomes: Genome, experiment: BaseExperiment) -> Genome:
 def gene_values(experiment: BaseExperiment, genome: Genome) -> dict[str, npt.NDArray[np.float32]]:
     """Return the values of the genes of parts by name, each [agent].
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment of the agents.
-    genome : array, float32 [agent, module, weight]
-        Genomes of the agents.
+    `genome`: [agent, module, weight].
     """
     names = experiment.gene_names
     if not names:
@@ -145,23 +125,11 @@ def inherit_genes(
 ) -> Genome:
     """Write the inherited and mutated genes of parts into `children`, and return a copy of them.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment, with its settings in the generation of the parents.
-    key : GenerationKey
-        Key of the generation of the children.
-    genome : array, float32 [agent, module, weight]
-        Genomes of the parents' generation.
-    parents : array, int32 [child, 2]
-        Parents of each child. The second one of a survivor is `ITSELF`.
-    children : array, float32 [child, module, weight]
-        Output: the genes of the children.
+    - `genome` [agent, module, weight]: genomes of the parents' generation.
+    - `parents` [child, 2]: parents of each child. The second one of a survivor is `ITSELF`.
+    - `children` [child, module, weight]: output: the genes of the children.
 
-    Returns
-    -------
-    array, float32 [child, gene]
-        The genes. Without genes of parts, it has no columns.
+    Returns [child, gene]: the genes. Without genes of parts, it has no columns.
     """
     table = make_gene_table(experiment)
     if len(table.values) > 0:
@@ -187,18 +155,8 @@ def _inherit_all(
 def mix_genes(table: Any, key: Any, number: int, parents: Any, child: Any) -> None:
     """Write the genes of parts of a child, inherited from two parents and mutated.
 
-    Parameters
-    ----------
-    table : GeneTable
-        The genes.
-    key : GenerationKey
-        Key of the random numbers.
-    number : int
-        Number of the child in the generation.
-    parents : tuple of two arrays, float32 [module, weight]
-        Genomes of the parents. Read only.
-    child : array, float32 [module, weight]
-        Output: its genes of parts.
+    `parents` [module, weight]: genomes of the parents. `child` [module, weight]: output: its genes
+    of parts.
     """
     first_parent, second_parent = parents
     for gene in range(table.values.shape[0]):

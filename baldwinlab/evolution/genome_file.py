@@ -37,37 +37,18 @@ GENOME_DIMENSIONS: Final = ("run", "agent", "module", "weight")
 
 
 class StoredGenomes(NamedTuple):
-    """The content of a genome file.
+    """The content of a genome file."""
 
-    Attributes
-    ----------
-    genome : array, float32 [run, agent, module, weight]
-        The genomes.
-    layout : Mapping[str, Any]
-        The layout of the genomes, see `describe_layout`. Empty if the file has no layout.
-    origin : Mapping[str, Any]
-        The other attributes: the experiment as TOML, and the origin of the genomes. Empty if the
-        file has no attributes.
-    """
-
-    genome: npt.NDArray[np.float32]
+    genome: npt.NDArray[np.float32]  # [run, agent, module, weight]
+    # The layout of the genomes, see `describe_layout`. Empty if the file has no layout.
     layout: Mapping[str, Any]
+    # The other attributes: the experiment as TOML, and the origin of the genomes. Empty if the file
+    # has no attributes.
     origin: Mapping[str, Any] = MappingProxyType({})
 
 
 def describe_layout(experiment: BaseExperiment) -> dict[str, Any]:
-    """Return the properties of an experiment that determine the meaning of each gene.
-
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-
-    Returns
-    -------
-    dict
-        Names and values. Two experiments with equal layouts can exchange genomes.
-    """
+    """Return the properties of an experiment that determine the meaning of each gene."""
     layout: dict[str, Any] = {
         "model": experiment.model,
         "modules": list(experiment.modules),
@@ -93,19 +74,8 @@ def encode_genomes(
 ) -> bytes:
     """Return the bytes of a genome file.
 
-    Parameters
-    ----------
-    genome : array, float32 [run, agent, module, weight]
-        The genomes.
-    experiment : BaseExperiment
-        The experiment of the agents.
-    origin : mapping
-        Further attributes of the file: numbers and texts.
-
-    Returns
-    -------
-    bytes
-        The content of the file. Equal arguments give equal bytes.
+    `genome`: [run, agent, module, weight]. Returns the content of the file. Equal arguments give
+    equal bytes.
     """
     attributes = {
         "experiment": to_toml(experiment),
@@ -123,22 +93,7 @@ def encode_genomes(
 def read_genomes(file: File) -> StoredGenomes:
     """Read a genome file.
 
-    Parameters
-    ----------
-    file : File
-        The file. Its hash is part of the experiment.
-
-    Returns
-    -------
-    StoredGenomes
-        The genomes and their layout.
-
-    Raises
-    ------
-    PartError
-        The file cannot be read, or its content has changed.
-    RefusedError
-        The file holds no genomes.
+    Raises `RefusedError` if the file holds no genomes.
     """
     return decode_genomes(file.read(), file.path)
 
@@ -187,21 +142,7 @@ def _read_array(path: str, content: bytes) -> npt.NDArray[np.float32]:
 def require_fit(stored: StoredGenomes, path: str, experiment: BaseExperiment, runs: int) -> None:
     """Check that the genomes of a file fit an experiment.
 
-    Parameters
-    ----------
-    stored : StoredGenomes
-        The content of the file.
-    path : str
-        The path of the file, for the message.
-    experiment : BaseExperiment
-        The experiment that gets the genomes.
-    runs : int
-        Number of runs. A file with several runs must have a population for each.
-
-    Raises
-    ------
-    RefusedError
-        The layouts differ, or runs are missing. The message names the first difference.
+    `runs`: a file with several runs must have a population for each.
     """
     arrange_genomes(stored, path, experiment)
     # The population of a file with a single run is used in all runs.
@@ -218,24 +159,7 @@ def arrange_genomes(
 ) -> npt.NDArray[np.float32]:
     """Return the genomes of a file in the modules of an experiment.
 
-    Parameters
-    ----------
-    stored : StoredGenomes
-        The content of the file.
-    path : str
-        The path of the file, for the message.
-    experiment : BaseExperiment
-        The experiment that gets the genomes.
-
-    Returns
-    -------
-    array, float32 [run, agent, module, weight]
-        The genomes. Weights of all modules in a row are split into modules.
-
-    Raises
-    ------
-    RefusedError
-        The layouts differ. The message names the first difference.
+    Returns the shape [run, agent, module, weight].
     """
     layout = describe_layout(experiment)
     if stored.layout:

@@ -19,25 +19,12 @@ from baldwinlab.experiment import BaseExperiment
 def make_single_mutants(experiment: BaseExperiment, key: GenerationKey, genome: Genome) -> Genome:
     """Return a single mutant of each agent.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment with the variation. If the variation has a mutation rate, it is set to 1, so
-        that each of its genes mutates with equal probability.
-    key : GenerationKey
-        Key of the random numbers. No generation of the run may have it.
-    genome : Genome
-        Genomes [agent, module, weight] with the same genes at the same entries.
+    - `experiment`: the experiment with the variation. If the variation has a mutation rate, it is
+      set to 1, so that each of its genes mutates with equal probability.
+    - `key`: key of the random numbers. No generation of the run may have it.
+    - `genome`: [agent, module, weight] with the same genes at the same entries.
 
-    Returns
-    -------
-    Genome
-        The mutants. A mutant equals its agent if the variation changes none of its genes.
-
-    Raises
-    ------
-    RefusedError
-        If a gene is not finite.
+    Returns the mutants. A mutant equals its agent if the variation changes none of its genes.
     """
     n_agents = len(genome)
     experiment = _mutate_all_genes(experiment)

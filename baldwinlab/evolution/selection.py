@@ -40,31 +40,12 @@ def select(
 ) -> Parents:
     """Select two parents for each child, the fitter one first.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment, with the selection scheme and the elite.
-    fitness : Fitness
-        Fitness, [agent].
-    uniforms : Uniforms
-        Uniform numbers in (0, 1), [child, 2, 4].
-    lifetimes : Lifetimes, optional
-        Results of the parents' generation, for schemes that read them.
-    key : GenerationKey
-        The run and the generation of the children, for the stream of random numbers.
-    run_arrays : RunArrays, optional
-        Arrays of the run. The scheme changes them.
+    - `fitness`: [agent].
+    - `uniforms`: uniform numbers in (0, 1), [child, 2, 4].
+    - `run_arrays`: the scheme changes them.
 
-    Returns
-    -------
-    Parents
-        Agents, [child, 2]. If the two parents are equally fit, the order of the draws remains. A
-        survivor has `ITSELF` as its second parent.
-
-    Raises
-    ------
-    ValueError
-        If a fitness is not valid for the scheme, or a selected agent does not exist.
+    Returns agents, [child, 2]. If the two parents are equally fit, the order of the draws remains.
+    A survivor has `ITSELF` as its second parent.
     """
     scheme, code = breeding_part(experiment, "selection", run_arrays)
     minimum = type(scheme).part.minimum_fitness

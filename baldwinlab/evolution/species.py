@@ -25,17 +25,7 @@ SpeciesIndices = npt.NDArray[np.int32]
 def derive_seed(seed: int, species: int) -> int:
     """Return the seed of the random numbers of a species.
 
-    Parameters
-    ----------
-    seed : int
-        Seed of the study.
-    species : int
-        Index of the species.
-
-    Returns
-    -------
-    int
-        `seed` for the first species, another number in [0, 2**31) for a further species.
+    Returns `seed` for the first species, another number in [0, 2**31) for a further species.
     """
     if species == 0:
         return seed
@@ -88,12 +78,7 @@ def _with_modules(member: BaseExperiment, longest: BaseExperiment) -> BaseExperi
 def stack_genomes(experiment: BaseExperiment, genomes: Sequence[Genome]) -> Genome:
     """Return the genomes of all species as one array, with 0 where a genome has no entry.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment, whose layout the result has.
-    genomes : sequence of Genome
-        Genomes of each species, [agent, module, weight].
+    `genomes`: [agent, module, weight].
     """
     n_agents = sum(map(len, genomes))
     shape = (n_agents, len(experiment.modules), experiment.genome_length)
@@ -116,14 +101,7 @@ def cut_genomes(member: BaseExperiment, genomes: Genome) -> Genome:
 def draw_species(key: GenerationKey, species: SpeciesIndices, parents: Parents) -> SpeciesIndices:
     """Return the species of each child, which is that of one of its parents with equal probability.
 
-    Parameters
-    ----------
-    key : GenerationKey
-        Key of the generation of the children.
-    species : array, int32 [agent]
-        Species of the parents' generation.
-    parents : Parents
-        Parents of each child.
+    `species` [agent]: species of the parents' generation.
     """
     draws = key.uniforms(rng.SPECIES_OF_CHILD, (len(parents), 1))[:, 0, 0]
     donors = np.where(draws < 0.5, parents[:, 0], parents[:, 1])

@@ -37,21 +37,11 @@ def _select_run_arrays(arrays_of_species: SpeciesArrays | None, index: int) -> R
 
 
 class Offspring(NamedTuple):
-    """The next generation of a population with several species.
+    """The next generation of a population with several species."""
 
-    Attributes
-    ----------
-    genome : Genome
-        Genomes, [child, module, weight], species after species.
-    parents : Parents
-        Parents in the previous generation, [child, 2].
-    species : SpeciesIndices
-        Species of each child, in ascending order.
-    """
-
-    genome: Genome
-    parents: Parents
-    species: SpeciesIndices
+    genome: Genome  # Genomes, [child, module, weight], species after species.
+    parents: Parents  # Parents in the previous generation, [child, 2].
+    species: SpeciesIndices  # Species of each child, in ascending order.
 
 
 class Member(NamedTuple):
@@ -124,32 +114,7 @@ def make_offspring(
 ) -> Offspring:
     """Return the next generation of a population with several species.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment. Its settings in the generation of the parents apply.
-    key : GenerationKey
-        The run and the generation of the children.
-    genome : Genome
-        Inherited genomes of the parents' generation.
-    fitness : Fitness
-        Fitness of the parents' generation.
-    lifetimes : Lifetimes
-        Results of the parents' generation. The species are in ascending order.
-    arrays_of_species : SpeciesArrays, optional
-        Arrays of the run by species. The parts change them.
-
-    Returns
-    -------
-    Offspring
-        Genomes, parents and species of the children.
-
-    Raises
-    ------
-    ValueError
-        If a fitness is not valid for the selection, or a selected agent does not exist.
-    RefusedError
-        If a gene is not finite.
+    `lifetimes`: results of the parents' generation. The species are in ascending order.
     """
     settings = experiment.at(key.generation - 1)
     species = lifetimes.species

@@ -124,23 +124,7 @@ def is_stopped(
 ) -> bool:
     """Return whether the stop part of an experiment ends a run after a generation.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment, with its settings in this generation.
-    lifetimes : Lifetimes
-        Results of the lifetimes.
-    fitness : Fitness
-        Fitness of the generation, [agent].
-    generation : int
-        Number of the generation, from 0.
-    run_arrays : RunArrays, optional
-        Arrays of the run. The part changes them.
-
-    Returns
-    -------
-    bool
-        False without a stop part.
+    `fitness`: [agent]. `run_arrays`: the part changes them. Returns False without a stop part.
     """
     # Most experiments have no stop part, and need no compiled code for it.
     if experiment.evolution.stop == NoStop.name:

@@ -50,13 +50,7 @@ def added_choices(experiment: Any) -> Iterator[tuple[str, str]]:
 
 
 def check_added_parts(experiment: Any) -> None:
-    """Raise ExperimentError if a part does not accept the experiment.
-
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-    """
+    """Raise ExperimentError if a part does not accept the experiment."""
     kinds_with_added_parts = {kind for kind, _ in added_choices(experiment)}
     experiment_class: type[BaseModel] = type(experiment)
     for path, kind, _ in choosing_fields(experiment_class):

@@ -438,17 +438,8 @@ def _apply_changes(experiment: BaseExperiment, n_changes: int) -> Any:
 def validate(tree: Any, lenient: bool = False) -> Any:
     """Return the experiment that a tree of values describes.
 
-    Parameters
-    ----------
-    tree
-        Settings as nested dicts.
-    lenient
-        Whether the experiment is only read: tables of parts that are not loaded stay plain data.
-
-    Raises
-    ------
-    ExperimentError
-        With one line per error.
+    `lenient`: whether the experiment is only read: tables of parts that are not loaded stay plain
+    data.
     """
     if not isinstance(tree, dict):
         raise ExperimentError("an experiment is a table of its fields")
@@ -521,17 +512,7 @@ def assign(experiment: BaseExperiment, assignments: Sequence[str]) -> Any:
 
     Settings that choose parts are assigned first, so that the settings of these parts exist.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    assignments
-        Texts such as "lifetime.steps=1000". A value is TOML, or else a text.
-
-    Raises
-    ------
-    ExperimentError
-        If a path does not exist, or the copy is invalid.
+    `assignments`: texts such as "lifetime.steps=1000". A value is TOML, or else a text.
     """
     settings = [paths.parse_assignment(assignment) for assignment in assignments]
     tree = experiment.to_dict()

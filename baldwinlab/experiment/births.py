@@ -6,18 +6,7 @@ from typing import Any
 
 
 def find_birth_conflicts(experiment: Any) -> list[str]:
-    """Return a sentence if the variation cannot create the children that are born during life.
-
-    Parameters
-    ----------
-    experiment : Experiment
-        The settings of MiniWorld.
-
-    Returns
-    -------
-    list of str
-        The sentence, or nothing.
-    """
+    """Return a sentence if the variation cannot create the children that are born during life."""
     features = [part.name for part in experiment.parts("world.features") if part.allows_births]
     if not features or experiment.part("evolution.variation").has_independent_children():
         return []

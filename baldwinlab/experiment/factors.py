@@ -16,21 +16,11 @@ STUDY_KINDS: Final = (CONDITIONS, SWEEP, MULTIVERSE)
 
 
 class Factors(NamedTuple):
-    """Factors of a condition.
+    """Factors of a condition."""
 
-    Attributes
-    ----------
-    learner : str
-        Learning condition, for example "evo+self-taught".
-    map : str
-        Name of the map, or "".
-    variant : str
-        Variant of the paper in a multiverse, or "".
-    """
-
-    learner: str = ""
-    map: str = ""
-    variant: str = ""
+    learner: str = ""  # Learning condition, for example "evo+self-taught".
+    map: str = ""  # Name of the map, or "".
+    variant: str = ""  # Variant of the paper in a multiverse, or "".
 
     @property
     def title(self) -> str:

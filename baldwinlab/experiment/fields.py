@@ -64,10 +64,8 @@ def refuse_fields(faults: Sequence[tuple[str, object, str]]) -> None:
 
     A validator of a table calls this function, so that the error names the settings.
 
-    Parameters
-    ----------
-    faults
-        Path below the table, value and rule of each invalid setting. An empty sequence is valid.
+    `faults`: path below the table, value and rule of each invalid setting. An empty sequence is
+    valid.
     """
     if faults:
         raise PydanticCustomError(FIELDS_REFUSED, "fields are refused", {"faults": list(faults)})

@@ -23,29 +23,13 @@ def list_gene_names(experiment: Any) -> list[str]:
     """Return the names of the genes of parts, in the order of the genome.
 
     Parts that are not loaded are left out.
-
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
     """
     parts = _list_parts_with_genes(experiment, registry.count_changes())
     return [name for _, part in parts for name in part.genes]
 
 
 def resolve_genes(experiment: Any) -> dict[str, Any]:
-    """Return the genes of parts by name, in the order of the genome, with numbers as values.
-
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-
-    Raises
-    ------
-    ExperimentError
-        If a gene has an invalid number, or two parts have a gene of the same name.
-    """
+    """Return the genes of parts by name, in the order of the genome, with numbers as values."""
     genes: dict[str, Any] = {}
     for path, part_class in _list_parts_with_genes(experiment, registry.count_changes()):
         part = next(part for part in experiment.parts(path) if isinstance(part, part_class))
@@ -66,18 +50,7 @@ def resolve_genes(experiment: Any) -> dict[str, Any]:
 
 
 def check_genes(experiment: Any) -> None:
-    """Check the genes of parts of an experiment.
-
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-
-    Raises
-    ------
-    ExperimentError
-        If `resolve_genes` raises it, or if genomes are graphs, which cannot hold genes of parts.
-    """
+    """Check the genes of parts of an experiment."""
     genes = resolve_genes(experiment)
     genome_path = "network.kind" if experiment.model == "miniworld" else "model"
     if genes and experiment.part(genome_path).has_graph_genomes:

@@ -6,18 +6,7 @@ from typing import Any
 
 
 def find_control_conflicts(experiment: Any) -> list[str]:
-    """Return a sentence if other settings exclude the control of the learning rule.
-
-    Parameters
-    ----------
-    experiment : Experiment
-        The settings of MiniWorld.
-
-    Returns
-    -------
-    list of str
-        The sentence, or nothing.
-    """
+    """Return a sentence if other settings exclude the control of the learning rule."""
     control = experiment.learning.control
     learning_of_species = [
         species.settings.get("learning", {}) for species in experiment.population.species

@@ -20,18 +20,9 @@ FOOD_OUTCOMES: Final = (ITEMS, ENERGY)
 def name_outcome(meaning: str, experiments: Sequence[BaseExperiment]) -> str:
     """Return the name of the fitness of several conditions.
 
-    Parameters
-    ----------
-    meaning
-        Meaning of the recorded variable `energy`, "" if it differs between the conditions.
-    experiments
-        The conditions.
-
-    Returns
-    -------
-    str
-        "items eaten" if each item gives 1 and nothing costs energy, else "energy". The payoff of
-        a model without food. "fitness" if the conditions or a part define another fitness.
+    `meaning`: meaning of the recorded variable `energy`, "" if it differs between the conditions.
+    Returns "items eaten" if each item gives 1 and nothing costs energy, else "energy". The payoff
+    of a model without food. "fitness" if the conditions or a part define another fitness.
     """
     if not meaning or meaning.startswith(FITNESS + " "):
         return FITNESS
@@ -42,18 +33,7 @@ def name_outcome(meaning: str, experiments: Sequence[BaseExperiment]) -> str:
 
 
 def name_food_outcome(experiments: Sequence[BaseExperiment]) -> str:
-    """Return the name of the fitness of conditions without reading a record.
-
-    Parameters
-    ----------
-    experiments
-        The conditions.
-
-    Returns
-    -------
-    str
-        As `name_outcome`, but "fitness" for a model without food.
-    """
+    """Return the name of the fitness of conditions without reading a record."""
     is_energy = all(
         isinstance(experiment, Experiment) and segment.evolution.fitness == "energy"
         for experiment in experiments
@@ -63,13 +43,7 @@ def name_food_outcome(experiments: Sequence[BaseExperiment]) -> str:
 
 
 def combine_outcomes(outcomes: Set[str]) -> str:
-    """Return the outcome of several conditions from the outcome of each.
-
-    Parameters
-    ----------
-    outcomes
-        Results of `name_outcome`.
-    """
+    """Return the outcome of several conditions from the outcome of each."""
     if len(outcomes) == 1:
         return next(iter(outcomes))
     return ENERGY if outcomes <= set(FOOD_OUTCOMES) else FITNESS
@@ -100,38 +74,21 @@ def _has_plain_features(experiment: Experiment) -> bool:
 def name_outcome_of(outcome: str, agent: str) -> str:
     """Return the outcome of an agent, such as "items eaten by the average agent".
 
-    Parameters
-    ----------
-    outcome
-        The result of `name_outcome`.
-    agent
-        For example "average agent".
+    `agent`: for example "average agent".
     """
     preposition = "by" if outcome == ITEMS else "of"
     return f"{outcome} {preposition} the {agent}"
 
 
 def name_share(outcome: str) -> str:
-    """Return the name of the share of agents with a positive outcome.
-
-    Parameters
-    ----------
-    outcome
-        The result of `name_outcome`.
-    """
+    """Return the name of the share of agents with a positive outcome."""
     if outcome in FOOD_OUTCOMES:
         return "share of agents that eat"
     return "share of agents with fitness above 0"
 
 
 def describe_measures(outcome: str) -> dict[str, dict[str, str]]:
-    """Return the texts of the measures `mean`, `best` and `share`: name, axis, heading and title.
-
-    Parameters
-    ----------
-    outcome
-        The result of `name_outcome`.
-    """
+    """Return the name, axis, heading and title of the measures `mean`, `best` and `share`."""
     share = name_share(outcome)
     agents = {"mean": "average agent", "best": "best agent"}
     texts = {
@@ -156,10 +113,7 @@ def describe_measures(outcome: str) -> dict[str, dict[str, str]]:
 def name_experiment_outcome(experiment: BaseExperiment) -> str:
     """Return the outcome of an experiment, as `name_outcome` does.
 
-    Parameters
-    ----------
-    experiment
-        The experiment. The part of its model must be available.
+    `experiment`: the part of its model must be available.
     """
     return name_outcome(record_variables(experiment)["energy"].meaning, [experiment])
 
@@ -167,10 +121,7 @@ def name_experiment_outcome(experiment: BaseExperiment) -> str:
 def describe_experiment_measures(experiment: BaseExperiment) -> dict[str, dict[str, str]]:
     """Return the texts of the measures of an experiment, as `describe_measures` does.
 
-    Parameters
-    ----------
-    experiment
-        The experiment. The part of its model must be available.
+    `experiment`: the part of its model must be available.
     """
     return describe_measures(name_experiment_outcome(experiment))
 

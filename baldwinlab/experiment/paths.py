@@ -20,13 +20,7 @@ from baldwinlab.experiment.fields import (
 
 
 def look_up(experiment: BaseModel, path: str) -> tuple[Any, str]:
-    """Return the value and the description of a setting.
-
-    Raises
-    ------
-    ExperimentError
-        If the path does not exist.
-    """
+    """Return the value and the description of a setting."""
     value: Any = experiment
     meaning = ""
     for step in path.split("."):
@@ -127,13 +121,7 @@ def combine_settings(changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def set_value(tree: dict[str, Any], path: str, value: Any) -> None:
-    """Set the value at a path of a tree of dicts and lists.
-
-    Raises
-    ------
-    ExperimentError
-        If the path does not exist.
-    """
+    """Set the value at a path of a tree of dicts and lists."""
     table: Any = tree
     *steps, field = path.strip().split(".")
     for step in steps:
@@ -162,11 +150,6 @@ def parse_assignment(assignment: str) -> tuple[str, Any]:
     """Return path and value of an assignment such as "lifetime.steps=1000".
 
     A value that is not TOML is a text.
-
-    Raises
-    ------
-    ExperimentError
-        If the assignment has no equals sign.
     """
     path, equals, text = assignment.partition("=")
     if not equals:

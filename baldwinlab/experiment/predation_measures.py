@@ -19,19 +19,8 @@ LAST_GENERATIONS: Final = 10
 def average_species(variable: str, species: int, runs: xr.Dataset) -> xr.DataArray:
     """Return the mean of a variable over the agents of a species at the end of runs, [run].
 
-    Parameters
-    ----------
-    variable : str
-        Variable [run, generation, agent] of the runs.
-    species : int
-        Index of the species.
-    runs : xr.Dataset
-        Stored runs.
-
-    Returns
-    -------
-    xr.DataArray
-        Mean over the last ten generations. NaN for a run without agents of the species.
+    `variable`: [run, generation, agent] of the runs. Returns mean over the last ten generations.
+    NaN for a run without agents of the species.
     """
     final_values = runs[[variable, "species"]].isel(generation=slice(-LAST_GENERATIONS, None))
     return (
@@ -44,12 +33,7 @@ def average_species(variable: str, species: int, runs: xr.Dataset) -> xr.DataArr
 def make_predation_measures(names: Iterable[str], prey: Iterable[str]) -> dict[str, Measure]:
     """Return the fitness of each species, and the survival of each prey, as measures by name.
 
-    Parameters
-    ----------
-    names : iterable of str
-        Names of the species, in the order of their indices.
-    prey : iterable of str
-        Names of the species that are eaten.
+    `names`: names of the species, in the order of their indices.
     """
     eaten_species = {*prey}
     measures = {}

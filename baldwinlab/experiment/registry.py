@@ -226,13 +226,7 @@ def _import_class(location: str) -> Any:
 
 
 def is_built_in(kind: str, name: str, module: str) -> bool:
-    """Return whether a class is a built-in part.
-
-    Raises
-    ------
-    ValueError
-        If a custom part has the name of a built-in part.
-    """
+    """Return whether a class is a built-in part."""
     location = package_parts(kind).get(name)
     if location is None:
         return False

@@ -62,18 +62,7 @@ SCHEDULE_FIELD: Any = Field(
 
 
 def parse_changes(words: Sequence[str]) -> list[dict[str, Any]]:
-    """Return the setting `schedule` of words such as "50", "learning.rule=none".
-
-    Parameters
-    ----------
-    words
-        A generation, then one or more assignments; this can be repeated.
-
-    Raises
-    ------
-    ExperimentError
-        The first word is no generation, or a generation has no assignment.
-    """
+    """Return the setting `schedule` of words such as "50", "learning.rule=none"."""
     changes: list[dict[str, Any]] = []
     for word in words:
         if word.isdecimal():
@@ -95,18 +84,7 @@ def parse_changes(words: Sequence[str]) -> list[dict[str, Any]]:
 
 
 def require_valid_schedule(experiment: Any) -> None:
-    """Check that a run can follow the schedule of an experiment.
-
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-
-    Raises
-    ------
-    ExperimentError
-        A change has no setting, an invalid value, or a setting that cannot change during a run.
-    """
+    """Check that a run can follow the schedule of an experiment."""
     faults = list(_find_fixed_settings(experiment.schedule))
     generations = [change.generation for change in experiment.schedule]
     if generations != sorted(generations):
@@ -171,13 +149,8 @@ def add_file_hashes(experiment: Any) -> list[dict[str, Any]]:
 def drop_settings(schedule: Any, changes: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return a schedule without the settings that get one value for the whole run.
 
-    Parameters
-    ----------
-    schedule
-        The schedule, as plain data.
-    changes
-        The settings that are changed for the whole run, as nested tables. A changed choice of a
-        part, such as `learning.rule`, also drops the scheduled settings of that table.
+    `changes`: the settings that are changed for the whole run, as nested tables. A changed choice
+    of a part, such as `learning.rule`, also drops the scheduled settings of that table.
     """
     replaced_values = dict(iterate_settings(changes))
     # A scheduled setting is dropped if it gets a value, or if its table chooses another part.

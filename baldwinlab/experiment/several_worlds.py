@@ -12,18 +12,7 @@ def count_worlds(experiment: Any) -> int:
 
 
 def find_world_conflicts(experiment: Any) -> list[str]:
-    """Return a sentence for each setting of worlds and lifetimes that other settings exclude.
-
-    Parameters
-    ----------
-    experiment : Experiment
-        The settings of MiniWorld.
-
-    Returns
-    -------
-    list of str
-        The sentences.
-    """
+    """Return a sentence for each setting of worlds and lifetimes that other settings exclude."""
     worlds = experiment.population.worlds
     repeats = experiment.lifetime.repeats
     interval = experiment.record.every

@@ -93,23 +93,7 @@ def find_species_faults(
 
 
 def make_species_experiments(experiment: Any) -> tuple[Any, ...]:
-    """Return the experiment of each species.
-
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        An experiment with species.
-
-    Returns
-    -------
-    tuple of BaseExperiment
-        The settings of the agents of each species. `population.size` is the size of the species.
-
-    Raises
-    ------
-    ExperimentError
-        A setting of a species is invalid, or all species share it.
-    """
+    """Return the experiment of each species."""
     members = []
     for species_index, species in enumerate(experiment.population.species):
         location = f"population.species.{species_index}"
@@ -139,19 +123,7 @@ def _is_shared(path: str) -> bool:
 
 
 def require_valid_species(experiment: Any) -> None:
-    """Check that the species of an experiment can share a population.
-
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-
-    Raises
-    ------
-    ExperimentError
-        A setting of a species is invalid or shared by all species, or species that compete have
-        different selections or genomes.
-    """
+    """Check that the species of an experiment can share a population."""
     if not experiment.population.species:
         return
     members = experiment.species_experiments()
@@ -228,19 +200,8 @@ def change_tables(
 ) -> dict[str, Any]:
     """Return the argument of `BaseExperiment.replace` that changes a table of all species.
 
-    Parameters
-    ----------
-    species
-        The species.
-    table
-        Name of the table, for example "learning".
-    changes
-        New settings of this table. The tables of parts in this table are removed.
-
-    Returns
-    -------
-    dict
-        `{"population": {"species": [...]}}`, or an empty dict without species.
+    `table`: name of the table, for example "learning". Returns `{"population": {"species":
+    [...]}}`, or an empty dict without species.
     """
     changed_species = []
     for entry in species:

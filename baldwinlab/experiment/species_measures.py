@@ -16,17 +16,9 @@ if TYPE_CHECKING:
 def list_species_curves(experiment: Any) -> list[str]:
     """Return the names of the curves of each species that the lab shows; none without species.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-
-    Returns
-    -------
-    list of str
-        "mean" is the mean fitness, and "share" the share of agents with fitness above 0. "size" is
-        the number of agents, which is constant unless the species compete. "survivors" is the
-        number of agents that are alive at the end of a lifetime, if agents can die.
+    "mean" is the mean fitness, and "share" the share of agents with fitness above 0. "size" is the
+    number of agents, which is constant unless the species compete. "survivors" is the number of
+    agents that are alive at the end of a lifetime, if agents can die.
     """
     if not experiment.population.species:
         return []

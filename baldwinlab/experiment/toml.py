@@ -63,19 +63,7 @@ def _make_table(part: BaseModel) -> Any:
 def from_toml(text: str, source: str, lenient: bool = False) -> Experiment:
     """Return the experiment of a TOML text.
 
-    Parameters
-    ----------
-    text
-        The TOML text.
-    source
-        Origin of the text, for messages.
-    lenient
-        As in `validate`.
-
-    Raises
-    ------
-    ExperimentError
-        If the text is no valid experiment.
+    Raises `ExperimentError` if the text is no valid experiment.
     """
     tree = parse_tree(text, source)
     with name_source_in_errors(source):
@@ -104,15 +92,8 @@ def name_source_in_errors(source: str) -> Iterator[None]:
 def format_assignments(tables: Mapping[str, Any]) -> list[str]:
     """Return the settings in nested tables as assignments.
 
-    Parameters
-    ----------
-    tables
-        Settings: {"lifetime": {"steps": 5}} and {"lifetime.steps": 5} are equal.
-
-    Returns
-    -------
-    list of str
-        Assignments, such as "lifetime.steps=5".
+    `tables`: settings: {"lifetime": {"steps": 5}} and {"lifetime.steps": 5} are equal. Returns
+    assignments, such as "lifetime.steps=5".
     """
     assignments = []
     for path, value in iterate_settings(to_plain_data(tables)):

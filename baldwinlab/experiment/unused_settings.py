@@ -113,17 +113,7 @@ def require_effect(
 ) -> None:
     """Refuse changed settings that are unused in all given experiments.
 
-    Parameters
-    ----------
-    experiments
-        The experiments that a user gives.
-    origins
-        The origin of each experiment. None, or an empty sequence, means the defaults.
-
-    Raises
-    ------
-    ExperimentError
-        With one line for every unused setting.
+    `origins`: None, or an empty sequence, means the defaults.
     """
     origins = origins or [None] * len(experiments)
     pairs = zip(experiments, origins, strict=True)

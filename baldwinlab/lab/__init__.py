@@ -27,31 +27,17 @@ class MissingError(StudyError):
 
 @dataclass(frozen=True)
 class Lab:
-    """The state that all routes of one server share.
+    """The state that all routes of one server share."""
 
-    Parameters
-    ----------
-    root
-        The served folder, as a resolved path. All served studies are in it.
-    live
-        The live runs.
-    cache
-        Recordings and other results that take time to compute.
-    movie_progress
-        The finished share of each movie, by the ticket of its page.
-    response_slots
-        Limits the number of large responses in memory.
-    is_engine_ready
-        Returns whether the engine is compiled. Until then, pages do not simulate.
-    command
-        The command that started this lab, for messages.
-
-    """
-
-    root: Path
+    root: Path  # The served folder, as a resolved path. All served studies are in it.
     live: Live
+    # Recordings and other results that take time to compute.
     cache: Cache = field(default_factory=Cache)
+    # The finished share of each movie, by the ticket of its page.
     movie_progress: dict[str, float] = field(default_factory=dict)
+    # Limits the number of large responses in memory.
     response_slots: Semaphore = field(default_factory=lambda: Semaphore(MAX_QUEUED_RESPONSES))
+    # Returns whether the engine is compiled. Until then, pages do not simulate.
     is_engine_ready: Callable[[], bool] = lambda: True
+    # The command that started this lab, for messages.
     command: Sequence[str] = ("baldwinlab", "lab")

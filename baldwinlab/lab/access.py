@@ -17,11 +17,7 @@ class Access:
     the address that a browser opens. Such an address therefore contains a ticket, which is invalid
     after its first use.
 
-    Parameters
-    ----------
-    token
-        The token. None creates a new one.
-
+    `token`: None creates a new one.
     """
 
     def __init__(self, token: str | None = None) -> None:

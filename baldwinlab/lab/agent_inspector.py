@@ -81,38 +81,23 @@ def _estimate_bytes_per_step(experiment: Experiment) -> int:
 def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
     """Return the container about one agent: weights over its lifetime, activations in some steps.
 
-    Parameters
-    ----------
-    life
-        The lifetime.
-    span
-        The steps with activations.
-    agent
-        The index of the agent.
+    Raises `MissingError` if the population does not have this agent.
 
-    Returns
-    -------
-    bytes
-        A container (`binary_frames.pack`) with these arrays.
+    Returns:
 
-        - sample_step: [sample], and weights: [sample, weight], the weights of the action module
-          before each sampled step. The last sample is at death.
-        - activations: [step, unit] of the action module, inputs first.
-        - action: [step], the performed action. With noise, it can differ from the largest output.
-        - responses: [sample, code], the action of the largest output for each combination of
-          inputs. Bit k of the code is input k. Only for few inputs, none of them real-valued, and a
-          network without memory.
-        - eaten_in_life: [step], number of items eaten up to and including the step.
-        - teacher: [weight], and teacher_activations: [step, unit], of the reinforcement module.
-        - error: [step], the root mean square difference between the outputs of both modules. Only
-          if the reinforcement module has one output per action.
-        - links: [link, (from unit, to unit, weight)], of a network without layers.
-
-    Raises
-    ------
-    MissingError
-        If the population does not have this agent.
-
+    A container (`binary_frames.pack`) with these arrays.
+    - sample_step: [sample], and weights: [sample, weight], the weights of the action module
+      before each sampled step. The last sample is at death.
+    - activations: [step, unit] of the action module, inputs first.
+    - action: [step], the performed action. With noise, it can differ from the largest output.
+    - responses: [sample, code], the action of the largest output for each combination of
+      inputs. Bit k of the code is input k. Only for few inputs, none of them real-valued, and a
+      network without memory.
+    - eaten_in_life: [step], number of items eaten up to and including the step.
+    - teacher: [weight], and teacher_activations: [step, unit], of the reinforcement module.
+    - error: [step], the root mean square difference between the outputs of both modules. Only
+      if the reinforcement module has one output per action.
+    - links: [link, (from unit, to unit, weight)], of a network without layers.
     """
     require_agent(life.experiment, agent)
     start = life.load_start_data()

@@ -31,22 +31,10 @@ def pack(
 ) -> bytes:
     """Return the container of a header and named arrays.
 
-    Parameters
-    ----------
-    header
-        The header. `header["arrays"]` becomes the list of names, types, shapes and offsets of the
-        arrays. Offsets are in bytes from the beginning of the data.
-    arrays
-        The arrays by name.
-    differences
-        The names of arrays [row, column] that are stored column by column, each value as the exact
-        difference from the value above it. The bits are subtracted, not the floating-point numbers.
-
-    Raises
-    ------
-    ValueError
-        If the type of an array is not in `DTYPES`.
-
+    `header`: `header["arrays"]` becomes the list of names, types, shapes and offsets of the arrays.
+    Offsets are in bytes from the beginning of the data. `differences`: [row, column] that are
+    stored column by column, each value as the exact difference from the value above it. The bits
+    are subtracted, not the floating-point numbers.
     """
     entries: list[dict[str, Any]] = []
     chunks = []

@@ -41,36 +41,16 @@ _measurement_lock = threading.Lock()
 
 
 class ComparisonPlan(NamedTuple):
-    """A comparison of presets, or of the values of one or two fields, that can be started.
+    """A comparison of presets, or of the values of one or two fields, that can be started."""
 
-    Parameters
-    ----------
-    kind
-        Conditions for presets, sweep for values.
-    experiments
-        The compared presets, or the points of the sweep.
-    runs
-        Number of runs of each experiment.
-    seed
-        Seed of the study.
-    subject
-        What is compared, for example "3 presets" or "learning.rate".
-    command
-        The command that runs the same study.
-    toml
-        The content of the sweep's file. "" for presets.
-    changes
-        The changes of the form that apply to all presets, such as "lifetime.steps=100".
-
-    """
-
-    kind: StudyKind
-    experiments: Sequence[Experiment]
+    kind: StudyKind  # Conditions for presets, sweep for values.
+    experiments: Sequence[Experiment]  # The compared presets, or the points of the sweep.
     runs: int
     seed: int
-    subject: str
-    command: str
-    toml: str = ""
+    subject: str  # What is compared, for example "3 presets" or "learning.rate".
+    command: str  # The command that runs the same study.
+    toml: str = ""  # The content of the sweep's file. "" for presets.
+    # The changes of the form that apply to all presets, such as "lifetime.steps=100".
     changes: Sequence[str] = ()
 
     @property
@@ -138,20 +118,9 @@ def _measure_generation(experiment: Experiment, n_runs: int) -> float:
 def make_comparison_plan(body: Mapping[str, Any]) -> ComparisonPlan:
     """Return the plan of a comparison.
 
-    Parameters
-    ----------
-    body
-        The body of the request: `runs`, `seed`, a `preset`, the `experiment` that was made from
-        it, and the compared `presets`, or `fields` with the values of each compared field. Without
-        an `experiment`, presets are compared as they are.
-
-    Raises
-    ------
-    ValueError
-        If the comparison is not valid or too large for the page.
-    MissingError
-        If a preset does not exist.
-
+    `body`: the body of the request: `runs`, `seed`, a `preset`, the `experiment` that was made from
+    it, and the compared `presets`, or `fields` with the values of each compared field. Without an
+    `experiment`, presets are compared as they are.
     """
     runs = read_body_number(body, "runs", 1)
     seed = read_body_number(body, "seed", 0)

@@ -125,21 +125,6 @@ def render_replay_page(lab: Lab, sources: list[dict[str, str]], step: int) -> by
     """Return a page that replays one or two lifetimes without a server.
 
     A lifetime that is too large for one response is replayed from its beginning.
-
-    Parameters
-    ----------
-    lab
-        The lab.
-    sources
-        The queries of the recordings.
-    step
-        The step at which the page opens.
-
-    Raises
-    ------
-    ValueError, StudyError
-        As for a request of the recordings.
-
     """
     panels = [_make_panel(life_query.find_life(lab, source), source) for source in sources]
     title = " and ".join(panel["title"] for panel in panels)
@@ -186,22 +171,8 @@ def make_movie(
 ) -> bytes:
     """Return a movie of complete lifetimes, next to each other.
 
-    Parameters
-    ----------
-    lifetimes
-        The lifetimes.
-    movie_format
-        A key of `MOVIE_TYPES`.
-    report_progress
-        Called with the finished share, from 0 to 1.
-
-    Raises
-    ------
-    ValueError
-        For another format, and for a lifetime that is too large.
-    MovieError
-        If the movie cannot be written.
-
+    `movie_format`: a key of `MOVIE_TYPES`. `report_progress`: called with the finished share, from
+    0 to 1.
     """
     if movie_format not in MOVIE_TYPES:
         raise ValueError(f"format = {movie_format!r} must be one of {', '.join(MOVIE_TYPES)}")

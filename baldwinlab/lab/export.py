@@ -53,21 +53,7 @@ UPPER_PROBABILITY: Final = 0.975
 
 
 def render_live_page(experiments: Sequence[BaseExperiment], seed: int = 0) -> bytes:
-    """Return a page that simulates experiments in the browser.
-
-    Parameters
-    ----------
-    experiments
-        The presets of the page. It opens with the first one.
-    seed
-        The seed of the first run.
-
-    Raises
-    ------
-    RefusedError
-        If the model of an experiment has no browser backend, if the browser engine would ignore a
-        setting, or if the page is too large.
-    """
+    """Return a page that simulates experiments in the browser."""
     supported = require_browser_support(experiments)
     check_seed(seed)
     page = single_page.render_page(

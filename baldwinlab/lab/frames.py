@@ -143,31 +143,17 @@ def make_frames(
     The response can have fewer frames than requested, or none, because it is sent after a limited
     time. `simulated` in the header is the number of simulated steps.
 
-    Parameters
-    ----------
-    life
-        The lifetime.
-    cursor
-        The cursor of the lifetime.
-    frame_query
-        The requested frames.
-    source
-        The query of the request. It is part of the header.
+    Returns:
 
-    Returns
-    -------
-    bytes
-        A container (`binary_frames.pack`) with these arrays. The window is that of the request.
-
-        - eaten, eaters: uint32 [frame], the number of items eaten before the step, and of the
-          agents that ate.
-        - agent_counts: [frame, square], the number of agents in each square of the window, row by
-          row. If the window contains few agents in the first frame, these arrays instead:
-          agent_number [frame], the number of agents in the window; agent (index), x, y (map units),
-          heading and agent_eaten [agent], frame by frame; species [agent] with several species.
-        - item_counts: [frame, kind, square]. If the window contains few items, these arrays
-          instead: item_number [frame, kind]; item_x, item_y [item], kind by kind.
-
+    A container (`binary_frames.pack`) with these arrays. The window is that of the request.
+    - eaten, eaters: uint32 [frame], the number of items eaten before the step, and of the
+      agents that ate.
+    - agent_counts: [frame, square], the number of agents in each square of the window, row by
+      row. If the window contains few agents in the first frame, these arrays instead:
+      agent_number [frame], the number of agents in the window; agent (index), x, y (map units),
+      heading and agent_eaten [agent], frame by frame; species [agent] with several species.
+    - item_counts: [frame, kind, square]. If the window contains few items, these arrays
+      instead: item_number [frame, kind]; item_x, item_y [item], kind by kind.
     """
     experiment = life.experiment.at(life.key.generation)
     steps = frame_query.list_steps(experiment.lifetime.steps)

@@ -71,26 +71,8 @@ def trace_ancestor_line(
 ) -> dict[str, Any]:
     """Return the line of an agent's fitter parents, back to the first recorded generation.
 
-    Parameters
-    ----------
-    generation, agent
-        The agent.
-    parents
-        The parents of each agent [generation, agent, 2].
-    eaten
-        The number of items that each agent ate [generation, agent].
-
-    Returns
-    -------
-    dict
-        - first: the first generation of the line.
-        - agents, eaten: the line, with the agent itself at the end, and the number of items that
-          each agent ate.
-        - partners, eaten_by_partners: the less fit parents along the line, and the number of items
-          that each parent ate. These lists are one shorter than `agents`.
-        - ancestors: the number of ancestors in each generation, through both parents.
-        - mean: the mean number of items eaten in each generation.
-
+    `parents`: [generation, agent, 2]. `eaten`: the number of items that each agent ate [generation,
+    agent].
     """
     # The functions of descent go back in time, and the lists of the page go forward.
     couples = trace_fitter_parents(parents, generation, agent)[::-1]

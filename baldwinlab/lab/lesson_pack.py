@@ -44,18 +44,10 @@ CLONED_TEXTS: Final = Path(__file__).parents[2] / "docs" / "teaching"
 
 
 class Text(NamedTuple):
-    """A Markdown text of the pack.
-
-    Attributes
-    ----------
-    title : str
-        The title.
-    body : str
-        Markdown without the title.
-    """
+    """A Markdown text of the pack."""
 
     title: str
-    body: str
+    body: str  # Markdown without the title.
 
 
 def render_lesson_pack() -> dict[str, bytes]:

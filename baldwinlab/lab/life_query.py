@@ -33,45 +33,25 @@ MAX_RESPONSE_BYTES = 32 * 2**20
 
 
 class StartData(NamedTuple):
-    """The data that a lifetime starts with.
+    """The data that a lifetime starts with."""
 
-    Parameters
-    ----------
-    genomes
-        The genomes at birth [agent, module, weight].
-    fitness
-        The fitness in all earlier generations [generation, agent]. That of a stored run also
-        contains the later generations. None in generation 0.
-    parents
-        The parents in all generations of a stored run [generation, agent, parent]. None for a run
-        that is not stored, unless it has species.
-    species
-        The species of each agent [agent]. None without species.
-
-    """
-
-    genomes: Genome
+    genomes: Genome  # The genomes at birth [agent, module, weight].
+    # The fitness in all earlier generations [generation, agent]. That of a stored run also contains
+    # the later generations. None in generation 0.
     fitness: xr.DataArray | None
+    # The parents in all generations of a stored run [generation, agent, parent]. None for a run
+    # that is not stored, unless it has species.
     parents: xr.DataArray | None = None
+    # The species of each agent [agent]. None without species.
     species: SpeciesIndices | None = None
 
 
 class Life(NamedTuple):
-    """One lifetime. The experiment and the key determine it completely.
-
-    Parameters
-    ----------
-    experiment
-        The experiment of the condition.
-    key
-        Seed, run and generation.
-    load_start_data
-        Reads or computes the data that the lifetime starts with.
-
-    """
+    """One lifetime. The experiment and the key determine it completely."""
 
     experiment: Experiment
-    key: GenerationKey
+    key: GenerationKey  # Seed, run and generation.
+    # Reads or computes the data that the lifetime starts with.
     load_start_data: Callable[[], StartData]
 
 

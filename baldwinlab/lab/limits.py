@@ -98,18 +98,7 @@ def check_comparison_runs(n_runs: int) -> None:
 def check_comparison(
     experiments: Sequence[Experiment], runs_per_experiment: int, disk_bytes: int
 ) -> None:
-    """Raise ValueError if a comparison is too large for the page.
-
-    Parameters
-    ----------
-    experiments
-        The compared experiments.
-    runs_per_experiment
-        The number of runs of each experiment.
-    disk_bytes
-        The required disk space.
-
-    """
+    """Raise ValueError if a comparison is too large for the page."""
     for experiment in experiments:
         check_size(experiment, runs_per_experiment)
     work_per_run = sum(

@@ -43,23 +43,15 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
 def make_tree(generation: int, agent: int, parents: Parents, eaten: Counts) -> dict[str, Any]:
     """Return the lineage tree of an agent.
 
-    Parameters
-    ----------
-    generation, agent
-        The agent.
-    parents
-        The parents of each agent [generation, agent, 2].
-    eaten
-        The number of items that each agent ate [generation, agent].
+    `parents`: [generation, agent, 2]. `eaten`: the number of items that each agent ate [generation,
+    agent].
 
-    Returns
-    -------
-    dict
-        - rows: for each generation, its number, its agents and what they ate. The agent is the
-          first one of its generation, and its siblings follow. They share a parent with it.
-        - links: the generation, the child and the parent of each link between the rows.
-        - omitted: the number of siblings and children that are left out.
+    Returns:
 
+    - rows: for each generation, its number, its agents and what they ate. The agent is the
+      first one of its generation, and its siblings follow. They share a parent with it.
+    - links: the generation, the child and the parent of each link between the rows.
+    - omitted: the number of siblings and children that are left out.
     """
     ancestors = list_ancestors(parents, generation, agent)[: MAX_DEPTH + 1]
     agents_by_generation = {generation - age: group.tolist() for age, group in enumerate(ancestors)}

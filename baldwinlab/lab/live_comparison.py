@@ -33,15 +33,8 @@ from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME
 class LiveComparison:
     """A comparison that starts on its own thread when the object is created.
 
-    Attributes
-    ----------
-    state
-        preparing, running, done, stopped or failed.
-    message
-        The error if the comparison failed.
-    agent_steps_done
-        The number of simulated agent-steps.
-
+    `state`: preparing, running, done, stopped or failed. `message`: the error if the comparison
+    failed.
     """
 
     def __init__(self, plan: ComparisonPlan, study: StudyStore, name: str) -> None:

@@ -69,28 +69,12 @@ class InterruptibleSpeciesBatch(Interruption, SpeciesBatch):
 class LiveRun:
     """Several runs of one experiment. They start on their own thread when the object is created.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    seed
-        The seed of all runs.
-    n_runs
-        The number of runs.
-    seconds_per_generation
-        The minimum duration of a generation. 0 simulates as fast as possible.
-
-    Attributes
-    ----------
-    memory_bytes
-        The memory that the run uses when it ends.
-    message
-        The error if the run failed.
-    saved_as
-        The study that the run was last saved as.
-    n_watchers
-        The number of pages that watch the run.
-
+    - `seconds_per_generation`: the minimum duration of a generation. 0 simulates as fast as
+      possible.
+    - `memory_bytes`: the memory that the run uses when it ends.
+    - `message`: the error if the run failed.
+    - `saved_as`: the study that the run was last saved as.
+    - `n_watchers`: the number of pages that watch the run.
     """
 
     def __init__(
@@ -182,14 +166,10 @@ class LiveRun:
     def compute_measures(self, first: int, stop: int) -> dict[str, dict[str, list[Any]]]:
         """Return fitness measures of the generations from `first` up to, but not including, `stop`.
 
-        Returns
-        -------
-        dict
-            For each measure (best, mean, share, and those of each species): `mean` over runs
-            [generation]. With several runs also `low` and `high`, the 95 % interval of the mean
-            [generation], and `runs`, the values of all runs [generation, run]. A run that stopped
-            keeps the values of its last generation.
-
+        Returns for each measure (best, mean, share, and those of each species): `mean` over runs
+        [generation]. With several runs also `low` and `high`, the 95 % interval of the mean
+        [generation], and `runs`, the values of all runs [generation, run]. A run that stopped keeps
+        the values of its last generation.
         """
         # This import takes time.
         from baldwinlab.analysis.statistics.fitness import MEASURES

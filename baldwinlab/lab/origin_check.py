@@ -40,16 +40,8 @@ class OriginCheck:
     A request of another host or origin gets status 403, and a request without the token gets 401.
     A websocket handshake gets the same status.
 
-    Parameters
-    ----------
-    app
-        The application.
-    access
-        The token that requests need.
-    root_path
-        The path under which a proxy serves the lab, such as "/user/ada/proxy/8642"; "" for the
-        root. A proxy can keep this path in its requests, or remove it. None without a proxy.
-
+    `root_path`: the path under which a proxy serves the lab, such as "/user/ada/proxy/8642"; "" for
+    the root. A proxy can keep this path in its requests, or remove it. None without a proxy.
     """
 
     def __init__(self, app: ASGIApp, access: Access, root_path: str | None = None) -> None:

@@ -59,35 +59,23 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
     With several worlds, the container has the agents of world 0. With several lifetimes, it has the
     first one.
 
-    Parameters
-    ----------
-    life
-        The lifetime.
-    span
-        The recorded steps.
-    source
-        The query that requested the lifetime. It is part of the header.
+    Returns:
 
-    Returns
-    -------
-    bytes
-        A container (`binary_frames.pack`) with these arrays. Positions are in map units, at the
-        time of sensing.
-
-        - x, y: float32 [step, agent].
-        - heading: [step, agent], clockwise from +x, in units of 1 / header.appearance.headings of a
-          circle.
-        - sensor: [step, agent * byte] as bits, eight inputs per byte, lowest bit first. A bit is 1
-          if the input is above 0. If an input is real-valued: float32 [step, agent * input].
-        - action: [step, agent], an index of header.appearance.actions.
-        - eaten_in_life: [step, agent], number of items eaten up to and including the step.
-        - teacher: [step, agent], only for rules that learn from others. The index of the agent
-          that this agent learns from. It is the agent's own index if there is no teacher.
-        - species: [agent], only with several species. The index of the species in header.species.
-          The position of a dead agent is then NaN.
-        - item_x, item_y: [item], at the first step.
-        - move_step, move_item, move_x, move_y: [move]. The item has this position from that step.
-
+    A container (`binary_frames.pack`) with these arrays. Positions are in map units, at the
+    time of sensing.
+    - x, y: float32 [step, agent].
+    - heading: [step, agent], clockwise from +x, in units of 1 / header.appearance.headings of a
+      circle.
+    - sensor: [step, agent * byte] as bits, eight inputs per byte, lowest bit first. A bit is 1
+      if the input is above 0. If an input is real-valued: float32 [step, agent * input].
+    - action: [step, agent], an index of header.appearance.actions.
+    - eaten_in_life: [step, agent], number of items eaten up to and including the step.
+    - teacher: [step, agent], only for rules that learn from others. The index of the agent
+      that this agent learns from. It is the agent's own index if there is no teacher.
+    - species: [agent], only with several species. The index of the species in header.species.
+      The position of a dead agent is then NaN.
+    - item_x, item_y: [item], at the first step.
+    - move_step, move_item, move_x, move_y: [move]. The item has this position from that step.
     """
     experiment = life.experiment.at(life.key.generation)
     arrays = _record_arrays(life, span)

@@ -88,19 +88,7 @@ def make_app(
 ) -> Starlette:
     """Return the application that serves the studies in `root`, at any depth.
 
-    Parameters
-    ----------
-    root
-        The folder with studies.
-    access
-        The token that requests need.
-    is_engine_ready
-        Returns whether the engine is compiled. Until then, pages do not simulate.
-    command
-        The command that started this lab, for messages.
-    root_path
-        The path under which a proxy serves the lab; see `OriginCheck`.
-
+    `is_engine_ready`: returns whether the engine is compiled. Until then, pages do not simulate.
     """
     lab = Lab(root.resolve(), live.Live(), is_engine_ready=is_engine_ready, command=command)
     comparisons = live_comparison.Comparisons()

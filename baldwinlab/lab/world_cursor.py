@@ -70,19 +70,8 @@ class WorldCursor:
     def read(self, steps: Sequence[int], seconds: float) -> tuple[dict[int, Snapshot], int]:
         """Return the snapshots of some steps, and the number of simulated steps.
 
-        Parameters
-        ----------
-        steps
-            The steps, in order.
-        seconds
-            The simulation stops after this time, and later steps are missing in the result. A call
-            simulates at least a few steps, so repeated calls reach every step.
-
-        Returns
-        -------
-        dict, int
-            The snapshots by step, and the number of steps that have been simulated.
-
+        `seconds`: the simulation stops after this time, and later steps are missing in the result.
+        A call simulates at least a few steps, so repeated calls reach every step.
         """
         deadline = time.monotonic() + seconds
         result: dict[int, Snapshot] = {}

@@ -26,14 +26,8 @@ class Simulator(Protocol):
     ) -> LifeResults:
         """Return the results of a generation.
 
-        Parameters
-        ----------
-        generation : int
-            Generation, from 0.
-        genomes : array, float32 [run, agent, module, weight]
-            Genomes at birth.
-        *sizes : array, int64 [run, species]
-            Number of agents of each species. Only experiments with species have this argument.
+        `genomes` [run, agent, module, weight]: genomes at birth. `*sizes` [run, species]: number of
+        agents of each species. Only experiments with species have this argument.
         """
         ...
 
@@ -80,21 +74,7 @@ def make_simulator(
 ) -> Simulator:
     """Return a simulator of runs of an experiment.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The settings.
-    seed : int
-        Seed of the study.
-    runs : sequence of int
-        Numbers of the runs.
-    backend : Backend, optional
-        The backend; the default is the CPU.
-
-    Raises
-    ------
-    ValueError
-        If the model does not support the backend.
+    `backend`: the backend; the default is the CPU.
     """
     if experiment.schedule:
         return _ScheduledSimulator(experiment, seed, runs, backend)

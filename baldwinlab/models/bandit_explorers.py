@@ -218,18 +218,12 @@ def pull_arms(bandit: Any, explored: Any, draws: Any, payoffs: Any, accepted: An
 
     The sum of several payoffs of an arm is normal, so it is one draw.
 
-    Parameters
-    ----------
-    bandit : tuple
-        Number of pulls, uncertainty, noise, and whether agents learn.
-    explored : array of shape (agents,)
-        Number of exploratory pulls.
-    draws : array of shape (agents, bandits, 4)
-        Uniform numbers for the mean of arm 2, the explored payoffs and the other payoffs.
-    payoffs : array of shape (agents,)
-        Mean payoff over bandits. It is written.
-    accepted : array of shape (agents,)
-        Share of bandits in which arm 2 is chosen after the exploration. It is written.
+    - `explored` (agents,): number of exploratory pulls.
+    - `draws` (agents, bandits, 4): uniform numbers for the mean of arm 2, the explored payoffs and
+      the other payoffs.
+    - `payoffs` (agents,): mean payoff over bandits. It is written.
+    - `accepted` (agents,): share of bandits in which arm 2 is chosen after the exploration. It is
+      written.
     """
     n_pulls, uncertainty, noise, learning = bandit
     n_bandits = draws.shape[1]

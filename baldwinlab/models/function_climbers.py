@@ -44,20 +44,13 @@ EARLY_GENERATION: Final = 20
 
 
 class Blocks(NamedTuple):
-    """Values of all blocks of bits, and the best change of one bit.
+    """Values of all blocks of bits, and the best change of one bit."""
 
-    Attributes
-    ----------
-    values : array of shape (blocks,)
-        Value of each block, as a binary number, from 0 to 1.
-    neighbors : array of shape (blocks,)
-        The best block that differs in one bit, or the block itself if none is better.
-    gains : array of shape (blocks,)
-        Value of the neighbor minus that of the block. 0 for a local optimum.
-    """
-
+    # Value of each block, as a binary number, from 0 to 1, (blocks,).
     values: npt.NDArray[np.float64]
+    # The best block that differs in one bit, or the block itself if none is better, (blocks,).
     neighbors: npt.NDArray[np.int64]
+    # Value of the neighbor minus that of the block, (blocks,). 0 for a local optimum.
     gains: npt.NDArray[np.float64]
 
 

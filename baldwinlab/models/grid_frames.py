@@ -31,16 +31,9 @@ def make_foraging_frames(
 ) -> GridView:
     """Return the frames of visits to a square grid, on which an agent eats the food in its cell.
 
-    Parameters
-    ----------
-    side : int
-        Number of cells per edge.
-    food : array of shape (visits, items)
-        Cells with food, numbered row by row.
-    track : array of shape (visits, steps, 2)
-        Cell and heading of the agent after each step.
-    visit_label : str
-        Name of a visit.
+    - `side`: number of cells per edge.
+    - `food` (visits, items): cells with food, numbered row by row.
+    - `track` (visits, steps, 2): cell and heading of the agent after each step.
     """
     n_visits, n_steps = track.shape[:2]
     contents = np.zeros((n_visits, n_steps, side * side), np.uint8)
@@ -74,19 +67,13 @@ def make_maze_frames(
 
     A corridor connects home, the turning points and the ends.
 
-    Parameters
-    ----------
-    turns : int
-        Number of turning points on the way to an end, 1 or 2.
-    high_ends : sequence of int
-        End with the high reward, by trip. Ends are numbered from left to right, from 0.
-    actions : array of shape (trips, positions)
-        Actions at the positions of a trip: corridor, turning point, ..., end, corridor, turning
-        point, ..., home. -1 is left, 0 is straight on, 1 is right, or NOT_REACHED.
-    rewards_at_end : array of shape (trips,)
-        Reward of each trip, shown from the step at the end of the maze.
-    total_rewards : array of shape (trips,)
-        Total reward of each trip, shown in its last step.
+    - `turns`: number of turning points on the way to an end, 1 or 2.
+    - `high_ends`: end with the high reward, by trip. Ends are numbered from left to right, from 0.
+    - `actions` (trips, positions): actions at the positions of a trip: corridor, turning point,
+      ..., end, corridor, turning point, ..., home. -1 is left, 0 is straight on, 1 is right, or
+      NOT_REACHED.
+    - `rewards_at_end` (trips,): reward of each trip, shown from the step at the end of the maze.
+    - `total_rewards` (trips,): total reward of each trip, shown in its last step.
     """
     paths = [_trace_trip(turns, trip[trip != NOT_REACHED].tolist()) for trip in actions]
     n_frames = [len(path) for path in paths]

@@ -50,17 +50,9 @@ Average = Callable[[xr.Dataset], xr.DataArray]
 
 
 class Environment(NamedTuple):
-    """Environment of a generation.
+    """Environment of a generation."""
 
-    Attributes
-    ----------
-    cue : float
-        Environment during development.
-    selection : float
-        Environment during selection.
-    """
-
-    cue: float
+    cue: float  # Environment during development.
     selection: float
 
 

@@ -67,21 +67,7 @@ MAX_BITS: Final = 16
 def landscape(seed: int, run: int, bits: int, n_links: int) -> npt.NDArray[np.float64]:
     """Return the fitness of all strings of a run.
 
-    Parameters
-    ----------
-    seed : int
-        Seed of the study.
-    run : int
-        Number of the run.
-    bits : int
-        Length of a string, N.
-    n_links : int
-        Number of further bits on which the fitness of a bit depends, K.
-
-    Returns
-    -------
-    array of shape (2**bits,)
-        Fitness by string, read as a binary number, in [0, 1]. The array is read-only.
+    Returns fitness by string, read as a binary number, in [0, 1]. The array is read-only.
     """
     # A table has a number for each combination of a bit and its links.
     table_size = 2 ** (n_links + 1)
@@ -306,16 +292,9 @@ class NKClimbers(Model, name="nk-climbers"):
 def climb(fitness_of_string: Any, bits: int, bit_draws: Any, strings: Any) -> None:
     """Flip a bit of each string in each trial, and retain the flip if it raises the fitness.
 
-    Parameters
-    ----------
-    fitness_of_string : array of shape (2**bits,)
-        Fitness of each string.
-    bits : int
-        Length of a string.
-    bit_draws : array of shape (agents, trials)
-        Uniform numbers that select the bits.
-    strings : array of shape (agents,)
-        Strings as numbers. They change in place.
+    - `fitness_of_string`: (2**bits,).
+    - `bit_draws` (agents, trials): uniform numbers that select the bits.
+    - `strings` (agents,): they change in place.
     """
     for agent in range(strings.size):
         for trial in range(bit_draws.shape[1]):

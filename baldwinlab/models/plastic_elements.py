@@ -52,17 +52,7 @@ ROUNDING: Final = 1e-12
 def find_innate_times(runs: xr.Dataset, n_elements: int) -> Floats:
     """Return the first generation in which most agents have each element innately right.
 
-    Parameters
-    ----------
-    runs : xr.Dataset
-        The runs of a condition, with the record `innate_elements`.
-    n_elements : int
-        Number of elements.
-
-    Returns
-    -------
-    array of shape (run, element)
-        Generations, infinite for an element that does not become innate.
+    Returns (run, element): generations, infinite for an element that does not become innate.
     """
     masks = runs["innate_elements"].transpose("run", "generation", "agent").values
     bits = 1 << np.arange(n_elements)
@@ -220,16 +210,7 @@ class PlasticElements(Model, name="plastic-elements"):
     def expected_fitness(self, genomes: npt.NDArray[np.float32]) -> Floats:
         """Return the exact mean fitness over all outcomes of learning.
 
-        Parameters
-        ----------
-        genomes : array of shape (..., element)
-            Alleles.
-
-        Returns
-        -------
-        array of shape (...)
-            Expected fitness. The outcome of an element is independent of the state of its
-            prerequisite, so the probability of both is a product.
+        `genomes` (..., element): alleles. Returns the shape (...).
         """
         successes = np.broadcast_to(self.success_probabilities, genomes.shape)
         fitness: Floats = self._set_elements(genomes, successes) @ np.asarray(self.weights)
@@ -238,11 +219,7 @@ class PlasticElements(Model, name="plastic-elements"):
     def predicted_selection(self) -> Floats:
         """Return the gain in expected fitness if one element of a plastic trait becomes innate.
 
-        Returns
-        -------
-        array of shape (n_elements,)
-            Expected fitness of an agent with this element innately right and the others plastic,
-            minus that of an agent with all elements plastic.
+        Returns the shape (n_elements,).
         """
         mutants = np.full((self.n_elements, self.n_elements), UNSET_ALLELE, np.float32)
         plastic_fitness = self.expected_fitness(mutants)

@@ -8,11 +8,5 @@ from baldwinlab.core.deferred import xr
 
 
 def mean_of_last_generation(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean of a record in the last generation.
-
-    Parameters
-    ----------
-    record : str
-        Name of the record.
-    """
+    """Return a function of runs: the mean of a record in the last generation."""
     return lambda runs: runs[record].isel(generation=-1).mean("agent")

@@ -29,14 +29,8 @@ class SpeciesModelSimulator:
     ) -> LifeResults:
         """Return the results of a generation.
 
-        Parameters
-        ----------
-        generation : int
-            Generation, from 0.
-        genomes : array, float32 [run, agent, module, weight]
-            Genomes at birth. Agents are numbered species after species.
-        sizes : array, int64 [run, species]
-            Number of agents of each species.
+        `genomes` [run, agent, module, weight]: genomes at birth. Agents are numbered species after
+        species. `sizes` [run, species]: number of agents of each species.
         """
         n_runs, n_agents, _, n_weights = genomes.shape
         collected = _Results(n_runs, n_agents, n_weights)

@@ -175,12 +175,7 @@ def format_tuned(tuned: TunedSettings, comment: str) -> str:
 def digest_files(paper: Paper, tuned: str) -> dict[str, str]:
     """Return the SHA-256 of the claims and of the tuned values, by file.
 
-    Parameters
-    ----------
-    paper : Paper
-        The paper.
-    tuned : str
-        Text of `tuned.toml`, for a paper without this file.
+    `tuned`: text of `tuned.toml`, for a paper without this file.
     """
     contents = {TUNED_FILE: tuned.encode()}
     for name in ("claims.toml", TUNED_FILE):

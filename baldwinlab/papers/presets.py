@@ -44,10 +44,7 @@ LIST_HINT: Final = "`baldwinlab list presets` lists all; an experiment file ends
 def names(kind: str) -> list[str]:
     """Return the presets of a kind of all papers, the standard variant first.
 
-    Parameters
-    ----------
-    kind
-        One of `PRESET_KINDS`.
+    `kind`: one of `PRESET_KINDS`.
     """
     names_by_paper = [paper.names(kind) for paper in papers.built_in().values()]
     # A dict holds each name once, in order.
@@ -74,42 +71,18 @@ def _find_paper(kind: str, name: str) -> Paper:
 
 
 class LoadedExperiment(NamedTuple):
-    """An experiment and its origin.
-
-    Attributes
-    ----------
-    experiment
-        The experiment.
-    origin
-        The preset, or the base of the experiment file. None if a file changes the defaults.
-    """
+    """An experiment and its origin."""
 
     experiment: Any
+    # The preset, or the base of the experiment file. None if a file changes the defaults.
     origin: BaseExperiment | None = None
 
 
 def load(experiment: str | Path, variant: str = STANDARD_VARIANT) -> Experiment:
     """Return an experiment by its name or from a file.
 
-    Parameters
-    ----------
-    experiment
-        A preset, such as "evo+self-taught/B" or "PAPER:NAME"; the name of a custom model; or a file
-        that ends in .toml.
-    variant
-        Name of a variant of the paper's model, whose settings are applied last.
-
-    Returns
-    -------
-    Experiment
-        The settings of the experiment.
-
-    Raises
-    ------
-    ExperimentError
-        The preset, the file or the variant does not exist, or the file is not valid.
-    PaperError
-        The paper does not exist or is not valid.
+    `experiment`: a preset, such as "evo+self-taught/B" or "PAPER:NAME"; the name of a custom model;
+    or a file that ends in .toml.
     """
     loaded: Experiment = load_with_origin(experiment, variant).experiment
     return loaded

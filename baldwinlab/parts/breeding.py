@@ -28,12 +28,7 @@ ITSELF: Final = -2
 def copy_genome(genome: Any, into: Any) -> None:
     """Copy a genome.
 
-    Parameters
-    ----------
-    genome : array, float32 [module, weight]
-        The genome. Read only.
-    into : array, float32 [module, weight]
-        Output: the copy.
+    `genome`: [module, weight]. `into` [module, weight]: output: the copy.
     """
     for module in range(genome.shape[0]):
         for weight in range(genome.shape[1]):
@@ -45,24 +40,11 @@ def breeding_part(
 ) -> tuple[Any, tuple[Callable[..., Any], ...]]:
     """Return the first argument of the hooks of a part that creates generations, and its code.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The settings.
-    field : str
-        Field of the table `evolution` that names the part: "selection", "variation",
-        "inheritance", "fitness" or "stop".
-    run_arrays : dict, optional
-        Arrays of the run by name. Missing arrays of the part are added to it. By default the part
-        has new arrays.
-
-    Returns
-    -------
-    values : NamedTuple
-        Numeric settings, derived values and arrays of the run: the first argument of its hooks.
-        An array of agents or of their world is None.
-    code : tuple of Callable
-        Type of `values` and all hooks, for the compiler.
+    `field`: field of the table `evolution` that names the part: "selection", "variation",
+    "inheritance", "fitness" or "stop". `run_arrays`: missing arrays of the part are added to it. By
+    default the part has new arrays. The returned `values`: numeric settings, derived values and
+    arrays of the run: the first argument of its hooks. An array of agents or of their world is
+    None.
     """
     values, code = _compile_part(experiment, field)
     if not has_run_arrays(type(values).part):
@@ -90,15 +72,7 @@ def _compile_part(experiment: Any, field: str) -> tuple[Any, tuple[Callable[...,
 def has_run_arrays(part: Any) -> bool:
     """Return whether a part has arrays of the run, whose owner is "run".
 
-    Parameters
-    ----------
-    part : Part
-        A part of evolution.
-
-    Returns
-    -------
-    bool
-        True if one of its arrays is made by `per_run`.
+    Returns True if one of its arrays is made by `per_run`.
     """
     return any(array.owner == "run" for array in part.arrays.values())
 
@@ -106,15 +80,7 @@ def has_run_arrays(part: Any) -> bool:
 def uses_run_arrays(experiment: Any) -> bool:
     """Return whether a part of the evolution of an experiment has arrays of the run.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-
-    Returns
-    -------
-    bool
-        True if the selection, variation, inheritance, fitness or stop has arrays of the run.
+    Returns True if the selection, variation, inheritance, fitness or stop has arrays of the run.
     """
     fields = ("selection", "variation", "inheritance", "fitness", "stop")
     return any(has_run_arrays(experiment.part(f"evolution.{field}")) for field in fields)

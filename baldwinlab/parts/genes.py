@@ -136,10 +136,7 @@ def _read_value(value: Any, part: Any, experiment: Any) -> Any:
 def add_gene_arrays(part: Any) -> None:
     """Declare an array for each gene of a part of agents or of their world, after its arrays.
 
-    Parameters
-    ----------
-    part : type of Part
-        The part. `genes` is sorted by name.
+    `part`: `genes` is sorted by name.
     """
     gene_arrays = dict.fromkeys(part.genes, GENE_ARRAY)
     # A subclass inherits the arrays of genes. They must stay the last ones.
@@ -148,20 +145,7 @@ def add_gene_arrays(part: Any) -> None:
 
 
 def require_valid_genes(part: Any, taken_names: Mapping[str, Any]) -> None:
-    """Check the genes that the class of a part declares.
-
-    Parameters
-    ----------
-    part : type of Part
-        The part.
-    taken_names : Mapping
-        Names of the settings, derived values and arrays of the part.
-
-    Raises
-    ------
-    TypeError
-        If a gene is no `Gene`, or has the name of another field, or the part is a model.
-    """
+    """Check the genes that the class of a part declares."""
     if part.genes and part.kind == "model":
         raise TypeError(
             f"{part.__name__}.genes: a model has no further genes; count them in n_weights"
@@ -180,14 +164,7 @@ def require_valid_genes(part: Any, taken_names: Mapping[str, Any]) -> None:
 def load_part_genes(part: Any, genome: Any, lane: int) -> None:
     """Copy the genes of an agent into the arrays of a part. Compiled code calls it at birth.
 
-    Parameters
-    ----------
-    part : NamedTuple
-        The part: first argument of its hooks.
-    genome : array, float32 [weight]
-        First module of the genome of the agent. Read only.
-    lane : int
-        Lane of the agent.
+    `genome` [weight]: first module of the genome of the agent.
     """
     for index, name in enumerate(type(part).part.genes):
         getattr(part, name)[0, lane] = genome[part.first_gene + index]

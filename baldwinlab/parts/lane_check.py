@@ -70,20 +70,7 @@ Functions = Mapping[str, ast.FunctionDef]
 
 
 def require_lane_isolation(hooks: Mapping[str, Callable[..., Any]], arrays: Iterable[str]) -> None:
-    """Check that the source of hooks reads and writes no other agent.
-
-    Parameters
-    ----------
-    hooks : Mapping[str, Callable]
-        Hooks of a part by name.
-    arrays : iterable of str
-        Names of the arrays of the part.
-
-    Raises
-    ------
-    PartError
-        If a per-agent hook reads or writes another agent.
-    """
+    """Check that the source of hooks reads and writes no other agent."""
     part_roles = {f"part.{array}": "array" for array in arrays}
     for name, function in hooks.items():
         definition = find_definition(function) if name in PER_AGENT_HOOKS else None
@@ -108,15 +95,7 @@ def require_lane_isolation(hooks: Mapping[str, Callable[..., Any]], arrays: Iter
 def find_definition(function: Callable[..., Any]) -> ast.FunctionDef | None:
     """Return the syntax tree of a function.
 
-    Parameters
-    ----------
-    function : Callable
-        The function.
-
-    Returns
-    -------
-    ast.FunctionDef or None
-        None if the source is not available.
+    Returns None if the source is not available.
     """
     line = function.__code__.co_firstlineno
     for node in ast.walk(_syntax_tree(function)):

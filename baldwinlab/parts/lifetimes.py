@@ -62,19 +62,8 @@ def make_lifetimes(
 ) -> Lifetimes:
     """Return lifetimes from arrays. A missing array has zeros, and a missing position is NaN.
 
-    Parameters
-    ----------
-    genome, energy, cost, eaten, position : array
-        The fields of `Lifetimes`.
-    records : Mapping[str, array]
-        Recorded variables by name, each [agent].
-    species : array, int32 [agent]
-        Species of each agent.
-
-    Returns
-    -------
-    Lifetimes
-        Contiguous arrays of the declared types.
+    `records`: recorded variables by name, each [agent]. `species` [agent]: species of each agent.
+    Returns contiguous arrays of the declared types.
     """
     n_agents = len(genome)
     values = dict(records or {})
@@ -106,23 +95,8 @@ def lifetimes_of_run(
 ) -> Lifetimes:
     """Return the lifetimes of one run of a batch.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment in the generation of the lifetimes.
-    results : LifeResults
-        Results of the batch.
-    run_index : int
-        Index of the run in the batch.
-    genome : array, float32 [agent, module, weight]
-        Genomes at birth. Those of the agents at the end replace them if agents were born.
-    species : array, int32 [agent], optional
-        Number of the species of each agent.
-
-    Returns
-    -------
-    Lifetimes
-        Lifetimes of the agents.
+    `genome` [agent, module, weight]: genomes at birth. Those of the agents at the end replace them
+    if agents were born. `species` [agent]: number of the species of each agent.
     """
     final_population = results.final_population
     return make_lifetimes(
@@ -142,17 +116,7 @@ def lifetimes_of_run(
 def select_lifetimes(lifetimes: Lifetimes, agents: slice) -> Lifetimes:
     """Return the lifetimes of some agents.
 
-    Parameters
-    ----------
-    lifetimes : Lifetimes
-        Lifetimes of all agents.
-    agents : slice
-        The agents.
-
-    Returns
-    -------
-    Lifetimes
-        Views of the arrays.
+    Returns views of the arrays.
     """
     records = lifetimes.records._make(values[agents] for values in lifetimes.records)
     selected = {
@@ -164,17 +128,7 @@ def select_lifetimes(lifetimes: Lifetimes, agents: slice) -> Lifetimes:
 def empty_lifetimes(experiment: Any, genome: npt.NDArray[np.float32]) -> Lifetimes:
     """Return lifetimes without energy and with records of 0.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-    genome : array, float32 [agent, module, weight]
-        Genomes at birth.
-
-    Returns
-    -------
-    Lifetimes
-        Lifetimes with the types of the experiment.
+    `genome` [agent, module, weight]: genomes at birth.
     """
     records = {
         name: np.zeros(len(genome), dtype) for name, dtype in record_types(experiment).items()
@@ -187,18 +141,7 @@ def empty_lifetimes(experiment: Any, genome: npt.NDArray[np.float32]) -> Lifetim
 
 @lru_cache(maxsize=64)
 def record_types(experiment: Any) -> dict[str, Any]:
-    """Return the types of the records in `Lifetimes` by name.
-
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-
-    Returns
-    -------
-    dict
-        NumPy types of the records of the parts, or of the model.
-    """
+    """Return the types of the records in `Lifetimes` by name."""
     if experiment.model == "miniworld":
         # The records of several lifetimes are means.
         has_means = experiment.lifetime.repeats > 1
@@ -211,18 +154,7 @@ def record_types(experiment: Any) -> dict[str, Any]:
 
 @lru_cache(maxsize=256)
 def records_class(names: tuple[str, ...]) -> Any:
-    """Return the NamedTuple class of records with these names.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Names of the records.
-
-    Returns
-    -------
-    type
-        The same class for the same names.
-    """
+    """Return the NamedTuple class of records with these names."""
     records: Any = namedtuple("Records", names)  # type: ignore[misc]
     # The cache of compiled code identifies the class by its module and this name.
     records.__module__ = __name__

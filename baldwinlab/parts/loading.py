@@ -82,23 +82,7 @@ def load_file(path: str | Path) -> ModuleType:
 def load_text(text: str, file: Path) -> ModuleType:
     """Execute the text of a file with parts and register the parts.
 
-    Parameters
-    ----------
-    text : str
-        Text of the file.
-    file : Path
-        Name of the file, for error messages. It need not exist.
-
-    Returns
-    -------
-    module
-        The module that was made from the text. Further calls with the same text return the same
-        module.
-
-    Raises
-    ------
-    PartError
-        If the text cannot be executed, or has no part.
+    `file`: name of the file, for error messages. It need not exist.
     """
     name = f"{MODULE_PREFIX}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
     if name in sys.modules:
@@ -132,15 +116,7 @@ def load_text(text: str, file: Path) -> ModuleType:
 def parts_in(module: ModuleType) -> list[Any]:
     """Return the parts that a module defines.
 
-    Parameters
-    ----------
-    module : module
-        The module.
-
-    Returns
-    -------
-    list of type
-        Classes with a name, in the order of their definition.
+    Returns classes with a name, in the order of their definition.
     """
     from baldwinlab.parts.part import Part
 
@@ -219,25 +195,7 @@ def sources_of(experiments: Iterable[Any]) -> tuple[Source, ...]:
 
 
 def source_of(kind: str, name: str) -> Source:
-    """Return the source of a custom part.
-
-    Parameters
-    ----------
-    kind : str
-        Kind of the part.
-    name : str
-        Name of the part.
-
-    Returns
-    -------
-    Source
-        Text and name of its file.
-
-    Raises
-    ------
-    PartError
-        If the part is not loaded, or has no source file.
-    """
+    """Return the source of a custom part."""
     part = registry.custom_parts().get((kind, name))
     if part is None:
         raise PartError(f"the {kind} {name!r} is not loaded: load it with --part FILE")

@@ -40,14 +40,6 @@ MODEL_HELPERS: Final[Mapping[str, str]] = {
 def load_model_helper(name: str) -> Any:
     """Return a helper of the MiniWorld model.
 
-    Parameters
-    ----------
-    name : str
-        Name of the helper, a key of `MODEL_HELPERS`.
-
-    Returns
-    -------
-    Any
-        The function, class or constant.
+    `name`: name of the helper, a key of `MODEL_HELPERS`.
     """
     return getattr(import_module(MODEL_HELPERS[name]), name)

@@ -20,17 +20,12 @@ from baldwinlab.parts.views import View
 
 
 class FinalPopulation(NamedTuple):
-    """Population at the end of a lifetime with births.
+    """Population at the end of a lifetime with births."""
 
-    Attributes
-    ----------
-    genome : array, float32 [run, agent, module, weight]
-        Genomes of the agents that are alive.
-    origin : array, int32 [run, agent, 2]
-        Indices of the agents at the beginning of the lifetime from which the two parents descend.
-    """
-
+    # Genomes of the agents that are alive, [run, agent, module, weight].
     genome: npt.NDArray[np.float32]
+    # Indices of the agents at the beginning of the lifetime from which the two parents descend,
+    # [run, agent, 2].
     origin: npt.NDArray[np.int32]
 
 

@@ -158,71 +158,29 @@ class Part(Fields, metaclass=PartMeta):
 def hook_names(kind: type[Part]) -> list[str]:
     """Return the names of the hooks of a kind, and of the base classes that add hooks to it.
 
-    Parameters
-    ----------
-    kind : type of Part
-        A kind of part, or a part of the kind.
-
-    Returns
-    -------
-    list of str
-        Names in the order of their definition.
+    Returns names in the order of their definition.
     """
     return list(_default_hooks(kind))
 
 
 def overridden_hooks(part: type[Part]) -> list[str]:
-    """Return the names of the hooks that a part defines instead of inheriting them from its kind.
+    """Return the names of the hooks that a part defines and does not inherit from its kind.
 
-    Parameters
-    ----------
-    part : type of Part
-        The part.
-
-    Returns
-    -------
-    list of str
-        Names in the order of the kind.
+    Returns names in the order of the kind.
     """
     defaults = _default_hooks(part)
     return [name for name, default in defaults.items() if getattr(part, name) is not default]
 
 
 def numeric_fields(part: type[Part]) -> list[str]:
-    """Return the names of the settings that compiled code can read.
-
-    Parameters
-    ----------
-    part : type of Part
-        The part.
-
-    Returns
-    -------
-    list of str
-        Names of the settings of type int, float or bool.
-    """
+    """Return the names of the settings that compiled code can read."""
     return [
         name for name, info in part.model_fields.items() if info.annotation in (int, float, bool)
     ]
 
 
 def compiled_values(part: Part, experiment: Any, allocate: Callable[[Array], Any]) -> Any:
-    """Return the first argument of the hooks of a part.
-
-    Parameters
-    ----------
-    part : Part
-        The part with its settings.
-    experiment : BaseExperiment
-        The experiment, for derived values.
-    allocate : Callable
-        Function that returns the memory of an array from its declaration.
-
-    Returns
-    -------
-    NamedTuple
-        Numeric settings, derived values and arrays of the part, an instance of `part.Compiled`.
-    """
+    """Return the first argument of the hooks of a part."""
     kind = type(part)
     settings: dict[str, Any] = {}
     for name in numeric_fields(kind):

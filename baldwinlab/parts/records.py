@@ -15,18 +15,7 @@ READING_HOOKS: Final = ("evaluate", "select_with_genomes", "should_stop")
 
 
 def add_record_arrays(part: Any) -> None:
-    """Declare an array for each record of a part, after its other arrays.
-
-    Parameters
-    ----------
-    part : type of Part
-        The part.
-
-    Raises
-    ------
-    TypeError
-        If a record is not a number of an agent, or has the name of an array.
-    """
+    """Declare an array for each record of a part, after its other arrays."""
     for name, array in part.records.items():
         is_number = isinstance(array, Array) and (array.owner, array.rows) == ("agent", (1,))
         if not is_number or array.dtype not in RECORD_TYPES:
@@ -41,18 +30,7 @@ def add_record_arrays(part: Any) -> None:
 
 
 def list_read_records(part: Any) -> tuple[str, ...]:
-    """Return the names of the records that the hooks of a part read.
-
-    Parameters
-    ----------
-    part : type of Part
-        The part.
-
-    Returns
-    -------
-    tuple of str
-        Each NAME of `lifetimes.records.NAME` in the source of its hooks.
-    """
+    """Return the names of the records that the hooks of a part read."""
     hooks = [getattr(part, name) for name in READING_HOOKS if hasattr(part, name)]
     names: dict[str, None] = {}
     for definition in map(find_definition, hooks):
@@ -75,15 +53,7 @@ _clear_arrays = for_each_part(_clear_array)
 
 
 def clear_part_records(part: Any, lane: int) -> None:
-    """Set the records of an agent to 0. Compiled code calls it at birth.
-
-    Parameters
-    ----------
-    part : NamedTuple
-        The part: first argument of its hooks.
-    lane : int
-        Lane of the agent.
-    """
+    """Set the records of an agent to 0. Compiled code calls it at birth."""
     for name in _record_names(type(part).part):
         getattr(part, name)[0, lane] = 0
 

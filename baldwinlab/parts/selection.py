@@ -110,16 +110,10 @@ def mark_survivors(
 def mark_fittest(count: int, fitness: Numbers, ties: Numbers, parents: Any) -> None:
     """Mark the fittest agents as survivors.
 
-    Parameters
-    ----------
-    count : int
-        Number of survivors.
-    fitness : array, float64 [agent]
-        Fitness of each agent. Read only.
-    ties : array, float64 [agent]
-        Agents with the same fitness survive in the order of these numbers, then of their index.
-    parents : array, int32 [child, 2]
-        Output: the function sets the first `count` rows to (agent, `ITSELF`).
+    - `fitness`: [agent].
+    - `ties` [agent]: agents with the same fitness survive in the order of these numbers, then of
+      their index.
+    - `parents` [child, 2]: output: the function sets the first `count` rows to (agent, `ITSELF`).
     """
     previous = -1
     for survivor in range(count):

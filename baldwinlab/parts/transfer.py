@@ -24,38 +24,20 @@ MAIN_MODULES: Final = ("__main__", "__mp_main__")
 
 
 class PartOrigin(NamedTuple):
-    """Origin of a custom part.
-
-    Attributes
-    ----------
-    kind, name : str
-        Kind and name of the part.
-    module : str
-        Name of its module.
-    text : str or None
-        Text of its file. None if it has no file, for example in a notebook.
-    file : str
-        Path of its file, for messages.
-    """
+    """Origin of a custom part."""
 
     kind: str
     name: str
     module: str
-    text: str | None
-    file: str
+    text: str | None  # Text of its file. None if it has no file, for example in a notebook.
+    file: str  # Path of its file, for messages.
 
     def describe(self) -> str:
         """Return kind, name and file of the part."""
         return f"the {self.kind} {self.name!r} of {self.file}"
 
     def load(self) -> None:
-        """Load the part, unless it is loaded.
-
-        Raises
-        ------
-        PartError
-            If the part cannot be loaded, or another part of the same name is loaded.
-        """
+        """Load the part, unless it is loaded."""
         key = self.kind, self.name
         if key not in registry.custom_parts():
             _load_module(self)
@@ -67,13 +49,7 @@ class PartOrigin(NamedTuple):
 
 
 def find_origins(experiment: BaseExperiment) -> tuple[PartOrigin, ...]:
-    """Return the origins of the loaded custom parts of an experiment, sorted.
-
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        An experiment with parts of any kind.
-    """
+    """Return the origins of the loaded custom parts of an experiment, sorted."""
     choices = sorted(set(custom_choices(experiment)))
     loaded_parts = registry.custom_parts()
     return tuple(_find_origin(loaded_parts[choice]) for choice in choices if choice in loaded_parts)

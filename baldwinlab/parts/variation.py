@@ -79,15 +79,7 @@ def vary_children(
     first_child: int,
     end_child: int,
 ) -> None:
-    """Create the children of a range, as the default of `vary_population`.
-
-    Parameters
-    ----------
-    part, key, genome, parents, draws, children
-        The arguments of `vary_population`.
-    first_child, end_child : int
-        First child of the range, and the child after its last one.
-    """
+    """Create the children of a range, as the default of `vary_population`."""
     seed = key.seed
     run = key.run
     generation = key.generation

@@ -109,20 +109,7 @@ class View(NamedTuple):
 def arrays_of(data: ViewData) -> dict[str, npt.NDArray[Any]]:
     """Return the arrays of a view in the data types that the web page of the lab reads.
 
-    Parameters
-    ----------
-    data : MatrixView, PathView or GridView
-        The data.
-
-    Returns
-    -------
-    dict of str to array
-        Arrays by name.
-
-    Raises
-    ------
-    ValueError
-        If shapes or values do not match.
+    Raises `ValueError` if shapes or values do not match.
     """
     if isinstance(data, MatrixView):
         shape = (len(data.rows), len(data.columns))

@@ -14,17 +14,10 @@ from baldwinlab.simulation.simulate import continue_histories
 
 
 class Branch(NamedTuple):
-    """Results of evolution from given genomes, in several runs.
+    """Results of evolution from given genomes, in several runs."""
 
-    Attributes
-    ----------
-    genomes : Genome
-        Genomes of the last generation at birth, [run, agent, module, weight].
-    fitness : Fitness
-        Fitness of each generation from the first to the last, [run, generation, agent].
-    """
-
-    genomes: Genome
+    genomes: Genome  # Genomes of the last generation at birth, [run, agent, module, weight].
+    # Fitness of each generation from the first to the last, [run, generation, agent].
     fitness: Fitness
 
 
@@ -42,30 +35,13 @@ def evolve_genomes(
     The random numbers are those of the runs in the same generations. If the genomes are those of a
     stored generation, the branch is therefore bit-identical to a longer run.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The settings. Its number of generations is ignored.
-    seed : int
-        Seed of the study.
-    runs : sequence of int
-        Numbers of the runs.
-    generations : range
-        Numbers of the simulated generations, at least one. The first one has `genomes`.
-    genomes : Genome
-        Genomes, [run, agent, module, weight].
-    after_generation : callable
-        Called after each generation. An exception that it raises ends the simulation.
+    - `generations`: numbers of the simulated generations, at least one. The first one has
+      `genomes`.
+    - `genomes`: [run, agent, module, weight].
+    - `after_generation`: called after each generation. An exception that it raises ends the
+      simulation.
 
-    Returns
-    -------
-    Branch
-        The last generation, and the fitness of all generations.
-
-    Raises
-    ------
-    ExperimentError
-        An experiment cannot have this number of generations.
+    Raises `ExperimentError` if an experiment cannot have this number of generations.
     """
     extended = experiment.replace(
         # All branches have equal lengths.

@@ -46,19 +46,7 @@ def compile_experiments(
 ) -> float:
     """Compile the code of experiments, or load it from the cache.
 
-    Parameters
-    ----------
-    experiments : iterable of BaseExperiment
-        The experiments.
-    backend : Backend
-        The backend.
-    log : callable
-        Receives progress messages if compilation takes long.
-
-    Returns
-    -------
-    float
-        Elapsed time in seconds.
+    `log`: receives progress messages if compilation takes long. Returns elapsed time in seconds.
     """
     start = time.perf_counter()
     segments = [segment for experiment in experiments for _, segment in experiment.segments()]

@@ -51,14 +51,8 @@ class BranchStart(NamedTuple):
 class History:
     """The recorded variables of one run, and the genomes of its next generation.
 
-    Attributes
-    ----------
-    genome : Genome
-        Genomes of the next generation, [agent, module, weight].
-    n_generations : int
-        Number of simulated generations.
-    is_stopped : bool
-        Whether the part `evolution.stop` has ended the run.
+    `genome`: genomes of the next generation, [agent, module, weight]. `is_stopped`: whether the
+    part `evolution.stop` has ended the run.
     """
 
     def __init__(
@@ -140,17 +134,7 @@ class History:
         return float(self._fitness[self.n_generations - 1].mean())
 
     def add(self, generation: int, results: LifeResults, run_index: int) -> None:
-        """Record a generation and make the next one.
-
-        Parameters
-        ----------
-        generation : int
-            Number of the generation.
-        results : LifeResults
-            Results of the batch.
-        run_index : int
-            Index of this run in the batch.
-        """
+        """Record a generation and make the next one."""
         last_generation = self.experiment.evolution.generations - 1
         settings = self.experiment.at(generation)
         previous = generation - 1

@@ -183,19 +183,7 @@ def estimate_simulation(experiment: BaseExperiment) -> Need:
 def estimate_runs(planned: PlannedRuns, workers: int, worlds: int) -> Need:
     """Estimate the memory and disk space of runs that are simulated in batches and stored.
 
-    Parameters
-    ----------
-    planned : sequence of (BaseExperiment, int)
-        Experiments, each with its number of runs.
-    workers : int
-        Number of batches that are simulated in parallel.
-    worlds : int
-        Maximum number of runs in a batch.
-
-    Returns
-    -------
-    Need
-        Memory and disk space in bytes.
+    Returns memory and disk space in bytes.
     """
     total_runs = sum(n_runs for _, n_runs in planned)
     if not total_runs:
@@ -227,17 +215,8 @@ def estimate_runs(planned: PlannedRuns, workers: int, worlds: int) -> Need:
 def largest_total(tasks: Iterable[tuple[int, int]], workers: int) -> int:
     """Return the maximum memory of parallel tasks.
 
-    Parameters
-    ----------
-    tasks : iterable of (int, int)
-        Bytes of a task, and the number of such tasks.
-    workers : int
-        Number of tasks that are executed in parallel.
-
-    Returns
-    -------
-    int
-        Bytes of the `workers` largest tasks.
+    `tasks`: bytes of a task, and the number of such tasks. Returns bytes of the `workers` largest
+    tasks.
     """
     memory = 0
     idle_workers = workers

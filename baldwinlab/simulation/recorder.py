@@ -71,14 +71,7 @@ def record_batch(
 ) -> None:
     """Simulate a batch up to the last time of its recorders, and call each recorder at its times.
 
-    Parameters
-    ----------
-    batch : SimulatedAgents
-        The batch.
-    recorders : sequence of Recorder
-        The recorders, which are called in this order.
-    steps_done : int
-        The number of steps that have been simulated.
+    `recorders`: the recorders, which are called in this order.
     """
     recorders_by_time: dict[int, list[Recorder]] = {}
     for recorder in recorders:

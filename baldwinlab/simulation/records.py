@@ -61,20 +61,11 @@ class RecordedRun(Protocol):
 
 
 class RecordBatch(NamedTuple):
-    """Records of several histories as one set of arrays: see `core.record_batches`.
+    """Records of several histories as one set of arrays: see `core.record_batches`."""
 
-    Attributes
-    ----------
-    data : dict
-        The variables of `record_variables` by name, with the additional first dimension `run`.
-    coordinates : dict
-        The labels of each dimension.
-    attributes : dict
-        The shared attributes.
-    """
-
+    # The variables of `record_variables` by name, with the additional first dimension `run`.
     data: dict[str, LabeledArray]
-    coordinates: dict[str, LabeledArray]
+    coordinates: dict[str, LabeledArray]  # The labels of each dimension.
     attributes: dict[str, Any]
 
     def to_dataset(self) -> xr.Dataset:
@@ -107,15 +98,7 @@ def encode_history(history: RecordedRun) -> bytes:
 def make_batch(histories: Sequence[RecordedRun]) -> RecordBatch:
     """Return the records of several histories as one set of arrays.
 
-    Parameters
-    ----------
-    histories : sequence of RecordedRun
-        Histories with equal `batch_key`, each with at least one generation.
-
-    Returns
-    -------
-    RecordBatch
-        The batch. That of one history shares its arrays with the history.
+    `histories`: histories with equal `batch_key`, each with at least one generation.
     """
     longest = max(histories, key=lambda history: history.n_generations)
     experiment = _shorten(longest)

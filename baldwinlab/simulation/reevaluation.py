@@ -38,20 +38,11 @@ from baldwinlab.simulation.replay import recompute_genomes, require_simulated
 
 
 class Outcomes(NamedTuple):
-    """Results of the agents of several runs in one generation.
+    """Results of the agents of several runs in one generation."""
 
-    Attributes
-    ----------
-    energy
-        Fitness, [run, agent].
-    weights
-        Weights of the first module at death, [run, agent, weight].
-    has_learned_weights
-        False if the model does not report learned weights; `weights` are then those at birth.
-    """
-
-    energy: npt.NDArray[np.float64]
-    weights: npt.NDArray[np.float32]
+    energy: npt.NDArray[np.float64]  # Fitness, [run, agent].
+    weights: npt.NDArray[np.float32]  # Weights of the first module at death, [run, agent, weight].
+    # False if the model does not report learned weights; `weights` are then those at birth.
     has_learned_weights: bool
 
 
@@ -60,28 +51,9 @@ def reevaluate(
 ) -> Outcomes:
     """Simulate complete lifetimes of genomes in the worlds of a stored generation.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The settings.
-    seed : int
-        Seed of the study.
-    runs : sequence of int
-        Numbers of the runs.
-    generation : int
-        Number of the generation.
-    genomes : Genome
-        Genomes, [run, agent, module, weight]. Modules that the agents do not have are ignored.
-
-    Returns
-    -------
-    Outcomes
-        The results. A run gives bit-identical results whatever other runs are in `runs`.
-
-    Raises
-    ------
-    RefusedError
-        If the fitness depends on the earlier generations of a run, or there are several species.
+    `genomes`: [run, agent, module, weight]. Modules that the agents do not have are ignored. Raises
+    `RefusedError` if the fitness depends on the earlier generations of a run, or there are several
+    species.
     """
     require_fitness_without_archive(experiment, "another simulation of stored agents")
     genomes = trim_genomes(genomes, experiment)
@@ -96,28 +68,9 @@ def reevaluate_species(
 ) -> Fitness:
     """Simulate complete lifetimes of genomes of several species in the worlds of a generation.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The settings. The species evolve separately, so their sizes are those of the settings.
-    seed : int
-        Seed of the study.
-    runs : sequence of int
-        Numbers of the runs.
-    generation : int
-        Number of the generation.
-    genomes : Genome
-        Genomes, [run, agent, module, weight], species after species.
-
-    Returns
-    -------
-    Fitness
-        Fitness [run, agent], each by the fitness part of its species.
-
-    Raises
-    ------
-    RefusedError
-        If the fitness depends on the earlier generations of a run.
+    `genomes`: [run, agent, module, weight], species after species. Returns fitness [run, agent],
+    each by the fitness part of its species. Raises `RefusedError` if the fitness depends on the
+    earlier generations of a run.
     """
     require_fitness_without_archive(experiment, "another simulation of stored agents")
     species = list_initial_species(experiment)

@@ -103,33 +103,11 @@ def replay_genomes(
 ) -> xr.Dataset:
     """Simulate one lifetime of given genomes, and record every step.
 
-    Parameters
-    ----------
-    experiment
-        The settings.
-    genome
-        The genomes of all agents, [agent, module, weight].
-    seed, run, generation
-        The key of the random numbers, each 0 to 2**31 - 1.
-    world
-        Number of a world of the population, from 0.
-    species
-        Index of the species of each agent, in ascending order. By default, the species have the
-        sizes of the experiment.
-    force
-        Run even if less memory is free than the estimate.
-
-    Returns
-    -------
-    xarray.Dataset
-        The trace, as of `replay`.
-
-    Raises
-    ------
-    ArgumentError
-        The seed or the number of the run, of the generation or of the world is out of range.
-    RefusedError
-        The model has no world, the species of the agents are unknown, or too little memory is free.
+    - `genome`: the genomes of all agents, [agent, module, weight].
+    - `seed`, `run`, `generation`: the key of the random numbers, each 0 to 2**31 - 1.
+    - `world`: number of a world of the population, from 0.
+    - `species`: index of the species of each agent, in ascending order. By default, the species
+      have the sizes of the experiment.
     """
     experiment = require_world(experiment)
     _require_world_number(experiment, world)
@@ -162,18 +140,7 @@ def require_generation(experiment: BaseExperiment, generation: int) -> None:
 
 
 def require_world(experiment: BaseExperiment) -> Experiment:
-    """Return an experiment whose model has a world.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-
-    Raises
-    ------
-    RefusedError
-        Its model has no world.
-    """
+    """Return an experiment whose model has a world."""
     if not isinstance(experiment, Experiment):
         raise RefusedError(
             f"{experiment.name} cannot be replayed: the model {experiment.model} has no world; "
@@ -260,21 +227,9 @@ def recompute_genomes(
 ) -> Genome:
     """Recompute the genomes of a generation from the energy of the earlier generations.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The settings.
-    key : GenerationKey
-        The run and the generation.
-    energy : xarray.DataArray or None
-        Energy (generation, agent) of the earlier generations. If None, they are simulated.
-    start : tuple of int and Genome, optional
-        A generation and its genomes, from which reproduction starts instead of the founders.
-
-    Returns
-    -------
-    Genome
-        Genomes, [agent, module, weight].
+    `energy`: energy (generation, agent) of the earlier generations. If None, they are simulated.
+    `start`: a generation and its genomes, from which reproduction starts instead of the founders.
+    Returns genomes, [agent, module, weight].
 
     Notes
     -----

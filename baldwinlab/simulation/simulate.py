@@ -97,29 +97,9 @@ def simulate_histories(
     A batch is faster than single runs. A run gives bit-identical results whatever other runs are
     in the batch.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The settings.
-    seed : int
-        Seed of all random numbers.
-    runs : sequence of int
-        Numbers of the runs.
-    backend : Backend
-        The backend.
-    after_generation : callable
-        Called with the histories after each generation. An error that it raises stops the batch.
-
-    Returns
-    -------
-    list of History
-        Histories in the order of `runs`, with the genomes of every `record.genome_every`-th
-        generation and of the last one.
-
-    Raises
-    ------
-    ArgumentError
-        If the seed or a number of a run is out of range.
+    `after_generation`: called with the histories after each generation. An error that it raises
+    stops the batch. Returns histories in the order of `runs`, with the genomes of every
+    `record.genome_every`-th generation and of the last one.
     """
     check_seed(seed, *runs)
     histories = [History(experiment, seed, run) for run in runs]
@@ -134,20 +114,9 @@ def continue_histories(
 ) -> None:
     """Simulate the missing generations of several histories in one batch.
 
-    Parameters
-    ----------
-    histories : sequence of History
-        Histories of one experiment and seed, with equal numbers of generations.
-    backend : Backend
-        The backend.
-    after_generation : callable
-        Called with all histories after each generation. A stopped run has fewer generations. An
-        error that the function raises stops the batch.
-
-    Raises
-    ------
-    RefusedError
-        If the first simulated generation differs from the stored one.
+    `after_generation`: called with all histories after each generation. A stopped run has fewer
+    generations. An error that the function raises stops the batch. Raises `RefusedError` if the
+    first simulated generation differs from the stored one.
     """
     first_history = histories[0]
     experiment = first_history.experiment

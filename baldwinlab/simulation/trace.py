@@ -30,17 +30,10 @@ Arrays = dict[str, npt.NDArray[Any]]
 
 
 class Agents(NamedTuple):
-    """The agents of a generation at birth.
+    """The agents of a generation at birth."""
 
-    Attributes
-    ----------
-    genome : Genome
-        Genomes, [agent, module, weight].
-    species : array, int32 [agent], or None
-        Index of the species of each agent, in ascending order. None for one species.
-    """
-
-    genome: Genome
+    genome: Genome  # [agent, module, weight]
+    # Index of the species of each agent, in ascending order, [agent]. None for one species.
     species: SpeciesIndices | None
 
 
@@ -55,24 +48,7 @@ class _Member(NamedTuple):
 def trace_lifetime(
     experiment: Experiment, agents: Agents, key: GenerationKey, world: int
 ) -> xr.Dataset:
-    """Simulate a lifetime of one world of a population, and return its trace.
-
-    Parameters
-    ----------
-    experiment
-        The settings.
-    agents
-        All agents of the population.
-    key
-        Seed, run and generation.
-    world
-        Number of the world, from 0.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables of `baldwinlab.core.variables.trace_variables`.
-    """
+    """Simulate a lifetime of one world of a population, and return its trace."""
     seed, run, generation = key
     settings = experiment.at(generation)
     agents_in_world = agents_of_world(settings, world)

@@ -34,28 +34,14 @@ INTERVAL_PATTERN: Final = re.compile(r"([1-9][0-9]{0,8})(s?)")
 
 
 class Interval(NamedTuple):
-    """Interval between two checkpoints of a run: a number of generations, or seconds.
+    """Interval between two checkpoints of a run: a number of generations, or seconds."""
 
-    Attributes
-    ----------
-    generations : int
-        Number of generations, 0 if the interval is a duration.
-    seconds : float
-        Duration in seconds, 0 if the interval is a number of generations.
-    """
-
-    generations: int = 0
-    seconds: float = 0
+    generations: int = 0  # Number of generations, 0 if the interval is a duration.
+    seconds: float = 0  # Duration in seconds, 0 if the interval is a number of generations.
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Return the interval of a text such as "60s" or "100" (generations).
-
-        Raises
-        ------
-        ArgumentError
-            The text has another form.
-        """
+        """Return the interval of a text such as "60s" or "100" (generations)."""
         match = INTERVAL_PATTERN.fullmatch(str(text))
         if match is None:
             raise ArgumentError(
@@ -72,10 +58,7 @@ EVERY_MINUTE: Final = Interval(seconds=60)
 class Checkpointer:
     """Write a checkpoint of each run of a batch after every interval.
 
-    Attributes
-    ----------
-    has_saved : bool
-        Whether a checkpoint has been written.
+    `has_saved`: whether a checkpoint has been written.
     """
 
     def __init__(self, directory: Path, interval: Interval) -> None:
@@ -85,13 +68,7 @@ class Checkpointer:
         self.has_saved = False
 
     def save(self, histories: Sequence[History]) -> None:
-        """Write the checkpoints of incomplete runs, if the interval has passed.
-
-        Raises
-        ------
-        OSError
-            A checkpoint cannot be written.
-        """
+        """Write the checkpoints of incomplete runs, if the interval has passed."""
         # The runs have equal numbers of generations.
         n_generations = histories[0].n_generations
         incomplete = [history for history in histories if not history.is_complete]
@@ -121,18 +98,10 @@ def remove_checkpoint(directory: Path, condition: str, run: int) -> None:
 
 
 class StoredLength(NamedTuple):
-    """Length of a run that has a checkpoint or a record.
-
-    Attributes
-    ----------
-    n_generations : int
-        Number of stored generations.
-    is_stopped : bool
-        Whether the stop part has ended the run.
-    """
+    """Length of a run that has a checkpoint or a record."""
 
     n_generations: int
-    is_stopped: bool
+    is_stopped: bool  # Whether the stop part has ended the run.
 
 
 def read_stored_lengths(
@@ -171,22 +140,8 @@ def read_longest_record(
 
     A damaged file counts as missing, because the run can be simulated again.
 
-    Parameters
-    ----------
-    directory : Path
-        The directory of the study.
-    experiment : BaseExperiment
-        The experiment of the condition.
-    seed : int
-        The seed of the study.
-    run : int
-        The number of the run.
-
-    Returns
-    -------
-    xarray.Dataset or None
-        The variables of `baldwinlab.core.variables.RECORD_VARIABLES`; None if no generation is
-        stored.
+    Returns the variables of `baldwinlab.core.variables.RECORD_VARIABLES`; None if no generation is
+    stored.
     """
     path = checkpoint_path(directory, experiment.name, run)
     records = []

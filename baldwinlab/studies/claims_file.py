@@ -27,16 +27,7 @@ def write_claims(study: StudyStore, claims: Sequence[Mapping[str, Any]]) -> None
 def read_claims(study: StudyStore) -> list[dict[str, Any]]:
     """Read the claims of a study, each with `id` and `verdict` as text.
 
-    Returns
-    -------
-    list of dict
-        The claims that `write_claims` stored, empty if no report exists yet.
-
-    Raises
-    ------
-    StudyError
-        If the file is damaged or changed, or if the stored runs differ from the runs that decided
-        the claims.
+    Returns the claims that `write_claims` stored, empty if no report exists yet.
     """
     path = study.directory / CLAIMS_FILE
     remedy = f"`baldwinlab report {quote_path(study.directory)}` makes it again"

@@ -45,36 +45,10 @@ def create_study(
 ) -> StudyStore:
     """Create a study, or open the existing one if it is the same.
 
-    Parameters
-    ----------
-    directory : Path
-        The directory of the study.
-    experiments : sequence of Experiment
-        The conditions, with distinct names.
-    seed : int
-        Seed of all runs.
-    kind : StudyKind
-        Conditions, sweep or multiverse.
-    factors : mapping
-        Factors by name of condition. If the study is not a sweep, a condition without the factor
-        `learner` has its name as this factor.
-    paper : str
-        Name of the reproduced paper, "" for none.
-    changes : sequence of str
-        Assignments that changed the model of the paper.
-    first_run : int
-        Number of the first run of each condition.
-
-    Returns
-    -------
-    StudyStore
-        The open study.
-
-    Raises
-    ------
-    StudyError
-        If a name is invalid, or the directory holds another study or other files. Nothing is
-        overwritten.
+    - `factors`: factors by name of condition. If the study is not a sweep, a condition without the
+      factor `learner` has its name as this factor.
+    - `paper`: name of the reproduced paper, "" for none.
+    - `changes`: assignments that changed the model of the paper.
     """
     names = [experiment.name for experiment in experiments]
     if len(set(names)) < len(names):

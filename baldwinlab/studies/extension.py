@@ -25,26 +25,8 @@ GENERATIONS_FIELD: Final = "evolution.generations"
 def extend_study(study: StudyStore, generations: int) -> StudyStore:
     """Set the number of generations of all conditions of a study.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    generations : int
-        Number of generations, at least that of each condition.
-
-    Returns
-    -------
-    StudyStore
-        The study, opened again. Its runs lack the added generations.
-
-    Raises
-    ------
-    StudyError
-        The study is a sweep or a multiverse, or has more generations. Nothing is written.
-    ExperimentError
-        The number of generations is out of range. Nothing is written.
-    OSError
-        A file cannot be written.
+    `generations`: number of generations, at least that of each condition. Raises `StudyError` if
+    the study is a sweep or a multiverse, or has more generations. Nothing is written.
     """
     extended = extend_experiments(study, generations)
     if extended == study.experiments:

@@ -30,56 +30,25 @@ Version = tuple[int, int]
 
 
 class FileLayout(NamedTuple):
-    """Properties of a record without genomes that many files share.
+    """Properties of a record without genomes that many files share."""
 
-    Attributes
-    ----------
-    variables : mapping
-        Variables of a record without the generations, each with its type and attributes.
-    labels : mapping
-        Labels of the dimensions except the generations.
-    """
-
+    # Variables of a record without the generations, each with its type and attributes.
     variables: Mapping[Hashable, xr.Variable]
-    labels: Mapping[Hashable, xr.Variable]
+    labels: Mapping[Hashable, xr.Variable]  # Labels of the dimensions except the generations.
 
 
 class FileContent(NamedTuple):
-    """A verified file of records.
-
-    Attributes
-    ----------
-    file : RecordFile
-        Name and runs of the file.
-    experiment : BaseExperiment
-        The experiment of the condition.
-    lengths : RunLengths
-        Lengths of its runs.
-    layout : FileLayout
-        Variables and labels of its records.
-    checksum : str
-        The checksum of the file.
-    version : tuple or None
-        Version of the file when it was verified, None for a remote file.
-    """
+    """A verified file of records."""
 
     file: RecordFile
     experiment: BaseExperiment
     lengths: RunLengths
-    layout: FileLayout
+    layout: FileLayout  # Variables and labels of its records.
     checksum: str
-    version: Version | None
+    version: Version | None  # Version of the file when it was verified, None for a remote file.
 
     def read(self, name: Hashable) -> npt.NDArray[Any]:
-        """Return the values of a variable, [run, ...], padded to the longest run.
-
-        Raises
-        ------
-        DamagedRecordError
-            The file has been damaged since it was verified.
-        StudyError
-            The file has been changed since it was verified, or cannot be read.
-        """
+        """Return the values of a variable, [run, ...], padded to the longest run."""
         if self.version is not None and read_version(self.file.path) == self.version:
             values = _read_part(self.file.path, name)
         else:
@@ -131,26 +100,7 @@ def _read_part(path: Path, name: Hashable) -> npt.NDArray[Any]:
 def open_file(
     file: RecordFile, experiment: BaseExperiment, seed: int, layouts: dict[Hashable, FileLayout]
 ) -> FileContent:
-    """Verify a file of records, and return its content.
-
-    Parameters
-    ----------
-    file : RecordFile
-        Name and runs of the file.
-    experiment : BaseExperiment
-        The experiment of the condition.
-    seed : int
-        The seed of the study.
-    layouts : dict
-        Layouts of the files of the condition. The layout of this file is added.
-
-    Raises
-    ------
-    DamagedRecordError
-        The file is damaged. The message contains its path.
-    StudyError
-        The file cannot be read.
-    """
+    """Verify a file of records, and return its content."""
     # The version is read first, so a later change is noticed.
     version = read_version(file.path)
     with read_verified(file, experiment) as raw:

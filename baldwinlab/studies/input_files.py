@@ -45,17 +45,7 @@ def _name_copy(table: dict[str, Any]) -> str:
 
 
 def write_copies(directory: Path, experiments: Iterable[BaseExperiment]) -> None:
-    """Write the data files of experiments, which `name_copies` has named, into a study.
-
-    Raises
-    ------
-    PartError
-        A data file cannot be read or has changed.
-    StudyError
-        The directory holds another file of this name.
-    OSError
-        A file cannot be written.
-    """
+    """Write the data files of experiments, which `name_copies` has named, into a study."""
     for experiment in experiments:
         for _, table in iterate_file_tables(experiment.to_dict()):
             path = directory / table["path"]

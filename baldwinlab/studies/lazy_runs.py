@@ -63,16 +63,7 @@ def open_condition(
 ) -> StoredCondition:
     """Verify the files of a condition, and return its runs without their values.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    name : str
-        Name of the condition.
-    selected_runs : sequence of int, optional
-        Runs to return. Default: all stored runs.
-    report_file : callable
-        Called with 1 after each file.
+    `selected_runs`: default: all stored runs. `report_file`: called with 1 after each file.
     """
     layouts: dict[Hashable, FileLayout] = {}
     contents: list[FileContent] = []

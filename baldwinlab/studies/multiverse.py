@@ -29,15 +29,7 @@ VARIANT_SEPARATOR = "+"
 def alternatives(paper: Paper | None = None) -> Mapping[str, tuple[str, ...]]:
     """Return the non-standard variants of each open choice of a paper.
 
-    Parameters
-    ----------
-    paper : Paper, optional
-        The paper; the default paper if None.
-
-    Returns
-    -------
-    mapping
-        Names of variants by choice.
+    `paper`: the paper; the default paper if None.
     """
     paper = paper or load()
     variants: dict[str, tuple[str, ...]] = {}
@@ -50,18 +42,10 @@ def alternatives(paper: Paper | None = None) -> Mapping[str, tuple[str, ...]]:
 
 
 class Variant(NamedTuple):
-    """Variant of the model of a paper.
+    """Variant of the model of a paper."""
 
-    Attributes
-    ----------
-    parts : tuple of str
-        Names of the non-standard alternatives, at most one for each choice.
-    paper : Paper, optional
-        The paper; the default paper if None.
-    """
-
-    parts: tuple[str, ...]
-    paper: Paper | None = None
+    parts: tuple[str, ...]  # Names of the non-standard alternatives, at most one for each choice.
+    paper: Paper | None = None  # The paper; the default paper if None.
 
     @property
     def name(self) -> str:
@@ -156,17 +140,7 @@ def group_by_variant(
 ) -> dict[Variant, dict[str, str]]:
     """Group the conditions of a multiverse by variant.
 
-    Parameters
-    ----------
-    conditions : mapping
-        Factors by name of condition.
-    paper : Paper, optional
-        The paper; the default paper if None.
-
-    Returns
-    -------
-    dict
-        For each variant, the names in the paper (`evo/A`) by name of condition.
+    `paper`: the paper; the default paper if None.
     """
     groups: dict[Variant, dict[str, str]] = {}
     for name, (learner, map_name, variant) in conditions.items():

@@ -78,14 +78,7 @@ def open_sample(
 ) -> xr.Dataset:
     """Return the runs of `sample_runs` as one dataset, as `open_runs` does.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    names : sequence of str
-        Names of the conditions.
-    report_file : callable
-        Called with 1 after each file of records.
+    `report_file`: called with 1 after each file of records.
     """
     from baldwinlab.studies.lazy_runs import open_condition
 
@@ -118,19 +111,7 @@ def concat_conditions(
 ) -> xr.Dataset:
     """Concatenate the datasets of conditions, and add their factors and experiments.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    names : sequence of str
-        Names of the conditions.
-    datasets : sequence of xarray.Dataset
-        A dataset [run, generation, agent] of each condition, in the same order.
-
-    Returns
-    -------
-    xarray.Dataset
-        One dataset with the dimension `condition`.
+    `datasets`: [run, generation, agent] of each condition, in the same order.
     """
     data = xr.concat(
         datasets, "condition", join="outer", data_vars="all", coords="minimal", combine_attrs="drop"

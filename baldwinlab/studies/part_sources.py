@@ -88,22 +88,7 @@ def format_toml(sources: Sequence[Source]) -> list[str]:
 def require_same_parts(
     directory: Path, stored: Sequence[PartRecord], experiments: Iterable[BaseExperiment]
 ) -> None:
-    """Check that the parts and data files of experiments are available and unchanged.
-
-    Parameters
-    ----------
-    directory : Path
-        The directory of the study, for messages.
-    stored : sequence of PartRecord
-        The parts of the study.
-    experiments : iterable of BaseExperiment
-        Experiments of the study.
-
-    Raises
-    ------
-    PartError
-        If a part or a data file is missing, or differs from that of the study.
-    """
+    """Check that the parts and data files of experiments are available and unchanged."""
     experiments = list(experiments)
     parts = {choice for experiment in experiments for choice in custom_choices(experiment)}
     _require_parts(directory, stored, parts)

@@ -29,41 +29,17 @@ MAX_SILENCE_IN_SECONDS: Final = 600.0
 
 
 class ProcessProgress(NamedTuple):
-    """Progress of one process.
-
-    Attributes
-    ----------
-    host : str
-        Name of the machine.
-    pid : int
-        Number of the process.
-    began : float
-        Start of the simulation, in seconds since 1970.
-    updated : float
-        Time of the last write, in seconds since 1970.
-    workers : int
-        Number of tasks that are executed in parallel.
-    executor : str
-        Name of the executor.
-    backend : str
-        Name of the backend.
-    runs : int
-        Number of runs of the study, stored and missing, when the process began.
-    agent_steps : int
-        Number of agent-steps that the process has to do.
-    agent_steps_done : int
-        Number of agent-steps that it has done.
-    """
+    """Progress of one process."""
 
     host: str
     pid: int
-    began: float
-    updated: float
-    workers: int
+    began: float  # Start of the simulation, in seconds since 1970.
+    updated: float  # Time of the last write, in seconds since 1970.
+    workers: int  # Number of tasks that are executed in parallel.
     executor: str
     backend: str
-    runs: int
-    agent_steps: int
+    runs: int  # Number of runs of the study, stored and missing, when the process began.
+    agent_steps: int  # Number of agent-steps that the process has to do.
     agent_steps_done: int = 0
 
     @classmethod
@@ -104,15 +80,8 @@ class ProcessProgress(NamedTuple):
 class ProgressFile:
     """Write the progress of this process from time to time.
 
-    Parameters
-    ----------
-    directory : Path
-        The directory of the study.
-    progress : ProcessProgress
-        The progress at the start.
-    count_workers : callable or None
-        Returns the present number of workers. It can raise OSError. None if the number does not
-        change.
+    `count_workers`: returns the present number of workers. It can raise OSError. None if the number
+    does not change.
     """
 
     def __init__(

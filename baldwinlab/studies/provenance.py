@@ -16,11 +16,8 @@ from baldwinlab.studies.store import StudyStore
 def provenance(study: StudyStore) -> dict[str, Any]:
     """Return the provenance of a study for its report.
 
-    Returns
-    -------
-    dict
-        Seed, sentences about the changed model and a sample of the runs, versions, platform, and
-        the agent-steps, seconds and numbers of workers of all sessions.
+    Returns seed, sentences about the changed model and a sample of the runs, versions, platform,
+    and the agent-steps, seconds and numbers of workers of all sessions.
     """
     sessions = list(study.sessions())
     return {

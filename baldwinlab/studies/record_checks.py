@@ -32,18 +32,10 @@ class DamagedRecordError(StudyError):
 
 
 class RunLengths(NamedTuple):
-    """Lengths of the runs in a file of records.
-
-    Attributes
-    ----------
-    n_generations : array of int
-        Number of generations of each run.
-    is_stopped : array of bool
-        Whether the stop part has ended the run.
-    """
+    """Lengths of the runs in a file of records."""
 
     n_generations: npt.NDArray[np.int32]
-    is_stopped: npt.NDArray[np.bool_]
+    is_stopped: npt.NDArray[np.bool_]  # Whether the stop part has ended the run.
 
 
 def require_content(
@@ -53,27 +45,7 @@ def require_content(
     experiment: BaseExperiment,
     seed: int,
 ) -> RunLengths:
-    """Check that a file has the records of its runs, and return their lengths.
-
-    Parameters
-    ----------
-    attributes : mapping
-        Attributes of the file.
-    variables : mapping
-        Variables of the file, with those of coordinates.
-    file : RecordFile
-        Name and runs of the file.
-    experiment : BaseExperiment
-        The experiment of the condition.
-    seed : int
-        The seed of the study.
-
-    Raises
-    ------
-    DamagedRecordError
-        The file is of other runs, of another experiment or of another seed, or it lacks variables,
-        generations or agents.
-    """
+    """Check that a file has the records of its runs, and return their lengths."""
     fields = _require_origin(attributes, variables, file, experiment, seed)
     # After an extension of the study, this is less than the number of generations of the study.
     n_generations = fields["evolution"]["generations"]

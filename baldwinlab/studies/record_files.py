@@ -31,17 +31,7 @@ class StudyError(BaldwinLabError):
 
 
 class RecordFile(NamedTuple):
-    """A file of records.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    first : int
-        Number of its first run.
-    last : int
-        Number of its last run.
-    """
+    """A file of records."""
 
     path: Path
     first: int
@@ -172,15 +162,7 @@ def find_record_file(directory: Path, condition: str, run: int) -> RecordFile:
 
 
 def split_runs(runs: Sequence[int], holders: Sequence[StoredRuns]) -> Iterator[list[int]]:
-    """Yield the sorted runs in groups of consecutive runs that one file, or no file, holds.
-
-    Parameters
-    ----------
-    runs : sequence of int
-        Numbers of runs.
-    holders : sequence of StoredRuns
-        The files of the condition.
-    """
+    """Yield the sorted runs in groups of consecutive runs that one file, or no file, holds."""
     holder_of_run = {run: entry.file for entry in holders for run in entry.runs}
     group: list[int] = []
     for run in sorted(runs):

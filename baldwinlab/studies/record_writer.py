@@ -24,20 +24,8 @@ from baldwinlab.studies.records import record_path, write_in_study
 class RecordWriter:
     """Collect the finished runs of a task, and store them when a file is full.
 
-    Parameters
-    ----------
-    directory : Path
-        The directory of the study.
-    experiment : BaseExperiment
-        The experiment of the runs.
-    is_new : bool
-        Whether no file holds one of the runs. The folder is not listed then, which takes long for
-        many files.
-
-    Attributes
-    ----------
-    directory : Path
-        The directory of the study.
+    `is_new`: whether no file holds one of the runs. The folder is not listed then, which takes long
+    for many files.
     """
 
     def __init__(
@@ -53,20 +41,7 @@ class RecordWriter:
         self._runs_with_checkpoints: set[int] = set()
 
     def add(self, history: History, *, has_checkpoint: bool) -> None:
-        """Store a finished run, at once or with later runs.
-
-        Parameters
-        ----------
-        history : History
-            The finished run.
-        has_checkpoint : bool
-            Whether the run can have a checkpoint, which is removed when the run is stored.
-
-        Raises
-        ------
-        OSError
-            A file cannot be written. The run is stored by the next call of `flush`.
-        """
+        """Store a finished run, at once or with later runs."""
         self._histories[history.run] = history
         if has_checkpoint:
             self._runs_with_checkpoints.add(history.run)

@@ -20,19 +20,10 @@ Indices = npt.NDArray[np.intp]
 
 
 class RunIndex(NamedTuple):
-    """The files of the runs of a condition.
-
-    Attributes
-    ----------
-    files : sequence of FileContent
-        The files.
-    file_of_run : array
-        Index of the file of each run of the dataset, -1 for a run that is not stored.
-    row_of_run : array
-        Index of each run in its file.
-    """
+    """The files of the runs of a condition."""
 
     files: Sequence[FileContent]
+    # Index of the file of each run of the dataset, -1 for a run that is not stored.
     file_of_run: Indices
     row_of_run: Indices
 
@@ -40,18 +31,7 @@ class RunIndex(NamedTuple):
 class RecordedArray(BackendArray):
     """A variable of the stored runs, [condition, run, ...].
 
-    Parameters
-    ----------
-    name : Hashable
-        Name of the variable.
-    dims : sequence of Hashable
-        Dimensions after `condition` and `run`.
-    labels : mapping
-        Labels of each dimension of `dims`.
-    dtype : numpy.dtype
-        Type of the values. It can hold NaN if a value is missing.
-    runs : sequence of RunIndex
-        The files of each condition.
+    `dtype`: type of the values. It can hold NaN if a value is missing.
     """
 
     def __init__(

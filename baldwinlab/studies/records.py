@@ -67,31 +67,7 @@ def encode_record(run: xr.Dataset) -> bytes:
 
 
 def read_record(directory: Path, experiment: BaseExperiment, seed: int, run: int) -> xr.Dataset:
-    """Read the record of a run without opening its study.
-
-    Parameters
-    ----------
-    directory : Path
-        The directory of the study.
-    experiment : BaseExperiment
-        The experiment of the condition.
-    seed : int
-        The seed of the study.
-    run : int
-        The number of the run.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables of `baldwinlab.core.variables.RECORD_VARIABLES`.
-
-    Raises
-    ------
-    DamagedRecordError
-        If the file is damaged. The message contains its path.
-    StudyError
-        If the run is not stored or its file cannot be read.
-    """
+    """Read the record of a run without opening its study."""
     file = find_record_file(directory, experiment.name, run)
     return read_record_of_file(file, experiment, seed, run)
 

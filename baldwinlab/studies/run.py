@@ -52,19 +52,7 @@ def find_missing_runs(
     A run with fewer generations than the study is missing as well, unless its stop part has ended
     it.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    runs : int
-        Number of runs of each condition.
-    log : callable
-        Called with a message for each damaged record.
-
-    Returns
-    -------
-    dict
-        Missing runs by name of condition. Their numbers start at the first run of the study.
+    `log`: called with a message for each damaged record.
     """
     requested_runs = range(study.first_run, study.first_run + runs)
     missing: dict[str, list[int]] = {}
@@ -113,25 +101,7 @@ def plan_tasks(
     `MAX_TASKS` and two per worker, or to fill a file of records. It is smaller if a worker would
     have no task.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    missing : dict
-        Missing runs by name of condition.
-    workers : int
-        Number of tasks that are executed in parallel.
-    worlds : int
-        Number of worlds in a batch.
-    checkpoint_interval : Interval
-        Interval between the checkpoints of a run.
-    callback : Callback, optional
-        Called after each generation of a run, in the thread of its task.
-
-    Returns
-    -------
-    list of RunTask
-        The tasks in order of their execution.
+    `callback`: called after each generation of a run, in the thread of its task.
     """
     total_runs = sum(len(runs) for runs in missing.values())
     max_tasks = max(MAX_TASKS, MIN_TASKS_PER_WORKER * workers)
@@ -187,34 +157,10 @@ def run_study(
 ) -> None:
     """Simulate the missing runs of a study, and store the session.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    missing : dict
-        Missing runs by name of condition.
-    workers : int
-        Number of tasks that are executed in parallel.
-    progress : callable
-        `progress(description, total)` returns a context manager; its value is called with the
-        number of agent-steps done.
-    log : callable
-        Called with messages.
-    backend : Backend
-        Backend of the simulation.
-    executor : Executor
-        Executor of the tasks.
-    checkpoint_interval : Interval
-        Interval between the checkpoints of a run.
-    callback : Callback, optional
-        Called after each generation of a run, in the thread of its task.
-    observe : Observer, optional
-        Called with condition, generation and mean fitness after each generation of a run.
-
-    Raises
-    ------
-    PartError
-        If a third-party part is not loaded, or differs from that of the study.
+    - `progress`: `progress(description, total)` returns a context manager; its value is called with
+      the number of agent-steps done.
+    - `callback`: called after each generation of a run, in the thread of its task.
+    - `observe`: called with condition, generation and mean fitness after each generation of a run.
     """
     study.require_parts()
     study.sweep()

@@ -23,18 +23,8 @@ def sample_runs(study: StudyStore, condition: str) -> list[int]:
     These are all stored runs, or a random sample if they are too many. The sample depends only on
     the stored runs and on the seed of the study.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    condition : str
-        Name of the condition.
-
-    Returns
-    -------
-    list of int
-        At most `MAX_SAMPLED_RUNS` runs, and fewer if one variable of all conditions would have more
-        than `MAX_SAMPLED_BYTES`, but at least `MIN_SAMPLED_RUNS` if they are stored.
+    Returns at most `MAX_SAMPLED_RUNS` runs, and fewer if one variable of all conditions would have
+    more than `MAX_SAMPLED_BYTES`, but at least `MIN_SAMPLED_RUNS` if they are stored.
     """
     runs = study.runs(condition)
     limit = count_sampled_runs(study)

@@ -22,33 +22,17 @@ from baldwinlab.studies.store import StudyStore
 
 
 class StudyStatus(NamedTuple):
-    """Status of a study.
+    """Status of a study."""
 
-    Attributes
-    ----------
-    done : dict
-        Number of complete runs by name of condition.
-    missing : dict
-        Number of missing or incomplete runs by name of condition.
-    running : tuple of ProcessProgress
-        The processes that run the study now.
-    steps_per_second : float
-        Agent-steps per second of these processes, or of the last session; 0 if unknown.
-    seconds_left : float or None
-        Estimate of the time for the missing runs, None if the speed is unknown.
-    failures : tuple of str
-        Damaged files, killed processes and the error of the last session.
-    last_session : dict
-        The last session, empty if none has ended.
-    """
-
-    done: Mapping[str, int]
-    missing: Mapping[str, int]
-    running: tuple[ProcessProgress, ...]
+    done: Mapping[str, int]  # Number of complete runs by name of condition.
+    missing: Mapping[str, int]  # Number of missing or incomplete runs by name of condition.
+    running: tuple[ProcessProgress, ...]  # The processes that run the study now.
+    # Agent-steps per second of these processes, or of the last session; 0 if unknown.
     steps_per_second: float
+    # Estimate of the time for the missing runs, None if the speed is unknown.
     seconds_left: float | None
-    failures: tuple[str, ...]
-    last_session: Mapping[str, Any]
+    failures: tuple[str, ...]  # Damaged files, killed processes and the error of the last session.
+    last_session: Mapping[str, Any]  # The last session, empty if none has ended.
 
     @property
     def workers(self) -> int:
@@ -80,10 +64,7 @@ def read_status(study: StudyStore) -> StudyStatus:
     Checksums are not verified, so the function is fast. The number of runs is that of the last
     session, or the largest stored number.
 
-    Raises
-    ------
-    StudyError
-        A file in the folder of a condition has no name of a record.
+    Raises `StudyError` if a file in the folder of a condition has no name of a record.
     """
     sessions = list(study.sessions())
     last_session = sessions[-1] if sessions else {}

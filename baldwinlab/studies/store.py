@@ -84,26 +84,11 @@ NUMERIC_SESSION_FIELDS = ("seconds", "compile_seconds", "workers", "agent_steps"
 class StudyStore:
     """An open study directory. `studies.creation.create_study` creates a new one.
 
-    Attributes
-    ----------
-    directory : Path
-        The directory of the study, as an absolute path.
-    seed : int
-        Seed of all runs.
-    kind : StudyKind
-        Conditions, sweep or multiverse.
-    factors : dict
-        Factors of each condition.
-    parts : tuple of PartRecord
-        Third-party parts of the study.
-    paper : str
-        Name of the reproduced paper, "" if the study has none.
-    changes : tuple of str
-        Assignments that changed the model of the paper.
-    first_run : int
-        Number of the first run of each condition.
-    experiments : dict
-        The experiment of each condition.
+    - `directory`: the directory of the study, as an absolute path.
+    - `kind`: conditions, sweep or multiverse.
+    - `parts`: third-party parts of the study.
+    - `paper`: name of the reproduced paper, "" if the study has none.
+    - `changes`: assignments that changed the model of the paper.
     """
 
     def __init__(self, directory: Path) -> None:
@@ -169,15 +154,7 @@ class StudyStore:
     def require_parts(self, *conditions: str) -> None:
         """Check that the third-party parts of conditions are loaded and unchanged.
 
-        Parameters
-        ----------
-        *conditions : str
-            Names of conditions; all if none is given.
-
-        Raises
-        ------
-        PartError
-            If a part is not loaded, or its source differs from that of the study.
+        `*conditions`: names of conditions; all if none is given.
         """
         part_sources.require_same_parts(
             self.location, self.parts, map(self.experiment, conditions or self.experiments)
@@ -214,39 +191,14 @@ class StudyStore:
     def read(self, condition: str, run: int, *, genomes: bool = True) -> xr.Dataset:
         """Read one run.
 
-        Parameters
-        ----------
-        condition : str
-            Name of the condition.
-        run : int
-            Number of the run.
-        genomes : bool
-            Whether to include the genomes. Generations without stored genomes are filled with NaN,
-            which takes memory.
-
-        Returns
-        -------
-        xarray.Dataset
-            The variables of `baldwinlab.core.variables.RUN_VARIABLES`.
-
-        Raises
-        ------
-        DamagedRecordError, StudyError
-            As `record`.
+        `genomes`: whether to include the genomes. Generations without stored genomes are filled
+        with NaN, which takes memory.
         """
         record = self.record(condition, run)
         return as_run(record) if genomes else without_genomes(record)
 
     def record(self, condition: str, run: int) -> xr.Dataset:
-        """Read one run in its stored form.
-
-        Raises
-        ------
-        DamagedRecordError
-            If the file is damaged. The message contains its path.
-        StudyError
-            If the run is not stored or cannot be read.
-        """
+        """Read one run in its stored form."""
         return read_record(self.directory, self.experiment(condition), self.seed, run)
 
     def records(
@@ -254,17 +206,7 @@ class StudyStore:
     ) -> Iterator[tuple[int, xr.Dataset]]:
         """Yield the number and the record of each selected run, and read each file once.
 
-        Parameters
-        ----------
-        condition : str
-            Name of the condition.
-        selected_runs : container of int, optional
-            Numbers of runs. Default: all runs.
-
-        Raises
-        ------
-        DamagedRecordError, StudyError
-            As `record`.
+        `selected_runs`: default: all runs.
         """
         experiment = self.experiment(condition)
         for file, runs in assign_runs(self.files(condition)):

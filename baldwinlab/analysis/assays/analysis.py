@@ -197,24 +197,7 @@ class Analysis:
 def evaluate_assays(assays: Assays, last: int = 10, instruction: str = "") -> Analysis:
     """Test every criterion for every condition that evolves and learns.
 
-    Parameters
-    ----------
-    assays : mapping of str to mapping of str to xr.Dataset
-        Stored assays by assay and condition.
-    last : int
-        Number of generations in the first and the last window, at least 1.
-    instruction : str
-        A sentence that says how to add runs, with "{runs}" for their number.
-
-    Returns
-    -------
-    Analysis
-        The answers, and the numbers of all conditions.
-
-    Raises
-    ------
-    ValueError
-        `last` is less than 1.
+    `last`: number of generations in the first and the last window, at least 1.
     """
     experiments = parse_experiments(assays)
     factors = {
@@ -333,19 +316,7 @@ def planned_tests(
 ) -> list[PlannedTest]:
     """Return the largest possible set of tests of planned assays.
 
-    Parameters
-    ----------
-    experiments : mapping of str to Experiment
-        Experiments by condition.
-    assays : mapping of str to collection of str
-        The assays of each condition.
-    runs : int
-        Number of runs of each condition.
-
-    Returns
-    -------
-    list of PlannedTest
-        The tests. Some may not be made, because their quantities may be undefined.
+    Returns the tests. Some may not be made, because their quantities may be undefined.
     """
     tests = []
     for name, experiment in experiments.items():

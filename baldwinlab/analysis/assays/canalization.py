@@ -35,15 +35,7 @@ def compute_effects(data: xr.Dataset) -> xr.Dataset:
     and kinds of life. It is the same for all of them, so that they can be compared. Neither value
     changes if a constant is added to fitness, or if the unit of fitness changes.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The stored assay `canalization` of one condition.
-
-    Returns
-    -------
-    xr.Dataset
-        The variables `EFFECTS` (run, generation, life). They are NaN if fitness does not vary.
+    Returns the variables `EFFECTS` (run, generation, life). They are NaN if fitness does not vary.
 
     References
     ----------
@@ -72,16 +64,6 @@ def compute_quantities(data: xr.Dataset) -> Iterator[tuple[tuple[str, str], xr.D
       above 0 if learning reduces the effects of mutations on fitness.
     - Decline: 1 minus the sensitivity of the last generation divided by that of the first. It is
       above 0 if evolution has reduced the effects.
-
-    Parameters
-    ----------
-    data : xr.Dataset
-        The stored assay `canalization` of one condition.
-
-    Yields
-    ------
-    tuple
-        The quantity, a measure with its time, and its values.
     """
     effects = compute_effects(data)
     for life, measure in FITNESS_BY_LIFE.items():

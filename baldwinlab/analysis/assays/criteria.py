@@ -75,15 +75,8 @@ def load_rules() -> dict[str, str]:
 def combine_verdicts(verdicts: Sequence[Verdict]) -> Verdict:
     """Return no if any verdict is no, yes if all are yes, else undecided.
 
-    Parameters
-    ----------
-    verdicts : sequence of str
-        Verdicts. "not measured" is ignored.
-
-    Returns
-    -------
-    str
-        The verdict, or "not measured" if nothing was measured.
+    `verdicts`: "not measured" is ignored. Returns the verdict, or "not measured" if nothing was
+    measured.
     """
     measured_verdicts = set(verdicts) - {NOT_MEASURED}
     if not measured_verdicts:

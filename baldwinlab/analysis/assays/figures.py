@@ -63,20 +63,8 @@ HALF_MEDIAN_LINE: Final = 0.32
 def draw_innate_and_learned(assays: Assays, names: Sequence[str], unit: str) -> Figure:
     """Draw the fitness of each kind of life, and its ratio to the fitness with learning.
 
-    Parameters
-    ----------
-    assays : mapping of str to mapping of str to xr.Dataset
-        Stored assays by assay and condition.
-    names : sequence of str
-        Conditions to draw.
-    unit : str
-        Label of fitness.
-
-    Returns
-    -------
-    Figure
-        Two panels per condition: the fitness by generation (top) and its ratio to the fitness with
-        learning (bottom).
+    The figure has two panels per condition: the fitness by generation (top) and its ratio to the
+    fitness with learning (bottom).
     """
     figure, grid = make_grid(assays["innate"], names, rows=2, height=2.4)
     for (top, bottom), name in zip(grid, names, strict=True):
@@ -102,19 +90,7 @@ def draw_innate_and_learned(assays: Assays, names: Sequence[str], unit: str) -> 
 def draw_gain_and_distance(assays: Assays, names: Sequence[str], unit: str) -> Figure:
     """Draw the gain from learning, and the distance that learning moves the weights of a layer.
 
-    Parameters
-    ----------
-    assays : mapping of str to mapping of str to xr.Dataset
-        Stored assays by assay and condition.
-    names : sequence of str
-        Conditions to draw.
-    unit : str
-        Label of fitness.
-
-    Returns
-    -------
-    Figure
-        One panel per condition, and a second one if a model has weights.
+    The figure has one panel per condition, and a second one if a model has weights.
     """
     distances = {name: weight_distances(assays["innate"][name]) for name in names}
     has_weights = any(_has_values(layers) for layers in distances.values())
@@ -160,19 +136,7 @@ def _draw_distances(axes: Axes, distances: Mapping[str, xr.DataArray]) -> None:
 def draw_modules(assays: Assays, names: Sequence[str], unit: str) -> Figure:
     """Draw the fitness of agents with evolved and with random modules, with one point per run.
 
-    Parameters
-    ----------
-    assays : mapping of str to mapping of str to xr.Dataset
-        Stored assays by assay and condition.
-    names : sequence of str
-        Conditions to draw.
-    unit : str
-        Label of fitness.
-
-    Returns
-    -------
-    Figure
-        One panel per condition. A line is the median.
+    The figure has one panel per condition. A line is the median.
     """
     figure, grid = make_grid(assays["modules"], names, rows=1, height=2.3)
     for condition_index, (panels, name) in enumerate(zip(grid, names, strict=True)):
@@ -207,19 +171,7 @@ def draw_modules(assays: Assays, names: Sequence[str], unit: str) -> Figure:
 def draw_reaction_norms(assays: Assays, names: Sequence[str], unit: str) -> Figure:
     """Draw the fitness of the last generation in changed settings.
 
-    Parameters
-    ----------
-    assays : mapping of str to mapping of str to xr.Dataset
-        Stored assays by assay and condition.
-    names : sequence of str
-        Not used: the figure has all conditions of the assay.
-    unit : str
-        Label of fitness.
-
-    Returns
-    -------
-    Figure
-        One row per setting, one column per map, one line per condition.
+    The figure has one row per setting, one column per map, one line per condition.
     """
     stored = assays["reaction"]
     panels = make_reaction_panels(stored)
@@ -261,19 +213,7 @@ def _learner_styles(assays: Assays) -> dict[str, SeriesStyle]:
 def draw_descent(assays: Assays, names: Sequence[str], unit: str) -> Figure:
     """Draw the age of the last common ancestor, and the effective number of founders.
 
-    Parameters
-    ----------
-    assays : mapping of str to mapping of str to xr.Dataset
-        Stored assays by assay and condition.
-    names : sequence of str
-        Not used: the figure has all conditions of the assay.
-    unit : str
-        Not used.
-
-    Returns
-    -------
-    Figure
-        Two panels per map.
+    The figure has two panels per map.
     """
     stored = {
         name: data

@@ -76,20 +76,7 @@ def _list_questions(result: ConditionResult, verdict: str, *phases: int) -> str:
 
 
 def compare_with_paper(analysis: Analysis, inference: Inference) -> str:
-    """Return how the inference of a paper compares with the analysis.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The analysis.
-    inference : Inference
-        The comparison from which the paper infers the Baldwin effect.
-
-    Returns
-    -------
-    str
-        Sentences.
-    """
+    """Return how the inference of a paper compares with the analysis."""
     verdicts = {
         result.condition: result.answer(inference.question).verdict for result in analysis.results
     }

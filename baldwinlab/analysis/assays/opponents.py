@@ -25,19 +25,11 @@ GENERATION_DIMS: Final = ("first_generation", "second_generation")
 
 
 class SpeciesMatrix(NamedTuple):
-    """Fitness of a species, by its generation and by the generation of its opponents.
-
-    Attributes
-    ----------
-    species, opponents : str
-        Names of the species.
-    fitness : xr.DataArray
-        Mean fitness of the agents (run, own, opponent).
-    """
+    """Fitness of a species, by its generation and by the generation of its opponents."""
 
     species: str
     opponents: str
-    fitness: xr.DataArray
+    fitness: xr.DataArray  # Mean fitness of the agents (run, own, opponent).
 
 
 @dataclass(frozen=True)
@@ -66,15 +58,7 @@ class GenerationTest:
 def list_matrices(data: xr.Dataset) -> list[SpeciesMatrix]:
     """Return the matrix of each species.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The stored assay `opponents` of a condition.
-
-    Returns
-    -------
-    list of SpeciesMatrix
-        Two matrices, in the order of the species.
+    Returns two matrices, in the order of the species.
     """
     names = [str(name) for name in data["species"].values]
     matrices = []
@@ -93,15 +77,7 @@ def list_matrices(data: xr.Dataset) -> list[SpeciesMatrix]:
 def compare_generations(stored: Mapping[str, xr.Dataset]) -> list[GenerationTest]:
     """Compare the first and the last generation of each species, and those of its opponents.
 
-    Parameters
-    ----------
-    stored : mapping of str to xr.Dataset
-        The stored assay `opponents`, by condition.
-
-    Returns
-    -------
-    list of GenerationTest
-        Three tests for each species of each condition; none if only one generation met.
+    Returns three tests for each species of each condition; none if only one generation met.
     """
     comparisons = []
     for condition, data in stored.items():
@@ -143,18 +119,7 @@ def _compare_cells(fitness: xr.DataArray) -> statistics.Pairs:
 
 
 def group_by_question(tests: Sequence[GenerationTest]) -> dict[str, list[GenerationTest]]:
-    """Return the tests of all conditions by question, in the order of the tests.
-
-    Parameters
-    ----------
-    tests : sequence of GenerationTest
-        The tests.
-
-    Returns
-    -------
-    dict of str to list of GenerationTest
-        Tests by question.
-    """
+    """Return the tests of all conditions by question, in the order of the tests."""
     groups: dict[str, list[GenerationTest]] = {}
     for test in tests:
         groups.setdefault(test.question, []).append(test)
@@ -162,18 +127,7 @@ def group_by_question(tests: Sequence[GenerationTest]) -> dict[str, list[Generat
 
 
 def compose_sentences(tests: Sequence[GenerationTest]) -> list[str]:
-    """Return a sentence for each question, with the conditions of each answer.
-
-    Parameters
-    ----------
-    tests : sequence of GenerationTest
-        The tests of all conditions.
-
-    Returns
-    -------
-    list of str
-        Sentences, in the order of the tests.
-    """
+    """Return a sentence for each question, with the conditions of each answer."""
     return [
         f"Fitness of {question}: {'; '.join(_list_answers(group))}."
         for question, group in group_by_question(tests).items()

@@ -41,25 +41,7 @@ PANEL_HEIGHT: Final = 2.1
 
 
 def make_section(stored: Mapping[str, xr.Dataset], folder: Path) -> Section:
-    """Make the section of a report on the assay `opponents`, and save its figure.
-
-    Parameters
-    ----------
-    stored : mapping of str to xr.Dataset
-        The stored assay, by condition.
-    folder : Path
-        Folder for the figure.
-
-    Returns
-    -------
-    Section
-        The section.
-
-    Raises
-    ------
-    OSError
-        The figure cannot be written.
-    """
+    """Make the section of a report on the assay `opponents`, and save its figure."""
     tests = compare_generations(stored)
     sentences = compose_sentences(tests)
     too_few = describe_too_few([_planned_test(test) for test in tests])
@@ -90,15 +72,7 @@ def _planned_test(test: GenerationTest) -> PlannedTest:
 def draw_matrices(stored: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the fitness of both species by generation and by generation of the opponents.
 
-    Parameters
-    ----------
-    stored : mapping of str to xr.Dataset
-        The stored assay `opponents`, by condition.
-
-    Returns
-    -------
-    Figure
-        One row per condition, one column per species.
+    The figure has one row per condition, one column per species.
     """
     matrices = {condition: list_matrices(data) for condition, data in stored.items()}
     figure = Figure((FIGURE_WIDTH, PANEL_HEIGHT * len(stored)))

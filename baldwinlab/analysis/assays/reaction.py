@@ -36,18 +36,7 @@ class Panel(NamedTuple):
 
 
 def make_reaction_panels(stored: Mapping[str, xr.Dataset]) -> list[Panel]:
-    """Return the reaction norms of all settings on all maps.
-
-    Parameters
-    ----------
-    stored : mapping of str to xr.Dataset
-        The stored assay `reaction`, by condition.
-
-    Returns
-    -------
-    list of Panel
-        Panels by setting and map.
-    """
+    """Return the reaction norms of all settings on all maps."""
     experiments = parse_experiments({"reaction": stored})
     trees = {name: experiment.to_dict() for name, experiment in experiments.items()}
     maps = {name: read_factors(data).map for name, data in stored.items()}

@@ -25,15 +25,7 @@ def compute_parameters(data: xr.Dataset) -> dict[str, xr.DataArray]:
     The intercept is the mean fitness without learning, the factor 0. The slope is the mean fitness
     with the learning of the study, the factor 1, minus the intercept. No linear norm is assumed.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The stored assay `reaction-norms` of one condition.
-
-    Returns
-    -------
-    dict of str to xr.DataArray
-        "intercept" and "slope" (run, generation), in the unit of fitness.
+    Returns "intercept" and "slope" (run, generation), in the unit of fitness.
 
     References
     ----------
@@ -49,16 +41,6 @@ def compute_quantities(data: xr.Dataset) -> Iterator[tuple[tuple[str, str], xr.D
 
     Assimilation raises the intercept and lowers the slope. Both changes are invariant to a constant
     that is added to fitness.
-
-    Parameters
-    ----------
-    data : xr.Dataset
-        The stored assay `reaction-norms` of one condition.
-
-    Yields
-    ------
-    tuple
-        The quantity, a measure with its time, and its values.
     """
     generations = data["generation"].values.tolist()
     for parameter, values in compute_parameters(data).items():

@@ -22,19 +22,7 @@ from baldwinlab.analysis.figures.style import styled
 def draw_norms(assays: Assays, names: Sequence[str], unit: str) -> Figure:
     """Draw fitness by the multiple of the amount of learning.
 
-    Parameters
-    ----------
-    assays : mapping of str to mapping of str to xr.Dataset
-        Stored assays by assay and condition.
-    names : sequence of str
-        Conditions to draw.
-    unit : str
-        Label of fitness.
-
-    Returns
-    -------
-    Figure
-        One panel per condition, one line per generation.
+    The figure has one panel per condition, one line per generation.
     """
     figure, grid = make_grid(assays["reaction-norms"], names, rows=1, height=2.3)
     for (axes,), name in zip(grid, names, strict=True):

@@ -31,17 +31,7 @@ CSV_COLUMNS: Final = (
 def write_analysis(analysis: Analysis, directory: Path) -> None:
     """Write `baldwin.json` and `baldwin.csv`, each atomically.
 
-    Parameters
-    ----------
-    analysis : Analysis
-        The analysis. `baldwin.csv` has one row per number and per comparison.
-    directory : Path
-        Folder for the files.
-
-    Raises
-    ------
-    OSError
-        A file cannot be written.
+    `analysis`: `baldwin.csv` has one row per number and per comparison.
     """
     record = {
         "last": analysis.last,

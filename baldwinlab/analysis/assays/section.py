@@ -35,30 +35,7 @@ def make_section(
 
     Writes `baldwin.json`, `baldwin.csv` and the figures.
 
-    Parameters
-    ----------
-    assays : mapping of str to mapping of str to xr.Dataset
-        Stored assays by assay and condition.
-    directory : Path
-        Directory of the study.
-    last : int
-        Number of generations in the first and the last window.
-    inference : Inference or None
-        The comparison from which the paper infers the Baldwin effect.
-    analysis : Analysis or None
-        The analysis of `assays`, if it is already computed.
-
-    Returns
-    -------
-    Section
-        The section.
-
-    Raises
-    ------
-    ValueError
-        An assay is not valid.
-    OSError
-        A file cannot be written.
+    `analysis`: the analysis of `assays`, if it is already computed.
     """
     analysis = analysis or evaluate_assays(assays, last)
     write_analysis(analysis, directory)
@@ -118,18 +95,7 @@ def _summarize(analysis: Analysis) -> str:
 
 
 def tabulate_numbers(analysis: Analysis) -> list[dict[str, Any]]:
-    """Return the numbers of all conditions, with one row per quantity.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The analysis.
-
-    Returns
-    -------
-    list of dict
-        Rows with the measure, the time or the agents, and the numbers by condition.
-    """
+    """Return the numbers of all conditions, with one row per quantity."""
     rows: dict[tuple[str, str], dict[str, Number]] = {}
     for number in analysis.numbers:
         rows.setdefault((number.measure, number.when), {})[number.condition] = number
@@ -171,18 +137,8 @@ def tabulate_canalization(analysis: Analysis) -> list[dict[str, Any]]:
 def _tabulate(analysis: Analysis, measures: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
     """Return the numbers of quantities, with one row per condition, time and measure.
 
-    Parameters
-    ----------
-    analysis : Analysis
-        The analysis.
-    measures : mapping of str to sequence of str
-        The quantities in the columns of a row, by the measure of the row.
-
-    Returns
-    -------
-    list of dict
-        Rows with the condition, the time ("start"), the measure, and the numbers. A row without all
-        numbers is omitted.
+    Returns rows with the condition, the time ("start"), the measure, and the numbers. A row without
+    all numbers is omitted.
     """
     numbers = {
         (number.condition, number.when, number.measure): number for number in analysis.numbers

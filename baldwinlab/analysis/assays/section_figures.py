@@ -151,20 +151,7 @@ ASSAY_FIGURES: Final = (
 
 
 def draw_assay_figures(assays: Assays, analysis: Analysis) -> Iterator[ReportFigure]:
-    """Draw the figures of the stored assays, in the order of the report.
-
-    Parameters
-    ----------
-    assays : mapping of str to mapping of str to xr.Dataset
-        Stored assays by assay and condition.
-    analysis : Analysis
-        Their analysis.
-
-    Yields
-    ------
-    ReportFigure
-        The figures.
-    """
+    """Draw the figures of the stored assays, in the order of the report."""
     unit = name_food_outcome(list(parse_experiments(assays).values()))
     for figure in ASSAY_FIGURES:
         stored = assays.get(figure.assay, {})

@@ -17,20 +17,7 @@ SAME: Final = "the same"
 
 
 def compose_sentences(analysis: Analysis, result: ConditionResult) -> list[str]:
-    """Return one or two sentences on each measured part of a condition.
-
-    Parameters
-    ----------
-    analysis : Analysis
-        The analysis.
-    result : ConditionResult
-        A condition of the analysis.
-
-    Returns
-    -------
-    list of str
-        Sentences.
-    """
+    """Return one or two sentences on each measured part of a condition."""
     return [
         *_describe_gain(analysis, result),
         *_describe_drift(result),

@@ -35,18 +35,7 @@ QuantityValues = tuple[Quantity, xr.DataArray]
 
 
 def parse_experiments(assays: Assays) -> dict[str, Experiment]:
-    """Return the experiment of every condition with a stored assay.
-
-    Parameters
-    ----------
-    assays : mapping of str to mapping of str to xr.Dataset
-        Stored assays by assay and condition.
-
-    Returns
-    -------
-    dict of str to Experiment
-        Experiments by condition.
-    """
+    """Return the experiment of every condition with a stored assay."""
     datasets = {name: data for stored in assays.values() for name, data in stored.items()}
     return {
         name: from_toml(data.attrs["experiment"], source=f"the experiment of {name}", lenient=True)
@@ -62,15 +51,7 @@ def read_factors(data: xr.Dataset) -> Factors:
 def mean_fitness(innate: xr.Dataset) -> xr.DataArray:
     """Return the fitness of the average agent in each kind of life.
 
-    Parameters
-    ----------
-    innate : xr.Dataset
-        The stored assay `innate`.
-
-    Returns
-    -------
-    xr.DataArray
-        Fitness (run, generation, life), NaN for kinds of life that were not simulated.
+    Returns fitness (run, generation, life), NaN for kinds of life that were not simulated.
     """
     return innate["energy"].mean("agent").reindex(life=list(LIFE_KINDS))
 
@@ -78,16 +59,8 @@ def mean_fitness(innate: xr.Dataset) -> xr.DataArray:
 def weight_distances(innate: xr.Dataset) -> dict[str, xr.DataArray]:
     """Return the distance between the weights at birth and at death.
 
-    Parameters
-    ----------
-    innate : xr.Dataset
-        The stored assay `innate`.
-
-    Returns
-    -------
-    dict of str to xr.DataArray
-        Means over agents (run, generation), for all weights and for each layer. Empty if the
-        model has no weights.
+    Returns means over agents (run, generation), for all weights and for each layer. Empty if the
+    model has no weights.
     """
     if "distance" not in innate:
         return {}
@@ -131,25 +104,8 @@ def parse_generation(newborns: str) -> int:
 def compute_quantities(assays: Assays, condition: str, last: int) -> dict[Quantity, xr.DataArray]:
     """Return all quantities of a condition.
 
-    Parameters
-    ----------
-    assays : mapping of str to mapping of str to xr.Dataset
-        Stored assays by assay and condition.
-    condition : str
-        A condition.
-    last : int
-        Number of generations in the windows "first" and "last", at least 1. The window
-        "throughout" has all generations.
-
-    Returns
-    -------
-    dict of (str, str) to xr.DataArray
-        Values (run), NaN if they are undefined.
-
-    Raises
-    ------
-    ValueError
-        `last` is less than 1.
+    `last`: number of generations in the windows "first" and "last", at least 1. The window
+    "throughout" has all generations. Returns values (run), NaN if they are undefined.
     """
     if last < 1:
         raise ValueError(f"last = {last} must be at least 1 generation")

@@ -30,19 +30,7 @@ RATE_STEPS: Final = 100
 def draw_within_life(assays: Assays, names: Sequence[str], unit: str) -> Figure:
     """Draw the items eaten by step of a lifetime, and the share of agents with a first meal.
 
-    Parameters
-    ----------
-    assays : mapping of str to mapping of str to xr.Dataset
-        Stored assays by assay and condition.
-    names : sequence of str
-        Conditions to draw.
-    unit : str
-        Label of fitness. Not used.
-
-    Returns
-    -------
-    Figure
-        Two panels per condition.
+    `unit`: label of fitness. Not used. The figure has two panels per condition.
     """
     figure, grid = make_grid(assays["within-life"], names, rows=2, height=2.3)
     for (top, bottom), name in zip(grid, names, strict=True):

@@ -16,32 +16,18 @@ Floats = npt.NDArray[np.float64]
 
 
 class CurvePanel(NamedTuple):
-    """A panel of curves over the generations.
-
-    Attributes
-    ----------
-    title : str
-        Quantity.
-    low, high : float
-        Range of the vertical axis.
-    lines : list of dict
-        "kind" ("run", "mean", "control" or "replay") and "points" of each line.
-    """
+    """A panel of curves over the generations."""
 
     title: str
+    # Range of the vertical axis.
     low: float
     high: float
+    # "kind" ("run", "mean", "control" or "replay") and "points" of each line.
     lines: list[dict[str, Any]]
 
 
 def draw_panels(cell: xr.Dataset) -> list[CurvePanel]:
-    """Return the panels of a cell: the learned distance and the innate trait.
-
-    Parameters
-    ----------
-    cell : xr.Dataset
-        Variables of `reduce_cell` of one cell.
-    """
+    """Return the panels of a cell: the learned distance and the innate trait."""
     panels = []
     if "distance" in cell and bool(cell["distance"].notnull().any()):
         panels.append(_draw_panel("learned distance", cell["distance"]))

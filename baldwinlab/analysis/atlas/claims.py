@@ -57,21 +57,11 @@ REGIME_SLOPES: Final = {"optimum-constant": 1, "optimum-mutation": 0, "optimum-r
 
 
 class AtlasEvaluation(NamedTuple):
-    """Result of a claim.
-
-    Attributes
-    ----------
-    verdict : Verdict
-        Verdict.
-    numbers : str
-        The numbers that decide, in one sentence.
-    runs : int
-        Smallest number of runs of a cell.
-    """
+    """Result of a claim."""
 
     verdict: Verdict
-    numbers: str
-    runs: int
+    numbers: str  # The numbers that decide, in one sentence.
+    runs: int  # Smallest number of runs of a cell.
 
 
 class AtlasClaimResult(NamedTuple):
@@ -84,17 +74,7 @@ class AtlasClaimResult(NamedTuple):
 def evaluate_claims(claims: tuple[AtlasClaim, ...], maps: Maps) -> list[AtlasClaimResult]:
     """Evaluate all claims.
 
-    Parameters
-    ----------
-    claims : tuple of AtlasClaim
-        The claims.
-    maps : mapping
-        The maps by name.
-
-    Returns
-    -------
-    list of AtlasClaimResult
-        The results in the order of the claims.
+    Returns the results in the order of the claims.
     """
     results = []
     for claim in claims:

@@ -49,10 +49,7 @@ class ShownOutcome(NamedTuple):
     def scale(self, value: float) -> float:
         """Return the position of a value in the range of the colors, 0 to 1 in the range.
 
-        Parameters
-        ----------
-        value : float
-            Value of the outcome, or NaN.
+        `value`: value of the outcome, or NaN.
         """
         return (value - self.low) / (self.high - self.low)
 
@@ -74,19 +71,7 @@ def draw_maps(outcomes: xr.Dataset, axes_labels: Mapping[str, str], law: Law | N
 
     If A is not defined in any cell, the innate response I is drawn.
 
-    Parameters
-    ----------
-    outcomes : xr.Dataset
-        Outcomes of the map (swept fields, run).
-    axes_labels : mapping
-        Label of each field.
-    law : Law or None
-        Law whose prediction is drawn as contours.
-
-    Returns
-    -------
-    Figure
-        One panel per pair, averaged over the runs and the other axes.
+    The figure has one panel per pair, averaged over the runs and the other axes.
     """
     outcome = choose_outcome(outcomes)
     values = outcomes[outcome.name].mean("run")
@@ -109,13 +94,7 @@ def draw_maps(outcomes: xr.Dataset, axes_labels: Mapping[str, str], law: Law | N
 
 
 def choose_outcome(outcomes: xr.Dataset) -> ShownOutcome:
-    """Return the outcome that the cells of a map show: A, or I if A is not defined in any cell.
-
-    Parameters
-    ----------
-    outcomes : xr.Dataset
-        Outcomes of the map.
-    """
+    """Return the outcome that the cells of a map show: A, or I if A is not defined in any cell."""
     if bool(outcomes["assimilation"].notnull().any()):
         return ShownOutcome("assimilation", "assimilation A", *SHARE_RANGE)
     largest = float(np.abs(outcomes["innate_response"].mean("run")).max())
@@ -149,10 +128,7 @@ def _draw_cells(axes: Axes, cells: xr.DataArray, outcome: ShownOutcome) -> None:
 def is_light(share: float) -> bool:
     """Return whether text on a color must be black. A missing value has no color.
 
-    Parameters
-    ----------
-    share : float
-        Position in the range of the colors, 0 to 1, or NaN.
+    `share`: position in the range of the colors, 0 to 1, or NaN.
     """
     return not np.isfinite(share) or share > LIGHT_SHARE
 
@@ -170,15 +146,8 @@ def _draw_contours(axes: Axes, prediction: xr.DataArray) -> None:
 def draw_laws(points: Sequence[LawPoints]) -> Figure:
     """Draw measured residual learning against the unfitted law, for all maps.
 
-    Parameters
-    ----------
-    points : sequence of LawPoints
-        One entry per map with a law.
-
-    Returns
-    -------
-    Figure
-        A square panel per map, with the line of equality.
+    `points`: one entry per map with a law. The figure has a square panel per map, with the line of
+    equality.
     """
     n_rows = max(1, ceil(len(points) / LAW_COLUMNS))
     figure = Figure((FIGURE_WIDTH, LAW_HEIGHT * n_rows))

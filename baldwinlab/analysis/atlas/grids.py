@@ -37,21 +37,7 @@ def describe_cells(
     values: Sequence[xr.Dataset],
     law: Law | None,
 ) -> list[dict[str, Any]]:
-    """Return the template values of each cell, in the order of the points.
-
-    Parameters
-    ----------
-    name : str
-        Name of the map.
-    outcomes : xr.Dataset
-        Outcomes of the map (swept fields, run).
-    labels : mapping
-        Label of each swept field.
-    values : sequence of xr.Dataset
-        Variables of `reduce_cell` of each cell.
-    law : Law or None
-        Law of the map.
-    """
+    """Return the template values of each cell, in the order of the points."""
     measured = law.measured(outcomes).mean("run") if law else None
     predicted = (
         law.predict(outcomes).broadcast_like(measured) if law and measured is not None else None
@@ -93,17 +79,7 @@ def _choose_color(share: float) -> str:
 def arrange_grids(
     outcomes: xr.Dataset, labels: Mapping[str, str], cells: Sequence[Mapping[str, Any]]
 ) -> Iterator[dict[str, Any]]:
-    """Yield a grid of the first two axes for each combination of the other axes.
-
-    Parameters
-    ----------
-    outcomes : xr.Dataset
-        Outcomes of the map.
-    labels : mapping
-        Label of each swept field.
-    cells : sequence of mapping
-        Values of `describe_cells`.
-    """
+    """Yield a grid of the first two axes for each combination of the other axes."""
     rows, columns, *other_axes = outcomes.attrs["fields"]
     by_settings = {tuple(cell["settings"].items()): cell for cell in cells}
     for fixed in product(*(outcomes[field].values.tolist() for field in other_axes)):

@@ -35,20 +35,11 @@ RARE_MUTATION_RATE: Final = 0.003
 
 
 class Law(NamedTuple):
-    """A law of a map.
+    """A law of a map."""
 
-    Attributes
-    ----------
-    quantity : str
-        The predicted quantity, with its unit.
-    measure : str
-        Measure of the model that the law predicts.
-    predict : callable
-        Function of the outcomes of a map. It returns the prediction at each cell.
-    """
-
-    quantity: str
-    measure: str
+    quantity: str  # The predicted quantity, with its unit.
+    measure: str  # Measure of the model that the law predicts.
+    # Function of the outcomes of a map. It returns the prediction at each cell.
     predict: Callable[[xr.Dataset], xr.DataArray]
 
     def measured(self, data: xr.Dataset) -> xr.DataArray:
@@ -99,13 +90,7 @@ def _predict_learners(data: xr.Dataset) -> xr.DataArray:
 
 
 def predict_threshold(data: xr.Dataset) -> xr.DataArray:
-    """Return the cost c* of learning at each pair of persistences.
-
-    Parameters
-    ----------
-    data : xr.Dataset
-        Outcomes of the map of foragers.
-    """
+    """Return the cost c* of learning at each pair of persistences."""
     prefix = "two_state_forager."
     fields = [f"{prefix}between_persistence", f"{prefix}within_persistence"]
     return _vectorize(data, fields, partial(cost_threshold, steps=LIFE_STEPS))

@@ -53,39 +53,20 @@ OUTCOMES: Final = {
 
 
 class CellData(NamedTuple):
-    """The simulated data of a cell.
-
-    Attributes
-    ----------
-    experiment : BaseExperiment
-        The experiment with learning.
-    learners, controls : xr.Dataset
-        All generations with and without learning (run, generation, agent).
-    innate : xr.Dataset
-        The assay `innate` in the measured generations.
-    fork : xr.Dataset
-        The assay `fork`.
-    """
+    """The simulated data of a cell."""
 
     experiment: BaseExperiment
+    # All generations with and without learning (run, generation, agent).
     learners: xr.Dataset
     controls: xr.Dataset
-    innate: xr.Dataset
+    innate: xr.Dataset  # The assay `innate` in the measured generations.
     fork: xr.Dataset
 
 
 def reduce_cell(cell: CellData) -> xr.Dataset:
     """Return the variables of the table above.
 
-    Parameters
-    ----------
-    cell : CellData
-        The data of a cell.
-
-    Returns
-    -------
-    xr.Dataset
-        Means over agents, float64.
+    Returns means over agents, float64.
     """
     generations = cell.innate["generation"]
     learners, controls = (
@@ -122,15 +103,7 @@ def reduce_cell(cell: CellData) -> xr.Dataset:
 def compute_outcomes(cell: xr.Dataset) -> xr.Dataset:
     """Return the outcomes of each run of a cell.
 
-    Parameters
-    ----------
-    cell : xr.Dataset
-        Variables of `reduce_cell`, with all runs of the cell.
-
-    Returns
-    -------
-    xr.Dataset
-        The variables of `OUTCOMES` (run). NaN where an outcome is not defined.
+    Returns the variables of `OUTCOMES` (run). NaN where an outcome is not defined.
     """
     undefined = cell["founder_mean"] * np.nan
     last = {"generation": slice(-N_WINDOW, None)}

@@ -33,10 +33,7 @@ class MeanInterval(NamedTuple):
 def estimate_mean(values: xr.DataArray | Floats) -> MeanInterval:
     """Return the mean of the defined values, with its interval.
 
-    Parameters
-    ----------
-    values : array
-        One value per run; NaN where undefined.
+    `values`: one value per run; NaN where undefined.
     """
     defined = np.asarray(values, np.float64).ravel()
     defined = defined[np.isfinite(defined)]
@@ -53,14 +50,7 @@ def estimate_mean(values: xr.DataArray | Floats) -> MeanInterval:
 def estimate_slope(x: Floats, values: xr.DataArray, dim: str) -> MeanInterval:
     """Return the mean over runs of the least-squares slope of values on x.
 
-    Parameters
-    ----------
-    x : array
-        Positions along `dim`.
-    values : xr.DataArray
-        Values (dim, run).
-    dim : str
-        Dimension of the positions.
+    `values`: values (dim, run).
     """
     centered = xr.DataArray(x - x.mean(), dims=dim)
     slopes = (values.drop_vars(dim, errors="ignore") * centered).sum(dim, skipna=False)

@@ -18,58 +18,27 @@ COLUMNS: Final = ("map", "cell", "settings", "outcome", "mean", "low", "high", "
 
 
 def list_cells(outcomes: xr.Dataset) -> Iterator[dict[str, Any]]:
-    """Yield the values of the swept fields of each cell, in the order of the points.
-
-    Parameters
-    ----------
-    outcomes : xr.Dataset
-        Outcomes of a map (swept fields, run). Its attribute `fields` lists the fields.
-    """
+    """Yield the values of the swept fields of each cell, in the order of the points."""
     fields = outcomes.attrs["fields"]
     for values in product(*(outcomes[field].values.tolist() for field in fields)):
         yield dict(zip(fields, values, strict=True))
 
 
 def format_label(value: Any) -> str:
-    """Return a value of a swept field for an axis or a table.
-
-    Parameters
-    ----------
-    value : object
-        Number or text.
-    """
+    """Return a value of a swept field for an axis or a table."""
     return f"{value:g}" if isinstance(value, int | float) else str(value)
 
 
 def describe_settings(cell: Mapping[str, Any], labels: Mapping[str, str]) -> str:
-    """Return the settings of a cell for a caption.
-
-    Parameters
-    ----------
-    cell : mapping
-        Value of each swept field.
-    labels : mapping
-        Label of each swept field.
-    """
+    """Return the settings of a cell for a caption."""
     return ", ".join(f"{labels[field]}: {format_label(value)}" for field, value in cell.items())
 
 
 def tabulate(name: str, outcomes: xr.Dataset, law: Law | None) -> list[dict[str, Any]]:
     """Return a row per cell and outcome, with the mean over runs and its 95 % interval.
 
-    Parameters
-    ----------
-    name : str
-        Name of the map.
-    outcomes : xr.Dataset
-        Outcomes of the map (swept fields, run).
-    law : Law or None
-        Law of the map. The outcome "residual" is the predicted quantity.
-
-    Returns
-    -------
-    list of dict
-        Rows with `COLUMNS`.
+    `law`: law of the map. The outcome "residual" is the predicted quantity. Returns rows with
+    `COLUMNS`.
     """
     values = {outcome: outcomes[outcome] for outcome in OUTCOMES}
     prediction = None

@@ -54,22 +54,9 @@ def draw_fitness_boxes(
 ) -> Figure:
     """Draw final fitness: a box per condition and a point per run.
 
-    Parameters
-    ----------
-    dataset
-        Runs as (condition, run, generation, agent).
-    results
-        Evaluated claims. Brackets join the conditions that they compare, with the p-value corrected
-        for all claims.
-    last
-        Number of final generations over which a run is averaged.
-
-    Returns
-    -------
-    Figure
-        A row per map, a column for best and mean fitness; with many conditions, a row for each.
-        Boxes show quartiles; whiskers reach to the farthest run within 1.5 times the interquartile
-        range.
+    `dataset`: runs as (condition, run, generation, agent). The figure has a row per map, a column
+    for best and mean fitness; with many conditions, a row for each. Boxes show quartiles; whiskers
+    reach to the farthest run within 1.5 times the interquartile range.
     """
     labels = _labels_by_map(dataset)
     n_boxes = Counter(condition.map_name for condition in plotted_conditions(dataset))
@@ -208,17 +195,8 @@ def _draw_brackets(axes: Axes, names: list[str], findings: list[Finding]) -> Non
 def describe_p_values(dataset: xr.Dataset, results: Sequence[ClaimResult]) -> str:
     """Describe the p-values that `draw_fitness_boxes` draws, for a caption.
 
-    Parameters
-    ----------
-    dataset
-        Runs as (condition, run, generation, agent).
-    results
-        Evaluated claims.
-
-    Returns
-    -------
-    str
-        A sentence, or "" if the figure has no p-values.
+    `dataset`: runs as (condition, run, generation, agent). Returns a sentence, or "" if the figure
+    has no p-values.
     """
     has_brackets = False
     baselines: dict[str, None] = {}

@@ -52,23 +52,8 @@ WHITE_TO_BLUE = LinearSegmentedColormap.from_list("white to blue", ["white", BLU
 def draw_emergence(dataset: xr.Dataset, traces: Sequence[xr.Dataset]) -> Figure:
     """Draw the positions of the agents of one population, and the share of agents that eat.
 
-    Parameters
-    ----------
-    dataset
-        Runs as (condition, run, generation, agent).
-    traces
-        Lifetimes of one population at several generations. A row has three maps. All maps have the
-        same scale.
-
-    Returns
-    -------
-    Figure
-        Above, maps of the time per cell. Below, the share of agents that eat, in all runs.
-
-    Raises
-    ------
-    ValueError
-        If there is no trace.
+    `dataset`: runs as (condition, run, generation, agent). Above, maps of the time per cell. Below,
+    the share of agents that eat, in all runs.
     """
     if not traces:
         raise ValueError("there is no trace to draw")

@@ -105,15 +105,8 @@ def _count_legend_columns(labels: Sequence[str]) -> int:
 def draw_fitness_curves(dataset: xr.Dataset) -> Figure:
     """Draw fitness by generation: the mean over runs and its 95 % interval (Student's t).
 
-    Parameters
-    ----------
-    dataset
-        Runs as (condition, run, generation, agent).
-
-    Returns
-    -------
-    Figure
-        A row per map, a column for best and mean fitness. A single run has no interval.
+    `dataset`: runs as (condition, run, generation, agent). The figure has a row per map, a column
+    for best and mean fitness. A single run has no interval.
     """
     conditions = plotted_conditions(dataset)
     learners = {condition.learner: condition.style for condition in reversed(conditions)}

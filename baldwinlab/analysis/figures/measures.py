@@ -28,18 +28,11 @@ LEGEND_HEIGHT = 0.5
 
 
 class MeasureValues(NamedTuple):
-    """The values of a measure that a model declares.
-
-    Attributes
-    ----------
-    name, meaning : str
-        The measure, and its meaning in words.
-    values : mapping
-        Values of the runs, by condition. A run without a value is left out.
-    """
+    """The values of a measure that a model declares."""
 
     name: str
     meaning: str
+    # Values of the runs, by condition. A run without a value is left out.
     values: Mapping[str, npt.NDArray[np.float64]]
 
 
@@ -47,15 +40,8 @@ class MeasureValues(NamedTuple):
 def draw_shares(shares: xr.Dataset) -> Figure:
     """Draw shares by generation: the mean over runs and its 95 % interval (Student's t).
 
-    Parameters
-    ----------
-    shares
-        A variable for each share, 0 to 1, as (condition, run, generation).
-
-    Returns
-    -------
-    Figure
-        A panel per condition.
+    `shares`: a variable for each share, 0 to 1, as (condition, run, generation). The figure has a
+    panel per condition.
     """
     conditions = plotted_conditions(shares)
     n_rows = math.ceil(len(conditions) / MAX_COLUMNS)
@@ -88,17 +74,7 @@ def draw_shares(shares: xr.Dataset) -> Figure:
 def draw_fitness_by_evaluations(dataset: xr.Dataset, evaluations: str) -> Figure:
     """Draw mean fitness by generation and by the number of evaluations, averaged over runs.
 
-    Parameters
-    ----------
-    dataset
-        Runs as (condition, run, generation, agent).
-    evaluations
-        The variable that counts the evaluations of an agent.
-
-    Returns
-    -------
-    Figure
-        Two panels.
+    `dataset`: runs as (condition, run, generation, agent).
     """
     figure = Figure((FIGURE_WIDTH, 2.9))
     by_generation, by_evaluation = figure.subplots(1, 2, sharey=True)
@@ -132,17 +108,8 @@ def draw_fitness_by_evaluations(dataset: xr.Dataset, evaluations: str) -> Figure
 def draw_measures(dataset: xr.Dataset, measures: Sequence[MeasureValues]) -> Figure:
     """Draw each measure in a panel, with a box per condition and a point per run.
 
-    Parameters
-    ----------
-    dataset
-        Runs, for the names and factors of the conditions.
-    measures
-        The measures, at least one.
-
-    Returns
-    -------
-    Figure
-        A panel per measure. The conditions of a map are next to each other.
+    `measures`: the measures, at least one. The figure has a panel per measure. The conditions of a
+    map are next to each other.
     """
     conditions = plotted_conditions(dataset)
     maps = list(dict.fromkeys(condition.map_name for condition in conditions))
@@ -190,15 +157,7 @@ def draw_measures(dataset: xr.Dataset, measures: Sequence[MeasureValues]) -> Fig
 def draw_survival(dataset: xr.Dataset) -> Figure:
     """Draw the share of surviving runs by time, for models whose fitness is a survival time.
 
-    Parameters
-    ----------
-    dataset
-        Runs as (condition, run, generation, agent); `energy` is the survival time.
-
-    Returns
-    -------
-    Figure
-        One panel, with a logarithmic time axis.
+    `dataset`: runs as (condition, run, generation, agent); `energy` is the survival time.
     """
     figure = Figure((FIGURE_WIDTH, 3.1))
     axes = figure.subplots()

@@ -43,28 +43,15 @@ NAME_DISTANCE = 0.14
 
 
 class AgentKind(NamedTuple):
-    """Agents with the same structure.
+    """Agents with the same structure."""
 
-    Attributes
-    ----------
-    name : str
-        Names of the conditions with such agents.
-    lines : sequence of str
-        The description, line by line.
-    inputs, actions : sequence of str
-        Names of the inputs and outputs.
-    hidden : sequence of int
-        Units of each hidden layer.
-    modules : sequence of str
-        The networks of a genome. The first network acts. The others teach it, and are named
-        "NAME: EFFECT".
-    """
-
-    name: str
+    name: str  # Names of the conditions with such agents.
     lines: Sequence[str]
     inputs: Sequence[str]
-    hidden: Sequence[int]
+    hidden: Sequence[int]  # Units of each hidden layer.
     actions: Sequence[str]
+    # The networks of a genome. The first network acts. The others teach it, and are named "NAME:
+    # EFFECT".
     modules: Sequence[str]
 
 

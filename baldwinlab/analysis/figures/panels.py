@@ -81,15 +81,7 @@ def name_groups(figure: Figure) -> None:
 def arrange_panels(figure: Figure) -> NarrowLayout | None:
     """Return the narrow layout of a figure that was just drawn as SVG, after `name_groups`.
 
-    Parameters
-    ----------
-    figure
-        The figure.
-
-    Returns
-    -------
-    NarrowLayout or None
-        The layout, or None if the figure has a single column of panels.
+    Returns the layout, or None if the figure has a single column of panels.
     """
     width, height = figure.get_size_inches() * POINTS_PER_INCH
     rows = _group_rows(figure)
@@ -277,19 +269,7 @@ def _stack(
 def merge_layouts(svg: bytes, figure: Figure, layout: NarrowLayout) -> bytes:
     """Return an SVG image with the wide and the narrow layout of one drawing.
 
-    Parameters
-    ----------
-    svg
-        The figure as Matplotlib draws it.
-    figure
-        The figure.
-    layout
-        Its narrow layout.
-
-    Returns
-    -------
-    bytes
-        The image. It fills its space, and shows the layout whose shape is closer to the space.
+    Returns the image. It fills its space, and shows the layout whose shape is closer to the space.
     """
     width, height = figure.get_size_inches() * POINTS_PER_INCH
     narrow_ratio = layout.width / layout.height

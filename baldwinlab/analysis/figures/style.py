@@ -141,19 +141,7 @@ def _to_png(figure: Figure) -> bytes:
 def render_figure(figure: Figure, file_format: str, note: str) -> bytes:
     """Render a figure as a file that explains itself.
 
-    Parameters
-    ----------
-    figure
-        A figure that was not rendered yet.
-    file_format
-        "svg", "pdf" or "png".
-    note
-        Text below the panels.
-
-    Returns
-    -------
-    bytes
-        The file, deterministic for a version of Matplotlib.
+    `figure`: a figure that was not rendered yet. `file_format`: "svg", "pdf" or "png".
     """
     lines = textwrap.wrap(note, NOTE_LETTERS)
     width, height = figure.get_size_inches()
@@ -182,24 +170,9 @@ class SavedFigure(NamedTuple):
 def save_figure(figure: Figure, folder: Path, name: str) -> SavedFigure:
     """Write a figure as SVG and PNG.
 
-    Parameters
-    ----------
-    figure
-        The figure.
-    folder
-        The folder of the files, which are written atomically.
-    name
-        The name of the files without a suffix.
-
-    Returns
-    -------
-    SavedFigure
-        The image for a page: an SVG with one panel per row if its space is narrow.
-
-    Raises
-    ------
-    OSError
-        If a file cannot be written.
+    `folder`: the folder of the files, which are written atomically. `name`: the name of the files
+    without a suffix. Returns the image for a page: an SVG with one panel per row if its space is
+    narrow.
     """
     name_groups(figure)
     drawing = to_svg(figure)

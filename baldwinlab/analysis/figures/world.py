@@ -55,19 +55,7 @@ def draw_world_maps(
 ) -> Figure:
     """Draw maps with the birth disc, the regions of items, and an example of agents and items.
 
-    Parameters
-    ----------
-    worlds
-        The worlds, by title.
-    agents
-        The number of agents to draw.
-    appearances
-        Appearances by title. A world without an appearance shows its food.
-
-    Returns
-    -------
-    Figure
-        Up to three maps in a row, to scale.
+    `appearances`: appearances by title. A world without an appearance shows its food.
     """
     n_columns = min(len(worlds), MAX_COLUMNS)
     n_rows = math.ceil(len(worlds) / n_columns)
@@ -215,19 +203,12 @@ def _draw_squares(axes: Axes, x: np.ndarray, y: np.ndarray, color: str) -> None:
 
 
 class SensorSector(NamedTuple):
-    """A sector in which an input senses items.
+    """A sector in which an input senses items."""
 
-    Attributes
-    ----------
-    first_degrees, last_degrees : float
-        Angles of the edges, in degrees clockwise from the heading.
-    radius : float
-        Radius, in map units.
-    """
-
+    # Angles of the edges, in degrees clockwise from the heading.
     first_degrees: float
     last_degrees: float
-    radius: float
+    radius: float  # Radius, in map units.
 
     @property
     def middle_degrees(self) -> float:

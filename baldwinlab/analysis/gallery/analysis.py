@@ -73,23 +73,9 @@ def evaluate_systems(
 ) -> list[System]:
     """Evaluate the systems of a study that have a stored assay.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent).
-    assays : mapping of str to mapping of str to xr.Dataset
-        Stored assays by assay and condition.
-    experiments : mapping of str to BaseExperiment
-        Experiments by condition.
-    selected : sequence of str
-        Conditions to evaluate. If it is empty, all conditions are evaluated.
-    last : int
-        Number of generations in the first and the last window.
-
-    Returns
-    -------
-    list of System
-        Systems in the order of the experiments.
+    `data`: the runs, with the dimensions (condition, run, generation, agent). `selected`:
+    conditions to evaluate. If it is empty, all conditions are evaluated. Returns systems in the
+    order of the experiments.
     """
     study = _Study(data=data, mean_fitness=fitness.mean(data), last=last)
     assayed = parse_experiments(assays)

@@ -56,45 +56,23 @@ class SystemName(NamedTuple):
 
 @dataclass(frozen=True)
 class Measurement:
-    """The numbers and the verdict of a question that is measured.
+    """The numbers and the verdict of a question that is measured."""
 
-    Attributes
-    ----------
-    effect : float
-        Median over runs. 0 means no effect.
-    low, high : float
-        95 % bootstrap interval of the median over runs; NaN for a single run.
-    standard_error : float
-        Standard deviation of the bootstrap medians.
-    p : float
-        p-value of the two-sided signed-rank test; 1 if all values are 0.
-    q : float
-        p-value, corrected for all tests of the table.
-    verdict : str
-        One of `VERDICTS`.
-    stability : float
-        Share of bootstrap samples of runs with the same verdict.
-    runs : int
-        Number of runs in which the value is defined.
-    required_runs : int or None
-        For an undecided question, the number of runs that shows a difference or equivalence with
-        a probability of 80 % if the effect is the observed one. None if the question is decided,
-        or if no realistic number of runs decides it.
-    hurdle : Hurdle
-        The runs above the equivalence bound, and their effect.
-    """
-
-    effect: float
+    effect: float  # Median over runs. 0 means no effect.
+    # 95 % bootstrap interval of the median over runs; NaN for a single run.
     low: float
     high: float
-    standard_error: float
-    p: float
-    q: float
-    verdict: Verdict
-    stability: float
+    standard_error: float  # Standard deviation of the bootstrap medians.
+    p: float  # p-value of the two-sided signed-rank test; 1 if all values are 0.
+    q: float  # p-value, corrected for all tests of the table.
+    verdict: Verdict  # One of `VERDICTS`.
+    stability: float  # Share of bootstrap samples of runs with the same verdict.
     runs: int
+    # For an undecided question, the number of runs that shows a difference or equivalence with a
+    # probability of 80 % if the effect is the observed one. None if the question is decided, or if
+    # no realistic number of runs decides it.
     required_runs: int | None
-    hurdle: Hurdle
+    hurdle: Hurdle  # The runs above the equivalence bound, and their effect.
 
     @property
     def label(self) -> str:
@@ -117,13 +95,7 @@ class Decision:
     measurement: Measurement | None = None
 
     def row(self) -> dict[str, Any]:
-        """Return the decision with the keys `COLUMNS`, with None for an undefined value.
-
-        Returns
-        -------
-        dict
-            The row.
-        """
+        """Return the decision with the keys `COLUMNS`, with None for an undefined value."""
         measurement = self.measurement
         columns = ("low", "high", "p", "q", "stability")
         return {
@@ -151,15 +123,7 @@ class _Limits(NamedTuple):
 def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]:
     """Decide all questions of all systems.
 
-    Parameters
-    ----------
-    estimates : mapping of SystemName to sequence of Estimate
-        The estimates of each system.
-
-    Returns
-    -------
-    list of Decision
-        One decision per system and question, in the order of `estimates`.
+    Returns one decision per system and question, in the order of `estimates`.
     """
     decisions = [
         Decision(system, _require_values(entry))
@@ -186,18 +150,7 @@ def decide(estimates: Mapping[SystemName, Sequence[Estimate]]) -> list[Decision]
 
 
 def describe_too_few_runs(decisions: Sequence[Decision]) -> str:
-    """Describe the measured questions whose runs cannot suffice for "yes" or "opposite".
-
-    Parameters
-    ----------
-    decisions : sequence of Decision
-        All decisions of the table.
-
-    Returns
-    -------
-    str
-        Sentences with the required number of runs, or "".
-    """
+    """Describe the measured questions whose runs cannot suffice for "yes" or "opposite"."""
     tests = [
         _planned_test(decision.measurement.runs) for decision in decisions if decision.measurement
     ]

@@ -44,17 +44,7 @@ MEAN_LABEL: Final = "mean of papers"
 def draw_forest(systems: Sequence[SystemName], summaries: Sequence[QuestionSummary]) -> Figure:
     """Draw the effect sizes of all systems with their 95 % intervals.
 
-    Parameters
-    ----------
-    systems : sequence of SystemName
-        All systems, grouped by paper.
-    summaries : sequence of QuestionSummary
-        The questions, one panel each.
-
-    Returns
-    -------
-    Figure
-        One row per system, and a last row with the mean of the papers.
+    The figure has one row per system, and a last row with the mean of the papers.
     """
     rows, headings = _place_rows(systems)
     mean_row = max(rows.values()) + 1.5

@@ -36,28 +36,18 @@ MIN_RELATIVE_ERROR: Final = 1e-3
 
 @dataclass(frozen=True)
 class QuestionSummary:
-    """The measured decisions on a question.
-
-    Attributes
-    ----------
-    question : str
-        Name of the question.
-    measurements : tuple
-        The measured decisions of all systems, each with its measurement.
-    unit : str
-        Unit in which all effects are comparable: their common unit, or `RELATIVE_UNIT` if the
-        systems have different units or equivalence bounds.
-    systems, papers : mapping of str to int
-        Number of systems and of papers by verdict. Papers can be `MIXED`.
-    mean : RandomEffects or None
-        Summary of the papers in `unit`, or None for fewer than three papers with two runs.
-    """
+    """The measured decisions on a question."""
 
     question: str
+    # The measured decisions of all systems, each with its measurement.
     measurements: tuple[tuple[Decision, Measurement], ...]
+    # Unit in which all effects are comparable: their common unit, or `RELATIVE_UNIT` if the systems
+    # have different units or equivalence bounds.
     unit: str
+    # Number of systems and of papers by verdict. Papers can be `MIXED`.
     systems: Mapping[str, int]
     papers: Mapping[str, int]
+    # Summary of the papers in `unit`, or None for fewer than three papers with two runs.
     mean: RandomEffects | None
 
     @property
@@ -68,10 +58,7 @@ class QuestionSummary:
     def scale(self, decision: Decision) -> float:
         """Return the factor that converts the effect of a system to `unit`.
 
-        Parameters
-        ----------
-        decision
-            One of the decisions on the question.
+        `decision`: one of the decisions on the question.
         """
         return _find_scale(decision, self.unit)
 
@@ -79,15 +66,7 @@ class QuestionSummary:
 def summarize_questions(decisions: Sequence[Decision]) -> list[QuestionSummary]:
     """Summarize each question that is measured in a system.
 
-    Parameters
-    ----------
-    decisions : sequence of Decision
-        All decisions of the table.
-
-    Returns
-    -------
-    list of QuestionSummary
-        The summaries in the order of `QUESTIONS`.
+    Returns the summaries in the order of `QUESTIONS`.
     """
     measured = {
         question: tuple(
@@ -150,18 +129,7 @@ def _combine(rows: Sequence[tuple[Decision, Measurement]], unit: str) -> RandomE
 
 
 def conclude(decisions: Sequence[Decision]) -> Iterator[str]:
-    """Yield at most six sentences that follow from the table.
-
-    Parameters
-    ----------
-    decisions : sequence of Decision
-        All decisions of the table.
-
-    Yields
-    ------
-    str
-        A sentence on the classes, and one on each question that is measured.
-    """
+    """Yield at most six sentences that follow from the table."""
     systems = {decision.system for decision in decisions}
     papers = {system.paper for system in systems}
     classes = Counter(decision.estimate.measurability for decision in decisions)
@@ -209,10 +177,7 @@ def _describe_mean(summary: QuestionSummary) -> str:
 def format_effect(number: float) -> str:
     """Return an effect with its sign and two digits, or all digits of a large integer part.
 
-    Parameters
-    ----------
-    number
-        The effect. NaN is a dash.
+    `number`: NaN is a dash.
     """
     if isnan(number):
         return "–"

@@ -60,27 +60,8 @@ def evaluate_variant(
 ) -> VariantResult:
     """Evaluate the claims of a paper for one variant.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent) and the paper's names of
-        conditions, such as evo/A.
-    variant : VariantSettings
-        The variant.
-    last : int
-        Number of final generations to average in each run, at least 1.
-    paper : Paper or None
-        The paper. Defaults to the default paper.
-
-    Returns
-    -------
-    VariantResult
-        The outcomes of all claims.
-
-    Raises
-    ------
-    ValueError
-        `last` is less than 1.
+    `data`: the runs, with the dimensions (condition, run, generation, agent) and the paper's names
+    of conditions, such as evo/A. `paper`: defaults to the default paper.
     """
     results = evaluate_claims(data, last, paper)
     outcomes = {result.claim.id: _make_outcome(result.record()) for result in results}
@@ -104,17 +85,8 @@ def _make_outcome(record: Mapping[str, Any]) -> Outcome:
 def compute_distance(outcomes: Mapping[str, Outcome], paper: Paper | None = None) -> float | None:
     """Return the mean of |effect - figure| / figure over the claims with an effect size.
 
-    Parameters
-    ----------
-    outcomes : mapping of str to Outcome
-        Outcomes by claim.
-    paper : Paper or None
-        The paper. Defaults to the default paper.
-
-    Returns
-    -------
-    float or None
-        The distance, or None if the paper has no effect size or an effect is missing.
+    `paper`: defaults to the default paper. Returns the distance, or None if the paper has no effect
+    size or an effect is missing.
     """
     claims = (paper or load()).claims
     paper_effects = {claim.id: claim.paper_value for claim in claims if claim.paper_value}
@@ -154,18 +126,8 @@ def select_claims(multiverse: Multiverse, *verdicts: Verdict) -> list[str]:
 def find_decisive_choices(multiverse: Multiverse, claim: str) -> dict[str, list[str]]:
     """Return the choices on which the verdict of a claim depends.
 
-    Parameters
-    ----------
-    multiverse : Multiverse
-        The multiverse. Only variants that change a single choice count.
-    claim : str
-        Identifier of the claim.
-
-    Returns
-    -------
-    dict of str to list of str
-        The variants that change the verdict, by choice. Empty if the standard variant does not
-        decide the claim.
+    `multiverse`: only variants that change a single choice count. Returns the variants that change
+    the verdict, by choice. Empty if the standard variant does not decide the claim.
     """
     verdicts = {variant.name: variant.outcomes[claim].verdict for variant in multiverse.variants}
     standard = verdicts.get(STANDARD, NOT_EVALUATED)
@@ -186,15 +148,7 @@ def find_nearest(multiverse: Multiverse) -> VariantResult | None:
     variants, the variant with the smallest distance. The distance alone is not sufficient, because
     a variant without any eaten item has a distance of only 1.
 
-    Parameters
-    ----------
-    multiverse : Multiverse
-        The multiverse.
-
-    Returns
-    -------
-    VariantResult or None
-        The variant, or None if no variant has a distance.
+    Returns the variant, or None if no variant has a distance.
     """
     measured = [variant for variant in multiverse.variants if variant.distance is not None]
     claims_with_effect = [claim.id for claim in multiverse.claims if claim.figure is not None]
@@ -257,18 +211,7 @@ def list_paper_effects(multiverse: Multiverse) -> dict[str, float]:
 
 
 def compute_shares(multiverse: Multiverse) -> list[Share]:
-    """Count the combinations under which each claim holds, by choice and alternative.
-
-    Parameters
-    ----------
-    multiverse : Multiverse
-        The multiverse.
-
-    Returns
-    -------
-    list of Share
-        Shares by choice, alternative (the standard first) and claim.
-    """
+    """Count the combinations under which each claim holds, by choice and alternative."""
     groups: dict[str, dict[str, list[VariantResult]]] = {
         choice: {STANDARD: []} for choice in multiverse.choices
     }
@@ -300,17 +243,7 @@ def _count_held(variants: Iterable[VariantResult], claim: str) -> tuple[int, int
 def find_largest_effect(shares: Sequence[Share], claim: str) -> tuple[Share, Share] | None:
     """Return the largest and smallest share of the choice with the largest effect on a claim.
 
-    Parameters
-    ----------
-    shares : sequence of Share
-        The shares of `compute_shares`.
-    claim : str
-        Identifier of the claim.
-
-    Returns
-    -------
-    (Share, Share) or None
-        The two shares, or None if no combination decides the claim.
+    Returns the two shares, or None if no combination decides the claim.
     """
     pairs = []
     for choice in dict.fromkeys(share.choice for share in shares):

@@ -30,15 +30,7 @@ HEADINGS_AND_LEGEND_HEIGHT: Final = 0.9
 def draw_variants(multiverse: Multiverse) -> Figure:
     """Draw the verdict and the deciding effect of each claim under each single-choice variant.
 
-    Parameters
-    ----------
-    multiverse : Multiverse
-        The multiverse.
-
-    Returns
-    -------
-    Figure
-        One row per variant, one column per claim.
+    The figure has one row per variant, one column per claim.
     """
     variants = multiverse.singles.variants
     claims = [claim.id for claim in multiverse.claims]
@@ -88,15 +80,7 @@ def _decimals(effect: float) -> int:
 def draw_shares(multiverse: Multiverse) -> Figure:
     """Draw the share of combinations under which each claim holds, by choice and alternative.
 
-    Parameters
-    ----------
-    multiverse : Multiverse
-        The multiverse.
-
-    Returns
-    -------
-    Figure
-        One row per alternative, one column per claim.
+    The figure has one row per alternative, one column per claim.
     """
     shares = compute_shares(multiverse)
     claims = [claim.id for claim in multiverse.claims]

@@ -25,18 +25,7 @@ from baldwinlab.core.files import RESULTS_FILE, read_bytes
 
 
 def summarize(multiverse: Multiverse) -> dict[str, Any]:
-    """Return the results that the report describes in sentences, for JSON.
-
-    Parameters
-    ----------
-    multiverse : Multiverse
-        The multiverse.
-
-    Returns
-    -------
-    dict of str to Any
-        Plain data.
-    """
+    """Return the results that the report describes in sentences, for JSON."""
     nearest = find_nearest(multiverse)
     shares = compute_shares(multiverse) if multiverse.has_combinations else None
     return {
@@ -57,25 +46,7 @@ def summarize(multiverse: Multiverse) -> dict[str, Any]:
 
 
 def write_multiverse(multiverse: Multiverse, path: Path) -> Path:
-    """Write a multiverse as JSON, atomically, with null for undefined numbers.
-
-    Parameters
-    ----------
-    multiverse : Multiverse
-        The multiverse.
-    path : Path
-        File to write.
-
-    Returns
-    -------
-    Path
-        `path`.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written.
-    """
+    """Write a multiverse as JSON, atomically, with null for undefined numbers."""
     record = {
         "checksum": _checksum(multiverse),
         "summary": summarize(multiverse),
@@ -86,25 +57,7 @@ def write_multiverse(multiverse: Multiverse, path: Path) -> Path:
 
 
 def read_multiverse(path: Path) -> Multiverse:
-    """Read a file of `write_multiverse`.
-
-    Parameters
-    ----------
-    path : Path
-        File to read.
-
-    Returns
-    -------
-    Multiverse
-        The multiverse.
-
-    Raises
-    ------
-    ValueError
-        The file has another format, or was changed.
-    OSError
-        The file cannot be read.
-    """
+    """Read a file of `write_multiverse`."""
     raw = _read_bytes(path)
     try:
         record = json.loads(raw)

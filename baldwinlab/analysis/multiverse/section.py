@@ -34,27 +34,7 @@ class StandardStudy(NamedTuple):
 def make_section(
     multiverse: Multiverse, folder: Path, study: StandardStudy | None = None
 ) -> Section:
-    """Make the section of a report on the variants of a paper, and save its figures.
-
-    Parameters
-    ----------
-    multiverse : Multiverse
-        The multiverse.
-    folder : Path
-        Folder for the figures.
-    study : StandardStudy or None
-        The study whose report has the section. The section explains why its verdicts differ.
-
-    Returns
-    -------
-    Section
-        The section.
-
-    Raises
-    ------
-    OSError
-        A figure cannot be written.
-    """
+    """Make the section of a report on the variants of a paper, and save its figures."""
     singles = multiverse.singles
     explanation = explain_differences(multiverse, study) if study else ""
     sentences = compose_sentences(singles)
@@ -82,20 +62,7 @@ def make_section(
 
 
 def explain_differences(multiverse: Multiverse, study: StandardStudy) -> str:
-    """Explain why the standard variant and the study have different verdicts.
-
-    Parameters
-    ----------
-    multiverse : Multiverse
-        The multiverse.
-    study : StandardStudy
-        The study under the standard variant.
-
-    Returns
-    -------
-    str
-        Sentences, or "" if the numbers of runs are equal, or all verdicts are equal.
-    """
+    """Explain why the standard variant and the study have different verdicts."""
     standard = analysis.find_standard_variant(multiverse)
     if standard is None or standard.runs == study.runs:
         return ""

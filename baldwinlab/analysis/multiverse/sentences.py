@@ -17,18 +17,7 @@ MAX_NAMED_WITH_STANDARD: Final = 2
 
 
 def compose_sentences(multiverse: Multiverse) -> list[str]:
-    """Return the results of all variants as sentences.
-
-    Parameters
-    ----------
-    multiverse : Multiverse
-        The multiverse, with variants that change a single choice.
-
-    Returns
-    -------
-    list of str
-        Sentences.
-    """
+    """Return the results of all variants as sentences."""
     titles = {claim.id: _format_title(claim) for claim in multiverse.claims}
     robust = analysis.select_claims(multiverse, HOLDS)
     return [
@@ -168,18 +157,7 @@ def _list_results(variant: VariantResult) -> list[tuple[Verdict, float | None]]:
 
 
 def describe_combinations(multiverse: Multiverse) -> list[str]:
-    """Return the results of all combinations, one sentence per claim.
-
-    Parameters
-    ----------
-    multiverse : Multiverse
-        The multiverse.
-
-    Returns
-    -------
-    list of str
-        Sentences, or nothing if no variant changes several choices.
-    """
+    """Return the results of all combinations, one sentence per claim."""
     if not multiverse.has_combinations:
         return []
     shares = analysis.compute_shares(multiverse)

@@ -49,15 +49,7 @@ def emergence_generations(generations: int) -> list[int]:
     Foraging emerges early, so the interval between generations grows geometrically: of 100
     generations, the figure shows 0, 1, 3, 10, 31 and 99.
 
-    Parameters
-    ----------
-    generations : int
-        Number of generations of a run.
-
-    Returns
-    -------
-    list of int
-        At most six generations, with the first and the last.
+    Returns at most six generations, with the first and the last.
     """
     if generations <= MAX_EMERGENCE_PANELS:
         return list(range(generations))
@@ -71,20 +63,7 @@ def emergence_generations(generations: int) -> list[int]:
 def draw_report(report: ReportData) -> dict[str, Any]:
     """Draw the figures of a report and compute its contents.
 
-    Parameters
-    ----------
-    report : ReportData
-        The study and its results. Figures are written to `report.directory`/figures.
-
-    Returns
-    -------
-    dict of str to Any
-        The contents, for `write_report`.
-
-    Raises
-    ------
-    OSError
-        A figure cannot be written.
+    `report`: figures are written to `report.directory`/figures.
     """
     folder = report.directory / "figures"
     contrasts = report.contrasts if report.contrasts and report.contrasts.rows else None
@@ -152,31 +131,7 @@ def write_report(
     sections: Sequence[Section] = (),
     summary: ReportSummary | None = None,
 ) -> Path:
-    """Write a report as one HTML file, atomically.
-
-    Parameters
-    ----------
-    directory : Path
-        Directory of the study, with the folder of the figures.
-    contents : mapping of str to Any
-        The result of `draw_report`.
-    out : Path
-        File to write.
-    sections : sequence of Section
-        Sections of assays and of the multiverse.
-    summary : ReportSummary or None
-        Sentences and a table at the top of the report.
-
-    Returns
-    -------
-    Path
-        `out`.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written.
-    """
+    """Write a report as one HTML file, atomically."""
     page = render("report/report.html", sections=sections, top=summary, **contents)
     links = contents["condition_links"]
     watch = render("report/watch.html", links=links) if links else ""

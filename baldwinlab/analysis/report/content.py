@@ -46,18 +46,9 @@ def select_foragers(conditions: Mapping[str, BaseExperiment]) -> dict[str, Exper
 def compute_shares(data: xr.Dataset, conditions: Mapping[str, BaseExperiment]) -> xr.Dataset:
     """Return the composition of each generation, such as the shares of alleles.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent).
-    conditions : mapping of str to BaseExperiment
-        Experiments by condition.
-
-    Returns
-    -------
-    xr.Dataset
-        Shares with the dimensions (condition, run, generation) and their meaning as `long_name`.
-        Empty unless the models of all conditions are loaded and define the same shares.
+    `data`: the runs, with the dimensions (condition, run, generation, agent). Returns shares with
+    the dimensions (condition, run, generation) and their meaning as `long_name`. Empty unless the
+    models of all conditions are loaded and define the same shares.
     """
     shares = [model.all_shares() for model in _iterate_loaded_models(conditions)]
     meanings = [_list_meanings(model_shares) for model_shares in shares]
@@ -77,18 +68,9 @@ def compute_species_composition(
 ) -> xr.Dataset:
     """Return the share of each species in the generations of the conditions in which they compete.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent).
-    conditions : mapping of str to BaseExperiment
-        Experiments by condition.
-
-    Returns
-    -------
-    xr.Dataset
-        A variable for each species, such as "species prey", with the dimensions (condition, run,
-        generation), NaN in the conditions without the species. Empty if no species compete.
+    `data`: the runs, with the dimensions (condition, run, generation, agent). Returns a variable
+    for each species, such as "species prey", with the dimensions (condition, run, generation), NaN
+    in the conditions without the species. Empty if no species compete.
     """
     compositions = []
     for name, experiment in conditions.items():
@@ -146,18 +128,8 @@ def format_range(values: Iterable[int]) -> str:
 def title_worlds(conditions: Experiments, factors: Mapping[str, Factors]) -> dict[str, str]:
     """Return the first condition of each distinct world.
 
-    Parameters
-    ----------
-    conditions : mapping of str to Experiment
-        Experiments by condition.
-    factors : mapping of str to Factors
-        Factors by condition.
-
-    Returns
-    -------
-    dict of str to str
-        Conditions by title. The title is the map if each world has its own map. Otherwise it is the
-        first condition, with the number of further conditions.
+    Returns conditions by title. The title is the map if each world has its own map. Otherwise it is
+    the first condition, with the number of further conditions.
     """
     names: dict[str, list[str]] = {}
     for name, experiment in conditions.items():

@@ -38,25 +38,7 @@ class ReportFigure(NamedTuple):
 
 
 def save_and_inline(figure: ReportFigure, folder: Path) -> dict[str, Any]:
-    """Save a figure as SVG, PNG and CSV, and return the values that a page needs to show it.
-
-    Parameters
-    ----------
-    figure : ReportFigure
-        The figure.
-    folder : Path
-        Folder for the files.
-
-    Returns
-    -------
-    dict of str to Any
-        Arguments of the template macro `drawing`, with the SVG as a data URL.
-
-    Raises
-    ------
-    OSError
-        A file cannot be written.
-    """
+    """Save a figure as SVG, PNG and CSV, and return the values that a page needs to show it."""
     saved = figures.save_figure(figure.figure, folder, figure.name)
     files = {"SVG": f"{figure.name}.svg", "PNG": f"{figure.name}.png"}
     if figure.table:

@@ -42,18 +42,7 @@ BOXES_NOTE: Final = (
 
 
 def draw_figures(report: ReportData) -> Iterator[ReportFigure]:
-    """Draw the figures of a report.
-
-    Parameters
-    ----------
-    report : ReportData
-        The study and its results.
-
-    Yields
-    ------
-    ReportFigure
-        The figures that apply to the study: those of its paper, or the standard ones.
-    """
+    """Draw the figures of a report."""
     names = report.paper.metadata.figures if report.paper else DEFAULT_FIGURES
     captions = report.paper.texts.captions if report.paper else {}
     is_foraging = bool(select_foragers(report.experiments))

@@ -38,18 +38,7 @@ class Headline(NamedTuple):
 
 
 def compose_headline(report: ReportData) -> Headline:
-    """Return the first screen of a report.
-
-    Parameters
-    ----------
-    report : ReportData
-        The study and its results.
-
-    Returns
-    -------
-    Headline
-        The texts. The effect is the first comparison of the study.
-    """
+    """Return the first screen of a report."""
     contrast = report.contrasts.rows[0] if report.contrasts and report.contrasts.rows else None
     lives = _select_lives(report, contrast)
     verdicts = describe_verdicts(report.results) if _has_findings(report) else ""
@@ -97,13 +86,7 @@ def _compose_question(report: ReportData) -> str:
 
 
 def cite(paper: Paper) -> str:
-    """Return a short citation, such as "Hinton and Nowlan (1987)".
-
-    Parameters
-    ----------
-    paper : Paper
-        The paper.
-    """
+    """Return a short citation, such as "Hinton and Nowlan (1987)"."""
     authors = paper.metadata.authors
     if len(authors) > MAX_NAMED_AUTHORS:
         return f"{authors[0]} et al. ({paper.metadata.year})"

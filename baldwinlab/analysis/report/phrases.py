@@ -24,18 +24,7 @@ RULE_AGGREGATES = {
 
 
 def name_measures(outcome: str) -> dict[str, str]:
-    """Return the name of each measure.
-
-    Parameters
-    ----------
-    outcome : str
-        Name of the fitness, from `name_outcome`.
-
-    Returns
-    -------
-    dict of str to str
-        Names by measure.
-    """
+    """Return the name of each measure."""
     names = MEASURE_NAMES | {"share": name_share(outcome)}
     if outcome in FOOD_OUTCOMES:
         return names
@@ -101,15 +90,7 @@ def describe_finding(finding: Finding) -> str:
 def describe_distance(result: ClaimResult) -> str:
     """Return the difference between the measured effect and the value of the paper.
 
-    Parameters
-    ----------
-    result : ClaimResult
-        A claim with its verdict.
-
-    Returns
-    -------
-    str
-        The difference, or "" if the paper has no value or the claim was not evaluated.
+    Returns the difference, or "" if the paper has no value or the claim was not evaluated.
     """
     if result.difference_from_paper is None or result.deciding is None:
         return ""
@@ -126,15 +107,7 @@ def describe_distance(result: ClaimResult) -> str:
 def agrees_with_paper(result: ClaimResult) -> bool:
     """Return whether the value of the paper, if it has one, is inside the measured interval.
 
-    Parameters
-    ----------
-    result : ClaimResult
-        A claim with its verdict.
-
-    Returns
-    -------
-    bool
-        True if the paper has no value. Without an interval, the two values must be equal.
+    Returns True if the paper has no value. Without an interval, the two values must be equal.
     """
     if (
         result.difference_from_paper is None

@@ -38,10 +38,7 @@ class Link(NamedTuple):
 def find_typical_lives(data: xr.Dataset) -> dict[str, StoredLife]:
     """Return by condition the last generation of a typical run. Conditions without runs have none.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent).
+    `data`: the runs, with the dimensions (condition, run, generation, agent).
     """
     has_data = data["energy"].notnull().any(("run", "agent"))
     lives = {}
@@ -58,12 +55,7 @@ def make_link(lives: Sequence[StoredLife], label: str = "") -> Link:
 
     The lab serves the directory of the study, so the address contains no name of a directory.
 
-    Parameters
-    ----------
-    lives : sequence of StoredLife
-        One or two lifetimes.
-    label : str
-        Text of the link. By default the conditions.
+    `label`: text of the link. By default the conditions.
     """
     state: dict[str, str | int] = {}
     for prefix, life in zip(("", "b."), lives, strict=False):

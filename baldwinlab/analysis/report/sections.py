@@ -65,18 +65,8 @@ class ReportSummary(NamedTuple):
 def render(template: str, **values: Any) -> str:
     """Fill a template of the package.
 
-    Parameters
-    ----------
-    template : str
-        Path below the package, for example ``report/page.html``. The template may use
-        `TEMPLATE_FILTERS` and the macros of ``report/macros.html``.
-    **values : Any
-        The variables of the template.
-
-    Returns
-    -------
-    str
-        HTML.
+    `template`: path below the package, for example ``report/page.html``. The template may use
+    `TEMPLATE_FILTERS` and the macros of ``report/macros.html``.
     """
     return _make_environment().get_template(template).render(**values)
 
@@ -100,31 +90,7 @@ def _make_environment() -> Environment:
 def write_page(
     title: str, lead: str, sections: Sequence[Section], out: Path, figures: Path
 ) -> Path:
-    """Write a self-contained HTML page.
-
-    Parameters
-    ----------
-    title : str
-        Title of the page.
-    lead : str
-        First paragraph, as plain text.
-    sections : sequence of Section
-        The sections, in order.
-    out : Path
-        File to write.
-    figures : Path
-        Folder of the figures' files, to which the page links.
-
-    Returns
-    -------
-    Path
-        `out`.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written.
-    """
+    """Write a self-contained HTML page."""
     page = render("report/page.html", title=title, lead=lead, sections=sections)
     return write_atomically(out, complete_page(page, out, figures).encode())
 
@@ -132,21 +98,8 @@ def write_page(
 def complete_page(page: str, out: Path, figures: Path, watch: str = "") -> str:
     """Return a page with its contents, numbered figures, and links to files and lifetimes.
 
-    Parameters
-    ----------
-    page : str
-        HTML with a placeholder for the contents.
-    out : Path
-        File that the page will be written to. Links are relative to it.
-    figures : Path
-        Folder of the figures' files.
-    watch : str
-        HTML of the links to lifetimes in figures that have none.
-
-    Returns
-    -------
-    str
-        HTML.
+    `out`: file that the page will be written to. Links are relative to it. `watch`: HTML of the
+    links to lifetimes in figures that have none.
     """
     figure_names = FIGURE_PATTERN.findall(page)
     figure_numbers = {name: number for number, name in enumerate(figure_names, 1)}

@@ -22,19 +22,7 @@ def describe_variant(
 ) -> str:
     """Return the variant of the paper that an experiment follows.
 
-    Parameters
-    ----------
-    experiment : Experiment
-        An experiment of the MiniWorld model.
-    paper : Paper
-        The paper.
-    tuned_settings : collection of str
-        Settings that the stages of the paper choose. They are not compared.
-
-    Returns
-    -------
-    str
-        The name of the variant, or a phrase with all differences from the standard variant.
+    `tuned_settings`: settings that the stages of the paper choose. They are not compared.
     """
     differences = dict[str, list[str]]()
     for name in dict.fromkeys([STANDARD_VARIANT, *paper.names("variants")]):
@@ -78,20 +66,7 @@ def _list_changes(
 def select_open_choices(
     results: Sequence[ClaimResult], conditions: Experiments
 ) -> list[tuple[OpenChoice, str, list[str]]]:
-    """Return the open choices of the paper that may explain differing claims.
-
-    Parameters
-    ----------
-    results : sequence of ClaimResult
-        The claims that differ from the paper.
-    conditions : mapping of str to Experiment
-        Experiments by condition.
-
-    Returns
-    -------
-    list of (OpenChoice, str, list of str)
-        Each choice with its value in the study and the identifiers of the claims.
-    """
+    """Return the open choices of the paper that may explain differing claims."""
     claims_by_choice: dict[OpenChoice, list[str]] = {}
     for result in results:
         for choice in result.claim.choices:
@@ -119,20 +94,7 @@ def format_value(value: Any) -> str:
 
 
 def describe_changed_settings(report: ReportData, paper: Paper) -> list[str]:
-    """Return a sentence for each difference between the study and the paper.
-
-    Parameters
-    ----------
-    report : ReportData
-        The study.
-    paper : Paper
-        The paper.
-
-    Returns
-    -------
-    list of str
-        Sentences on changed settings, on the variant and on the number of runs.
-    """
+    """Return a sentence for each difference between the study and the paper."""
     declared = paper.study_names()
     variants = [
         report.variants[name] for name in select_foragers(report.experiments) if name in declared

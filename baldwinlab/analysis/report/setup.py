@@ -26,21 +26,11 @@ def summarize_setup(
 ) -> list[tuple[str, str]]:
     """Return the setup of a study, as pairs of a heading and a text.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent).
-    conditions : mapping of str to Experiment
-        Experiments by condition.
-    provenance : mapping of str to Any
-        Known facts about the study, such as its seed.
-    variants : mapping of str to str
-        Variant of the paper by condition. Empty without a paper.
+    - `data`: the runs, with the dimensions (condition, run, generation, agent).
+    - `provenance`: known facts about the study, such as its seed.
+    - `variants`: variant of the paper by condition. Empty without a paper.
 
-    Returns
-    -------
-    list of (str, str)
-        Headings and texts. Headings without a text are left out.
+    Headings without a text are left out.
     """
     experiments = conditions.values()
     foragers = select_foragers(conditions)
@@ -75,12 +65,7 @@ def summarize_setup(
 def abridge_setup(data: xr.Dataset, conditions: Experiments) -> str:
     """Return the size of a study, such as "6 conditions; runs: 30; generations: 100".
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent).
-    conditions : mapping of str to Experiment
-        Experiments by condition.
+    `data`: the runs, with the dimensions (condition, run, generation, agent).
     """
     generations = format_range(
         experiment.evolution.generations for experiment in conditions.values()
@@ -94,12 +79,7 @@ def abridge_setup(data: xr.Dataset, conditions: Experiments) -> str:
 def describe_stopped_runs(data: xr.Dataset, conditions: Experiments) -> str:
     """Return the numbers of runs that stopped before their last generation, or "".
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent).
-    conditions : mapping of str to Experiment
-        Experiments by condition.
+    `data`: the runs, with the dimensions (condition, run, generation, agent).
     """
     if GENERATION_COUNT not in data.coords:
         return ""
@@ -124,15 +104,8 @@ def describe_stopped_runs(data: xr.Dataset, conditions: Experiments) -> str:
 def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]:
     """Return the conditions as pairs of a heading and a text.
 
-    Parameters
-    ----------
-    factors : mapping of str to Factors
-        Factors by condition.
-
-    Returns
-    -------
-    list of (str, str)
-        All conditions, or learners and maps if many conditions combine each learner with each map.
+    Returns all conditions, or learners and maps if many conditions combine each learner with each
+    map.
     """
     learners = dict.fromkeys(condition.learner for condition in factors.values())
     maps = dict.fromkeys(condition.map for condition in factors.values())
@@ -155,15 +128,7 @@ def describe_conditions(factors: Mapping[str, Factors]) -> list[tuple[str, str]]
 def describe_fitness(foraging: Collection[Experiment]) -> str:
     """Return the definition and unit of fitness.
 
-    Parameters
-    ----------
-    foraging : collection of Experiment
-        Experiments of the MiniWorld model.
-
-    Returns
-    -------
-    str
-        A phrase, or "" without food or without such an experiment.
+    Returns a phrase, or "" without food or without such an experiment.
     """
     names = dict.fromkeys(experiment.evolution.fitness for experiment in foraging)
     phrases = [

@@ -37,18 +37,8 @@ N_COLUMNS: Final = 2
 def draw_runs(rows: Sequence[NoiseComparison], noise_controls: Sequence[str]) -> Figure:
     """Draw the fitness on unseen maps of all runs, with a panel for each map.
 
-    Parameters
-    ----------
-    rows : sequence of NoiseComparison
-        The learners on all maps.
-    noise_controls : sequence of str
-        Names of the noise controls.
-
-    Returns
-    -------
-    Figure
-        A row per learner: a point per run, the median as a line, and the number of runs that take
-        off.
+    The figure has a row per learner: a point per run, the median as a line, and the number of runs
+    that take off.
     """
     maps = list(dict.fromkeys(row.map for row in rows))
     n_columns = min(N_COLUMNS, len(maps))
@@ -102,17 +92,8 @@ def _scale_items(axes: Axes, values: Sample) -> None:
 def draw_specifications(results: SpecificationResults, noise_controls: Sequence[str]) -> Figure:
     """Draw the rank of each learner in each specification, and the differences to the best noise.
 
-    Parameters
-    ----------
-    results : SpecificationResults
-        The learners, sorted by median rank.
-    noise_controls : sequence of str
-        Names of the noise controls.
-
-    Returns
-    -------
-    Figure
-        A row per learner and a point per specification. Lines are medians.
+    `results`: the learners, sorted by median rank. The figure has a row per learner and a point per
+    specification. Lines are medians.
     """
     n_learners = len(results.learners)
     figure = Figure((FIGURE_WIDTH, AXIS_HEIGHT + ROW_HEIGHT * n_learners))

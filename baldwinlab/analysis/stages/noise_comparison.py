@@ -26,23 +26,12 @@ TAKEOFF_FITNESS: Final = 1.0
 
 
 class ControlEffect(NamedTuple):
-    """Comparison of a learner with a control on the same map.
+    """Comparison of a learner with a control on the same map."""
 
-    Attributes
-    ----------
-    control : str
-        Name of the control condition, with its map.
-    numbers : Comparison
-        The comparison of the learner with the control.
-    p : float
-        The p-value of the table: for noise controls, the largest of all noise controls.
-    q : float
-        `p`, corrected by the method of Benjamini and Hochberg for all learners and maps.
-    """
-
-    control: str
+    control: str  # Name of the control condition, with its map.
     numbers: Comparison
-    p: float
+    p: float  # The p-value of the table: for noise controls, the largest of all noise controls.
+    # `p`, corrected by the method of Benjamini and Hochberg for all learners and maps.
     q: float = nan
 
 
@@ -117,24 +106,10 @@ def compare_with_noise(
 ) -> list[NoiseComparison]:
     """Compare each learner with the noise controls of its map, and with its matched controls.
 
-    Parameters
-    ----------
-    values : mapping of str to Sample
-        Fitness on unseen maps [run] by condition, without conditions that have no value.
-    factors : mapping of str to Factors
-        Factors by condition.
-    noise_controls : sequence of str
-        Names of the noise controls, without their maps.
-    settings : mapping of str to str
-        The tuned setting of each condition, as text.
-    results : sequence of ClaimResult
-        The evaluated claims.
-
-    Returns
-    -------
-    list of NoiseComparison
-        A row for each condition except the matched controls, in the order of the conditions. The
-        correction of the q-values is for all rows, separately for each kind of control.
+    `values`: fitness on unseen maps [run] by condition, without conditions that have no value.
+    `noise_controls`: names of the noise controls, without their maps. Returns a row for each
+    condition except the matched controls, in the order of the conditions. The correction of the
+    q-values is for all rows, separately for each kind of control.
     """
     conditions = {factors[name]: name for name in values}
     matched_names = {

@@ -31,30 +31,15 @@ CURVE_TITLE: Final = "Specification curve"
 
 @dataclass(frozen=True)
 class StagedResults:
-    """The results of a study in stages.
+    """The results of a study in stages."""
 
-    Attributes
-    ----------
-    rows
-        The learners on all maps.
-    noise_controls
-        Names of the noise controls.
-    specifications
-        The specification curve, None if it is not stored.
-    settings
-        The values of each factor of the specification curve, as text.
-    digests
-        SHA-256 of the claims and of the tuned values, by file.
-    notes
-        Sentences on the size of the study.
-    """
-
-    rows: Sequence[NoiseComparison]
+    rows: Sequence[NoiseComparison]  # The learners on all maps.
     noise_controls: Sequence[str]
+    # The specification curve, None if it is not stored.
     specifications: SpecificationResults | None
-    settings: Mapping[str, str]
-    digests: Mapping[str, str]
-    notes: Sequence[str] = ()
+    settings: Mapping[str, str]  # The values of each factor of the specification curve, as text.
+    digests: Mapping[str, str]  # SHA-256 of the claims and of the tuned values, by file.
+    notes: Sequence[str] = ()  # Sentences on the size of the study.
 
     @property
     def maps(self) -> list[str]:
@@ -68,25 +53,7 @@ class StagedResults:
 
 
 def make_summary(results: StagedResults, directory: Path) -> ReportSummary:
-    """Make the sentences and the tables at the top of a report, and write their data.
-
-    Parameters
-    ----------
-    results : StagedResults
-        The results.
-    directory : Path
-        Directory of the study.
-
-    Returns
-    -------
-    ReportSummary
-        The sentences and the tables.
-
-    Raises
-    ------
-    OSError
-        A file cannot be written.
-    """
+    """Make the sentences and the tables at the top of a report, and write their data."""
     _write_records(results, directory)
     tables = {
         map_name: [row for row in results.rows if row.map == map_name] for map_name in results.maps
@@ -149,25 +116,7 @@ def _list_learners(rows: Sequence[NoiseComparison]) -> str:
 
 
 def make_section(results: StagedResults, directory: Path) -> Section:
-    """Make the section with the figures and the frozen files.
-
-    Parameters
-    ----------
-    results : StagedResults
-        The results.
-    directory : Path
-        Directory of the study.
-
-    Returns
-    -------
-    Section
-        The section.
-
-    Raises
-    ------
-    OSError
-        A figure cannot be written.
-    """
+    """Make the section with the figures and the frozen files."""
     folder = directory / "figures"
     runs_figure = ReportFigure(
         name="unseen-maps",

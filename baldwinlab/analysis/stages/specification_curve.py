@@ -18,21 +18,11 @@ from baldwinlab.experiment.factors import Factors
 
 
 class LearnerRanks(NamedTuple):
-    """A learner in all specifications.
-
-    Attributes
-    ----------
-    learner : str
-        Name of the learner.
-    ranks : Sample
-        Rank in each specification, [specification]; rank 1 has the largest fitness.
-    effects : Sample
-        Difference to the best noise control of the specification, [specification].
-    """
+    """A learner in all specifications."""
 
     learner: str
-    ranks: Sample
-    effects: Sample
+    ranks: Sample  # Rank in each specification, [specification]; rank 1 has the largest fitness.
+    effects: Sample  # Difference to the best noise control of the specification, [specification].
 
     @property
     def median_rank(self) -> float:
@@ -58,23 +48,11 @@ class LearnerRanks(NamedTuple):
 
 
 class SpecificationResults(NamedTuple):
-    """Learners in all specifications, sorted by median rank.
+    """Learners in all specifications, sorted by median rank."""
 
-    Attributes
-    ----------
-    learners : list of LearnerRanks
-        The learners and the noise controls.
-    specifications : list of str
-        Names of the specifications.
-    w : float
-        Kendall's W of the rank orders.
-    p : float
-        Its p-value.
-    """
-
-    learners: list[LearnerRanks]
+    learners: list[LearnerRanks]  # The learners and the noise controls.
     specifications: list[str]
-    w: float
+    w: float  # Kendall's W of the rank orders.
     p: float
 
 
@@ -83,19 +61,8 @@ def evaluate_specifications(
 ) -> SpecificationResults | None:
     """Rank the learners in each specification by their mean fitness on unseen maps.
 
-    Parameters
-    ----------
-    values : mapping of str to Sample
-        Fitness on unseen maps [run] by condition.
-    factors : mapping of str to Factors
-        Factors by condition. `variant` is the specification.
-    noise_controls : sequence of str
-        Names of the noise controls.
-
-    Returns
-    -------
-    SpecificationResults or None
-        The results, over specifications that have all conditions. None if there is none.
+    `values`: [run] by condition. Returns the results, over specifications that have all conditions.
+    None if there is none.
     """
     learners = list(dict.fromkeys(factor.learner for factor in factors.values()))
     maps = dict.fromkeys(factor.map for factor in factors.values())

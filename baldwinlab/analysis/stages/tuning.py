@@ -16,33 +16,14 @@ LAST_GENERATIONS = 10
 def measure_medians(data: xr.Dataset) -> dict[str, float]:
     """Compute the median over runs of the mean fitness in the last generations.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs with one value of the setting, (condition, run, generation, agent).
-
-    Returns
-    -------
-    dict of str to float
-        Medians by condition.
+    `data`: the runs with one value of the setting, (condition, run, generation, agent).
     """
     medians = fitness.final(data, "mean", LAST_GENERATIONS).median("run")
     return {str(name): float(medians.sel(condition=name)) for name in data["condition"].values}
 
 
 def choose_values(medians: Mapping[float, Mapping[str, float]]) -> dict[str, float]:
-    """Choose the value with the largest median for each condition.
-
-    Parameters
-    ----------
-    medians : mapping
-        Medians by value of the setting and by condition.
-
-    Returns
-    -------
-    dict of str to float
-        The chosen value by condition. Of values with equal medians, the smallest is chosen.
-    """
+    """Choose the value with the largest median for each condition."""
     values = sorted(medians)
     conditions = list(medians[values[0]])
     return {

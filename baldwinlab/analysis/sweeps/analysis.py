@@ -76,22 +76,7 @@ class Correlation(NamedTuple):
 def compute_finals(sweep: xr.Dataset, last: int = 10) -> xr.Dataset:
     """Average each measure over the last generations.
 
-    Parameters
-    ----------
-    sweep : xr.Dataset
-        A sweep as `open_sweep` returns it, with its outcome as an attribute.
-    last : int
-        Number of final generations to average in each run, at least 1.
-
-    Returns
-    -------
-    xr.Dataset
-        `best`, `mean` and `share` (point, run), with the fields as coordinates along `point`.
-
-    Raises
-    ------
-    ValueError
-        `last` is less than 1.
+    Returns `best`, `mean` and `share` (point, run), with the fields as coordinates along `point`.
     """
     averages = {measure: fitness.final(sweep, measure, last) for measure in fitness.MEASURES}
     finals = xr.Dataset(averages, attrs=sweep.attrs)
@@ -139,17 +124,7 @@ def group_points(finals: xr.Dataset, field: str) -> list[Group]:
     If a sample or a list has more than eight different numbers, quantiles form up to eight groups
     of similar size, with at least five points each.
 
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-    field : str
-        A field of the sweep.
-
-    Returns
-    -------
-    list of Group
-        Groups, with numbers in ascending order.
+    Returns groups, with numbers in ascending order.
     """
     values = finals[field].values
     distinct = list_values(finals[field])
@@ -185,19 +160,7 @@ def _make_group(values: npt.NDArray[Any], points: npt.NDArray[np.intp]) -> Group
 def compute_responses(finals: xr.Dataset, field: str, measure: str) -> list[Response]:
     """Return the response of a measure to a field, averaged over all other fields.
 
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-    field : str
-        A field of the sweep.
-    measure : str
-        "best", "mean" or "share".
-
-    Returns
-    -------
-    list of Response
-        One response per group of `group_points`.
+    `measure`: "best", "mean" or "share". Returns one response per group of `group_points`.
     """
     sample_dim, averaged_dim = ("point", "run") if is_sampled(finals) else ("run", "point")
     responses = []
@@ -232,19 +195,8 @@ def compute_table(
 ) -> npt.NDArray[np.float64]:
     """Return means over runs and all other fields.
 
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-    row, column : str
-        Fields of the sweep.
-    measure : str
-        "best", "mean" or "share".
-
-    Returns
-    -------
-    np.ndarray
-        Shape (values of `row`, values of `column`), in the order of `group_points`.
+    `measure`: "best", "mean" or "share". Returns shape (values of `row`, values of `column`), in
+    the order of `group_points`.
     """
     means = finals[measure].mean("run").values
     column_groups = group_points(finals, column)
@@ -265,15 +217,7 @@ def _finite_mean(values: npt.NDArray[np.float64]) -> float:
 def compute_correlations(finals: xr.Dataset) -> list[Correlation]:
     """Return Spearman's correlation of each measure with each numeric field.
 
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-
-    Returns
-    -------
-    list of Correlation
-        Correlations, NaN if the field or the measure does not vary.
+    Returns correlations, NaN if the field or the measure does not vary.
     """
     correlations = []
     for field in finals.attrs["fields"]:
@@ -308,15 +252,7 @@ def _spearman(values: npt.NDArray[Any], means: npt.NDArray[np.float64]) -> tuple
 def tabulate_points(finals: xr.Dataset) -> list[dict[str, Any]]:
     """Return one row per point and measure.
 
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-
-    Returns
-    -------
-    list of dict
-        Rows with the fields, the number of runs, and the mean over runs with its 95 % interval.
+    Returns rows with the fields, the number of runs, and the mean over runs with its 95 % interval.
     """
     fields = finals.attrs["fields"]
     intervals = {measure: interval_of_mean(finals[measure]) for measure in fitness.MEASURES}
@@ -333,19 +269,6 @@ def tabulate_points(finals: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def write_responses(finals: xr.Dataset, directory: Path) -> None:
-    """Write `responses.csv`, with one row per point and measure, atomically.
-
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-    directory : Path
-        Folder for the file.
-
-    Raises
-    ------
-    OSError
-        The file cannot be written.
-    """
+    """Write `responses.csv`, with one row per point and measure, atomically."""
     columns = ("point", *finals.attrs["fields"], *RESPONSE_COLUMNS)
     write_atomically(directory / "responses.csv", to_csv(columns, tabulate_points(finals)))

@@ -56,16 +56,8 @@ MIN_TOP: Final = 1e-9
 def choose_axis_scale(values: Sequence[float] | npt.NDArray[np.float64]) -> str:
     """Return the scale of an axis.
 
-    Parameters
-    ----------
-    values : sequence of float
-        Values on the axis.
-
-    Returns
-    -------
-    str
-        "log" if the positive values span a factor of ten or more, and are spaced more evenly on a
-        log scale than on a linear scale. "symlog" if they also include 0. Otherwise "linear".
+    Returns "log" if the positive values span a factor of ten or more, and are spaced more evenly on
+    a log scale than on a linear scale. "symlog" if they also include 0. Otherwise "linear".
     """
     numbers = np.unique(np.asarray(values, np.float64))
     positive = numbers[numbers > 0]
@@ -88,15 +80,8 @@ def _measure_unevenness(numbers: npt.NDArray[np.float64]) -> float:
 def draw_response_curves(finals: xr.Dataset) -> Figure:
     """Draw the mean of each measure by the value of each field, with its 95 % interval.
 
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-
-    Returns
-    -------
-    Figure
-        One row per field, one column per measure. A random or Sobol sample has a dot per point.
+    The figure has one row per field, one column per measure. A random or Sobol sample has a dot per
+    point.
     """
     fields = finals.attrs["fields"]
     figure = Figure((FIGURE_WIDTH, 0.3 + 2.2 * len(fields)))
@@ -186,17 +171,7 @@ def _draw_means(axes: Axes, responses: Sequence[Response], is_joined: bool) -> N
 def draw_heat_maps(finals: xr.Dataset, row: str, column: str) -> Figure:
     """Draw means over runs and all other fields by the values of two fields of a grid.
 
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-    row, column : str
-        Fields of the sweep.
-
-    Returns
-    -------
-    Figure
-        One map per measure.
+    The figure has one map per measure.
     """
     rows = analysis.group_points(finals, row)
     columns = analysis.group_points(finals, column)

@@ -17,20 +17,8 @@ def link_points(
 ) -> list[Link]:
     """Return links to the last generation of a typical run of points.
 
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-    conditions : sequence of str
-        The name of each point in the study.
-    generations : sequence of int
-        The number of generations of each point.
-
-    Returns
-    -------
-    list of Link
-        One link per point with runs. Of many points, only those with the lowest and the highest
-        fitness of the average agent.
+    Returns one link per point with runs. Of many points, only those with the lowest and the highest
+    fitness of the average agent.
     """
     values = finals[SUMMARY_MEASURE]
     links = []

@@ -42,32 +42,7 @@ def write_sweep_report(
 ) -> Path:
     """Write the page of a sweep, and its figures as SVG and PNG, each atomically.
 
-    Parameters
-    ----------
-    directory : Path
-        Directory of the sweep. Figures are written to its folder `figures`.
-    finals : xr.Dataset
-        The result of `compute_finals`.
-    provenance : mapping of str to Any
-        Known facts about the study, as in `report.ReportData`.
-    out : Path
-        HTML file to write.
-    last : int
-        Number of final generations that were averaged in each run.
-    contrasts : Contrasts or None
-        Comparisons of the points.
-    links : sequence of Link
-        Lifetimes of points, from `link_points`.
-
-    Returns
-    -------
-    Path
-        `out`.
-
-    Raises
-    ------
-    OSError
-        A file cannot be written.
+    `directory`: figures are written to its folder `figures`.
     """
     title = f"{finals.attrs['base']}: sweep of {_join_names(finals.attrs['fields'])}"
     lead = f"The value of a run is its average over the last {last} generations."
@@ -84,28 +59,7 @@ def make_section(
 ) -> Section:
     """Make the section of a sweep, and save its figures.
 
-    Parameters
-    ----------
-    directory : Path
-        Directory of the sweep. Figures are written to its folder `figures`.
-    finals : xr.Dataset
-        The result of `compute_finals`.
-    provenance : mapping of str to Any
-        Known facts about the study, as in `report.ReportData`.
-    contrasts : Contrasts or None
-        Comparisons of the points.
-    links : sequence of Link
-        Lifetimes of points, from `link_points`.
-
-    Returns
-    -------
-    Section
-        The section.
-
-    Raises
-    ------
-    OSError
-        A figure cannot be written.
+    `directory`: figures are written to its folder `figures`.
     """
     fields = finals.attrs["fields"]
     is_sampled = analysis.is_sampled(finals)
@@ -139,18 +93,7 @@ def _join_names(names: Sequence[str]) -> str:
 
 
 def summarize_design(finals: xr.Dataset) -> list[tuple[str, str]]:
-    """Return the design of a sweep, as pairs of a heading and a text.
-
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-
-    Returns
-    -------
-    list of (str, str)
-        Headings and texts.
-    """
+    """Return the design of a sweep, as pairs of a heading and a text."""
     fields = [
         (field, f"{_list_values(finals, field)} ({finals[field].attrs['long_name']})")
         for field in finals.attrs["fields"]
@@ -181,18 +124,7 @@ def _responses_of_all_measures(finals: xr.Dataset, field: str) -> list[tuple[Res
 
 
 def draw_figures(finals: xr.Dataset) -> Iterator[ReportFigure]:
-    """Draw the response to each field, and a heat map for each pair of fields of a grid.
-
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-
-    Yields
-    ------
-    ReportFigure
-        The figures.
-    """
+    """Draw the response to each field, and a heat map for each pair of fields of a grid."""
     ranges = " ".join(describe_ranges(finals))
     yield ReportFigure(
         name="responses",

@@ -18,18 +18,7 @@ from baldwinlab.experiment.outcome import name_outcome_of
 
 
 def describe_effects(finals: xr.Dataset) -> Iterator[str]:
-    """Yield sentences on a sweep whose points are not compared with each other.
-
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-
-    Yields
-    ------
-    str
-        Sentences.
-    """
+    """Yield sentences on a sweep whose points are not compared with each other."""
     if analysis.is_sampled(finals):
         yield from _describe_correlations(finals)
     else:
@@ -59,18 +48,7 @@ def _name_outcome(finals: xr.Dataset) -> str:
 
 
 def describe_ranges(finals: xr.Dataset) -> Iterator[str]:
-    """Yield the lowest and the highest mean by each field, with intervals.
-
-    Parameters
-    ----------
-    finals : xr.Dataset
-        The result of `compute_finals`.
-
-    Yields
-    ------
-    str
-        Sentences for the alternative text of the figure. They state no difference.
-    """
+    """Yield the lowest and the highest mean by each field, with intervals."""
     for field in finals.attrs["fields"]:
         responses = [
             response

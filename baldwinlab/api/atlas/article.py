@@ -25,31 +25,12 @@ ARTICLE_FILE: Final = "article.md"
 
 
 def write_article(results: AtlasResults, directory: Path) -> Path:
-    """Write the article of a finished atlas.
-
-    Parameters
-    ----------
-    results : AtlasResults
-        The results.
-    directory : Path
-        Directory of the atlas, which has the figures of the article.
-
-    Returns
-    -------
-    Path
-        The written file.
-    """
+    """Write the article of a finished atlas."""
     return write_atomically(directory / ARTICLE_FILE, render_article(results).encode())
 
 
 def render_article(results: AtlasResults) -> str:
-    """Return the article as Markdown.
-
-    Parameters
-    ----------
-    results : AtlasResults
-        The results.
-    """
+    """Return the article as Markdown."""
     environment = Environment(
         loader=PackageLoader("baldwinlab.analysis", ""),
         autoescape=False,

@@ -39,15 +39,7 @@ MAX_RECORDED_AGENTS = 4_000_000
 
 
 class CellTask(NamedTuple):
-    """Task that simulates some runs of a cell and returns their values.
-
-    Attributes
-    ----------
-    experiment : Experiment
-        Experiment of the cell, with learning.
-    runs : tuple of int
-        Numbers of the runs.
-    """
+    """Task that simulates some runs of a cell and returns their values."""
 
     experiment: Experiment
     runs: tuple[int, ...]
@@ -71,13 +63,7 @@ class CellTask(NamedTuple):
     def run(
         self, seed: int, directory: Path, backend: Backend, report_progress: Callable[[int], None]
     ) -> xr.Dataset:
-        """Return the values of all runs, from `reduce_cell`.
-
-        Parameters
-        ----------
-        seed, directory, backend, report_progress
-            Arguments of `Task.run`. Cells are simulated on the CPU.
-        """
+        """Return the values of all runs, from `reduce_cell`."""
         progress = _LimitedProgress(self.agent_steps, report_progress)
         parts = [
             measure_runs(self.experiment, seed, runs, directory, progress.report)
@@ -106,13 +92,7 @@ class _LimitedProgress:
 
 
 def choose_generations(experiment: BaseExperiment) -> list[int]:
-    """Return the generations that are measured: equally spaced, and the last one.
-
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-    """
+    """Return the generations that are measured: equally spaced, and the last one."""
     last = experiment.evolution.generations - 1
     return [*range(0, last, _interval(experiment)), last]
 
@@ -138,18 +118,7 @@ def measure_runs(
 ) -> xr.Dataset:
     """Simulate runs with and without learning, and return the values of `reduce_cell`.
 
-    Parameters
-    ----------
-    experiment : Experiment
-        Experiment with learning.
-    seed : int
-        Seed of the atlas.
-    runs : sequence of int
-        Numbers of the runs.
-    directory : Path
-        Directory of the study, for messages.
-    report_progress : callable
-        Called with the number of simulated agent-steps.
+    `report_progress`: called with the number of simulated agent-steps.
     """
     sample = Sample(directory, seed, experiment, tuple(runs), (), (), report_progress)
     learners, learner_data = _simulate(sample)

@@ -88,13 +88,7 @@ class AtlasResults:
 
 
 def read_results(request: AtlasRequest) -> AtlasResults:
-    """Return the results of a finished atlas.
-
-    Parameters
-    ----------
-    request : AtlasRequest
-        Directory, seed and size of the atlas.
-    """
+    """Return the results of a finished atlas."""
     design = read_atlas()
     size = request.choose_size(design)
     maps = [
@@ -128,23 +122,7 @@ def _select_measures(cell: xr.Dataset) -> xr.Dataset:
 
 
 def publish_atlas(request: AtlasRequest) -> AtlasResults:
-    """Write the page, the figures, the tables and the netCDF files of a finished atlas.
-
-    Parameters
-    ----------
-    request : AtlasRequest
-        Directory, seed and size of the atlas.
-
-    Returns
-    -------
-    AtlasResults
-        The results.
-
-    Raises
-    ------
-    OSError
-        A file cannot be written.
-    """
+    """Write the page, the figures, the tables and the netCDF files of a finished atlas."""
     folder = request.directory
     results = read_results(request)
     rows = [row for result in results.maps for row in result.rows]
@@ -185,13 +163,7 @@ def _claim_record(result: AtlasClaimResult) -> dict[str, Any]:
 
 
 def describe_claims(claims: Sequence[AtlasClaimResult]) -> list[str]:
-    """Return sentences with the claims of each verdict.
-
-    Parameters
-    ----------
-    claims : sequence of AtlasClaimResult
-        The evaluated claims.
-    """
+    """Return sentences with the claims of each verdict."""
     sentences = []
     for verdict in VERDICTS:
         names = [claim.id for claim, evaluation in claims if evaluation.verdict == verdict]
@@ -216,13 +188,7 @@ def _render_laws(results: AtlasResults, figures: Path) -> str:
 
 
 def collect_points(result: MapResults) -> LawPoints:
-    """Return the measured and the predicted residual learning of the cells of a map.
-
-    Parameters
-    ----------
-    result : MapResults
-        The map, which has a law.
-    """
+    """Return the measured and the predicted residual learning of the cells of a map."""
     rows = [
         row
         for row in result.rows

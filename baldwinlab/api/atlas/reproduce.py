@@ -19,15 +19,7 @@ if TYPE_CHECKING:
 def default_folder(*, quick: bool) -> Path:
     """Return the folder of the atlas if none is given.
 
-    Parameters
-    ----------
-    quick
-        Whether fewer cells are simulated.
-
-    Returns
-    -------
-    pathlib.Path
-        The folder, relative to the working directory.
+    Returns the folder, relative to the working directory.
     """
     return Path("results") / ("atlas-quick" if quick else "atlas")
 

@@ -53,38 +53,15 @@ CELL_FOLDER: Final = "cells"
 
 @dataclass(frozen=True)
 class AtlasRequest:
-    """An atlas to run.
+    """An atlas to run."""
 
-    Attributes
-    ----------
-    directory
-        Folder of the studies.
-    seed
-        Seed of all runs.
-    runs
-        Number of runs of each cell; None for the number in the design.
-    is_quick
-        Whether to run the short form.
-    """
-
-    directory: Path
+    directory: Path  # Folder of the studies.
     seed: int = 0
-    runs: int | None = None
-    is_quick: bool = False
+    runs: int | None = None  # Number of runs of each cell; None for the number in the design.
+    is_quick: bool = False  # Whether to run the short form.
 
     def choose_size(self, design: AtlasDesign) -> Size:
-        """Return the numbers of runs of a cell.
-
-        Parameters
-        ----------
-        design
-            The design of the atlas.
-
-        Raises
-        ------
-        ArgumentError
-            `runs` leaves no confirmatory run.
-        """
+        """Return the numbers of runs of a cell."""
         size = design.quick if self.is_quick else design.full
         if self.runs is None:
             return size
@@ -106,37 +83,17 @@ class PlannedMap:
     runs: tuple[int, ...]
 
     def path(self, cell: str) -> Path:
-        """Return the file of the values of a cell.
-
-        Parameters
-        ----------
-        cell
-            Name of the cell.
-        """
+        """Return the file of the values of a cell."""
         return self.directory / CELL_FOLDER / f"{cell}.nc"
 
     def find_missing(self, seed: int) -> list[CellTask]:
-        """Return the tasks of the cells whose values are not stored.
-
-        Parameters
-        ----------
-        seed
-            Seed of the atlas.
-        """
+        """Return the tasks of the cells whose values are not stored."""
         return [
             CellTask(cell, self.runs) for cell in self.cells if self.read_cell(cell, seed) is None
         ]
 
     def read_cell(self, cell: Experiment, seed: int) -> xr.Dataset | None:
-        """Return the values of a cell, None if they are missing, damaged or of other settings.
-
-        Parameters
-        ----------
-        cell
-            Experiment of the cell.
-        seed
-            Seed of the atlas.
-        """
+        """Return the values of a cell, None if they are missing, damaged or of other settings."""
         path = self.path(cell.name)
         try:
             raw = read_bytes(path, ASSAY_FILE)
@@ -158,29 +115,7 @@ def _identify(cell: Experiment, seed: int) -> dict[str, str]:
 
 
 def run_atlas(request: AtlasRequest, options: RunOptions) -> list[PlannedMap]:
-    """Run the missing cells of all maps. A repeated call continues.
-
-    Parameters
-    ----------
-    request
-        Directory, seed and size.
-    options
-        Workers, executor and force.
-
-    Returns
-    -------
-    list of PlannedMap
-        The maps, whose cells are all stored.
-
-    Raises
-    ------
-    ArgumentError
-        A number is out of range.
-    StudyError
-        A directory holds another study.
-    InterruptedStudyError
-        A worker or a disk failed. The stored cells remain.
-    """
+    """Run the missing cells of all maps. A repeated call continues."""
     require_whole_number("seed", request.seed)
     options.make_executor()
     design = read_atlas()
@@ -205,15 +140,7 @@ def _run_maps(
 
 
 def plan_maps(request: AtlasRequest, design: AtlasDesign) -> Iterator[PlannedMap]:
-    """Yield the maps with their cells.
-
-    Parameters
-    ----------
-    request
-        Directory, seed and size.
-    design
-        The design of the atlas.
-    """
+    """Yield the maps with their cells."""
     size = request.choose_size(design)
     for atlas_map in design.maps:
         sweep = read_sweep(atlas_map.sweep_file)
@@ -276,20 +203,7 @@ def _run_cells(
 
 
 def read_map(planned: PlannedMap, seed: int) -> Mapping[str, xr.Dataset]:
-    """Return the values of all cells of a map, by name.
-
-    Parameters
-    ----------
-    planned
-        The map.
-    seed
-        Seed of the atlas.
-
-    Raises
-    ------
-    RefusedError
-        A cell is not stored.
-    """
+    """Return the values of all cells of a map, by name."""
     cells = {}
     for cell in planned.cells:
         data = planned.read_cell(cell, seed)
@@ -304,12 +218,7 @@ def read_map(planned: PlannedMap, seed: int) -> Mapping[str, xr.Dataset]:
 def stack_cells(planned: PlannedMap, cells: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return datasets of cells as one dataset, with a dimension per swept field.
 
-    Parameters
-    ----------
-    planned
-        The map.
-    cells
-        A dataset per cell, in the order of the map.
+    `cells`: a dataset per cell, in the order of the map.
     """
     stacked = xr.concat(list(cells.values()), "condition", combine_attrs="drop")
     stacked = stacked.assign_coords(condition=list(cells))

@@ -66,24 +66,7 @@ def iterate_findings(
 
     If the part does not load, fails in plain Python or does not compile, the check stops.
 
-    Parameters
-    ----------
-    part
-        A file with one or more parts, or a class, or several classes.
-    requirements
-        Names of the requirements to check, from `REQUIREMENTS`. Default: all.
-    seed
-        Seed of the random worlds.
-
-    Yields
-    ------
-    CheckFinding
-        The result of one requirement.
-
-    Raises
-    ------
-    ArgumentError
-        For an unknown requirement, a seed outside its limits, or a class that cannot be imported.
+    `requirements`: names of the requirements to check, from `REQUIREMENTS`. Default: all.
     """
     require_whole_number("seed", seed)
     if unknown := [name for name in requirements if name not in REQUIREMENTS]:

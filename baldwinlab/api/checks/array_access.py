@@ -61,15 +61,7 @@ class _Call(NamedTuple):
 class Watch:
     """Replace the hooks of parts in this process by watched hooks.
 
-    Parameters
-    ----------
-    parts
-        The parts.
-
-    Attributes
-    ----------
-    unwritten_read : str
-        The first read of unwritten memory, or an empty string.
+    `unwritten_read`: the first read of unwritten memory, or an empty string.
     """
 
     def __init__(self, parts: Iterable[type[Part]]) -> None:
@@ -137,15 +129,7 @@ class Watch:
         return type(value)(*(self._add_name(entry, f"{name}.{field}") for field, entry in fields))
 
     def note_read(self, array: str, index: Any) -> None:
-        """Store the first read of unwritten memory. Later reads can follow from it.
-
-        Parameters
-        ----------
-        array
-            The name of the array.
-        index
-            The index that the hook reads.
-        """
+        """Store the first read of unwritten memory. Later reads can follow from it."""
         if not self._calls or self.unwritten_read:
             return
         call = self._calls[-1]
@@ -157,18 +141,10 @@ class Watch:
 
 
 class NamedArray(np.ndarray):
-    """An array that refuses an index outside it and reports reads of unwritten memory.
+    """An array that refuses an index outside it and reports reads of unwritten memory."""
 
-    Attributes
-    ----------
-    name : str
-        The name of the array. Empty for a result of calculations.
-    watch : Watch or None
-        The watch that gets the reads.
-    """
-
-    name: str = ""
-    watch: Watch | None = None
+    name: str = ""  # The name of the array. Empty for a result of calculations.
+    watch: Watch | None = None  # The watch that gets the reads.
 
     def __getitem__(self, index: Any) -> Any:
         if not self.name:

@@ -16,23 +16,7 @@ SIMULATED_POPULATIONS: Final = (2, 17)
 
 
 def check_plain_python(group: PartGroup) -> str:
-    """Compare compiled code and plain Python.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        An empty string.
-
-    Raises
-    ------
-    FailsError
-        If the bits differ.
-    """
+    """Compare compiled code and plain Python."""
     cases = [case for case in make_cases(group) if case.is_same_code]
     plain = group.plain_bits or _simulate_in_process(group, cases, "cpu", PLAIN_ENVIRONMENT)
     for case in cases:
@@ -46,25 +30,7 @@ def check_plain_python(group: PartGroup) -> str:
 
 
 def check_simulator(group: PartGroup) -> str:
-    """Compare the CPU and the simulator of a GPU.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        An empty string.
-
-    Raises
-    ------
-    FailsError
-        If the bits differ.
-    NotCheckedError
-        If the model cannot be checked.
-    """
+    """Compare the CPU and the simulator of a GPU."""
     if not is_of_miniworld(group.experiment):
         raise NotCheckedError("the model runs only on the CPU")
     cases = [

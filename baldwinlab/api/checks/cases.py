@@ -45,23 +45,12 @@ POPULATION_SIZES: Final = (1, 2, 17, 20)
 
 
 class Case(NamedTuple):
-    """A small world in which a group of parts is checked.
+    """A small world in which a group of parts is checked."""
 
-    Attributes
-    ----------
-    description : str
-        The settings of the case, for messages.
-    experiment : BaseExperiment
-        The experiment.
-    has_items : bool
-        Whether a feature adds items to the experiment of the group.
-    is_same_code : bool
-        Whether the case needs the same compiled code as the experiment of the group.
-    """
-
-    description: str
+    description: str  # The settings of the case, for messages.
     experiment: Any
-    has_items: bool = False
+    has_items: bool = False  # Whether a feature adds items to the experiment of the group.
+    # Whether the case needs the same compiled code as the experiment of the group.
     is_same_code: bool = True
 
     @property
@@ -71,18 +60,7 @@ class Case(NamedTuple):
 
 
 def make_cases(group: PartGroup) -> Iterator[Case]:
-    """Yield the cases of a group, without the combinations that its parts refuse.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Yields
-    ------
-    Case
-        One case.
-    """
+    """Yield the cases of a group, without the combinations that its parts refuse."""
     if not is_of_miniworld(group.experiment):
         for agents in POPULATION_SIZES:
             with suppress(ExperimentError):

@@ -14,20 +14,7 @@ from typing import Any, Final
 
 
 def try_hooks(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
-    """Yield the outcome of each group of parts, in plain Python with watched hooks.
-
-    Parameters
-    ----------
-    request
-        The request, as JSON.
-    parts
-        The parts.
-
-    Yields
-    ------
-    dict
-        The outcome of one group, see `plain_python.Outcome`.
-    """
+    """Yield the outcome of each group of parts, in plain Python with watched hooks."""
     from baldwinlab.api.checks.array_access import Watch
     from baldwinlab.api.checks.fixture import group_parts
     from baldwinlab.api.checks.plain_python import simulate_cases
@@ -38,20 +25,7 @@ def try_hooks(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
 
 
 def try_requirements(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
-    """Yield the findings of each requirement.
-
-    Parameters
-    ----------
-    request
-        The request, as JSON.
-    parts
-        The parts.
-
-    Yields
-    ------
-    list of CheckFinding
-        The findings of one requirement.
-    """
+    """Yield the findings of each requirement."""
     from baldwinlab.api.checks.fixture import group_parts
     from baldwinlab.api.checks.requirements import check_requirement
 
@@ -64,17 +38,7 @@ def try_requirements(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]
 def simulate(request: dict[str, Any], parts: list[Any]) -> Iterator[Any]:
     """Yield the hashes of run 0 of each experiment, or the reason why the backend is unavailable.
 
-    Parameters
-    ----------
-    request
-        The request, as JSON.
-    parts
-        The parts.
-
-    Yields
-    ------
-    list of str or dict
-        One hash, or the key "problem" with the reason.
+    Yields one hash, or the key "problem" with the reason.
     """
     from baldwinlab.api.checks.hashes import hash_runs, load_backend
     from baldwinlab.experiment import validate

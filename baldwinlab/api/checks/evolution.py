@@ -40,48 +40,22 @@ TOLERANCE: Final = 1e-5
 
 
 class Round(NamedTuple):
-    """Random arguments of a hook of reproduction.
-
-    Attributes
-    ----------
-    number : int
-        Number of the round.
-    values : NamedTuple
-        The argument `part` of hooks.
-    arrays : dict
-        The arguments by name, as arrays.
-    lists : dict
-        The arguments by name, as lists.
-    """
+    """Random arguments of a hook of reproduction."""
 
     number: int
-    values: Any
+    values: Any  # The argument `part` of hooks.
     arrays: dict[str, Any]
     lists: dict[str, Any]
 
 
 class Generation(NamedTuple):
-    """A population before reproduction.
-
-    Attributes
-    ----------
-    experiment : BaseExperiment
-        The experiment.
-    values : NamedTuple
-        The argument `part` of hooks.
-    genome : Genome
-        Genomes, [agent, module, weight].
-    fitness : Fitness
-        Fitness, [agent].
-    key : GenerationKey
-        Key of the random numbers of the next generation.
-    """
+    """A population before reproduction."""
 
     experiment: Any
-    values: Any
-    genome: Genome
-    fitness: Fitness
-    key: GenerationKey
+    values: Any  # The argument `part` of hooks.
+    genome: Genome  # [agent, module, weight]
+    fitness: Fitness  # [agent]
+    key: GenerationKey  # Key of the random numbers of the next generation.
 
 
 def _draw_rounds(group: PartGroup, part: Any) -> Iterator[Round]:
@@ -136,18 +110,6 @@ def compare_pairs(group: PartGroup, part: Any) -> None:
 
     `oracle(part, stream, lifetimes, fitness, uniforms)` returns two parents for each child. The
     second parent is `ITSELF` if the first one survives.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-    part
-        The part with the oracle.
-
-    Raises
-    ------
-    FailsError
-        If the results differ.
     """
     random = np.random.default_rng(group.seed)
     for experiment, values, genome, fitness, key in _simulate_generations(group, part):
@@ -171,18 +133,6 @@ def compare_children(group: PartGroup, part: Any) -> None:
 
     `oracle(part, genome, fitness, parents, draws)` returns all children, [child][module][entry].
     `draws` is [child][draw][4].
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-    part
-        The part with the oracle.
-
-    Raises
-    ------
-    FailsError
-        If the results differ.
     """
     for experiment, values, genome, fitness, key in _simulate_generations(group, part):
         uniforms = key.uniforms(rng.SELECTION, (POPULATION_SIZE, 2))
@@ -205,18 +155,6 @@ def compare_selection(group: PartGroup, part: Any) -> None:
     """Compare a selection with its oracle.
 
     `oracle(part, fitness, uniforms)` returns two parents for each child, in any order.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-    part
-        The part with the oracle.
-
-    Raises
-    ------
-    FailsError
-        If the results differ.
     """
     names = ("stream", "lifetimes", "fitness", "uniforms", "shares", "order", "parents")
     _, code = breeding_part(group.experiment, "selection")
@@ -237,18 +175,6 @@ def compare_variation(group: PartGroup, part: Any) -> None:
 
     `oracle(part, fitter, second, draws, gate)` returns the child, [module][weight]. The oracle of
     a variation with genes has the further argument `genes`: the genes of the child by name.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-    part
-        The part with the oracle.
-
-    Raises
-    ------
-    FailsError
-        If the results differ.
     """
     names = ("fitter", "second", "draws", "gate")
     for round_number, values, arrays, lists in _draw_rounds(group, part):
@@ -264,18 +190,6 @@ def compare_inheritance(group: PartGroup, part: Any) -> None:
 
     `oracle(part, innate_genome, learned)` returns the inherited weights of the action module. For
     a part with `assign_teachers`, it returns these weights and the teacher, [weight].
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-    part
-        The part with the oracle.
-
-    Raises
-    ------
-    FailsError
-        If the results differ.
     """
     _, code = breeding_part(group.experiment, "inheritance")
     for round_number, values, arrays, lists in _draw_rounds(group, part):
@@ -297,18 +211,6 @@ def compare_fitness(group: PartGroup, part: Any) -> None:
     """Compare a fitness with its oracle.
 
     `oracle(part, lifetimes)` returns the fitness of each agent.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-    part
-        The part with the oracle.
-
-    Raises
-    ------
-    FailsError
-        If the results differ.
     """
     _, code = breeding_part(group.experiment, "fitness")
     for round_number, values, arrays, lists in _draw_rounds(group, part):
@@ -325,18 +227,6 @@ def compare_stop(group: PartGroup, part: Any) -> None:
 
     `oracle(part, lifetimes, fitness)` gets the lifetimes and the fitness of all generations of a
     run, as lists. It returns whether the run stops after the last of them.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-    part
-        The part with the oracle.
-
-    Raises
-    ------
-    FailsError
-        If the results differ.
     """
     values, code = breeding_part(group.experiment, "stop")
     lifetimes: list[Any] = []
@@ -366,20 +256,7 @@ def _require_close(actual: Any, expected: Any, label: str) -> None:
 
 
 def compare_breeding(group: PartGroup, part: Any) -> None:
-    """Compare a part of reproduction with its oracle, by the hooks that the part defines.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-    part
-        The part.
-
-    Raises
-    ------
-    FailsError
-        If the results differ.
-    """
+    """Compare a part of reproduction with its oracle, by the hooks that the part defines."""
     BREEDING_COMPARISONS[oracle_key(part)](group, part)
 
 

@@ -24,24 +24,7 @@ RELATIVE_STEP: Final = 1e-6
 
 
 def check_declarations(group: PartGroup) -> str:
-    """Check that each field has a description, each number has limits, and settings are declared.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        An empty string.
-
-    Raises
-    ------
-    FailsError
-        If a description or a limit is missing, or a variation declares other settings of mutation
-        than it reads.
-    """
+    """Check that fields have descriptions, numbers have limits, and settings are declared."""
     for part in group.parts:
         if part.kind == "variation":
             _require_declared_settings(group.experiment, part)
@@ -55,18 +38,7 @@ def check_declarations(group: PartGroup) -> str:
 
 
 def list_read_settings(experiment: Any) -> list[str]:
-    """Return the settings of mutation that the hooks of the variation can read.
-
-    Parameters
-    ----------
-    experiment
-        An experiment with the variation.
-
-    Returns
-    -------
-    list of str
-        Settings of the table `evolution`, on which fields or derived values of the part depend.
-    """
+    """Return the settings of mutation that the hooks of the variation can read."""
     return [
         name
         for name, values in MUTATION_VALUES.items()
@@ -93,23 +65,7 @@ def _require_declared_settings(experiment: Any, part: Any) -> None:
 
 
 def check_limits(group: PartGroup) -> str:
-    """Check that values beyond the limits of a field are refused.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        The number of tested values, as text.
-
-    Raises
-    ------
-    FailsError
-        If a value is accepted, or the error does not name the field.
-    """
+    """Check that values beyond the limits of a field are refused."""
     n_refused = 0
     for part in group.parts:
         for name, value in _list_values_beyond_limits(part):

@@ -56,24 +56,13 @@ LEARNING_RATE: Final = 0.5
 
 
 class PartGroup(NamedTuple):
-    """Parts that are checked in the same experiment.
-
-    Attributes
-    ----------
-    parts : tuple of type
-        The parts.
-    experiment : BaseExperiment
-        The experiment that chooses the parts.
-    seed : int
-        Seed of the random worlds.
-    plain_bits : mapping of str to sequence of str
-        Hashes of simulations in plain Python, by the description of the case. Empty without these
-        simulations.
-    """
+    """Parts that are checked in the same experiment."""
 
     parts: tuple[type[Part], ...]
     experiment: Any
-    seed: int = SEED
+    seed: int = SEED  # Seed of the random worlds.
+    # Hashes of simulations in plain Python, by the description of the case. Empty without these
+    # simulations.
     plain_bits: Mapping[str, Sequence[str]] = {}
 
     @property
@@ -85,34 +74,13 @@ class PartGroup(NamedTuple):
 def part_label(part: type[Part]) -> str:
     """Return the kind and the name of a part, for messages.
 
-    Parameters
-    ----------
-    part
-        The part.
-
-    Returns
-    -------
-    str
-        For example "learning rule 'self-taught'".
+    Returns for example "learning rule 'self-taught'".
     """
     return f"{part.kind} {part.name!r}"
 
 
 def group_parts(parts: Iterable[type[Part]], seed: int = SEED) -> Iterator[PartGroup]:
-    """Yield the parts in groups that fit in one experiment, each with as few parts as possible.
-
-    Parameters
-    ----------
-    parts
-        The parts to check.
-    seed
-        Seed of the random worlds.
-
-    Yields
-    ------
-    PartGroup
-        One group. The parts of reproduction join the first model, because they match its genomes.
-    """
+    """Yield the parts in groups that fit in one experiment, each with as few parts as possible."""
     parts_of_kind: dict[str, list[type[Part]]] = {}
     for part in parts:
         parts_of_kind.setdefault(part.kind, []).append(part)
@@ -162,15 +130,7 @@ def _make_experiment(parts: tuple[type[Part], ...]) -> Any:
 def is_of_miniworld(experiment: BaseExperiment) -> bool:
     """Return whether an experiment has the settings of MiniWorld.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-
-    Returns
-    -------
-    bool
-        False for another model.
+    Returns False for another model.
     """
     return isinstance(experiment, Experiment)
 
@@ -178,19 +138,7 @@ def is_of_miniworld(experiment: BaseExperiment) -> bool:
 def part_values(experiment: Any, part: type[Part], state: Any = None) -> Any:
     """Return the argument `part` of the hooks of a part.
 
-    Parameters
-    ----------
-    experiment
-        The experiment that chooses the part.
-    part
-        The part.
-    state
-        The state with the arrays of the part. Default: a new state of one world.
-
-    Returns
-    -------
-    NamedTuple
-        The fields, derived values and arrays of the part.
+    `state`: the state with the arrays of the part. Default: a new state of one world.
     """
     if part.kind in BREEDING_KINDS and state is None:
         return breeding_part(experiment, part.kind)[0]
@@ -202,22 +150,7 @@ def part_values(experiment: Any, part: type[Part], state: Any = None) -> Any:
 def breeding_arguments(
     random: np.random.Generator, experiment: BaseExperiment, weights: int = N_WEIGHTS
 ) -> dict[str, Any]:
-    """Return random arguments of the hooks of reproduction, by name.
-
-    Parameters
-    ----------
-    random
-        The generator of the random numbers.
-    experiment
-        The experiment that chooses the parts.
-    weights
-        The number of weights of a module.
-
-    Returns
-    -------
-    dict
-        The arguments, for five agents.
-    """
+    """Return random arguments of the hooks of reproduction, by name."""
     agents = 5
     modules = len(experiment.modules)
     # Both parents, the child, and the agent whose genome is inherited.
@@ -253,19 +186,7 @@ def breeding_arguments(
 def draw_lifetimes(random: np.random.Generator, experiment: BaseExperiment, genome: Any) -> Any:
     """Return random results of lifetimes.
 
-    Parameters
-    ----------
-    random
-        The generator of the random numbers.
-    experiment
-        The experiment, with the names of its records.
-    genome
-        Genomes, [agent, module, weight].
-
-    Returns
-    -------
-    Lifetimes
-        Lifetimes of the agents with these genomes.
+    `genome`: [agent, module, weight].
     """
     n_agents = len(genome)
     return make_lifetimes(

@@ -23,26 +23,7 @@ Bits = list[str]
 def hash_runs(
     experiment: Any, seed: int, runs: Sequence[int], cuts: Sequence[int] = (), backend: Any = CPU
 ) -> Bits:
-    """Simulate runs, and hash all recorded data and, for MiniWorld, the end of a lifetime.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    seed
-        The seed.
-    runs
-        The numbers of the runs.
-    cuts
-        Steps at which the simulation of a lifetime is interrupted.
-    backend
-        The backend.
-
-    Returns
-    -------
-    list of str
-        A hash for each run.
-    """
+    """Simulate runs, and hash all recorded data and, for MiniWorld, the end of a lifetime."""
     digests = [hashlib.sha256() for _ in runs]
     records = simulate_batch(experiment, seed, runs, backend)
     for digest, record in zip(digests, records, strict=True):
@@ -61,18 +42,7 @@ def hash_runs(
 
 
 def make_update_variants(group: PartGroup) -> list[Any]:
-    """Return the experiment with both updates, or the experiment of another model.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    list of BaseExperiment
-        The experiments.
-    """
+    """Return the experiment with both updates, or the experiment of another model."""
     if not is_of_miniworld(group.experiment):
         return [group.experiment]
     return [group.experiment.replace(lifetime={"update": update}) for update in UPDATES]
@@ -81,38 +51,14 @@ def make_update_variants(group: PartGroup) -> list[Any]:
 def describe_update(experiment: BaseExperiment) -> str:
     """Return the update of an experiment as the start of a sentence.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-
-    Returns
-    -------
-    str
-        Empty for another model than MiniWorld.
+    The result is empty for another model than MiniWorld.
     """
     update = getattr(getattr(experiment, "lifetime", None), "update", "")
     return f"under the {update} update, " if update else ""
 
 
 def load_backend(name: str) -> Any:
-    """Return a backend by its name.
-
-    Parameters
-    ----------
-    name
-        The name of the backend.
-
-    Returns
-    -------
-    module
-        The backend.
-
-    Raises
-    ------
-    ValueError
-        If the backend is not available.
-    """
+    """Return a backend by its name."""
     try:
         return choose_backend(name)
     except ImportError as error:

@@ -38,20 +38,8 @@ class _OwnedArray(NamedTuple):
 def check_lane_isolation(group: PartGroup) -> str:
     """Check that per-agent hooks neither read nor write the data of other agents.
 
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        A remark if there is no such hook, or an empty string.
-
-    Raises
-    ------
-    FailsError
-        If a hook depends on other agents, or changes their data.
+    Returns a remark if there is no such hook, or an empty string. Raises `FailsError` if a hook
+    depends on other agents, or changes their data.
     """
     hooks = [
         (part, name)

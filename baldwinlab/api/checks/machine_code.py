@@ -40,20 +40,7 @@ RANDOM_SYMBOL: Final = re.compile(RANDOM_SYMBOLS)
 def check_arithmetic(group: PartGroup) -> str:
     """Check that the hooks of parts use portable arithmetic.
 
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        A remark, or an empty string.
-
-    Raises
-    ------
-    FailsError
-        If a hook uses float64, libm, or random numbers of Numba.
+    Returns a remark, or an empty string.
     """
     hooks = [(part, name) for part in group.parts for name in overridden_hooks(part)]
     if not hooks:

@@ -24,48 +24,20 @@ EARLIER_VARIABLES = ("hidden", "eaten_in_life", "gained_in_life", "rate")
 
 
 class Step(NamedTuple):
-    """A step of a lifetime.
-
-    Attributes
-    ----------
-    number : int
-        Number of the step.
-    sensing : list of Agent
-        The agents with the positions at which they sensed.
-    learning : list of Agent
-        The agents with the positions after the step.
-    weights : array of float32
-        Weights after the step, [agent, weight].
-    items : list of Item
-        The items before the step.
-    survivors : list of int
-        Indices of the agents that no newborn replaced at the end of the step. Only their weights
-        and positions after the step are those of the agents in `sensing`.
-    """
+    """A step of a lifetime."""
 
     number: int
-    sensing: list[Agent]
-    learning: list[Agent]
-    weights: npt.NDArray[np.float32]
+    sensing: list[Agent]  # The agents with the positions at which they sensed.
+    learning: list[Agent]  # The agents with the positions after the step.
+    weights: npt.NDArray[np.float32]  # Weights after the step, [agent, weight].
     items: list[Item]
+    # Indices of the agents that no newborn replaced at the end of the step. Only their weights and
+    # positions after the step are those of the agents in `sensing`.
     survivors: list[int]
 
 
 def make_naive(experiment: Any, seed: int = 0) -> Naive:
-    """Return the reference functions for an experiment.
-
-    Parameters
-    ----------
-    experiment
-        An experiment with MiniWorld.
-    seed
-        The seed of the random numbers.
-
-    Returns
-    -------
-    Naive
-        The experiment, as an oracle gets it.
-    """
+    """Return the reference functions for an experiment."""
     world = experiment.world
     return Naive(
         sizes=experiment.layer_sizes,
@@ -79,20 +51,7 @@ def make_naive(experiment: Any, seed: int = 0) -> Naive:
 
 
 def record_steps(group: PartGroup, part: Any) -> Iterator[Step]:
-    """Simulate a lifetime and yield its steps for oracles.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-    part
-        The part with the oracle. Its arrays are the initial `arrays` of the agents.
-
-    Yields
-    ------
-    Step
-        One step.
-    """
+    """Simulate a lifetime and yield its steps for oracles."""
     experiment = group.experiment
     naive = make_naive(experiment)
     batch = CpuBatch(experiment, group.seed, [0])

@@ -32,25 +32,7 @@ MARGIN: Final = 40.0
 
 
 def check_oracle(group: PartGroup) -> str:
-    """Compare each part with its oracle.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        The names of the compared hooks.
-
-    Raises
-    ------
-    FailsError
-        If an oracle fails, or its results differ.
-    NotCheckedError
-        If no part has an oracle.
-    """
+    """Compare each part with its oracle."""
     remarks = []
     for part in group.parts:
         if not (hooks := verified_hooks(part)):

@@ -31,20 +31,7 @@ instead. The key "read" describes the first read of unwritten memory.
 
 
 def simulate_cases(group: PartGroup, watch: Watch) -> Outcome:
-    """Simulate all cases of a group in this process, with watched hooks.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-    watch
-        The record of array accesses.
-
-    Returns
-    -------
-    dict
-        The outcome, see `Outcome`.
-    """
+    """Simulate all cases of a group in this process, with watched hooks."""
     watch.unwritten_read = ""
     bits: dict[str, list[str]] = {}
     for case in make_cases(group):
@@ -75,17 +62,7 @@ def _add_case(message: str, case: Case) -> str:
 def simulate_groups(groups: Sequence[PartGroup], seed: int) -> list[list[Outcome]]:
     """Simulate all groups under each pattern of unwritten memory, in one process per pattern.
 
-    Parameters
-    ----------
-    groups
-        The parts to check, in several groups.
-    seed
-        The seed of the random worlds.
-
-    Returns
-    -------
-    list of list of dict
-        The outcomes, [pattern][group].
+    Returns the outcomes, [pattern][group].
     """
     parts = list(dict.fromkeys(part for group in groups for part in group.parts))
     environments = [
@@ -111,19 +88,7 @@ def list_findings(
 ) -> Iterator[CheckFinding]:
     """Yield a finding for each of `DESCRIPTIONS`, or only the failures if there are any.
 
-    Parameters
-    ----------
-    groups
-        The parts to check, in several groups.
-    outcomes
-        The outcomes, [pattern][group], with patterns of unwritten memory.
-    commands
-        The command that repeats each check.
-
-    Yields
-    ------
-    CheckFinding
-        The result of one requirement.
+    `outcomes`: [pattern][group], with patterns of unwritten memory.
     """
     rows = zip(groups, *outcomes, strict=False)
     failures = [_find_failure(group, group_outcomes) for group, *group_outcomes in rows]

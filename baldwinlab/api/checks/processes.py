@@ -42,17 +42,6 @@ class Process:
     """A child process that answers a request.
 
     It starts immediately, so several processes can run at the same time.
-
-    Parameters
-    ----------
-    task
-        A function of `baldwinlab.api.checks.child_process.TASKS`, by name.
-    parts
-        The parts that the process loads.
-    environment
-        Environment variables of the process, in addition to those of the current process.
-    **request
-        Further values that the task needs.
     """
 
     def __init__(
@@ -79,18 +68,7 @@ class Process:
             json.dump({"task": task, "parts": _describe_sources(parts), **request}, channel)
 
     def answers(self) -> Iterator[Any]:
-        """Yield each answer as soon as it is available.
-
-        Yields
-        ------
-        object
-            The answer, from JSON.
-
-        Raises
-        ------
-        ProcessEndError
-            If the process ends with an error or by a signal.
-        """
+        """Yield each answer as soon as it is available."""
         assert self._process.stdout is not None
         try:
             for answer in map(json.loads, self._process.stdout):
@@ -134,18 +112,7 @@ def _describe_sources(parts: Sequence[type[Part]]) -> list[dict[str, str]]:
 
 
 def load_parts(sources: Sequence[Mapping[str, str]]) -> list[Any]:
-    """Load the parts of a request in this process.
-
-    Parameters
-    ----------
-    sources
-        The module and the name of each part, and for a part from a file its text and path.
-
-    Returns
-    -------
-    list of type
-        The parts.
-    """
+    """Load the parts of a request in this process."""
     parts = []
     for source in sources:
         text = source.get("text")

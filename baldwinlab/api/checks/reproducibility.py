@@ -27,45 +27,14 @@ INTERRUPTED_STEPS: Final = (7, 8)
 def check_compilation(group: PartGroup) -> str:
     """Compile the experiment with both updates.
 
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        An empty string.
-
-    Raises
-    ------
-    PartError
-        If a hook cannot be compiled.
+    Raises `PartError` if a hook cannot be compiled.
     """
     compile_experiments(make_update_variants(group))
     return ""
 
 
 def check_blocks(group: PartGroup) -> str:
-    """Compare worlds of one agent with both updates: single lanes and SIMD blocks.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        An empty string.
-
-    Raises
-    ------
-    FailsError
-        If the bits differ.
-    NotCheckedError
-        If the model cannot be checked.
-    """
+    """Compare worlds of one agent with both updates: single lanes and SIMD blocks."""
     if not is_of_miniworld(group.experiment):
         raise NotCheckedError("only MiniWorld has SIMD blocks of agents")
     # The simultaneous update uses SIMD blocks, and the sequential update single lanes.
@@ -82,23 +51,7 @@ def check_blocks(group: PartGroup) -> str:
 
 
 def check_batches(group: PartGroup) -> str:
-    """Compare runs alone and in a batch of five.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        An empty string.
-
-    Raises
-    ------
-    FailsError
-        If the bits differ.
-    """
+    """Compare runs alone and in a batch of five."""
     for experiment in make_update_variants(group):
         hashes = hash_runs(experiment, group.seed, BATCH_RUNS)
         for run in RUNS_ALONE:
@@ -112,23 +65,7 @@ def check_batches(group: PartGroup) -> str:
 
 
 def check_repetition(group: PartGroup) -> str:
-    """Compare repeated runs, with two patterns in unwritten memory.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        An empty string.
-
-    Raises
-    ------
-    FailsError
-        If the bits differ.
-    """
+    """Compare repeated runs, with two patterns in unwritten memory."""
     for experiment in make_update_variants(group):
         bits = []
         for pattern in poison.PATTERNS:
@@ -143,23 +80,7 @@ def check_repetition(group: PartGroup) -> str:
 
 
 def check_resumption(group: PartGroup) -> str:
-    """Compare shorter and longer runs, and interrupted and complete lifetimes.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        An empty string.
-
-    Raises
-    ------
-    FailsError
-        If the bits differ.
-    """
+    """Compare shorter and longer runs, and interrupted and complete lifetimes."""
     for experiment in make_update_variants(group):
         short = experiment.replace(evolution={"generations": 1})
         short_run = simulate_batch(short, group.seed, [1])[0]
@@ -183,25 +104,7 @@ def check_resumption(group: PartGroup) -> str:
 
 
 def check_replay(group: PartGroup) -> str:
-    """Compare recorded and replayed lifetimes.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        An empty string.
-
-    Raises
-    ------
-    FailsError
-        If the numbers of eaten items differ.
-    NotCheckedError
-        If the model cannot be checked.
-    """
+    """Compare recorded and replayed lifetimes."""
     if not is_of_miniworld(group.experiment):
         raise NotCheckedError("lifetimes of the model are not recorded")
     for experiment in make_update_variants(group):

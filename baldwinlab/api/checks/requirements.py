@@ -56,19 +56,7 @@ COMPILED: Final[Mapping[str, Requirement]] = {
 def check_requirement(name: str, groups: Sequence[PartGroup], command: str) -> list[CheckFinding]:
     """Check a requirement, and return the findings.
 
-    Parameters
-    ----------
-    name
-        The name of the requirement.
-    groups
-        The parts to check, in several groups.
-    command
-        The command that repeats the check.
-
-    Returns
-    -------
-    list of CheckFinding
-        One finding, and for "oracle" one for each hook that no oracle verifies.
+    Returns one finding, and for "oracle" one for each hook that no oracle verifies.
     """
     description, check = {**DECLARED, **COMPILED}[name]
     finding = _check_groups(description, check, groups, command)

@@ -14,17 +14,7 @@ PACKAGE_PREFIX: Final = "baldwinlab."
 
 
 class OracleSignature(NamedTuple):
-    """The contract of an oracle.
-
-    Attributes
-    ----------
-    arguments : str
-        Names of the arguments, separated by ", ".
-    result : str
-        Description of the result.
-    verifies : tuple of str
-        The hooks that the oracle verifies.
-    """
+    """The contract of an oracle."""
 
     arguments: str
     result: str
@@ -86,19 +76,7 @@ POPULATION_HOOKS: Final = ("select_with_genomes", "vary_population")
 
 
 def oracle_key(part: type[Part]) -> str:
-    """Return the key of a part in `ORACLES`.
-
-    Parameters
-    ----------
-    part
-        The part.
-
-    Returns
-    -------
-    str
-        A hook that gets the complete population, or the kind of the part. A variation with genes
-        has its own key.
-    """
+    """Return the key of a part in `ORACLES`."""
     hooks = [hook for hook in POPULATION_HOOKS if hook in overridden_hooks(part)]
     if hooks:
         return hooks[0]
@@ -109,20 +87,8 @@ def oracle_key(part: type[Part]) -> str:
 def require_oracle_signature(group: PartGroup) -> str:
     """Check the signature of the oracle of each part.
 
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        A remark if no part has an oracle, or an empty string.
-
-    Raises
-    ------
-    FailsError
-        If an oracle has other arguments than the contract of its kind.
+    Returns a remark if no part has an oracle, or an empty string. Raises `FailsError` if an oracle
+    has other arguments than the contract of its kind.
     """
     parts = [part for part in group.parts if hasattr(part, "oracle") and part.kind in ORACLES]
     for part in parts:
@@ -131,18 +97,7 @@ def require_oracle_signature(group: PartGroup) -> str:
 
 
 def require_signature(part: Any) -> None:
-    """Raise an error unless the oracle of a part has the arguments of its kind.
-
-    Parameters
-    ----------
-    part
-        The part.
-
-    Raises
-    ------
-    FailsError
-        If the oracle is not a static method, or has other arguments.
-    """
+    """Raise an error unless the oracle of a part has the arguments of its kind."""
     key = oracle_key(part)
     contract = ORACLES[key]
     has_genes = key.startswith(part.kind) and len(part.genes) > 0
@@ -162,15 +117,7 @@ def require_signature(part: Any) -> None:
 def verified_hooks(part: type[Part]) -> list[str]:
     """Return the hooks of a part that its oracle verifies.
 
-    Parameters
-    ----------
-    part
-        The part.
-
-    Returns
-    -------
-    list of str
-        Empty if the part has no oracle.
+    The result is empty if the part has no oracle.
     """
     contract = ORACLES.get(oracle_key(part))
     if contract is None or not hasattr(part, "oracle"):
@@ -179,18 +126,7 @@ def verified_hooks(part: type[Part]) -> list[str]:
 
 
 def unverified_hooks(part: type[Part]) -> Iterator[tuple[str, str]]:
-    """Yield each hook of a part that no oracle verifies, and the reason.
-
-    Parameters
-    ----------
-    part
-        The part.
-
-    Yields
-    ------
-    tuple of str
-        The hook and the reason.
-    """
+    """Yield each hook of a part that no oracle verifies, and the reason."""
     if part.kind == "model":
         yield "simulate", "oracles of models are not supported"
     has_oracle = hasattr(part, "oracle")

@@ -25,23 +25,7 @@ N_ROUNDS: Final = 5
 
 
 def measure_speed(group: PartGroup) -> str:
-    """Measure the speed of a part, relative to a built-in part of its kind.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        The relative speed, as text.
-
-    Raises
-    ------
-    NotCheckedError
-        If the model cannot be checked.
-    """
+    """Measure the speed of a part, relative to a built-in part of its kind."""
     if not is_of_miniworld(group.experiment):
         raise NotCheckedError("there is no built-in model to compare with")
     part = group.parts[-1]

@@ -9,23 +9,7 @@ from baldwinlab.parts.views import arrays_of
 
 
 def check_views(group: PartGroup) -> str:
-    """Check the views of the first and the last newborn.
-
-    Parameters
-    ----------
-    group
-        The parts to check.
-
-    Returns
-    -------
-    str
-        The names of the views.
-
-    Raises
-    ------
-    FailsError
-        If a view is invalid.
-    """
+    """Check the views of the first and the last newborn."""
     if is_of_miniworld(group.experiment) or not group.experiment.model_part.views:
         return "it declares none"
     model = group.experiment.model_part

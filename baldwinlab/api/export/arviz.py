@@ -10,24 +10,9 @@ from baldwinlab.core.deferred import xr
 def collect_outcomes(data: xr.Dataset, last: int) -> xr.DataTree:
     """Return the outcome of each run as observed data. Claims are evaluated on these outcomes.
 
-    Parameters
-    ----------
-    data
-        The runs of a study, as `open_runs` returns them.
-    last
-        Number of final generations that are averaged in each run, at least 1.
-
-    Returns
-    -------
-    xarray.DataTree
-        The group `observed_data` has `best` and `mean`, the fitness of the best and of the average
-        agent in the unit of `energy`, and `share`, the share of agents that eat (0 to 1), by
-        condition and run. Missing runs are NaN.
-
-    Raises
-    ------
-    ArgumentError
-        `last` is less than 1.
+    The group `observed_data` has `best` and `mean`, the fitness of the best and of the average
+    agent in the unit of `energy`, and `share`, the share of agents that eat (0 to 1), by condition
+    and run. Missing runs are NaN.
     """
     unit = data["energy"].attrs.get("units", "")
     attributes_by_outcome = {

@@ -10,18 +10,7 @@ from baldwinlab.core.extras import missing_extra_error
 
 @contextmanager
 def require_extra(feature: str) -> Iterator[None]:
-    """Import libraries of the extra `exchange` inside this context.
-
-    Parameters
-    ----------
-    feature
-        Feature that needs the libraries, for the message.
-
-    Raises
-    ------
-    RefusedError
-        A library is not installed. The message has the command that installs it.
-    """
+    """Import libraries of the extra `exchange` inside this context."""
     try:
         yield
     except ImportError:

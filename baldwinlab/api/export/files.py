@@ -32,22 +32,6 @@ def write_parquet(table: Table, path: Path, *, force: bool = False) -> None:
 
     The metadata of a column has its `units` and `long_name`. pandas reads both into the `attrs` of
     the table.
-
-    Parameters
-    ----------
-    table
-        The table of a study.
-    path
-        The file to write.
-    force
-        Overwrite a file that this function did not write.
-
-    Raises
-    ------
-    RefusedError
-        `path` is a file of another program or of a study, or a library is missing.
-    StudyError
-        A record is damaged.
     """
     with require_extra("a Parquet file"):
         import pyarrow as pa
@@ -113,22 +97,6 @@ def write_csv(table: Table, path: Path, *, force: bool = False) -> None:
     A cell is empty if the model of a condition does not record the variable. PATH-metadata.json has
     the types, units and meanings of the columns.
 
-    Parameters
-    ----------
-    table
-        The table of a study.
-    path
-        The file to write.
-    force
-        Overwrite a file that this function did not write.
-
-    Raises
-    ------
-    RefusedError
-        `path` is a file of another program or of a study.
-    StudyError
-        A record is damaged.
-
     References
     ----------
     Metadata Vocabulary for Tabular Data, W3C Recommendation, 17 December 2015.
@@ -180,30 +148,7 @@ def write_phylogeny(
     If `run` is None, agents are numbered through all runs, and the table has the further columns
     `condition` and `run`.
 
-    Parameters
-    ----------
-    study
-        The directory of the study.
-    path
-        The file to write.
-    condition
-        Name of a condition. None for all conditions.
-    run
-        Number of a run. None for all runs. It needs `condition`.
-    force
-        Overwrite a file that this function did not write.
-
-    Returns
-    -------
-    int
-        The number of agents.
-
-    Raises
-    ------
-    RefusedError
-        `path` is a file of another program or of a study, or `run` has no `condition`.
-    StudyError
-        There is no such condition or run, no run is stored, or a record is damaged.
+    `run`: None for all runs. It needs `condition`.
     """
     if condition is None and run is not None:
         raise RefusedError(

@@ -18,21 +18,8 @@ if TYPE_CHECKING:
 def to_pandas(table: Table) -> pd.DataFrame:
     """Return the table for pandas.
 
-    Parameters
-    ----------
-    table
-        The table of a study.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Text is categorical. A variable that the model of a condition does not record is NaN.
-        `attrs` holds the units and the meanings of the columns.
-
-    Raises
-    ------
-    StudyError
-        A record is damaged.
+    Text is categorical. A variable that the model of a condition does not record is NaN. `attrs`
+    holds the units and the meanings of the columns.
     """
     frame = _fill_frame(table, table.blocks(), table.rows)
     frame.attrs = table.attributes
@@ -42,17 +29,7 @@ def to_pandas(table: Table) -> pd.DataFrame:
 def make_frame(table: Table, block: Block) -> pd.DataFrame:
     """Return the rows of one run.
 
-    Parameters
-    ----------
-    table
-        The table of a study.
-    block
-        One run of the table.
-
-    Returns
-    -------
-    pandas.DataFrame
-        One row per agent and generation.
+    Returns one row per agent and generation.
     """
     return _fill_frame(table, [block], block.rows)
 
@@ -95,22 +72,7 @@ def _code_dtype(column: Column) -> np.dtype[Any]:
 def to_polars(table: Table) -> pl.DataFrame:
     """Return the table for polars.
 
-    Parameters
-    ----------
-    table
-        The table of a study.
-
-    Returns
-    -------
-    polars.DataFrame
-        Text is an Enum. A variable that the model of a condition does not record is null.
-
-    Raises
-    ------
-    StudyError
-        A record is damaged.
-    RefusedError
-        Polars is not installed.
+    Text is an Enum. A variable that the model of a condition does not record is null.
     """
     with require_extra("a table of polars"):
         import polars as pl

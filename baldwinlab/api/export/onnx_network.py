@@ -46,37 +46,7 @@ def write_onnx(
 ) -> int:
     """Write the action network of an agent as ONNX.
 
-    Parameters
-    ----------
-    study
-        The directory of the study.
-    path
-        The file to write.
-    condition
-        Name of a condition; the only condition if None.
-    key
-        The agent.
-    moment
-        "birth", or "death" for the weights after all learning.
-    force
-        Overwrite a file that this function did not write.
-
-    Returns
-    -------
-    int
-        The number of weights.
-
-    Raises
-    ------
-    RefusedError
-        `path` is a file of another program or of a study, onnx is not installed, the network is not
-        feed-forward, or agents are born during life.
-    StudyError
-        There is no such condition or run.
-    ArgumentError
-        The experiment has no such generation or agent.
-    PartError
-        A custom part of the study is not loaded.
+    `moment`: "birth", or "death" for the weights after all learning.
     """
     with require_extra("a network as ONNX"):
         import onnx

@@ -65,29 +65,7 @@ def write_crate(
 ) -> Path:
     """Write ro-crate-metadata.json into the directory of a study.
 
-    Parameters
-    ----------
-    study
-        The directory of the study.
-    authors
-        Names, each optionally followed by the address of an ORCID.
-    license
-        An address, or an SPDX name such as "CC-BY-4.0". By default no license.
-    force
-        Overwrite a file that this function did not write.
-
-    Returns
-    -------
-    pathlib.Path
-        The path of the file.
-
-    Raises
-    ------
-    RefusedError
-        An author or the license is not valid, a library is missing, or another program wrote the
-        file.
-    StudyError
-        No run is stored, or a record is damaged.
+    `license`: an address, or an SPDX name such as "CC-BY-4.0". By default no license.
     """
     with require_extra("an RO-Crate"):
         from rocrate.rocrate import ROCrate

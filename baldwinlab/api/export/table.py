@@ -31,43 +31,22 @@ RunValue = str | int | float
 
 
 class Column(NamedTuple):
-    """A column of the table.
-
-    Attributes
-    ----------
-    name
-        Name of the column.
-    dtype
-        Type of the values; object for text.
-    unit
-        Unit of the values; "" for text, and for a variable whose unit differs between conditions.
-    meaning
-        Meaning of the values, in words.
-    categories
-        The different values of a column of text; () for numbers.
-    """
+    """A column of the table."""
 
     name: str
-    dtype: np.dtype[Any]
+    dtype: np.dtype[Any]  # Type of the values; object for text.
+    # Unit of the values; "" for text, and for a variable whose unit differs between conditions.
     unit: str
     meaning: str
-    categories: tuple[str, ...] = ()
+    categories: tuple[str, ...] = ()  # The different values of a column of text; () for numbers.
 
 
 class Block(NamedTuple):
-    """The rows of one run.
+    """The rows of one run."""
 
-    Attributes
-    ----------
-    run_values
-        Values of the columns that are constant in a run: condition, run, factors and settings.
-    arrays
-        The other columns. A variable that the model does not record has no array.
-    rows
-        The number of rows.
-    """
-
+    # Values of the columns that are constant in a run: condition, run, factors and settings.
     run_values: Mapping[str, RunValue]
+    # The other columns. A variable that the model does not record has no array.
     arrays: Mapping[str, npt.NDArray[Any]]
     rows: int
 
@@ -76,11 +55,6 @@ class Table:
     """The table of the conditions of a study that have runs.
 
     The constructor reads the columns, and `blocks` reads the rows.
-
-    Parameters
-    ----------
-    study
-        The directory of the study.
     """
 
     def __init__(self, study: StudyStore) -> None:
@@ -117,18 +91,7 @@ class Table:
         }
 
     def blocks(self) -> Iterator[Block]:
-        """Yield the rows of each run, in the order of the conditions.
-
-        Yields
-        ------
-        Block
-            The rows of one run.
-
-        Raises
-        ------
-        StudyError
-            A record is damaged.
-        """
+        """Yield the rows of each run, in the order of the conditions."""
         for condition in self._runs:
             for run, complete_record in self.study.records(condition):
                 record = without_genomes(complete_record)

@@ -40,18 +40,12 @@ Index = npt.NDArray[np.int64]
 
 
 class Edges(NamedTuple):
-    """The intervals of genes that children inherit from one parent.
+    """The intervals of genes that children inherit from one parent."""
 
-    Attributes
-    ----------
-    left, right : array [edge]
-        First gene of the interval, and the gene after its last one.
-    parent, child : array [edge]
-        Numbers of the agents in their generations.
-    """
-
+    # First gene of the interval, and the gene after its last one, [edge].
     left: Index
     right: Index
+    # Numbers of the agents in their generations, [edge].
     parent: Index
     child: Index
 
@@ -61,33 +55,7 @@ def write_tree_sequence(
 ) -> tuple[int, int]:
     """Write the ancestry of the last generation of a run as a tree sequence.
 
-    Parameters
-    ----------
-    study
-        The directory of the study.
-    path
-        The file to write.
-    condition
-        Name of a condition; the only condition if None.
-    run
-        Number of a run; the only stored run if None.
-    force
-        Overwrite a file that this function did not write.
-
-    Returns
-    -------
-    tuple of int
-        Numbers of trees and of individuals.
-
-    Raises
-    ------
-    RefusedError
-        `path` is a file of another program or of a study, tskit is not installed, `run` is missing,
-        or genes of the experiment do not come from the stored parents.
-    StudyError
-        There is no such condition or run, or a record is damaged.
-    PartError
-        A custom part of the study is not loaded.
+    `run`: number of a run; the only stored run if None.
     """
     with require_extra("a tree sequence"):
         import tskit
@@ -115,24 +83,7 @@ def write_tree_sequence(
 
 
 def choose_run(study: StudyStore, condition: str, run: int | None) -> int:
-    """Return `run`, or the only stored run of a condition.
-
-    Parameters
-    ----------
-    study
-        The directory of the study.
-    condition
-        Name of a condition.
-    run
-        Number of a run, or None.
-
-    Raises
-    ------
-    RefusedError
-        `run` is None, and the condition has several runs.
-    StudyError
-        No run is stored.
-    """
+    """Return `run`, or the only stored run of a condition."""
     study.require_runs()
     runs = study.runs(condition)
     if run is None and len(runs) != 1:
@@ -242,19 +193,9 @@ def _simplify(tables: Any, nodes: npt.NDArray[np.int32]) -> npt.NDArray[np.int32
 def find_edges(genome: Genome, previous: Genome, parents: Parents) -> Edges:
     """Return the intervals of genes that each child inherits from one parent.
 
-    Parameters
-    ----------
-    genome : Genome
-        Genomes of the children, [child, module, weight].
-    previous : Genome
-        Genomes of the generation before, [agent, module, weight].
-    parents : Parents
-        Numbers of the parents in the generation before, [child, 2].
-
-    Returns
-    -------
-    Edges
-        The intervals, by child and gene. Genes of all modules are in a row.
+    - `genome`: genomes of the children, [child, module, weight].
+    - `previous`: genomes of the generation before, [agent, module, weight].
+    - `parents`: numbers of the parents in the generation before, [child, 2].
     """
     agents = len(genome)
     values = genome.reshape(agents, -1).astype(float)

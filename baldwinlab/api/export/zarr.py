@@ -33,49 +33,21 @@ INDEX_COORDINATE: Final = "condition_index"
 
 
 class Layout(NamedTuple):
-    """The dataset of a study without the recorded values.
+    """The dataset of a study without the recorded values."""
 
-    Attributes
-    ----------
-    frame : xarray.Dataset
-        Coordinates, attributes, and the variables without the dimension `run`.
-    recorded : mapping of str to xarray.DataArray
-        A sample of each recorded variable, one value per condition, with its attributes.
-    sizes : mapping of str to int
-        Size of each dimension.
-    runs : mapping of str to array of int32
-        Numbers of the stored runs, by condition.
-    has_gaps : bool
-        Whether conditions differ in their runs, generations or agents, or runs can stop.
-    conditions : array of intp
-        Numbers of the conditions in the study, in the shape of the dataset's condition dimensions.
-    """
-
-    frame: xr.Dataset
+    frame: xr.Dataset  # Coordinates, attributes, and the variables without the dimension `run`.
+    # A sample of each recorded variable, one value per condition, with its attributes.
     recorded: Mapping[str, xr.DataArray]
     sizes: Mapping[str, int]
-    runs: Mapping[str, npt.NDArray[np.int32]]
+    runs: Mapping[str, npt.NDArray[np.int32]]  # Numbers of the stored runs, by condition.
+    # Whether conditions differ in their runs, generations or agents, or runs can stop.
     has_gaps: bool
+    # Numbers of the conditions in the study, in the shape of the dataset's condition dimensions.
     conditions: npt.NDArray[np.intp]
 
 
 def write_zarr(study: StudyStore, path: Path) -> None:
-    """Write the runs of a study as a Zarr store of version 3, chunk by chunk.
-
-    Parameters
-    ----------
-    study
-        The directory of the study.
-    path
-        The folder to create.
-
-    Raises
-    ------
-    RefusedError
-        `path` exists, or is inside a study, or a library is missing.
-    StudyError
-        No run is stored, or a record is damaged.
-    """
+    """Write the runs of a study as a Zarr store of version 3, chunk by chunk."""
     with require_extra("a Zarr store"):
         import zarr
         from zarr.storage import LocalStore

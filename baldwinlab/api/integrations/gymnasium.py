@@ -43,12 +43,7 @@ METADATA: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": RE
 class SingleForager(gymnasium.Env[Numbers, Any]):
     """The environment of the only agent of a world. See `single_env`.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    render_mode
-        "rgb_array" for images, or None.
+    `render_mode`: "rgb_array" for images, or None.
     """
 
     metadata = METADATA
@@ -71,22 +66,7 @@ class SingleForager(gymnasium.Env[Numbers, Any]):
     ) -> tuple[Numbers, dict[str, Any]]:
         """Start the next life, or the first life of a seed.
 
-        Parameters
-        ----------
-        seed
-            Seed of the simulations, 0 to 2**32 - 1.
-        options
-            Not used.
-
-        Returns
-        -------
-        tuple
-            The inputs and an empty dict.
-
-        Raises
-        ------
-        ArgumentError
-            The seed is out of range.
+        `seed`: seed of the simulations, 0 to 2**32 - 1. Returns the inputs and an empty dict.
         """
         super().reset(seed=None if seed is None else read_seed(seed))
         return self._worlds.reset(seed)[0, 0], {}
@@ -94,23 +74,8 @@ class SingleForager(gymnasium.Env[Numbers, Any]):
     def step(self, action: Any) -> tuple[Numbers, float, bool, bool, dict[str, Any]]:
         """Simulate one step.
 
-        Parameters
-        ----------
-        action
-            The action of the agent.
-
-        Returns
-        -------
-        tuple
-            Inputs, energy eaten, termination (never), truncation (the end of life) and an empty
-            dict.
-
-        Raises
-        ------
-        ResetNeededError
-            The lifetime has not started, or it is over.
-        InvalidActionError
-            The action is not in `action_space`.
+        Returns inputs, energy eaten, termination (never), truncation (the end of life) and an empty
+        dict.
         """
         inputs, energy = self._worlds.act([action], ["action"])
         return inputs[0, 0], float(energy[0, 0]), False, self._worlds.is_over, {}
@@ -118,15 +83,7 @@ class SingleForager(gymnasium.Env[Numbers, Any]):
     def render(self) -> Any:
         """Draw the map with the agent, its trail and the items.
 
-        Returns
-        -------
-        array of uint8 or None
-            The image, [row, column, (red, green, blue)]. None without a render mode.
-
-        Raises
-        ------
-        ResetNeededError
-            No lifetime has started.
+        Returns the image, [row, column, (red, green, blue)]. None without a render mode.
         """
         return next(iter(self._worlds.draw()), None)
 
@@ -334,26 +291,8 @@ def make_forager(
 ) -> gymnasium.Env[Numbers, Any]:
     """Return the environment "baldwinlab/Forager-v0" of `gymnasium.make`.
 
-    Parameters
-    ----------
-    preset
-        A preset, an experiment file, or an experiment. The agent is alone in its world.
-    set
-        Settings that change, such as {"lifetime.steps": 500} or {"lifetime": {"steps": 500}}.
-    render_mode
-        As in `single_env`.
-
-    Returns
-    -------
-    gymnasium.Env
-        The environment.
-
-    Raises
-    ------
-    ExperimentError
-        There is no such preset or setting.
-    RefusedError
-        The model has no steps, or its agents act one after another.
+    `set`: settings that change, such as {"lifetime.steps": 500} or {"lifetime": {"steps": 500}}.
+    Raises `RefusedError` if the model has no steps, or its agents act one after another.
     """
     return single_env(_load_single_forager(preset, set), render_mode)
 
@@ -368,27 +307,7 @@ def make_foragers(
     set: Mapping[str, Any] | None = None,
     render_mode: str | None = None,
 ) -> VectorForagers:
-    """Return the environments "baldwinlab/Forager-v0" of `gymnasium.make_vec`.
-
-    Parameters
-    ----------
-    num_envs
-        Number of worlds with one agent each.
-    preset, set
-        As in `make_forager`.
-    render_mode
-        As in `vector_env`.
-
-    Returns
-    -------
-    gymnasium.vector.VectorEnv
-        The environments.
-
-    Raises
-    ------
-    ExperimentError, RefusedError
-        As in `make_forager`.
-    """
+    """Return the environments "baldwinlab/Forager-v0" of `gymnasium.make_vec`."""
     return vector_env(_load_single_forager(preset, set), num_envs, render_mode)
 
 

@@ -21,13 +21,7 @@ DEGREES_PER_TURN = 360
 
 
 class LifetimeImages:
-    """Images of one world, which show its agents, their trails and its items.
-
-    Parameters
-    ----------
-    world
-        Number of the world in its batch.
-    """
+    """Images of one world, which show its agents, their trails and its items."""
 
     def __init__(self, world: int) -> None:
         self._world = world
@@ -36,17 +30,7 @@ class LifetimeImages:
         self._steps_done = 0
 
     def begin(self, experiment: Experiment, generation: int, view: PopulationView) -> None:
-        """Start a lifetime with its state before the first step.
-
-        Parameters
-        ----------
-        experiment
-            Settings of the generation.
-        generation
-            Number of the generation, for the caption.
-        view
-            The population before the first step.
-        """
+        """Start a lifetime with its state before the first step."""
         self._experiment = experiment
         self._generation = generation
         self._states.clear()
@@ -54,13 +38,7 @@ class LifetimeImages:
         self._steps_done = 0
 
     def record(self, view: PopulationView) -> None:
-        """Store the state after one more step.
-
-        Parameters
-        ----------
-        view
-            The population after the step.
-        """
+        """Store the state after one more step."""
         n_agents = self._experiment.population.size
         lanes = slice(self._world * n_agents, (self._world + 1) * n_agents)
         positions = view.positions()[self._world]

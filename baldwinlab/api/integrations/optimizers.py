@@ -41,19 +41,12 @@ Numbers = npt.NDArray[np.float64]
 
 
 class Evaluation(NamedTuple):
-    """The fitness and the behavior of genomes.
+    """The fitness and the behavior of genomes."""
 
-    Attributes
-    ----------
-    fitness
-        Array [genome]. The fitness that selection uses: the gain of a life minus the cost of
-        learning.
-    behavior
-        Array [genome, number]. `Problem.behaviors` names the numbers.
-    """
-
+    # Array [genome]. The fitness that selection uses: the gain of a life minus the cost of
+    # learning.
     fitness: Numbers
-    behavior: Numbers
+    behavior: Numbers  # Array [genome, number]. `Problem.behaviors` names the numbers.
 
 
 class Problem:

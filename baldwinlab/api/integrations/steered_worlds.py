@@ -45,14 +45,8 @@ class SteeredWorlds:
 
     A generation has the settings that the schedule of the experiment gives to it.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    worlds
-        Number of worlds, at least 1.
-    render_mode
-        "rgb_array" for images of the worlds, or None.
+    `worlds`: number of worlds, at least 1. `render_mode`: "rgb_array" for images of the worlds, or
+    None.
     """
 
     def __init__(
@@ -82,23 +76,11 @@ class SteeredWorlds:
         self._images = [LifetimeImages(world) for world in range(n_images)]
 
     def observation_space(self) -> Any:
-        """Return the space of the inputs.
-
-        Returns
-        -------
-        gymnasium.spaces.Box
-            Each input is 0 to 1.
-        """
+        """Return the space of the inputs."""
         return spaces.Box(0, 1, (len(self.inputs),), np.float32)
 
     def action_space(self) -> Any:
-        """Return the space of the actions.
-
-        Returns
-        -------
-        gymnasium.spaces.Space
-            Discrete, or a Box for a body with continuous actions.
-        """
+        """Return the space of the actions."""
         if self.has_discrete_actions:
             return spaces.Discrete(len(self.actions))
         return spaces.Box(0, 1, (len(self.actions),), np.float32)
@@ -111,20 +93,8 @@ class SteeredWorlds:
     def reset(self, seed: int | None) -> Numbers:
         """Start the next generation, or generation 0 of a seed.
 
-        Parameters
-        ----------
-        seed
-            Seed of the simulations, or None for the next generation.
-
-        Returns
-        -------
-        array of float32
-            The first inputs, [world, agent, input].
-
-        Raises
-        ------
-        ArgumentError
-            The seed is out of range.
+        `seed`: seed of the simulations, or None for the next generation. Returns the first inputs,
+        [world, agent, input].
         """
         if seed is not None:
             self._seed = read_seed(seed)
@@ -142,24 +112,7 @@ class SteeredWorlds:
     def act(self, actions: Any, names: Sequence[str]) -> tuple[Numbers, npt.NDArray[np.float64]]:
         """Simulate one step of all agents.
 
-        Parameters
-        ----------
-        actions
-            The action of each agent, with the agents of all worlds.
-        names
-            Names of the actions, for an error.
-
-        Returns
-        -------
-        tuple of array
-            The inputs, [world, agent, input], and the eaten energy, [world, agent].
-
-        Raises
-        ------
-        ResetNeededError
-            The lifetime has not started, or it is over.
-        InvalidActionError
-            The space of the actions does not contain an action.
+        Returns the inputs, [world, agent, input], and the eaten energy, [world, agent].
         """
         self._require_started("step")
         if self.is_over:
@@ -178,15 +131,7 @@ class SteeredWorlds:
     def draw(self) -> list[Image]:
         """Draw the current step of each world. The list is empty without a render mode.
 
-        Returns
-        -------
-        list of array of uint8
-            Images, [row, column, (red, green, blue)].
-
-        Raises
-        ------
-        ResetNeededError
-            No lifetime has started.
+        Returns images, [row, column, (red, green, blue)].
         """
         self._require_started("render")
         return [images.draw() for images in self._images]
@@ -240,18 +185,7 @@ class SteeredWorlds:
 
 
 def read_seed(seed: Any) -> int:
-    """Return a seed as an integer of Python.
-
-    Parameters
-    ----------
-    seed
-        The seed.
-
-    Raises
-    ------
-    ArgumentError
-        The seed is no whole number, or out of range.
-    """
+    """Return a seed as an integer of Python."""
     is_integer = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
     if not is_integer or not 0 <= seed < SEED_LIMIT:
         raise ArgumentError("seed", seed, f"must be a whole number from 0 to {SEED_LIMIT - 1}")

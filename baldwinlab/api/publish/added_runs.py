@@ -16,24 +16,12 @@ MULTIVERSE_INSTRUCTION: Final = "To add runs, repeat the command with --runs {ru
 
 
 def format_instruction(directory: Path) -> str:
-    """Return the command that adds runs to a study of conditions, with "{runs}" for their number.
-
-    Parameters
-    ----------
-    directory
-        Directory of the study.
-    """
+    """Return the command that adds runs to a study of conditions. "{runs}" is their number."""
     return f"To add runs: baldwinlab run {quote_path(directory)} --runs {{runs}}"
 
 
 def instruction_of(study: StudyStore) -> str:
-    """Return the instruction that adds runs to a stored study, with "{runs}" for their number.
-
-    Parameters
-    ----------
-    study
-        The study.
-    """
+    """Return the instruction that adds runs to a stored study, with "{runs}" for their number."""
     if study.kind == CONDITIONS:
         return format_instruction(study.directory)
     return SWEEP_INSTRUCTION if study.kind == SWEEP else MULTIVERSE_INSTRUCTION

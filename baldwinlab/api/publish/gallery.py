@@ -45,30 +45,7 @@ def publish_gallery(
 ) -> tuple[list[Entry], list[Decision]]:
     """Write the tables, the figure and the page of the papers whose studies are in a folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder with the studies.
-    out : Path
-        HTML file to write.
-    last : int
-        Number of final generations to average in each run.
-    log : callable
-        Called with progress messages.
-
-    Returns
-    -------
-    entries : list of Entry
-        The papers, sorted by year.
-    decisions : list of Decision
-        The decisions on all questions of all systems.
-
-    Raises
-    ------
-    RefusedError
-        The folder has no study of a paper.
-    OSError
-        A file cannot be written.
+    The returned `entries`: the papers, sorted by year.
     """
     entries = read_entries(folder, last, log)
     log("deciding the questions")
@@ -100,20 +77,7 @@ def publish_gallery(
 
 
 def describe_table(entries: Sequence[Entry], decisions: Sequence[Decision]) -> Iterator[str]:
-    """Yield the conclusions, and the notes on changed models and on too few runs.
-
-    Parameters
-    ----------
-    entries : sequence of Entry
-        The papers.
-    decisions : sequence of Decision
-        The decisions on all questions of all systems.
-
-    Yields
-    ------
-    str
-        Sentences.
-    """
+    """Yield the conclusions, and the notes on changed models and on too few runs."""
     yield from conclude(decisions)
     yield from _list_notes(entries, decisions)
 
@@ -128,18 +92,7 @@ def _list_notes(entries: Sequence[Entry], decisions: Sequence[Decision]) -> Iter
 
 
 def explain_omissions(entries: Sequence[Entry]) -> Iterator[str]:
-    """Yield a sentence for each paper without a system, with the reason and the commands.
-
-    Parameters
-    ----------
-    entries : sequence of Entry
-        The papers.
-
-    Yields
-    ------
-    str
-        Sentences.
-    """
+    """Yield a sentence for each paper without a system, with the reason and the commands."""
     for entry in entries:
         if entry.reason:
             commands = " and then ".join(f"`{command}`" for command in entry.commands)

@@ -62,10 +62,7 @@ class Entry:
 def holds_studies(folder: Path) -> bool:
     """Return whether a local folder is no study, but has studies in its subfolders.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder, or a remote location.
+    `folder`: the folder, or a remote location.
     """
     return is_local(folder) and not is_study(folder) and bool(_list_studies(folder))
 
@@ -84,20 +81,7 @@ def find_studies(folder: Path) -> dict[str, StudyStore]:
     If a paper has several studies, one without changes of the model is preferred, and then the
     one with the most runs.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-
-    Returns
-    -------
-    dict of str to StudyStore
-        One study per paper.
-
-    Raises
-    ------
-    RefusedError
-        The folder has no study of a paper.
+    Returns one study per paper.
     """
     studies: dict[str, StudyStore] = {}
     for directory in _list_studies(folder):
@@ -123,37 +107,14 @@ def _rank_study(study: StudyStore) -> tuple[bool, int]:
 
 
 def count_most_runs(study: StudyStore) -> int:
-    """Return the number of runs of the condition with the most runs.
-
-    Parameters
-    ----------
-    study
-        The study.
-    """
+    """Return the number of runs of the condition with the most runs."""
     return max(len(study.runs(name)) for name in study.experiments)
 
 
 def read_entries(folder: Path, last: int, log: Callable[[str], None]) -> list[Entry]:
     """Read the results of all papers in a folder.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-    last : int
-        Number of final generations to average in each run.
-    log : callable
-        Called with progress messages.
-
-    Returns
-    -------
-    list of Entry
-        Papers, sorted by year.
-
-    Raises
-    ------
-    RefusedError
-        The folder has no study of a paper.
+    Returns papers, sorted by year.
     """
     entries = []
     for name, study in find_studies(folder).items():

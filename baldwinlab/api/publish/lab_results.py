@@ -40,22 +40,7 @@ MAX_CURVE_VALUES: Final = 1_000_000
 def compute_results(study: StudyStore, data: xr.Dataset | None = None) -> dict[str, Any]:
     """Compute the results of all conditions that have a run.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    data : xr.Dataset or None
-        The runs as `open_runs` returns them, if they are already loaded.
-
-    Returns
-    -------
-    dict of str to Any
-        Plain data for JSON, with None for numbers that do not exist.
-
-    Raises
-    ------
-    StudyError
-        A record is damaged.
+    `data`: the runs as `open_runs` returns them, if they are already loaded.
     """
     names = [name for name in study.experiments if study.runs(name)]
     results: dict[str, Any] = {
@@ -119,27 +104,7 @@ def _summarize_runs(values: xr.DataArray) -> dict[str, list[float | None]]:
 
 
 def compare_study(study: StudyStore, last: int = 10, baseline: str = "") -> Contrasts:
-    """Compare the conditions of a study, with one condition in memory at a time.
-
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    last : int
-        Number of final generations to average in each run.
-    baseline : str
-        Condition with which all other conditions are compared, or "" for the default.
-
-    Returns
-    -------
-    Contrasts
-        The comparisons.
-
-    Raises
-    ------
-    StudyError
-        The study has no run, or no run of `baseline`.
-    """
+    """Compare the conditions of a study, with one condition in memory at a time."""
     study.require_runs()
     require_baseline(study, baseline)
     names = [name for name in study.experiments if study.runs(name)]
@@ -160,16 +125,8 @@ def _comparison_record(study: StudyStore, data: xr.Dataset) -> dict[str, Any]:
 def record_contrasts(contrasts: Contrasts) -> dict[str, Any]:
     """Return comparisons as plain data: numbers, and the texts of `contrast_table`.
 
-    Parameters
-    ----------
-    contrasts : Contrasts
-        The comparisons.
-
-    Returns
-    -------
-    dict
-        The sentences `summary`, `pairing`, `too_few` and `method`, the `headings` of the table,
-        and `rows` with numbers, `cells`, a `note` and a `sentence`. An undefined number is None.
+    Returns the sentences `summary`, `pairing`, `too_few` and `method`, the `headings` of the table,
+    and `rows` with numbers, `cells`, a `note` and a `sentence`. An undefined number is None.
     """
     rows = []
     for contrast, cells in zip(contrasts.rows, list_cells(contrasts), strict=True):
@@ -205,12 +162,7 @@ def _compare_finals(
 def require_baseline(study: StudyStore, baseline: str) -> None:
     """Raise StudyError unless the baseline condition has a run. Accept the baseline "".
 
-    Parameters
-    ----------
-    study
-        The study.
-    baseline
-        The name of the baseline condition, or "" for the default.
+    `baseline`: the name of the baseline condition, or "" for the default.
     """
     if baseline:
         study.experiment(baseline)
@@ -225,26 +177,7 @@ def read_run_curves(
 ) -> dict[str, list[float | None]]:
     """Return the curve of every run of a condition.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    condition : str
-        A condition of the study.
-    measure : str
-        A measure of `statistics.fitness.MEASURES`.
-
-    Returns
-    -------
-    dict of str to list of float or None
-        One value per generation, by run.
-
-    Raises
-    ------
-    ValueError
-        The measure does not exist, or the condition has more than `MAX_CURVE_VALUES` values.
-    StudyError
-        The condition does not exist, or a record is damaged.
+    Returns one value per generation, by run.
     """
     if measure not in fitness.MEASURES:
         raise ValueError(f"measure = {measure!r} must be one of {', '.join(fitness.MEASURES)}")
@@ -265,20 +198,7 @@ def read_run_curves(
 def read_reaction_norms(study: StudyStore) -> dict[str, Any]:
     """Return the reaction norms of a study: medians over runs with their intervals.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-
-    Returns
-    -------
-    dict of str to Any
-        The unit of fitness, and one panel per varied setting and map. Plain data for JSON.
-
-    Raises
-    ------
-    ValueError
-        The stored assay is damaged, or belongs to another study.
+    Returns the unit of fitness, and one panel per varied setting and map. Plain data for JSON.
     """
     assays = read_assays(study, ["reaction"])
     if not assays:
@@ -309,17 +229,7 @@ def _summarize_norms(panel: Panel) -> dict[str, dict[str, list[float | None]]]:
 def distinguishing_factors(study: StudyStore, names: list[str]) -> dict[str, list[Any]]:
     """Return the factors, or the settings of a sweep, that differ between conditions.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    names : list of str
-        The compared conditions of the study.
-
-    Returns
-    -------
-    dict of str to list
-        One value per condition, by factor or setting.
+    Returns one value per condition, by factor or setting.
     """
     columns: dict[str, list[Any]]
     if study.kind == SWEEP:

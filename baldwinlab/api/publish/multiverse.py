@@ -32,26 +32,7 @@ def publish_multiverse(
 ) -> Multiverse:
     """Write multiverse.json, results.json, the figures and the page of a multiverse.
 
-    Parameters
-    ----------
-    plan : ReportPlan
-        The plan of the report, from `plan_report`. Variants without runs are left out.
-    progress : callable
-        Function that opens a progress bar with a description, a total and a unit.
-    log : callable
-        Called with progress messages.
-
-    Returns
-    -------
-    Multiverse
-        The outcomes of all claims.
-
-    Raises
-    ------
-    StudyError
-        The study has no run, or a record is damaged.
-    OSError
-        A file cannot be written.
+    `plan`: variants without runs are left out.
     """
     study = plan.study
     study.require_runs()

@@ -18,32 +18,17 @@ from baldwinlab.studies.store import StudyStore
 
 @dataclass(frozen=True)
 class ReportPlan:
-    """A report to write, with its paper and the condition of the figure of emergence.
-
-    Attributes
-    ----------
-    study : StudyStore
-        The study.
-    out : Path
-        HTML file to write.
-    last : int
-        Number of final generations to average in each run.
-    baseline : str
-        Condition with which all other conditions are compared, or "" for the default.
-    paper : Paper or None
-        Paper whose claims are evaluated.
-    replayable : tuple of str
-        Conditions that can be replayed. Empty for a sweep and a multiverse.
-    emergence_condition : str or None
-        Condition that is replayed for the figure of emergence. None without this figure.
-    """
+    """A report to write, with its paper and the condition of the figure of emergence."""
 
     study: StudyStore
-    out: Path
-    last: int = 10
+    out: Path  # HTML file to write.
+    last: int = 10  # Number of final generations to average in each run.
+    # Condition with which all other conditions are compared, or "" for the default.
     baseline: str = ""
-    paper: Paper | None = None
+    paper: Paper | None = None  # Paper whose claims are evaluated.
+    # Conditions that can be replayed. Empty for a sweep and a multiverse.
     replayable: tuple[str, ...] = ()
+    # Condition that is replayed for the figure of emergence. None without this figure.
     emergence_condition: str | None = None
 
 
@@ -52,28 +37,7 @@ def plan_report(
 ) -> ReportPlan:
     """Return the plan of a report.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    out : Path
-        HTML file to write.
-    last : int
-        Number of final generations to average in each run.
-    baseline : str
-        Condition with which all other conditions are compared, or "" for the default.
-    paper : Paper or None
-        Paper whose claims are evaluated. By default the paper that defines the study, if any.
-
-    Returns
-    -------
-    ReportPlan
-        The plan.
-
-    Raises
-    ------
-    PaperError
-        The paper of the study cannot be read.
+    `paper`: paper whose claims are evaluated. By default the paper that defines the study, if any.
     """
     if paper is None and (study.paper or study.kind == MULTIVERSE):
         paper = load_stored_paper(study.directory, study.paper)
@@ -110,13 +74,7 @@ def _can_replay(study: StudyStore, condition: str) -> bool:
 
 
 def required_memory(plan: ReportPlan) -> Need:
-    """Estimate the memory of a report. Only one variant of a multiverse is in memory at a time.
-
-    Parameters
-    ----------
-    plan
-        The plan of the report.
-    """
+    """Estimate the memory of a report. Only one variant of a multiverse is in memory at a time."""
     study = plan.study
     runs_by_variant: dict[str, list[tuple[Experiment, int]]] = {}
     for name, experiment in study.experiments.items():
@@ -129,13 +87,7 @@ def required_memory(plan: ReportPlan) -> Need:
 
 
 def replay_memory(experiment: BaseExperiment) -> Need:
-    """Estimate the memory of the lifetimes in the figure of emergence.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    """
+    """Estimate the memory of the lifetimes in the figure of emergence."""
     if not isinstance(experiment, Experiment) or experiment.population.species:
         return NO_NEED
     n_lives = len(emergence_generations(experiment.evolution.generations))

@@ -44,28 +44,8 @@ def make_figure_file(
 ) -> FigureFile:
     """Make the file of a figure of the report, with its number of runs and its caption.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    name : str
-        One of `FIGURES_OF_CONDITIONS`, or for a sweep `FIGURE_OF_SWEEPS`.
-    file_format : str
-        One of `FORMATS`.
-    conditions : sequence of str
-        The drawn conditions. A sweep is drawn with all its points.
-
-    Returns
-    -------
-    FigureFile
-        The file. Its name has the study, the figure and the number of runs.
-
-    Raises
-    ------
-    ValueError
-        The figure or the format does not exist, or there are more than `MAX_CONDITIONS`.
-    StudyError
-        A condition does not exist, or a record is damaged.
+    `name`: one of `FIGURES_OF_CONDITIONS`, or for a sweep `FIGURE_OF_SWEEPS`. `file_format`: one of
+    `FORMATS`.
     """
     if file_format not in FORMATS:
         raise ValueError(f"format = {file_format!r} must be one of {', '.join(FORMATS)}")

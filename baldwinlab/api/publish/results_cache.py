@@ -28,19 +28,7 @@ MAX_CONDITIONS: Final = 1000
 def cache_results(study: StudyStore, data: xr.Dataset | None = None) -> None:
     """Write the results of a study to its cache, unless it has too many conditions.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    data : xr.Dataset or None
-        The runs as `open_runs` returns them, if they are already loaded.
-
-    Raises
-    ------
-    StudyError
-        A record is damaged.
-    OSError
-        The file cannot be written.
+    `data`: the runs as `open_runs` returns them, if they are already loaded.
     """
     if len(study.experiments) > MAX_CONDITIONS:
         return
@@ -55,18 +43,7 @@ def cache_results(study: StudyStore, data: xr.Dataset | None = None) -> None:
 
 
 def load_cached_results(study: StudyStore) -> dict[str, Any] | None:
-    """Return the cached results, or None if the cache is missing, damaged or out of date.
-
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-
-    Returns
-    -------
-    dict of str to Any or None
-        The results of `compute_results`.
-    """
+    """Return the cached results, or None if the cache is missing, damaged or out of date."""
     try:
         record = json.loads(read_text(study.directory / CACHE_FILE, RESULTS_FILE))
         checksum = record.pop("checksum")

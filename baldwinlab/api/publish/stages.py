@@ -39,21 +39,7 @@ def read_staged_results(
     data: xr.Dataset,
     results: Sequence[ClaimResult],
 ) -> StagedResults | None:
-    """Return the results of the confirmation, None without the assay `unseen-maps`.
-
-    Parameters
-    ----------
-    study : StudyStore
-        The study of the confirmation.
-    paper : Paper
-        The paper.
-    design : Design
-        The design of the paper.
-    data : xr.Dataset
-        The runs of the study, with the fitness on unseen maps.
-    results : sequence of ClaimResult
-        The evaluated claims.
-    """
+    """Return the results of the confirmation, None without the assay `unseen-maps`."""
     unseen = get_unseen_maps(data)
     values = {
         name: unseen.sel(condition=name).dropna("run").values
@@ -83,17 +69,7 @@ def read_staged_results(
 
 
 def describe_size(study: StudyStore, paper: Paper, data: xr.Dataset) -> list[str]:
-    """Return sentences on differences between the size of a study and that of its paper.
-
-    Parameters
-    ----------
-    study : StudyStore
-        The study of the confirmation.
-    paper : Paper
-        The paper.
-    data : xr.Dataset
-        The runs of the study.
-    """
+    """Return sentences on differences between the size of a study and that of its paper."""
     metadata = paper.metadata
     if study.first_run != metadata.first_run:
         return [

@@ -65,27 +65,8 @@ def publish_study(
     The files are claims.json, statistics.csv, summary.csv, results.json, the figures and the
     report.
 
-    Parameters
-    ----------
-    plan : ReportPlan
-        The plan of the report, from `plan_report`.
-    log : callable
-        Called with progress messages.
-    progress : callable
-        `progress(description, total, unit)` returns a context manager; its value is called with the
-        number of files that are read.
-
-    Returns
-    -------
-    Published
-        The results.
-
-    Raises
-    ------
-    StudyError
-        The study has no run, or a record is damaged.
-    OSError
-        A file cannot be written.
+    `progress`: `progress(description, total, unit)` returns a context manager; its value is called
+    with the number of files that are read.
     """
     study = plan.study
     study.require_runs()

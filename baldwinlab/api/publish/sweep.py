@@ -26,27 +26,7 @@ from baldwinlab.studies.sweeps.design import label_points
 
 
 def publish_sweep(plan: ReportPlan, log: Callable[[str], None]) -> Contrasts:
-    """Write responses.csv, statistics.csv, results.json, the figures and the report of a sweep.
-
-    Parameters
-    ----------
-    plan : ReportPlan
-        The plan of the report, from `plan_report`.
-    log : callable
-        Called with progress messages.
-
-    Returns
-    -------
-    Contrasts
-        Comparisons of the points.
-
-    Raises
-    ------
-    StudyError
-        The sweep has no run, or a record is damaged.
-    OSError
-        A file cannot be written.
-    """
+    """Write responses.csv, statistics.csv, results.json, the figures and the report of a sweep."""
     study = plan.study
     study.require_runs()
     data = open_sample(study, list(study.experiments))

@@ -23,30 +23,13 @@ def are_compared(sweep: Sweep, points: int) -> bool:
     """Return whether the report of a sweep compares its points.
 
     The points of a random sample are not compared, and neither are many points.
-
-    Parameters
-    ----------
-    sweep
-        The design of the sweep.
-    points
-        Number of points of the sweep.
     """
     is_sample = sweep.samples is not None
     return points <= MAX_COMPARED_POINTS and not is_sample
 
 
 def describe_too_few_runs(sweep: Sweep, points: int, instruction: str = SWEEP_INSTRUCTION) -> str:
-    """Return sentences if the planned runs are too few to compare the points, else "".
-
-    Parameters
-    ----------
-    sweep
-        The design of the sweep.
-    points
-        Number of points of the sweep.
-    instruction
-        A sentence that says how to add runs, with "{runs}" for their number.
-    """
+    """Return sentences if the planned runs are too few to compare the points, else ""."""
     if not are_compared(sweep, points):
         return ""
     factors = {str(point): Factors() for point in range(points)}
@@ -54,28 +37,12 @@ def describe_too_few_runs(sweep: Sweep, points: int, instruction: str = SWEEP_IN
 
 
 def describe_planned(factors: Mapping[str, Factors], runs: int, instruction: str) -> str:
-    """Return sentences if the planned runs of conditions are too few to compare them, else "".
-
-    Parameters
-    ----------
-    factors
-        The factors of each condition.
-    runs
-        Number of runs of each condition.
-    instruction
-        A sentence that says how to add runs, with "{runs}" for their number.
-    """
+    """Return sentences if the planned runs of conditions are too few to compare them, else ""."""
     return describe_too_few(planned_tests(factors, runs), instruction=instruction)
 
 
 def has_comparisons(study: StudyStore) -> bool:
-    """Return whether the report of a stored sweep compares its points.
-
-    Parameters
-    ----------
-    study
-        The sweep.
-    """
+    """Return whether the report of a stored sweep compares its points."""
     path = study.directory / SWEEP_FILE_NAME
     return path.exists() and are_compared(read_sweep(path), len(study.experiments))
 
@@ -85,21 +52,8 @@ def compare_points(
 ) -> Contrasts:
     """Compare the points of a sweep.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The sweep.
-    finals : xr.Dataset
-        Measures of the points, [condition, run].
-    last : int
-        Number of final generations that were averaged in each run.
-    baseline : str
-        Point with which all other points are compared, or "" for the first.
-
-    Returns
-    -------
-    Contrasts
-        Comparisons of the points, which are named by the values of their fields.
+    `finals`: measures of the points, [condition, run]. `baseline`: point with which all other
+    points are compared, or "" for the first.
     """
     titles = name_points(study)
     names = [titles[str(name)] for name in finals["condition"].values]

@@ -24,24 +24,7 @@ NO_PAIRS = "No two successive generations of the stored assay innate have values
 def make_section(study: StudyStore, innate: Mapping[str, xr.Dataset]) -> Section | None:
     """Make the section, and write its figures and its CSV file.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    innate : mapping of str to xr.Dataset
-        The stored assay `innate`, by condition.
-
-    Returns
-    -------
-    Section or None
-        The section. None if no condition with the assay evolves and learns.
-
-    Raises
-    ------
-    StudyError
-        A record is damaged.
-    OSError
-        A file cannot be written.
+    None if no condition with the assay evolves and learns.
     """
     changes: dict[str, TraitChanges] = {}
     obstacles: dict[str, str] = {}

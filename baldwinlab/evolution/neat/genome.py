@@ -218,20 +218,11 @@ def activate(graph: Graph, inputs: int, outputs: int, steepness: Any, values: An
 
     The value of a node is sigmoid(steepness * total), where `total` is its weighted input.
 
-    Parameters
-    ----------
-    graph : array of shape (entries,)
-        The network.
-    inputs : int
-        Number of inputs without the bias.
-    outputs : int
-        Number of outputs.
-    steepness : float32
-        Slope of the sigmoid.
-    values : array of shape (rows,)
-        The first rows are the inputs, whose values must be set. Then follow a row for each possible
-        link, and the outputs. The row of a link has the value of the hidden node with the number of
-        the link. Without such a node, the value is 0.
+    - `graph`: (entries,).
+    - `inputs`: number of inputs without the bias.
+    - `values` (rows,): the first rows are the inputs, whose values must be set. Then follow a row
+      for each possible link, and the outputs. The row of a link has the value of the hidden node
+      with the number of the link. Without such a node, the value is 0.
     """
     first_output = values.size - outputs
     links = min(count_links(graph), first_output - inputs)

@@ -99,18 +99,8 @@ def next_species(genome: Genome, after: Any) -> Any:
 def species_status(genome: Genome, fitness: Fitness, species: Any) -> Any:
     """Return the status of a species.
 
-    Returns
-    -------
-    size : int
-        Number of members.
-    mean : float
-        Mean fitness.
-    best : float
-        Best fitness.
-    best_ever : float
-        Best fitness in all generations.
-    stale : int
-        Number of successive generations without an increase of `best_ever`, up to this one.
+    The returned `stale`: number of successive generations without an increase of `best_ever`, up to
+    this one.
     """
     size = 0
     total = 0.0

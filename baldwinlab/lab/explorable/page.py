@@ -50,20 +50,7 @@ _PLACEHOLDER: Final = re.compile(r"\{(\w+)\}")
 def render_explorable(strings_file: Path = STRINGS_FILE) -> bytes:
     """Return the page.
 
-    Parameters
-    ----------
-    strings_file : Path
-        TOML file with all texts of the page.
-
-    Returns
-    -------
-    bytes
-        HTML without references to other files.
-
-    Raises
-    ------
-    RefusedError
-        The page is too large.
+    Returns HTML without references to other files.
     """
     strings = tomllib.loads(strings_file.read_text("utf-8"))
     page = single_page.render_page(

@@ -32,21 +32,14 @@ NEEDLE_RUNS: Final = 3
 
 
 class Dial(NamedTuple):
-    """A number in a sentence that the reader can change.
+    """A number in a sentence that the reader can change."""
 
-    Attributes
-    ----------
-    value, minimum, maximum, step : float
-        The value at opening, and the possible values.
-    path : str
-        The setting, or "" if the figure uses the number in another way.
-    """
-
+    # The value at opening, and the possible values.
     value: float
     minimum: float
     maximum: float
     step: float
-    path: str = ""
+    path: str = ""  # The setting, or "" if the figure uses the number in another way.
 
 
 DIALS: Final[Mapping[str, Dial]] = {

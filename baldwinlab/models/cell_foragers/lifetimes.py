@@ -91,18 +91,8 @@ def simulate_lifetimes(
 ) -> None:
     """Simulate the lifetimes of all agents.
 
-    Parameters
-    ----------
-    settings : ForagingSettings
-        Settings that all agents share.
-    runs : array of shape (runs,)
-        Numbers of the runs.
-    teaching : array of shape (runs, agents, weights)
-        Weights of the teaching modules.
-    scratch : Scratch
-        Working memory.
-    results : ForagingResults
-        Output. `learned` must have the weights of the action modules at birth.
+    `teaching` (runs, agents, weights): weights of the teaching modules. `results`: output.
+    `learned` must have the weights of the action modules at birth.
     """
     n_recorded = results.food.shape[0]
     for run in range(runs.size):

@@ -216,27 +216,8 @@ class CellForagers(Model, name="cell-foragers"):
     ) -> ForagingResults:
         """Simulate environments of the agents from number `first_agent` on.
 
-        Parameters
-        ----------
-        seed : int
-            Seed of the study.
-        runs : sequence of int
-            Numbers of the runs.
-        generation : int
-            Number of the generation.
-        genomes : array of shape (runs, agents, modules, weights)
-            Genomes.
-        first_agent : int
-            Number of the first agent.
-        environments : int
-            Number of environments per agent.
-        n_recorded : int
-            Number of final environments whose paths are returned, for the last agent.
-
-        Returns
-        -------
-        ForagingResults
-            Learned weights, eaten items and the recorded paths.
+        `genomes`: (runs, agents, modules, weights). `environments`: number of environments per
+        agent.
         """
         n_units = N_INPUTS + self.hidden_units + self.outputs
         target = TARGET_OF_LEARNING[self.learning] if self.learns else NO_TARGET

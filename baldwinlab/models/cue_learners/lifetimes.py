@@ -61,18 +61,9 @@ def simulate_lifetimes(
 ) -> None:
     """Simulate lifetimes and fill their results.
 
-    Parameters
-    ----------
-    settings : LifetimeSettings
-        Settings that all agents share.
-    runs : array of shape (runs,)
-        Numbers of the runs.
-    genomes : array of shape (runs, agents, genes)
-        Genomes. Their link strengths change in place as agents learn.
-    units : Units
-        Scratch.
-    results : CueResults
-        Output.
+    - `genomes` (runs, agents, genes): their link strengths change in place as agents learn.
+    - `units`: scratch.
+    - `results`: output.
     """
     for run in range(runs.size):
         for agent in range(genomes.shape[1]):

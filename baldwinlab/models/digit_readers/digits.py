@@ -44,21 +44,8 @@ def read_bitmaps() -> npt.NDArray[np.float32]:
 def draw_digit_sets(seed: int, run: int, copies: int, noise: float) -> npt.NDArray[np.float32]:
     """Draw the training set and the test set of a run.
 
-    Parameters
-    ----------
-    seed : int
-        Seed of the study.
-    run : int
-        Number of the run.
-    copies : int
-        Number of images per digit in each set.
-    noise : float
-        Probability that a pixel is inverted.
-
-    Returns
-    -------
-    array of shape (2, 10 * copies, 35)
-        Training set and test set, ordered by digit. The array is read-only.
+    `copies`: number of images per digit in each set. Returns (2, 10 * copies, 35): training set and
+    test set, ordered by digit. The array is read-only.
     """
     n_images = N_SETS * N_DIGITS * copies
     # [image, pixel]: the first of four numbers.

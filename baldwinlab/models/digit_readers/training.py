@@ -57,16 +57,9 @@ def train_and_test(
 ) -> None:
     """Train all agents of a run, and test them before and after the training.
 
-    Parameters
-    ----------
-    settings : TrainingSettings
-        Settings that all agents share.
-    training_set, test_set : arrays of shape (digits * copies, pixels)
-        Images, ordered by digit.
-    scratch : array of shape (3, units)
-        Scratch: activations of hidden units, outputs, and errors of outputs.
-    results : TrainingResults
-        Output. `weights` must have the weights at birth.
+    - `training_set`, `test_set` (digits * copies, pixels): images, ordered by digit.
+    - `scratch` (3, units): scratch: activations of hidden units, outputs, and errors of outputs.
+    - `results`: output. `weights` must have the weights at birth.
     """
     seed = settings.seed
     run = settings.run

@@ -77,20 +77,10 @@ def simulate_population(
 ) -> int:
     """Simulate a population and return the number of steps that it survives.
 
-    Parameters
-    ----------
-    rules : Rules
-        Numbers of the world.
-    world : ErlWorld
-        The world. All its arrays are overwritten.
-    genomes : array of shape (founders, bits)
-        Bits of the founders.
-    max_steps : int
-        Maximum number of steps.
-    inputs : array of shape (inputs,)
-        Scratch.
-    totals : array of shape (3,)
-        Output, by `BIRTHS`, `AGENT_STEPS` and `CARNIVORE_STEPS`.
+    - `world`: all its arrays are overwritten.
+    - `genomes` (founders, bits): bits of the founders.
+    - `inputs` (inputs,): scratch.
+    - `totals` (3,): output, by `BIRTHS`, `AGENT_STEPS` and `CARNIVORE_STEPS`.
     """
     init_world(rules, world)
     place_founders(rules, world, genomes)

@@ -19,23 +19,8 @@ Fitness = npt.NDArray[np.float64]
 def make_landscape(seed: int, run: int, length: int, slope: float, roughness: float) -> Fitness:
     """Return the fitness of all positions of a run, without plasticity.
 
-    Parameters
-    ----------
-    seed : int
-        Seed of the study.
-    run : int
-        Number of the run.
-    length : int
-        Number of positions.
-    slope : float
-        Mean relative increase of fitness per position.
-    roughness : float
-        Largest deviation from the mean increase.
-
-    Returns
-    -------
-    array of shape (length,)
-        Fitness. The first position has 1. The array is read-only.
+    `slope`: mean relative increase of fitness per position. The first position has 1. The array is
+    read-only.
     """
     draws = uniforms(seed, run, LANDSCAPE_GENERATION, LIFE, (length, 1))[:, 0, 0]
     factors = 1 + slope + roughness * (2 * draws - 1)

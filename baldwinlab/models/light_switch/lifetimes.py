@@ -62,20 +62,10 @@ def simulate_lifetimes(
 ) -> None:
     """Simulate lifetimes and count the steps under the lit lamp.
 
-    Parameters
-    ----------
-    n_steps : int
-        Number of steps of a lifetime.
-    world : Arena
-        Layout of the arena.
-    initial_draws : array of shape (runs, 4)
-        Uniform numbers for the initial position and heading.
-    synapses : Synapses
-        Synapses of all agents. The weights change in place as agents learn.
-    values : array of shape (2, inputs + neurons)
-        Scratch.
-    lit_steps : array of shape (runs, agents)
-        Output: the number of steps under the lit lamp.
+    - `initial_draws` (runs, 4): uniform numbers for the initial position and heading.
+    - `synapses`: synapses of all agents. The weights change in place as agents learn.
+    - `values` (2, inputs + neurons): scratch.
+    - `lit_steps` (runs, agents): output: the number of steps under the lit lamp.
     """
     for run in range(lit_steps.shape[0]):
         for agent in range(lit_steps.shape[1]):

@@ -324,10 +324,7 @@ def make_state(
 
     Species that share a world have the same `grid`, and values of their population.
 
-    Raises
-    ------
-    RefusedError
-        If the experiment has species, and no population is given.
+    Raises `RefusedError` if the experiment has species, and no population is given.
     """
     if population_class is None:
         require_single_species(experiment, "a batch of one species")

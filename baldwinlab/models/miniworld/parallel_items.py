@@ -43,24 +43,14 @@ _WORLD: Final = 0
 
 
 class SharedArrays(NamedTuple):
-    """A thread of a team, and the arrays that the team shares.
-
-    Attributes
-    ----------
-    team : Team
-        The thread and its team.
-    claims : array, int64 [item]
-        Highest claim of an item. It is odd after the item was eaten.
-    counts : array, int32 [thread, cell]
-        Scratch: number of items of a thread in a cell, then their next slot.
-    totals : array, int64 [thread]
-        Scratch: number of items in the cells of a thread.
-    """
+    """A thread of a team, and the arrays that the team shares."""
 
     team: Team
+    # Highest claim of an item, [item]. It is odd after the item was eaten.
     claims: npt.NDArray[np.int64]
+    # Scratch: number of items of a thread in a cell, then their next slot, [thread, cell].
     counts: npt.NDArray[np.int32]
-    totals: npt.NDArray[np.int64]
+    totals: npt.NDArray[np.int64]  # Scratch: number of items in the cells of a thread, [thread].
 
 
 @compiled

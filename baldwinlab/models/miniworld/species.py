@@ -39,10 +39,7 @@ class SpeciesSimulator:
     ) -> None:
         """Create a simulator. The default backend is the CPU.
 
-        Raises
-        ------
-        ValueError
-            If the backend cannot simulate species.
+        Raises `ValueError` if the backend cannot simulate species.
         """
         self._batch_class = require_species_batch(backend or CPU)
         self._experiment = experiment
@@ -55,14 +52,9 @@ class SpeciesSimulator:
     ) -> LifeResults:
         """Return the results of a generation.
 
-        Parameters
-        ----------
-        generation : int
-            Generation, from 0.
-        genomes : array, float32 [run, agent, module, weight]
-            Genomes at birth, species after species. A species uses its first modules and weights.
-        sizes : array, int64 [run, species]
-            Number of agents of each species.
+        `genomes` [run, agent, module, weight]: genomes at birth, species after species. A species
+        uses its first modules and weights. `sizes` [run, species]: number of agents of each
+        species.
         """
         runs_by_sizes: dict[Sizes, list[int]] = {}
         for run_index, run_sizes in enumerate(sizes.tolist()):

@@ -16,22 +16,7 @@ Series = npt.NDArray[np.float64]
 
 
 def simulate_windows(experiment: Experiment, batch: Batch, n_runs: int) -> Mapping[str, Series]:
-    """Simulate a lifetime and return the time series of `record.every`, each [run, window].
-
-    Parameters
-    ----------
-    experiment : Experiment
-        The settings, with `record.every`.
-    batch : Batch
-        A batch before its first step.
-    n_runs : int
-        Number of runs of the batch.
-
-    Returns
-    -------
-    mapping
-        `agents_alive`, `births` and `energy_gained`, as means over the repeats of the lifetime.
-    """
+    """Simulate a lifetime and return the time series of `record.every`, each [run, window]."""
     steps = experiment.lifetime.steps
     interval = experiment.record.every or steps
     # A batch without items has arrays of one region.

@@ -21,26 +21,13 @@ from baldwinlab.experiment import Experiment
 
 
 class WorldLayout(NamedTuple):
-    """Numbers and keys of the worlds of a batch.
-
-    Attributes
-    ----------
-    runs : int
-        Number of runs.
-    repeats : int
-        Number of lifetimes of each agent.
-    worlds : int
-        Number of worlds of a run in one repeat.
-    agents : int
-        Number of agents of a world.
-    keys : array, uint32 [world, 2]
-        Key of the random numbers of each world of the batch.
-    """
+    """Numbers and keys of the worlds of a batch."""
 
     runs: int
-    repeats: int
-    worlds: int
+    repeats: int  # Number of lifetimes of each agent.
+    worlds: int  # Number of worlds of a run in one repeat.
     agents: int
+    # Key of the random numbers of each world of the batch, [world, 2].
     keys: npt.NDArray[np.uint32]
 
     @property
@@ -65,22 +52,8 @@ def make_world_layout(
 ) -> WorldLayout:
     """Return the layout of a batch.
 
-    Parameters
-    ----------
-    experiment : Experiment
-        The settings.
-    seed : int
-        Seed of the study.
-    runs : sequence of int
-        Numbers of the runs.
-    world : int, optional
-        Number of a world of the population. The batch then has only this world of each run, in the
-        first repeat. By default, it has all worlds and all repeats.
-
-    Returns
-    -------
-    WorldLayout
-        The layout.
+    `world`: number of a world of the population. The batch then has only this world of each run, in
+    the first repeat. By default, it has all worlds and all repeats.
     """
     repeats = experiment.lifetime.repeats
     worlds = experiment.population.worlds

@@ -79,18 +79,9 @@ def balance(
 ) -> None:
     """Balance the poles with all networks from all initial states.
 
-    Parameters
-    ----------
-    settings : BalanceSettings
-        Settings that all networks share.
-    graphs : array of shape (runs, agents, entries)
-        Networks.
-    initial_states : array of shape (states, 6)
-        Initial states.
-    scratch : BalanceScratch
-        Arrays that are used again for each network.
-    results : BalanceResults
-        Output.
+    - `graphs`: (runs, agents, entries).
+    - `initial_states`: (states, 6).
+    - `results`: output.
     """
     n_inputs = settings.sensed_entries.size
     unordered_links = scratch.links[0]
@@ -182,20 +173,12 @@ def order_links(
     Without loops, a link is after all links to its source. Links to the same node are adjacent, in
     the order of the genome.
 
-    Parameters
-    ----------
-    graph : array of shape (entries,)
-        The network.
-    n_inputs : int
-        Number of inputs without the bias.
-    has_loops : bool
-        Whether networks may be recurrent.
-    unordered_links : array of shape (links, 3)
-        Scratch.
-    ordered_links : array of shape (links, 3)
-        Output: source row, target row and weight of each link.
-    is_ordered : array of shape (rows,)
-        Scratch: 1 for inputs and for nodes whose links are ordered, else 0.
+    - `graph` (entries,): the network.
+    - `n_inputs`: number of inputs without the bias.
+    - `has_loops`: whether networks may be recurrent.
+    - `unordered_links` (links, 3): scratch.
+    - `ordered_links` (links, 3): output: source row, target row and weight of each link.
+    - `is_ordered` (rows,): scratch: 1 for inputs and for nodes whose links are ordered, else 0.
     """
     n_links = list_links(graph, n_inputs, N_OUTPUTS, is_ordered.size, unordered_links)
     n_ordered = 0

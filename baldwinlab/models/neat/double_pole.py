@@ -116,14 +116,7 @@ class Poles(Model):
     ) -> BalanceResults:
         """Balance the poles with each network from each initial state.
 
-        Parameters
-        ----------
-        graphs : array of shape (runs, agents, entries)
-            Networks.
-        initial_states : sequence
-            Initial states.
-        max_steps : int
-            Maximum number of steps.
+        `graphs`: (runs, agents, entries).
         """
         n_runs, n_agents = graphs.shape[:2]
         shape = (n_runs, n_agents, len(initial_states))

@@ -53,13 +53,6 @@ def measure_solutions(
     """Return the measures of a model whose agents are networks, by name.
 
     Except for `solved`, measures are NaN for runs without a solution.
-
-    Parameters
-    ----------
-    solves : callable
-        Function that returns for each agent of the runs whether it solves the task.
-    recorded : mapping of str to str, optional
-        Descriptions of further records that are measured in the first solution.
     """
 
     def is_solved(runs: xr.Dataset) -> xr.DataArray:

@@ -24,21 +24,8 @@ def compute_payoffs(
 ) -> npt.NDArray[np.float64]:
     """Compute the expected payoff per round of each genome against each genome.
 
-    Parameters
-    ----------
-    rounds : int
-        Number of rounds per match.
-    noise : float
-        Probability that a move is inverted.
-    learning : bool
-        Whether plastic entries learn.
-    initial_moves : {"any", "defection", "cooperation"}
-        Assumed moves before a match.
-
-    Returns
-    -------
-    array of shape (256, 256)
-        Payoff [genome, opponent], from 0 to 5. The array is read-only.
+    `rounds`: number of rounds per match. Returns payoff [genome, opponent], from 0 to 5. The array
+    is read-only.
     """
     genome, opponent, pair = np.ogrid[:N_GENOMES, :N_GENOMES, :N_PAIRS]
     # The pair with the two moves in the opposite order, as the opponent sees it.
@@ -87,14 +74,10 @@ def _learn(genome: Any, pair: Any, move: Any, opponent_move: Any) -> Any:
 def compute_mean_payoffs(payoff: Any, counts: Any, fitness: Any) -> None:
     """Compute the mean payoff of each genome against all other agents.
 
-    Parameters
-    ----------
-    payoff : array of shape (genomes, genomes)
-        Payoff [genome, opponent].
-    counts : array of shape (genomes,)
-        Number of agents with each genome.
-    fitness : array of shape (genomes,)
-        Output: the mean payoff. Entries of genomes without agents do not change.
+    - `payoff`: [genome, opponent].
+    - `counts`: (genomes,).
+    - `fitness` (genomes,): output: the mean payoff. Entries of genomes without agents do not
+      change.
     """
     n_agents = 0
     for genome in range(counts.size):

@@ -41,23 +41,15 @@ def explore(
 ) -> None:
     """Simulate the trips of all agents.
 
-    Parameters
-    ----------
-    settings : array of shape (7,)
-        In the order of `NEURONS`, `MODULATORY`, `PLASTICITY`, `RESET_PERIOD`, `TURNING_POINTS`,
-        `HOMING` and `TRIPS`.
-    mazes : array of shape (runs, 3)
-        Mazes, as returned by `TMazes.maze`.
-    weights : array of shape (runs, agents, weights)
-        Weights. They change in place as agents learn.
-    values : array of shape (inputs + neurons,)
-        Scratch.
-    events : array of shape (4,)
-        Scratch.
-    counts : array of shape (runs, agents, slots, 4)
-        Output: the number of events by trip. The last slot has the sum of the remaining trips.
-    actions : array of shape (slots, positions)
-        Output: the actions of the last simulated agent.
+    - `settings` (7,): in the order of `NEURONS`, `MODULATORY`, `PLASTICITY`, `RESET_PERIOD`,
+      `TURNING_POINTS`, `HOMING` and `TRIPS`.
+    - `mazes` (runs, 3): mazes, as returned by `TMazes.maze`.
+    - `weights` (runs, agents, weights): they change in place as agents learn.
+    - `values` (inputs + neurons,): scratch.
+    - `events` (4,): scratch.
+    - `counts` (runs, agents, slots, 4): output: the number of events by trip. The last slot has the
+      sum of the remaining trips.
+    - `actions` (slots, positions): output: the actions of the last simulated agent.
     """
     values[:] = ZERO
     # An agent without memory between trips repeats its actions while the high reward does not move.

@@ -69,17 +69,7 @@ def get_assay(name: str, generations: int) -> Assay:
 
 
 def why_not_applicable(name: str, condition: str, experiments: Mapping[str, BaseExperiment]) -> str:
-    """Return a sentence that says why an assay is not applicable; "" if it is applicable.
-
-    Parameters
-    ----------
-    name : str
-        Name of the assay.
-    condition : str
-        Name of a condition.
-    experiments : mapping of str to BaseExperiment
-        The experiments of the study, by condition.
-    """
+    """Return a sentence that says why an assay is not applicable; "" if it is applicable."""
     experiment = experiments[condition]
     # These assays read stored values, or count eaten items.
     needs_fitness = name not in ("descent", "within-life") and not (

@@ -54,15 +54,8 @@ def common_ancestor_ages(parents: Parents) -> npt.NDArray[np.float64]:
 
     An agent descends from both parents, and not from itself.
 
-    Parameters
-    ----------
-    parents : ndarray of int32, shape (generation, agent, 2)
-        Parents as agents of the previous generation.
-
-    Returns
-    -------
-    ndarray of float, shape (generation,)
-        Number of generations since the last common ancestor, NaN without one.
+    `parents` (generation, agent, 2): parents as agents of the previous generation. Returns
+    (generation,): number of generations since the last common ancestor, NaN without one.
     """
     couples = parents.tolist()
     ages = [_common_ancestor_age(couples, generation) for generation in range(len(couples))]
@@ -93,15 +86,8 @@ def effective_ancestors(parents: Parents) -> npt.NDArray[np.float64]:
     It is 1 / sum of p^2, where p is the expected share of a founder's genes in the gene pool. Each
     parent contributes half of the genes of an agent.
 
-    Parameters
-    ----------
-    parents : ndarray of int32, shape (generation, agent, 2)
-        Parents as agents of the previous generation.
-
-    Returns
-    -------
-    ndarray of float, shape (generation,)
-        Effective number of founders.
+    `parents` (generation, agent, 2): parents as agents of the previous generation. Returns the
+    shape (generation,).
 
     References
     ----------

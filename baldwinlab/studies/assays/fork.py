@@ -33,17 +33,10 @@ BRANCH_GENERATIONS: Final = 20
 
 @dataclass(frozen=True)
 class Fork:
-    """The assay with one kind of start.
+    """The assay with one kind of start."""
 
-    Attributes
-    ----------
-    start : str
-        POPULATION for the stored genomes, MODE for copies of the most frequent genotype.
-    generations : int
-        Number of generations from the start to the end of a branch.
-    """
-
-    start: str
+    start: str  # POPULATION for the stored genomes, MODE for copies of the most frequent genotype.
+    # Number of generations from the start to the end of a branch.
     generations: int = BRANCH_GENERATIONS
 
     def coordinates(self, study: Conditions, condition: str) -> Mapping[str, Any]:

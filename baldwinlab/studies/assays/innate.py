@@ -157,17 +157,7 @@ def weight_distances(
 ) -> npt.NDArray[np.float64]:
     """Compute the distance of weights between birth and death.
 
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        The experiment, which determines the layers.
-    birth, death : ndarray, shape (..., weight)
-        Weights at birth and at death.
-
-    Returns
-    -------
-    ndarray of float, shape (layer, ...)
-        Euclidean distances; biases belong to their layer.
+    `birth`, `death`: (..., weight). Returns the shape (layer, ...).
     """
     layer_weights = [birth.shape[-1]]
     if isinstance(experiment, Experiment):

@@ -65,21 +65,7 @@ def estimate_assays(
 ) -> Need:
     """Estimate the memory and disk space of missing assays.
 
-    Parameters
-    ----------
-    study : Conditions
-        The study.
-    missing : mapping
-        Names of the missing assays by condition.
-    runs : mapping
-        Number of runs by condition.
-    workers : int
-        Number of tasks that are executed in parallel.
-
-    Returns
-    -------
-    Need
-        Memory and disk space in bytes.
+    Returns memory and disk space in bytes.
     """
     total_runs = sum(runs.values())
     runs_per_task = max(1, min(CPU.worlds, total_runs // workers))

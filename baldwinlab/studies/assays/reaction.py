@@ -19,19 +19,9 @@ LEARNING_RATE_FACTORS = (0, 0.1, 10)
 
 
 class ChangedSetting(NamedTuple):
-    """An experiment with one changed setting.
+    """An experiment with one changed setting."""
 
-    Attributes
-    ----------
-    field : str
-        Path of the changed field, or "map".
-    value : str
-        The value, or the name of the map.
-    experiment : Experiment
-        The experiment with this setting.
-    """
-
-    field: str
+    field: str  # Path of the changed field, or "map".
     value: str
     experiment: Experiment
 

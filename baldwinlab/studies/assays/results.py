@@ -71,20 +71,6 @@ def open_assays(study: StudyStore, assay: str, conditions: Sequence[str]) -> xr.
 
     A setting of the assay "reaction" has the same number in all conditions. The values of a setting
     that a condition does not have are NaN. The function raises the errors of `open_assay`.
-
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    assay : str
-        Name of an assay.
-    conditions : sequence of str
-        Names of conditions.
-
-    Returns
-    -------
-    xarray.Dataset
-        The results of all conditions, with the experiment of each condition.
     """
     datasets = [open_assay(study.directory, assay, condition) for condition in conditions]
     experiments = [dataset.attrs["experiment"] for dataset in datasets]
@@ -135,19 +121,8 @@ def find_missing_assays(
     An assay is missing if it is applicable and its file is absent, or does not match the stored
     runs. Raises StudyError for an unknown assay, and for a study without stored runs.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    names : sequence of str
-        Names of assays.
-    generations : int, optional
-        Number of generations of the branches of a fork. Unless given, any number matches.
-
-    Returns
-    -------
-    dict
-        Names of missing assays by condition.
+    `generations`: number of generations of the branches of a fork. Unless given, any number
+    matches.
     """
     require_assay_names(names)
     study.require_runs()

@@ -136,30 +136,9 @@ def run_assays(
     The results do not depend on the executor and the number of workers. Stored results remain if
     the process is interrupted.
 
-    Parameters
-    ----------
-    study : StudyStore
-        The study.
-    missing : mapping
-        Names of the missing assays by condition.
-    workers : int
-        Number of tasks that are executed in parallel.
-    progress : callable
-        `progress(description, total)` returns a context manager; its value is called with the
-        number of agent-steps done.
-    log : callable
-        Called with messages.
-    executor : Executor
-        Executor of the tasks.
-    generations : int
-        Number of generations of the branches of a fork.
-
-    Raises
-    ------
-    DamagedRecordError
-        If a record is damaged.
-    StudyError
-        If the simulation of a stored generation gives a different energy.
+    `progress`: `progress(description, total)` returns a context manager; its value is called with
+    the number of agent-steps done. Raises `StudyError` if the simulation of a stored generation
+    gives a different energy.
     """
     study.require_parts(*(condition for condition, names in missing.items() if names))
     study.sweep()

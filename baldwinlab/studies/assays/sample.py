@@ -41,27 +41,7 @@ class Conditions(Protocol):
 
 @dataclass(frozen=True)
 class Sample:
-    """Stored runs of a condition; the first dimension of measured arrays is `run`, in this order.
-
-    Attributes
-    ----------
-    directory : Path
-        The directory of the study.
-    seed : int
-        The seed of the study.
-    experiment : Experiment
-        The experiment of the condition.
-    runs : tuple of int
-        Numbers of the runs.
-    records : sequence of xarray.Dataset
-        Records of the runs.
-    other_maps : sequence
-        The condition on other maps of the study.
-    report_progress : callable
-        Called with the number of simulated agent-steps. An exception that it raises ends the task.
-    control : Sample or None
-        The same runs of the no-learning control, if the assay needs them.
-    """
+    """Stored runs of a condition. The first dimension of arrays is `run`, in this order."""
 
     directory: Path
     seed: int
@@ -69,7 +49,9 @@ class Sample:
     runs: tuple[int, ...]
     records: Sequence[xr.Dataset]
     other_maps: Sequence[OnMap]
+    # Called with the number of simulated agent-steps. An exception that it raises ends the task.
     report_progress: Callable[[int], None]
+    # The same runs of the no-learning control, if the assay needs them.
     control: Sample | None = None
 
     def genomes(self, generation: int) -> Genome:

@@ -50,26 +50,7 @@ def encode_assay(data: xr.Dataset) -> bytes:
 def read_assays(
     study: AssayedStudy, names: Iterable[str] = tuple(ASSAY_VARIABLES)
 ) -> dict[str, dict[str, xr.Dataset]]:
-    """Read the stored assays of a study.
-
-    Parameters
-    ----------
-    study : AssayedStudy
-        The study, which determines the order of the conditions.
-    names : iterable of str
-        The assays to read.
-
-    Returns
-    -------
-    dict
-        The stored datasets by assay and condition. The attributes of a dataset contain the factors
-        of its condition, and all `learners` of the study.
-
-    Raises
-    ------
-    ValueError
-        If a file is damaged or belongs to another study. The message contains its path.
-    """
+    """Read the stored assays of a study."""
     assays: dict[str, dict[str, xr.Dataset]] = {}
     learners = list(dict.fromkeys(factors.learner for factors in study.factors.values()))
     for assay in names:

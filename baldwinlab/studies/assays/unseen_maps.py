@@ -34,18 +34,12 @@ Boxes = npt.NDArray[np.float64]
 
 
 class UnseenMap(NamedTuple):
-    """Position of an unseen map relative to the map of the condition.
+    """Position of an unseen map relative to the map of the condition."""
 
-    Attributes
-    ----------
-    shift_x, shift_y : int
-        Displacement of food, walls and patches, in units of length.
-    start_x, start_y : int
-        Center of the start disc.
-    """
-
+    # Displacement of food, walls and patches, in units of length.
     shift_x: int
     shift_y: int
+    # Center of the start disc.
     start_x: int
     start_y: int
 

@@ -20,22 +20,9 @@ ADDRESS_PATTERN = re.compile(r"(tcp|tls|ws|wss|ucx)://[^\s/]+:\d+")
 def choose_executor(name: str, workers: int | None = None) -> Executor:
     """Return an executor by its name.
 
-    Parameters
-    ----------
-    name : str
-        "threads", "slurm", or "dask:" and the address of a scheduler: dask:tcp://127.0.0.1:8786.
-    workers : int, optional
-        Number of threads or Slurm jobs. Threads default to the number of cores.
-
-    Returns
-    -------
-    Executor
-        The executor.
-
-    Raises
-    ------
-    RefusedError
-        If the name is unknown, or the executor is not available.
+    `name`: "threads", "slurm", or "dask:" and the address of a scheduler:
+    dask:tcp://127.0.0.1:8786. `workers`: number of threads or Slurm jobs. Threads default to the
+    number of cores.
     """
     if name == "threads":
         return THREADS if workers is None else THREADS._replace(workers=workers)

@@ -43,13 +43,7 @@ LOST_SCHEDULER: Final = "the connection to the Dask scheduler is lost"
 
 
 class DaskCluster:
-    """A Dask cluster that executes the tasks of a study.
-
-    Parameters
-    ----------
-    connect : callable
-        Returns a context manager whose value is a client of the cluster.
-    """
+    """A Dask cluster that executes the tasks of a study."""
 
     def __init__(self, connect: Callable[[], AbstractContextManager[Client]]) -> None:
         self._connect = connect

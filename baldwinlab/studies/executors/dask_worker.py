@@ -33,56 +33,20 @@ LOADING_LOCK: Final = Lock()
 
 
 class RemoteTask(NamedTuple):
-    """Message to a worker; it is sent as pickled bytes, which Dask does not inspect.
+    """Message to a worker; it is sent as pickled bytes, which Dask does not inspect."""
 
-    Attributes
-    ----------
-    task : bytes
-        The pickled task. Its classes are available only after the parts are loaded.
-    parts : tuple
-        Sources of third-party parts, each with its SHA-256.
-    seed : int
-        The seed of the study.
-    directory : str
-        The directory of the study.
-    backend : str
-        Name of the backend.
-    engine : str
-        Hash of the engine, which must match that of the worker.
-    topic : str
-        Topic of the progress events.
-    event_interval : float
-        Minimum time between two events of this task, in seconds.
-    """
-
-    task: bytes
-    parts: tuple[tuple[Source, str], ...]
+    task: bytes  # The pickled task. Its classes are available only after the parts are loaded.
+    parts: tuple[tuple[Source, str], ...]  # Sources of third-party parts, each with its SHA-256.
     seed: int
     directory: str
     backend: str
-    engine: str
-    topic: str
-    event_interval: float
+    engine: str  # Hash of the engine, which must match that of the worker.
+    topic: str  # Topic of the progress events.
+    event_interval: float  # Minimum time between two events of this task, in seconds.
 
 
 def run_remote_task(message: bytes) -> Any:
-    """Execute a task on a worker.
-
-    Parameters
-    ----------
-    message : bytes
-        A pickled RemoteTask.
-
-    Returns
-    -------
-    object
-        The result of the task.
-
-    Raises
-    ------
-    StudyError
-        If the worker cannot access the study, or has a different engine.
-    """
+    """Execute a task on a worker."""
     remote_task: RemoteTask = pickle.loads(message)
     worker = get_worker()
     if remote_task.engine != ENGINE_HASH:

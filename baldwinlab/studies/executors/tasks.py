@@ -28,22 +28,8 @@ class Task(Protocol):
     ) -> Any:
         """Execute the task.
 
-        Parameters
-        ----------
-        seed : int
-            The seed of the study.
-        directory : Path
-            The directory of the study.
-        backend : Backend
-            Backend of the simulation.
-        report_progress : callable
-            Called with the number of agent-steps after each generation. An exception that it raises
-            ends the task.
-
-        Returns
-        -------
-        object
-            The result, which the executor passes to the caller.
+        `report_progress`: called with the number of agent-steps after each generation. An exception
+        that it raises ends the task.
         """
 
 
@@ -59,24 +45,13 @@ def ignore_result(task: Task, result: Any) -> None:
 
 
 class Executor(NamedTuple):
-    """Executor of tasks.
+    """Executor of tasks."""
 
-    Attributes
-    ----------
-    name : str
-        "threads", "dask" or "slurm".
-    workers : int
-        Number of tasks that are executed in parallel.
-    work : Work
-        The implementation of `run`.
-    count_workers : callable or None
-        Returns the present number of workers while the executor runs. It can raise OSError. None if
-        the number does not change.
-    """
-
-    name: str
-    workers: int
-    work: Work
+    name: str  # "threads", "dask" or "slurm".
+    workers: int  # Number of tasks that are executed in parallel.
+    work: Work  # The implementation of `run`.
+    # Returns the present number of workers while the executor runs. It can raise OSError. None if
+    # the number does not change.
     count_workers: Callable[[], int] | None = None
 
     def run(
@@ -92,29 +67,8 @@ class Executor(NamedTuple):
         The tasks stop after their current generation if a task or `done` raises an error, or if the
         caller closes the generator (ctrl-C). Unfinished runs are then lost.
 
-        Parameters
-        ----------
-        study : StudyStore
-            The study.
-        tasks : sequence of Task
-            The tasks.
-        workers : int
-            Number of tasks that are executed in parallel.
-        backend : Backend
-            Backend of the simulation.
-        done : callable
-            Called in this process with each finished task and its result.
-
-        Yields
-        ------
-        int
-            Agent-steps done after the previous value. The sum of all values is the number of
-            agent-steps of all tasks.
-
-        Raises
-        ------
-        ExecutorError
-            If the executor fails. Errors of tasks are raised unchanged.
+        `done`: called in this process with each finished task and its result. Raises
+        `ExecutorError` if the executor fails. Errors of tasks are raised unchanged.
         """
         return self.work(study, tasks, workers, backend, done)
 

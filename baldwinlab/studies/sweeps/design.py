@@ -43,22 +43,7 @@ def expand_sweep(sweep: Sweep, path: Path) -> list[Experiment]:
 
     The seed of the sweep determines the points of a random or a Sobol sample.
 
-    Parameters
-    ----------
-    sweep : Sweep
-        The sweep.
-    path : Path
-        The file of the sweep. The path of an experiment is relative to it.
-
-    Returns
-    -------
-    list of Experiment
-        The points.
-
-    Raises
-    ------
-    ExperimentError
-        If the sweep is invalid. The message has a line for each fault.
+    `path`: the file of the sweep. The path of an experiment is relative to it.
     """
     base = _load_base(sweep, path)
     points: list[Experiment] = []
@@ -238,20 +223,7 @@ def open_sweep(directory: str | Path) -> xr.Dataset:
 
 
 def label_points(study: StudyStore, data: xr.Dataset) -> xr.Dataset:
-    """Replace the dimension `condition` of a sweep by its swept fields.
-
-    Parameters
-    ----------
-    study : StudyStore
-        The study of the sweep.
-    data : xarray.Dataset
-        A dataset with a value of `condition` for each point.
-
-    Returns
-    -------
-    xarray.Dataset
-        The dataset with the dimensions that `open_sweep` describes.
-    """
+    """Replace the dimension `condition` of a sweep by its swept fields."""
     sweep = read_sweep(study.directory / SWEEP_FILE_NAME)
     points = list(study.experiments.values())
     fields = list(sweep.fields)
@@ -294,18 +266,7 @@ def settings_by_path(study: StudyStore) -> dict[str, list[int | float] | list[st
 
 
 def name_points(study: StudyStore) -> dict[str, str]:
-    """Return a name for each point of a sweep, such as `learning.rule = hebb`.
-
-    Parameters
-    ----------
-    study : StudyStore
-        The sweep. The conditions of any other study keep their names.
-
-    Returns
-    -------
-    dict of str to str
-        The names by condition.
-    """
+    """Return a name for each point of a sweep, such as `learning.rule = hebb`."""
     settings = settings_by_path(study)
     columns = [[f"{field} = {value}" for value in values] for field, values in settings.items()]
     all_names = [", ".join(values) for values in zip(*columns, strict=True)] or list(

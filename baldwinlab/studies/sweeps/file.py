@@ -179,20 +179,7 @@ def read_sweep(path: Path) -> Sweep:
 
 
 def validate_sweep(tree: Mapping[str, Any], where: str) -> Sweep:
-    """Return the sweep that a parsed file describes.
-
-    Parameters
-    ----------
-    tree : mapping
-        The content of the file.
-    where : str
-        Name of the file, for messages.
-
-    Raises
-    ------
-    ExperimentError
-        If the content is invalid. The message has a line for each fault.
-    """
+    """Return the sweep that a parsed file describes."""
     try:
         return Sweep.model_validate(tree)
     except ValidationError as error:

@@ -127,13 +127,7 @@ class ModuleLayout:
         )
 
     def plan(self) -> dict[str, Any]:
-        """Return the layout as JSON data. Tuples have the order of the arguments.
-
-        Raises
-        ------
-        RefusedError
-            The experiment has arrays or numbers that no page can fill.
-        """
+        """Return the layout as JSON data. Tuples have the order of the arguments."""
         experiment = self.experiment
         teacher_array = experiment.part("learning.rule").teacher_array
         leaves = {

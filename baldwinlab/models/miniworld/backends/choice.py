@@ -71,11 +71,6 @@ def choose_backend(name: str = "auto", worlds: int = 1, agents: int = 1) -> Back
     """Return a backend by name.
 
     With "auto", return the faster available backend for `worlds` worlds of `agents` agents each.
-
-    Raises
-    ------
-    ValueError
-        If the requested backend is unknown or unavailable.
     """
     if name not in ("auto", "cpu", "cuda"):
         raise ValueError(f"backend = {name!r} must be one of auto, cpu, cuda")

@@ -77,11 +77,6 @@ class CudaBatch:
     """Several runs of one experiment, simulated one generation at a time. Runs are independent.
 
     Worlds are padded to complete thread blocks. Padding worlds are simulated, but not reported.
-
-    Raises
-    ------
-    ValueError
-        If no GPU is available, or a world is larger than a thread block.
     """
 
     def __init__(self, experiment: Experiment, seed: int, runs: Sequence[int]) -> None:

@@ -38,10 +38,7 @@ MAP_FEATURES: Final = ("walls", "patches")
 def load_module(experiment: Experiment) -> bytes:
     """Return the module of an experiment. Compile it if necessary.
 
-    Raises
-    ------
-    RefusedError
-        If the module must be linked, and no linker is installed.
+    Raises `RefusedError` if the module must be linked, and no linker is installed.
     """
     path = _module_path(experiment)
     if path and path.is_file():
