@@ -37,7 +37,7 @@ def test_an_archive_runs_from_an_empty_folder(archives: Path, tmp_path: Path, ki
     subprocess.run([*pip, *options, str(archive)], cwd=tmp_path, check=True, capture_output=True)
     code = "import baldwinlab, baldwinlab.__main__ as it; print(baldwinlab.__file__); it.main()"
     done = subprocess.run(
-        [sys.executable, "-c", code, "papers"],
+        [sys.executable, "-c", code, "list", "papers"],
         cwd=tmp_path,
         env={"PYTHONPATH": "installed"},
         capture_output=True,

@@ -37,7 +37,7 @@ _LAYOUT: Final = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDEN
 _NO_CODE: Final = {*_LAYOUT, tokenize.COMMENT, tokenize.ENCODING, tokenize.ENDMARKER}
 
 
-class Source(NamedTuple):
+class SourceFile(NamedTuple):
     """What compiled code depends on in a source file: its code, and the imported modules."""
 
     name: str
@@ -60,11 +60,11 @@ def _hash_modules(names: frozenset[str], stored: Path | None) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def read_sources(names: Iterable[str], stored: Path | None = None) -> dict[str, Source]:
+def read_sources(names: Iterable[str], stored: Path | None = None) -> dict[str, SourceFile]:
     """Return the sources of modules, of the compiler, and of all modules that they import."""
     known = _read_known(STORED) | (_read_known(stored) if stored else {})
     n_known = len(known)
-    sources: dict[str, Source] = {}
+    sources: dict[str, SourceFile] = {}
     waiting = [COMPILER, *names]
     while waiting:
         name = waiting.pop()
@@ -98,18 +98,18 @@ def write_sources(file: Path, names: Iterable[str]) -> None:
 
 
 @cache
-def _read_known(path: Path) -> dict[str, Source]:
+def _read_known(path: Path) -> dict[str, SourceFile]:
     """Return stored sources by the hash of the bytes of their files."""
     with suppress(OSError, ValueError, TypeError, AttributeError):
         entries: dict[str, Any] = json.loads(path.read_bytes())
         return {
-            key: Source(name, code, tuple(imports))
+            key: SourceFile(name, code, tuple(imports))
             for key, (name, code, imports) in entries.items()
         }
     return {}
 
 
-def _write_known(path: Path, known: Mapping[str, Source]) -> None:
+def _write_known(path: Path, known: Mapping[str, SourceFile]) -> None:
     """Store sources, one line for each. Without them, the next process computes them again."""
     lines = [f"{json.dumps(key)}: {json.dumps(source)}" for key, source in known.items()]
     with suppress(OSError):
@@ -135,11 +135,11 @@ def find_module(name: str) -> Path | None:
     return next((file for file in files if file.is_file()), None)
 
 
-def parse_source(name: str, content: bytes) -> Source:
+def parse_source(name: str, content: bytes) -> SourceFile:
     """Return the hash of the code of a module, and the modules that it imports."""
     text = content.decode("utf-8").replace("\r\n", "\n")
     code = hashlib.sha256(remove_comments(text).encode()).hexdigest()[:16]
-    return Source(name, code, tuple(sorted(set(_list_imports(ast.parse(text))))))
+    return SourceFile(name, code, tuple(sorted(set(_list_imports(ast.parse(text))))))
 
 
 def _list_imports(tree: ast.AST) -> Iterator[str]:

@@ -265,7 +265,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
             ["run", "evo/A", "--part", "nothing.py"],
             "cannot read the part nothing.py: No such file or directory",
         ),
-        (["report", "study", "--lats", "3"], "Unknown option: --lats. Did you mean --part?"),
+        (["report", "study", "--parts", "3"], "Unknown option: --parts. Did you mean --part?"),
         (["run", "evo/A", "--runs", "100000000"], "100,000,000 runs: needs about"),
         (
             ["run", "evo/A", "--runs", "3000000000", "--force"],

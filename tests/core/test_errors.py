@@ -11,6 +11,7 @@ import baldwinlab
 from baldwinlab.core.errors import ArgumentError, BaldwinLabError
 
 # This error ends a worker between two generations. It does not reach the caller.
+from baldwinlab.lab.concurrency import UnreadResponseError
 from baldwinlab.studies.executors.tasks import StoppedError
 
 
@@ -24,7 +25,7 @@ def test_all_error_classes_have_the_same_base_class() -> None:
                 if (
                     name.endswith("Error")
                     and value.__module__.startswith("baldwinlab")
-                    and value is not StoppedError
+                    and value not in (StoppedError, UnreadResponseError)
                 ):
                     assert issubclass(value, BaldwinLabError), (module.name, name)
 

@@ -86,7 +86,7 @@ def test_a_changed_model_is_marked_in_the_study_report_claims_and_terminal(
     assert [claim["changes"] for claim in claims] == [CHANGES]
     for output in (
         result.out,
-        command("claims", str(study)).out,
+        command("report", str(study), "--claims").out,
         command("report", str(study)).out,
     ):
         assert "in a changed model" in output
@@ -114,7 +114,7 @@ def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(
     assert (
         command("reproduce", paper, *SET_OPTIONS, "--runs", "3", "--out", "all/changed").code == 0
     )
-    result = command("gallery", "all")
+    result = command("report", "all")
     assert (
         "needle is a changed model (hinton_nowlan.loci=4, population.size=30) and is included."
         in result.out
@@ -123,7 +123,7 @@ def test_the_gallery_marks_a_changed_model_and_prefers_the_model_of_the_paper(
     assert json.loads(Path("all/papers.json").read_text("utf-8"))["papers"][0]["changes"] == CHANGES
     assert command("reproduce", paper, "--runs", "2", "--out", "all/plain").code == 0
     assert find_studies(Path("all"))["needle"].directory.name == "plain"
-    assert "changed model" not in command("gallery", "all").out
+    assert "changed model" not in command("report", "all").out
 
 
 @pytest.mark.nightly
@@ -157,7 +157,7 @@ def test_an_invalid_change_is_refused_before_files_are_written(
 
 
 def test_changes_apply_to_a_single_paper(command: Command) -> None:
-    result = command("reproduce", "all", "--set", "population.size=3")
+    result = command("reproduce", "--all", "--set", "population.size=3")
     assert result.code == 2
     assert "--set population.size=3 applies to one paper only" in result.err
 

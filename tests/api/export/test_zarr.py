@@ -118,7 +118,7 @@ def test_the_phylogeny_of_a_study_has_the_phylogenies_of_all_runs(
     mixed: Study, command: Command
 ) -> None:
     assert (
-        command("phylogeny", str(mixed.directory), "--out", "all.csv").out
+        command("export", str(mixed.directory), "--format", "phylogeny", "--out", "all.csv").out
         == "all.csv: 152 agents\n"
     )
     table = pd.read_csv("all.csv")
