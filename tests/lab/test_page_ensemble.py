@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -59,6 +60,7 @@ def test_the_curves_of_an_ensemble_are_the_quantiles_of_its_runs(
         if index == 0:
             medians = [float(row["median"]) for row in curve]
             assert np.allclose(medians, np.median(means, axis=0))
-    # A link restores the statistic.
+    # A link restores the statistic. The address follows the page with a delay.
+    expect(page).to_have_url(re.compile("statistic=median"))
     page.reload()
     expect(page.get_by_test_id("live-fitness")).to_contain_text("median, 50 %")

@@ -156,6 +156,7 @@ def test_many_conditions_are_grouped_filtered_and_separated(page: Page, large_st
     expect(page).to_have_url(re.compile("group=map&only.learner=evo"))
     page.get_by_test_id("group").select_option("each")
     expect(keys).to_have_text(["evo/5", "evo/50", "evo/90"])
+    expect(page).not_to_have_url(re.compile("group=map"))
     page.reload()
     expect(keys).to_have_text(["evo/5", "evo/50", "evo/90"])
     open_section(page, "finals")
