@@ -81,10 +81,12 @@ def _interrupt(signal_number: int, frame: FrameType | None) -> None:
             # A second interruption was raised already, so this alarm has nothing to do.
             return
         is_second_interruption = _is_waiting and not is_alarm
-        _is_waiting = _is_importing(frame) and not is_second_interruption
-        if _is_waiting:
+        # Set before any call, because another signal can arrive during a call.
+        _is_waiting = not is_second_interruption
+        if _is_waiting and _is_importing(frame):
             _start_timer()
             return
+        _is_waiting = False
         signal.setitimer(signal.ITIMER_REAL, 0)
     raise KeyboardInterrupt
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from types import FrameType
 
 import pytest
 
@@ -96,6 +98,24 @@ def test_a_second_signal_stops_a_command_during_an_import(tmp_path: Path) -> Non
     # They are two interruptions in any order of their arrival.
     process.send_signal(signal.SIGINT)
     _check_stopped(process)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no timers")
+def test_a_second_signal_during_the_handler_of_the_first_stops_an_import(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    main = importlib.import_module("baldwinlab.__main__")
+
+    def receive_another_signal(frame: FrameType | None) -> bool:
+        monkeypatch.setattr(main, "_is_importing", lambda frame: True)
+        main._interrupt(signal.SIGINT, frame)
+        return True
+
+    monkeypatch.setattr(main, "_is_waiting", False)
+    monkeypatch.setattr(main, "_start_timer", lambda: None)
+    monkeypatch.setattr(main, "_is_importing", receive_another_signal)
+    with pytest.raises(KeyboardInterrupt):
+        main._interrupt(signal.SIGTERM, None)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no timers")
