@@ -34,6 +34,13 @@ sys.meta_path.insert(0, Finder)
 main()
 """
 
+# One long sleep would miss a signal that arrives just before it: Python handles signals between
+# instructions, and the system call would not return.
+SLEEP = """
+while True:
+    time.sleep(0.01)
+"""
+
 # The module is imported until a signal has arrived, and catches all errors.
 SLOW_IMPORT = """
 import baldwinlab.__main__ as command
@@ -54,7 +61,8 @@ class Slow:
     def __del__(self):
         sys.stderr.write("deleting\\n")
         sys.stderr.flush()
-        time.sleep(1000)
+        while True:
+            time.sleep(0.01)
 
 
 OBJECTS = [Slow()]
@@ -93,7 +101,7 @@ def test_a_signal_stops_a_command_while_a_module_that_catches_all_errors_is_impo
 
 
 def test_a_second_signal_stops_a_command_during_an_import(tmp_path: Path) -> None:
-    process = _start_command(tmp_path, "time.sleep(1000)")
+    process = _start_command(tmp_path, SLEEP)
     process.send_signal(signal.SIGTERM)
     # They are two interruptions in any order of their arrival.
     process.send_signal(signal.SIGINT)
@@ -140,7 +148,7 @@ def _start_command(folder: Path, slow: str = "") -> subprocess.Popen[str]:
             f"import sys, time\nsys.stderr.write('loading\\n')\nsys.stderr.flush()\n{slow}\n"
         )
         (folder / "part.py").write_text(
-            f"import sys\nsys.path.insert(0, {str(folder)!r})\nimport slow\nslow.time.sleep(1000)\n"
+            f"import sys, time\nsys.path.insert(0, {str(folder)!r})\nimport slow\n{SLEEP}"
         )
         words += ["--part", str(folder / "part.py")]
     return _start_process(words, *(["loading"] if slow else []))
