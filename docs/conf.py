@@ -14,6 +14,7 @@ extensions = [
 root_doc = "README"
 include_patterns = [
     "*.md",
+    "docs/*.md",
     "docs/**/*.md",
     "notebooks/*.md",
     "benchmarks/*.md",
