@@ -1,13 +1,10 @@
 """Print the size of the repository: `python -m scripts.budgets`."""
 
 import subprocess
-import tokenize
-from itertools import pairwise
 from pathlib import Path
 
 from baldwinlab.cli import COMMANDS
-
-LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
+from baldwinlab.engine.sources import remove_comments
 
 
 def list_files(*patterns: str) -> list[Path]:
@@ -24,14 +21,7 @@ def count(split: str, *patterns: str) -> int:
 
 def count_code(path: Path) -> int:
     """Return the number of lines with code: no docstrings, no comments, no blank lines."""
-    lines: set[int] = set()
-    with path.open("rb") as file:
-        tokens = [token for token in tokenize.tokenize(file.readline) if token.type not in LAYOUT]
-    for before, token in pairwise(tokens):
-        starts_line = before.type in (tokenize.ENCODING, tokenize.NEWLINE)
-        if token.type != tokenize.NEWLINE and not (starts_line and token.type == tokenize.STRING):
-            lines.update(range(token.start[0], token.end[0] + 1))
-    return len(lines)
+    return len(remove_comments(path.read_text("utf-8")).splitlines())
 
 
 PACKAGE = "baldwinlab/*.py"

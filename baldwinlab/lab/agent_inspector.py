@@ -83,9 +83,8 @@ def inspect_agent(life: Life, span: Span, agent: int) -> bytes:
 
     Raises `MissingError` if the population does not have this agent.
 
-    Returns:
+    The container (`binary_frames.pack`) has these arrays:
 
-    A container (`binary_frames.pack`) with these arrays.
     - sample_step: [sample], and weights: [sample, weight], the weights of the action module
       before each sampled step. The last sample is at death.
     - activations: [step, unit] of the action module, inputs first.

@@ -143,9 +143,8 @@ def make_frames(
     The response can have fewer frames than requested, or none, because it is sent after a limited
     time. `simulated` in the header is the number of simulated steps.
 
-    Returns:
+    The container (`binary_frames.pack`) has these arrays. The window is that of the request.
 
-    A container (`binary_frames.pack`) with these arrays. The window is that of the request.
     - eaten, eaters: uint32 [frame], the number of items eaten before the step, and of the
       agents that ate.
     - agent_counts: [frame, square], the number of agents in each square of the window, row by

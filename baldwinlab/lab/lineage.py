@@ -46,7 +46,7 @@ def make_tree(generation: int, agent: int, parents: Parents, eaten: Counts) -> d
     `parents`: [generation, agent, 2]. `eaten`: the number of items that each agent ate [generation,
     agent].
 
-    Returns:
+    The tree has these entries:
 
     - rows: for each generation, its number, its agents and what they ate. The agent is the
       first one of its generation, and its siblings follow. They share a parent with it.

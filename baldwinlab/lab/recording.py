@@ -59,10 +59,9 @@ def record_life(life: Life, span: Span, source: dict[str, str]) -> bytes:
     With several worlds, the container has the agents of world 0. With several lifetimes, it has the
     first one.
 
-    Returns:
-
-    A container (`binary_frames.pack`) with these arrays. Positions are in map units, at the
+    The container (`binary_frames.pack`) has these arrays. Positions are in map units, at the
     time of sensing.
+
     - x, y: float32 [step, agent].
     - heading: [step, agent], clockwise from +x, in units of 1 / header.appearance.headings of a
       circle.

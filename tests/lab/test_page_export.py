@@ -18,6 +18,7 @@ from baldwinlab.papers import presets
 from baldwinlab.papers.paper import STANDARD_VARIANT
 from baldwinlab.simulation.simulate import simulate
 from tests.axe import find_violations
+from tests.lab.test_page_live import count_generations
 
 TYPES = {"food_eaten": np.int32, "energy": np.float64, "parents": np.int32, "genome": np.float32}
 # Return the bytes of each array of a run.
@@ -281,7 +282,7 @@ def test_a_paused_run_continues_generation_by_generation(page: Page) -> None:
     start_run(page, runs=1, pace="5")
     page.get_by_test_id("pause").click()
     expect(page.get_by_test_id("live-state")).to_have_text("Paused")
-    before = int(page.get_by_test_id("live-count").inner_text().split()[0].replace(",", ""))
+    before = count_generations(page)
     page.get_by_test_id("one-more").click()
     expect(page.get_by_test_id("live-count")).to_have_text(f"{before + 1} of 3 generations")
     page.get_by_test_id("pause").click()

@@ -79,5 +79,5 @@ def reproduce_atlas(
     request = AtlasRequest(Path(out or default_folder(quick=quick)), seed, runs, quick)
     run_atlas(request, RunOptions(workers, backend=backend, executor=executor, force=force))
     results = publish_atlas(request)
-    console.info(f"{write_article(results, request.directory)}")
+    console.info(str(write_article(results, request.directory)))
     return {result.name: result.outcomes for result in results.maps}
