@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import os
+import signal
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
 from typing import Final
 
 from numba import config
 
 _THREADS: Final[ContextVar[int]] = ContextVar("threads", default=1)
+# Signals whose handlers raise KeyboardInterrupt. Windows has no alarms.
+_INTERRUPTIONS: Final = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGALRM") if hasattr(signal, name)
+)
 
 
 def available_cores() -> int:
@@ -43,12 +49,41 @@ def count_threads(size: int, minimum_size: int) -> int:
     return 1 if config.DISABLE_JIT else max(1, min(_THREADS.get(), size // minimum_size))
 
 
+@contextmanager
+def defer_interruptions() -> Iterator[None]:
+    """Raise an interruption that arrives in this context at its end.
+
+    A thread and a future have locks in Python code. An exception between two of its instructions
+    leaves a lock acquired, and the threads that wait for it never end.
+    """
+    arrived: list[int] = []
+    try:
+        with ExitStack() as handlers:
+            # Only the main thread handles signals.
+            if threading.current_thread() is threading.main_thread():
+                for number in filter(_has_handler, _INTERRUPTIONS):
+                    handlers.callback(signal.signal, number, signal.getsignal(number))
+                    signal.signal(number, lambda number, _: arrived.append(number))
+            yield
+    finally:
+        for number in arrived:
+            signal.raise_signal(number)
+
+
+def _has_handler(number: int) -> bool:
+    """Return whether Python code handles a signal."""
+    return callable(signal.getsignal(number))
+
+
 def run_in_threads(function: Callable[[int], None], threads: int) -> None:
-    """Call `function` with the numbers 0 to `threads` - 1, each in a thread, at the same time."""
+    """Call `function` with the numbers 0 to `threads` - 1, each in a thread, at the same time.
+
+    An interruption is raised after the calls.
+    """
     if threads == 1:
         function(0)
         return
-    with ThreadPoolExecutor(threads - 1) as pool:
+    with defer_interruptions(), ThreadPoolExecutor(threads - 1) as pool:
         futures = [pool.submit(function, thread) for thread in range(1, threads)]
         function(0)
         for future in futures:

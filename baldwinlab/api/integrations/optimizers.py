@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.numbers import check_numbers
-from baldwinlab.engine.threads import available_cores
+from baldwinlab.engine.threads import available_cores, defer_interruptions
 from baldwinlab.evolution import (
     GenerationKey,
     draw_genomes,
@@ -168,7 +168,8 @@ class Problem:
             # The runs of a chunk are consecutive, and run r has the genomes of world r.
             return self._evaluate_worlds(runs, generation, genomes_by_world[runs[0] : runs[-1] + 1])
 
-        with ThreadPoolExecutor(min(self._workers, len(chunks))) as pool:
+        n_threads = min(self._workers, len(chunks))
+        with defer_interruptions(), ThreadPoolExecutor(n_threads) as pool:
             results = list(pool.map(_simulate_chunk, chunks))
         fitness, behavior = zip(*results, strict=True)
         return Evaluation(np.concatenate(fitness), np.concatenate(behavior))

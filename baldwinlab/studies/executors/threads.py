@@ -8,7 +8,7 @@ from collections.abc import Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any, Final
 
-from baldwinlab.engine.threads import available_cores, use_threads
+from baldwinlab.engine.threads import available_cores, defer_interruptions, use_threads
 from baldwinlab.models.miniworld.backends.choice import Backend
 from baldwinlab.studies.executors.tasks import Done, Executor, StoppedError, Task
 from baldwinlab.studies.store import StudyStore
@@ -39,21 +39,24 @@ def run_on_threads(
         with use_threads(threads_per_task):
             return task.run(study.seed, study.directory, backend, report_progress)
 
-    with ThreadPoolExecutor(workers) as pool:
-        unfinished = {pool.submit(run_task, task): task for task in tasks}
-        for future in list(unfinished):
-            future.add_done_callback(events.put)
-        try:
-            while unfinished:
-                # A finished task, or the agent-steps that a task has done.
-                event = events.get()
-                if isinstance(event, Future):
-                    done(unfinished.pop(event), event.result())
-                else:
-                    yield event
-        finally:
+    pool = ThreadPoolExecutor(workers)
+    try:
+        with defer_interruptions():
+            unfinished = {pool.submit(run_task, task): task for task in tasks}
+            for future in unfinished:
+                future.add_done_callback(events.put)
+        while unfinished:
+            # A finished task, or the agent-steps that a task has done.
+            event = events.get()
+            if isinstance(event, Future):
+                done(unfinished.pop(event), event.result())
+            else:
+                yield event
+    finally:
+        with defer_interruptions():
             stop.set()
-            pool.shutdown(wait=True, cancel_futures=True)
+            pool.shutdown(wait=False, cancel_futures=True)
+        pool.shutdown()
 
 
 THREADS: Final = Executor(name="threads", workers=available_cores(), work=run_on_threads)
