@@ -36,13 +36,6 @@ class Energy(FitnessPart, name="energy"):
         for agent in range(fitness.size):
             fitness[agent] = max(0.0, lifetimes.energy[agent] - lifetimes.cost[agent])
 
-    @staticmethod
-    def oracle(part: Any, lifetimes: Any) -> Any:
-        return [
-            max(0.0, energy - cost)
-            for energy, cost in zip(lifetimes.energy, lifetimes.cost, strict=True)
-        ]
-
 
 def fitness(
     experiment: BaseExperiment, lifetimes: Lifetimes, run_arrays: RunArrays | None = None

@@ -8,7 +8,6 @@ References
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -19,7 +18,7 @@ from baldwinlab.engine.rng import Stream
 from baldwinlab.engine.simd import square_root
 from baldwinlab.evolution.neat.operators import genome_part
 from baldwinlab.evolution.rng_key import Fitness, Genome, Parents, Uniforms
-from baldwinlab.evolution.roulette_wheel import spin, spin_oracle
+from baldwinlab.evolution.roulette_wheel import spin
 from baldwinlab.evolution.sorting import Keys, Order
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts import Field, Selection
@@ -106,19 +105,3 @@ class FitnessSharing(Selection, name="fitness-sharing"):
                     niche_count += _share(part, distance)
             shares[agent] = fitness[agent] / niche_count
         spin(uniforms, shares, parents)
-
-    @staticmethod
-    def oracle(part: Any, stream: Any, lifetimes: Any, fitness: Any, uniforms: Any) -> Any:
-        genomes = [[gene for module in genome for gene in module] for genome in lifetimes.genome]
-
-        def share(first: Any, second: Any) -> float:
-            squares = [(a - b) ** 2 for a, b in zip(first, second, strict=True)]
-            distance = math.sqrt(sum(squares) / len(squares))
-            return float(max(0.0, 1 - (distance / part.limit) ** part.exponent))
-
-        shares = []
-        for agent, genome in enumerate(genomes):
-            neighbors = genomes[:agent] + genomes[agent + 1 :]
-            niche_count = 1 + sum(share(genome, neighbor) for neighbor in neighbors)
-            shares.append(fitness[agent] / niche_count)
-        return spin_oracle(shares, uniforms)

@@ -14,7 +14,6 @@ M. G. Bulmer, "The effect of selection on genetic variability", The American Nat
 from __future__ import annotations
 
 from collections.abc import Mapping
-from statistics import NormalDist
 from typing import Any, ClassVar
 
 import numpy as np
@@ -46,15 +45,3 @@ class Infinitesimal(Variation, name="infinitesimal"):
                 draw = draws[module * child.shape[1] + weight, 2]
                 mean = np.float32(0.5) * (fitter[module, weight] + second[module, weight])
                 child[module, weight] = mean + np.float32(normal_quantile(draw) * part.size)
-
-    @staticmethod
-    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        remaining_draws = iter(draws)
-        return [
-            [
-                (first_weight + second_weight) / 2
-                + part.size * NormalDist().inv_cdf(next(remaining_draws)[2])
-                for first_weight, second_weight in zip(first_module, second_module, strict=True)
-            ]
-            for first_module, second_module in zip(fitter, second, strict=True)
-        ]

@@ -51,14 +51,6 @@ class Darwinian(Inheritance, name="darwinian"):
             acquired = np.float64(np.float32(part.share) * learned[weight])
             inherited_genome[0, weight] = np.float32(weighted_innate + acquired)
 
-    @staticmethod
-    def oracle(part: Any, innate_genome: Any, learned: Any) -> Any:
-        innate_weights = innate_genome[0][: len(learned)]
-        return [
-            innate_weight + part.share * (learned_weight - innate_weight)
-            for innate_weight, learned_weight in zip(innate_weights, learned, strict=True)
-        ]
-
 
 class NoInheritance(Inheritance, name="none"):
     """Nothing is inherited: each generation has new random genomes."""

@@ -133,25 +133,3 @@ class Lexicase(Selection, name="lexicase"):
                 # The last draw chooses between equal candidates.
                 index = draw_index(count, draw(stream, first_draw + n_cases))
                 parents[child, parent] = order[index]
-
-    @staticmethod
-    def oracle(part: Any, stream: Any, lifetimes: Any, fitness: Any, uniforms: Any) -> Any:
-        agents = range(len(fitness))
-        regions = [list(case) for case in zip(*lifetimes.eaten, strict=True)]
-
-        def score(value: float) -> float:
-            return -math.inf if math.isnan(value) else value
-
-        records = [[score(value) for value in record] for record in lifetimes.records]
-        cases = regions + records
-
-        def choose(number: int) -> int:
-            first_draw = number * (len(cases) + 1)
-            keys = [draw(stream, first_draw + case) for case in range(len(cases))]
-            candidates = list(agents)
-            for case in sorted(range(len(cases)), key=lambda case: keys[case]):
-                best = max(cases[case][agent] for agent in candidates)
-                candidates = [agent for agent in candidates if cases[case][agent] == best]
-            return candidates[int(draw(stream, first_draw + len(cases)) * len(candidates))]
-
-        return [[choose(2 * child), choose(2 * child + 1)] for child in range(len(uniforms))]

@@ -36,10 +36,6 @@ class Neutral(Selection, name="neutral"):
         draws = uniforms[:, 1, 3]
         mark_fittest(count, draws, draws, parents)
 
-    @staticmethod
-    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        return [[int(draw * len(fitness)) for draw in draws[0][:2]] for draws in uniforms]
-
 
 def is_neutral_control(part: Any, experiment: BaseExperiment) -> bool:
     """Return whether fitness has no effect on selection, for `derived` of a part."""

@@ -21,7 +21,7 @@ from __future__ import annotations
 from typing import Any
 
 from baldwinlab.evolution.rng_key import Fitness, Parents, Uniforms
-from baldwinlab.evolution.roulette_wheel import draw_index, spin, spin_oracle
+from baldwinlab.evolution.roulette_wheel import draw_index, spin
 from baldwinlab.evolution.sorting import Keys, Order, sort_by
 from baldwinlab.parts import Field, Selection
 from baldwinlab.parts.breeding import ITSELF
@@ -49,15 +49,6 @@ class Tournament(Selection, name="tournament"):
                 first = draw_index(fitness.size, uniforms[child, 0, 2 * parent])
                 second = draw_index(fitness.size, uniforms[child, 0, 2 * parent + 1])
                 parents[child, parent] = second if fitness[second] > fitness[first] else first
-
-    @staticmethod
-    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        def find_winner(draws: Any) -> int:
-            agents = [int(draw * len(fitness)) for draw in draws]
-            return max(agents, key=lambda agent: fitness[agent])
-
-        # The first two numbers select the first parent, the next two the second parent.
-        return [[find_winner(draws[0][:2]), find_winner(draws[0][2:])] for draws in uniforms]
 
 
 class LargerTournament(Selection, name="larger-tournament"):
@@ -87,14 +78,6 @@ class LargerTournament(Selection, name="larger-tournament"):
                     best = agent if fitness[agent] > fitness[best] else best
                 parents[child, parent] = best
 
-    @staticmethod
-    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        def find_winner(draws: Any) -> int:
-            agents = [int(draw * len(fitness)) for draw in draws[: part.size]]
-            return max(agents, key=lambda agent: fitness[agent])
-
-        return [[find_winner(draws) for draws in child_draws[:2]] for child_draws in uniforms]
-
 
 class Truncation(Selection, name="truncation"):
     """A random agent of the fitter half (n // 2 of n agents). Ties are broken at random."""
@@ -115,14 +98,6 @@ class Truncation(Selection, name="truncation"):
         for child in range(parents.shape[0]):
             for parent in range(2):
                 parents[child, parent] = order[draw_index(n_best, uniforms[child, 0, parent])]
-
-    @staticmethod
-    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        order = sorted(
-            range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0])
-        )
-        best = order[: max(1, len(order) // 2)]
-        return [[best[int(draw * len(best))] for draw in draws[0][:2]] for draws in uniforms]
 
 
 class BestCopies(Selection, name="best-copies"):
@@ -168,21 +143,6 @@ class BestCopies(Selection, name="best-copies"):
             parents[child, 0] = parents[child, 1] = order[child % n_best]
             if uniforms[child, 0, 0] < part.two_parent_share:
                 parents[child, 1] = order[int(uniforms[child, 0, 1] * n_best)]
-
-    @staticmethod
-    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        order = sorted(
-            range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0])
-        )
-        n_best = max(1, int(part.parent_share * len(fitness) + 0.5))
-        best = order[:n_best]
-        pairs = []
-        for child, (draws, _) in enumerate(uniforms):
-            first_parent = second_parent = best[child % len(best)]
-            if draws[0] < part.two_parent_share:
-                second_parent = best[int(draws[1] * len(best))]
-            pairs.append([first_parent, second_parent])
-        return pairs
 
 
 class MuPlusLambda(Selection, name="mu-plus-lambda"):
@@ -232,17 +192,6 @@ class MuPlusLambda(Selection, name="mu-plus-lambda"):
                     rank = draw_index(n_survivors, uniforms[child, 0, parent])
                     parents[child, parent] = order[rank]
 
-    @staticmethod
-    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        n_agents = len(fitness)
-        order = sorted(range(n_agents), key=lambda agent: (-fitness[agent], uniforms[agent][1][3]))
-        mu = max(1, min(n_agents - 1, int(part.survivor_share * n_agents + 0.5)))
-        survivors = order[:mu]
-        pairs = [[survivor, ITSELF] for survivor in survivors]
-        for draws in uniforms[mu:]:
-            pairs.append([survivors[int(draw * mu)] for draw in draws[0][:2]])
-        return pairs
-
 
 class Rank(Selection, name="rank"):
     """Probability proportional to the rank, 1 for the lowest fitness.
@@ -273,12 +222,3 @@ class Rank(Selection, name="rank"):
                     shares[order[index]] = mean_rank
                 first = end
         spin(uniforms, shares, parents)
-
-    @staticmethod
-    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        def rank(value: float) -> float:
-            n_lower = sum(1.0 for compared in fitness if compared < value)
-            n_equal = sum(1.0 for compared in fitness if compared == value)
-            return 0.5 + n_lower + 0.5 * n_equal
-
-        return spin_oracle([rank(value) for value in fitness], uniforms)

@@ -11,8 +11,6 @@ References
 
 from __future__ import annotations
 
-from bisect import bisect_right
-from itertools import accumulate
 from typing import Any, ClassVar
 
 import numpy as np
@@ -21,9 +19,7 @@ from baldwinlab.evolution.rng_key import Fitness, Parents, Uniforms
 from baldwinlab.evolution.roulette_wheel import (
     find_first_above,
     spin,
-    spin_oracle,
     sum_shares,
-    sum_shares_oracle,
 )
 from baldwinlab.evolution.sorting import Keys, Order
 from baldwinlab.parts import Selection
@@ -53,10 +49,6 @@ class Roulette(Selection, name="roulette"):
         for agent in range(fitness.size):
             shares[agent] = fitness[agent]
         spin(uniforms, shares, parents)
-
-    @staticmethod
-    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        return spin_oracle(fitness, uniforms)
 
 
 class ExpectedOffspring(Selection, name="expected-offspring"):
@@ -96,21 +88,6 @@ class ExpectedOffspring(Selection, name="expected-offspring"):
             swapped_parent = parents[swap_index // 2, swap_index % 2]
             parents[swap_index // 2, swap_index % 2] = parents[index // 2, index % 2]
             parents[index // 2, index % 2] = swapped_parent
-
-    @staticmethod
-    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        sums = sum_shares_oracle(fitness)
-        n_parents = 2 * len(uniforms)
-        pointers = [
-            (index + uniforms[0][1][0]) * sums[-1] / n_parents for index in range(n_parents)
-        ]
-        selected_agents = [bisect_right(sums, pointer) for pointer in pointers]
-        for index in range(n_parents - 1, 0, -1):
-            swap_index = int(uniforms[index // 2][0][index % 2] * (index + 1))
-            swapped_agent = selected_agents[swap_index]
-            selected_agents[swap_index] = selected_agents[index]
-            selected_agents[index] = swapped_agent
-        return [selected_agents[index : index + 2] for index in range(0, n_parents, 2)]
 
 
 class Outcrossing(Selection, name="outcrossing"):
@@ -154,22 +131,3 @@ class Outcrossing(Selection, name="outcrossing"):
                 second = first
             parents[child, 0] = first
             parents[child, 1] = second
-
-    @staticmethod
-    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        def draw_agent(shares: Any, draw: float) -> int:
-            sums = list(accumulate(shares))
-            return next(agent for agent, end in enumerate(sums) if draw * sums[-1] < end)
-
-        shares = list(fitness) if any(fitness) else [1.0 for _ in fitness]
-        pairs = []
-        for first_draw, second_draw, *_ in (draws[0] for draws in uniforms):
-            first = draw_agent(shares, first_draw)
-            second_shares = [share * (agent != first) for agent, share in enumerate(shares)]
-            if not any(second_shares):
-                # Only a single agent can be its own mate.
-                second_shares = [
-                    float(agent != first or len(shares) == 1) for agent in range(len(shares))
-                ]
-            pairs.append([first, draw_agent(second_shares, second_draw)])
-        return pairs

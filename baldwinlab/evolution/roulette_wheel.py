@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -63,20 +61,3 @@ def find_first_above(sums: Keys, value: float) -> Any:
         else:
             low = middle + 1
     return low
-
-
-def sum_shares_oracle(shares: Sequence[float]) -> list[float]:
-    """Return the cumulative sums of `shares`. If all shares are 0, all agents have equal shares."""
-    effective_shares = shares if any(shares) else [1.0 for _ in shares]
-    return list(accumulate(effective_shares))
-
-
-def spin_oracle(shares: Any, uniforms: Any) -> list[list[int]]:
-    """Return the parents that a roulette wheel selects."""
-    sums = sum_shares_oracle(shares)
-
-    def draw_agent(draw: float) -> int:
-        return next(agent for agent, end in enumerate(sums) if draw * sums[-1] < end)
-
-    # The first two random numbers of a child select its two parents.
-    return [[draw_agent(draw) for draw in draws[0][:2]] for draws in uniforms]

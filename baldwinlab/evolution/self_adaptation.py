@@ -17,7 +17,6 @@ References
 from __future__ import annotations
 
 from collections.abc import Mapping
-from statistics import NormalDist
 from typing import Any, ClassVar
 
 import numpy as np
@@ -65,18 +64,3 @@ class SelfAdaptive(Variation, name="self-adaptive"):
                 inherited = fitter[module, weight] if takes_fitter else second[module, weight]
                 mutation = np.float32(step_size * normal_quantile(draws[draw, 1]))
                 child[module, weight] = inherited + mutation
-
-    @staticmethod
-    def oracle(
-        part: Any, fitter: Any, second: Any, draws: Any, gate: float, genes: Mapping[str, float]
-    ) -> Any:
-        mutations = NormalDist(0, genes["step_size"])
-        remaining_draws = iter(draws)
-        child: list[list[float]] = []
-        for fitter_module, second_module in zip(fitter, second, strict=True):
-            child.append([])
-            for fitter_weight, second_weight in zip(fitter_module, second_module, strict=True):
-                coin, quantile, _, _ = next(remaining_draws)
-                inherited = fitter_weight if coin < 0.5 else second_weight
-                child[-1].append(inherited + mutations.inv_cdf(quantile))
-        return child

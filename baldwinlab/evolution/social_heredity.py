@@ -42,7 +42,3 @@ class SocialHeredity(Darwinian, name="social-heredity"):
     def assign_teachers(part: Any, innate: Weights, learned: Weights, taught: Weights) -> None:
         for weight in range(learned.size):
             taught[weight] = learned[weight]
-
-    @staticmethod
-    def oracle(part: Any, innate_genome: Any, learned: Any) -> Any:
-        return Darwinian.oracle(part, innate_genome, learned), learned

@@ -51,12 +51,6 @@ class TargetFitness(Stop, name="target-fitness"):
     def should_stop(part: Any, lifetimes: Lifetimes, fitness: Fitness, generation: int) -> bool:
         return bool(summarize_fitness(part.is_mean, fitness) >= part.threshold)
 
-    @staticmethod
-    def oracle(part: Any, lifetimes: Lifetimes, fitness: Any) -> Any:
-        *_, last_fitness = fitness
-        mean = sum(last_fitness) / len(last_fitness)
-        return (mean if part.is_mean else max(last_fitness)) >= part.threshold
-
 
 class Stagnation(Stop, name="stagnation"):
     """End a run when the fitness of its population no longer increases.
@@ -92,12 +86,6 @@ class Stagnation(Stop, name="stagnation"):
             part.stagnant[0] += 1
         return bool(part.stagnant[0] >= part.generations)
 
-    @staticmethod
-    def oracle(part: Any, lifetimes: Any, fitness: Any) -> Any:
-        values = [sum(row) / len(row) if part.is_mean else max(row) for row in fitness]
-        first_of_largest = values.index(max(values))
-        return len(values) - 1 - first_of_largest >= part.generations
-
 
 class Fixation(Stop, name="fixation"):
     """End a run when all agents belong to one species, with `evolution.compete = "across"`."""
@@ -108,11 +96,6 @@ class Fixation(Stop, name="fixation"):
             if lifetimes.species[agent] != lifetimes.species[0]:
                 return False
         return True
-
-    @staticmethod
-    def oracle(part: Any, lifetimes: Any, fitness: Any) -> Any:
-        *_, last_lifetimes = lifetimes
-        return len(set(last_lifetimes.species)) == 1
 
 
 def is_stopped(

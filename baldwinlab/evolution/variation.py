@@ -55,18 +55,3 @@ class Crossover(Variation, name="crossover"):
                     # A mutation is from U(-size, size).
                     inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
                 child[module, weight] = inherited
-
-    @staticmethod
-    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        # A row of random numbers for each weight of all modules.
-        remaining_draws = iter(draws)
-        child: list[list[float]] = []
-        for fitter_module, second_module in zip(fitter, second, strict=True):
-            child.append([])
-            for fitter_weight, second_weight in zip(fitter_module, second_module, strict=True):
-                coin, weight_gate, size_draw, _ = next(remaining_draws)
-                inherited = fitter_weight if coin < 0.5 else second_weight
-                is_mutated = (gate if part.one_gate else weight_gate) < part.rate
-                mutation = part.size * (2 * size_draw - 1) if is_mutated else 0.0
-                child[-1].append(inherited + mutation)
-        return child

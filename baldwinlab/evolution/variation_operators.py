@@ -16,8 +16,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from statistics import NormalDist
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -50,25 +49,6 @@ def is_from_fitter(gene: int, cut: int, coin: float) -> bool:
     return (gene < cut) == (coin < 0.5)
 
 
-def flatten(genome: Sequence[Sequence[Any]]) -> list[Any]:
-    """Return the genes of all modules of a genome as one list, for oracles."""
-    return [gene for module in genome for gene in module]
-
-
-def split_modules(genes: Sequence[Any], length: int) -> list[Sequence[Any]]:
-    """Split a list of genes into modules of `length` genes, for oracles."""
-    return [genes[start : start + length] for start in range(0, len(genes), length)]
-
-
-def cross_at_point(
-    fitter: Sequence[Any], second_parent: Sequence[Any], draw: float, coin: float
-) -> list[Any]:
-    """Return the one-point crossover of two parents, for oracles."""
-    first, second = (fitter, second_parent) if coin < 0.5 else (second_parent, fitter)
-    cut = 1 + int(draw * (len(fitter) - 1))
-    return [*first[:cut], *second[cut:]]
-
-
 class Gaussian(Variation, name="gaussian"):
     """Each weight from either parent; mutation adds N(0, `mutation_size`).
 
@@ -93,23 +73,6 @@ class Gaussian(Variation, name="gaussian"):
                 if weight_gate < part.rate:
                     inherited += np.float32(normal_quantile(draws[draw, 2]) * part.size)
                 child[module, weight] = inherited
-
-    @staticmethod
-    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        def draw_mutation(draw: Any) -> float:
-            is_mutated = (gate if part.one_gate else draw[1]) < part.rate
-            # A normal distribution with the standard deviation 0 has no quantiles.
-            has_effect = is_mutated and part.size > 0
-            return NormalDist(0, part.size).inv_cdf(draw[2]) if has_effect else 0.0
-
-        remaining_draws = iter(draws)
-        child: list[list[float]] = [[] for _ in fitter]
-        for module, weights in enumerate(fitter):
-            for weight in range(len(weights)):
-                draw = next(remaining_draws)
-                parent = fitter if draw[0] < 0.5 else second
-                child[module].append(parent[module][weight] + draw_mutation(draw))
-        return child
 
 
 class OnePointCrossover(Variation, name="one-point-crossover"):
@@ -137,11 +100,6 @@ class OnePointCrossover(Variation, name="one-point-crossover"):
                 inherited = fitter[module, weight] if uses_fitter else second[module, weight]
                 child[module, weight] = _mutate(part, inherited, draws, draw, gate)
 
-    @staticmethod
-    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        inherited = cross_at_point(flatten(fitter), flatten(second), draws[0][3], draws[0][0])
-        return _mutate_in_modules(part, inherited, draws, gate, len(fitter[0]))
-
 
 class Copy(Variation, name="copy"):
     """Copy of one parent, chosen at random; each weight can mutate uniformly.
@@ -163,11 +121,6 @@ class Copy(Variation, name="copy"):
                 inherited = fitter[module, weight] if draws[0, 0] < 0.5 else second[module, weight]
                 draw = module * child.shape[1] + weight
                 child[module, weight] = _mutate(part, inherited, draws, draw, gate)
-
-    @staticmethod
-    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        parent = fitter if draws[0][0] < 0.5 else second
-        return _mutate_in_modules(part, flatten(parent), draws, gate, len(parent[0]))
 
 
 class GenePool(Variation, name="gene-pool"):
@@ -217,26 +170,6 @@ class GenePool(Variation, name="gene-pool"):
                     inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
                 children[child, draw // length, draw % length] = inherited
 
-    @staticmethod
-    def oracle(part: Any, genome: Any, fitness: Any, parents: Any, draws: Any) -> Any:
-        pool = []
-        for first, second in parents:
-            pool += [first, first if second == ITSELF else second]
-
-        def make_child(child_draws: Any) -> Any:
-            remaining_draws = iter(child_draws)
-            child: list[list[float]] = [[] for _ in genome[0]]
-            for module, weights in enumerate(genome[0]):
-                for weight in range(len(weights)):
-                    draw = next(remaining_draws)
-                    child[module].append(_draw_from_pool(part, genome, pool, module, weight, draw))
-            return child
-
-        return [
-            genome[first] if second == ITSELF else make_child(child_draws)
-            for (first, second), child_draws in zip(parents, draws, strict=True)
-        ]
-
 
 @compiled
 def _mutate(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) -> Any:
@@ -245,24 +178,3 @@ def _mutate(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) -> 
     if weight_gate < part.rate:
         inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
     return inherited
-
-
-def _mutate_in_modules(part: Any, weights: Any, draws: Any, gate: float, length: int) -> Any:
-    """Mutate a list of weights uniformly and split it into modules, for oracles."""
-    child = []
-    for weight, draw in zip(weights, draws, strict=True):
-        is_mutated = (gate if part.one_gate else draw[1]) < part.rate
-        mutation = part.size * (2 * draw[2] - 1) if is_mutated else 0.0
-        child.append(weight + mutation)
-    return split_modules(child, length)
-
-
-def _draw_from_pool(
-    part: Any, genome: Any, pool: Any, module: int, weight: int, draw: Any
-) -> float:
-    """Return a weight of a child: inherited from a random parent and mutated, for the oracle."""
-    parent = pool[int(draw[0] * len(pool))]
-    inherited = genome[parent][module][weight]
-    is_mutated = draw[1] < part.rate
-    mutation = part.size * (2 * draw[2] - 1) if is_mutated else 0.0
-    return float(inherited + mutation)

@@ -27,11 +27,8 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import (
-    cross_at_point,
     draw_cut,
-    flatten,
     is_from_fitter,
-    split_modules,
 )
 from baldwinlab.models.record_means import mean_of_last_generation
 from baldwinlab.parts import (
@@ -217,19 +214,6 @@ class HintonNowlan(Model, name="hinton-nowlan"):
             first_success[has_count] = 1 + n_failures
         return first_success
 
-    def oracle(self, genome: Sequence[float], luck: float) -> float:
-        """Return the fitness of one string, trial by trial; `luck` is uniform in (0, 1)."""
-        n_unset = sum(allele == UNSET_ALLELE for allele in genome)
-        can_succeed = 0 not in genome and (self.guessing or n_unset == 0)
-        failure_probability = 1.0
-        for trial in range(1, self.trials + 1):
-            failure_probability *= 1 - 1 / 2**n_unset
-            if can_succeed and failure_probability <= luck:
-                n_counted = trial if self.counts_success else trial - 1
-                n_remaining = self.trials - self.cost_of_trials * n_counted
-                return max(1.0, 1 + MAX_GAIN * n_remaining / self.trials)
-        return 1.0
-
 
 class OnePointOfAlleles(Variation, name="one-point-alleles"):
     """One-point crossover of the alleles 0, 1 and ?; then mutation to 0, 1 or ?.
@@ -288,18 +272,3 @@ class OnePointOfAlleles(Variation, name="one-point-alleles"):
                     # 0, 1 or 2 halves: the allele is 0, ? (0.5) or 1.
                     n_halves = int(is_not_zero) + int(is_one)
                     child[module, locus] = np.float32(n_halves) * np.float32(UNSET_ALLELE)
-
-    @staticmethod
-    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        def mutate(draw: float) -> float:
-            zero_share = part.three_zero_shares / 3
-            if draw < zero_share:
-                return 0.0
-            return 1.0 if draw >= 1 - zero_share else UNSET_ALLELE
-
-        inherited = cross_at_point(flatten(fitter), flatten(second), gate, draws[0][0])
-        child = [
-            mutate(draw[2]) if draw[1] < part.rate else allele
-            for allele, draw in zip(inherited, draws, strict=True)
-        ]
-        return split_modules(child, len(fitter[0]))

@@ -328,12 +328,3 @@ class BitFlips(Variation, name="bit-flips"):
                 inherited = fitter[module, bit] if gate < 0.5 else second[module, bit]
                 flips = draws[module * n_bits + bit, 1] < part.rate
                 child[module, bit] = np.float32(1) - inherited if flips else inherited
-
-    @staticmethod
-    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        parent = fitter if gate < 0.5 else second
-        remaining_draws = iter(draws)
-        return [
-            [1 - bit if next(remaining_draws)[1] < part.rate else bit for bit in module]
-            for module in parent
-        ]

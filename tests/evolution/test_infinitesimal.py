@@ -10,9 +10,10 @@ import pytest
 from scipy.stats import kstest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.evolution.infinitesimal import Infinitesimal
+from tests.oracles.parts import check_built_in_parts
+from tests.oracles.variation import breed_infinitesimal
 
 
 def breed_generations(std: float, size: float, generations: int) -> Any:
@@ -40,7 +41,7 @@ def test_a_child_is_the_mean_of_its_parents_plus_the_quantile_of_its_draw() -> N
     part = SimpleNamespace(size=0.7)
     child = np.empty((3, 4), np.float32)
     Infinitesimal.vary(part, fitter, second, draws, 0.5, child)
-    expected = Infinitesimal.oracle(part, fitter.tolist(), second.tolist(), draws.tolist(), 0.5)
+    expected = breed_infinitesimal(part, fitter.tolist(), second.tolist(), draws.tolist(), 0.5)
     assert child == pytest.approx(np.array(expected), abs=1e-6)
     draws[:, 2] = 0.5
     Infinitesimal.vary(part, fitter, second, draws, 0.5, child)
@@ -62,4 +63,6 @@ def test_the_children_of_equal_parents_are_normal() -> None:
 
 @pytest.mark.nightly
 def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(Infinitesimal) if finding.holds is False] == []
+    assert [
+        finding for finding in check_built_in_parts(Infinitesimal) if finding.holds is False
+    ] == []

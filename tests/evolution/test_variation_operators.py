@@ -21,6 +21,7 @@ from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
+from tests.oracles.parts import check_built_in_parts, find_oracle
 from tests.worlds import make_small_experiment
 
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 4.0])
@@ -405,14 +406,16 @@ def test_parents_equal_the_oracle_for_any_fitness_and_number_of_agents(name: str
         fitness = np.round(random.uniform(0, 3, agents))
         uniforms = random.random((agents, 2, 4))
         parents = select(experiment, fitness, uniforms)
-        expected = part.oracle(values, fitness.tolist(), uniforms.tolist())
+        expected = find_oracle(part)(values, fitness.tolist(), uniforms.tolist())
         assert np.sort(parents, axis=1).tolist() == np.sort(expected, axis=1).tolist()
 
 
 @pytest.mark.nightly
 def test_the_parts_pass_the_quick_checks() -> None:
     parts = [registry.find_class(kind, name) for kind, names in NAMES.items() for name in names]
-    findings = bl.check_part(parts, requirements=["fields", "limits", "arithmetic", "oracle"])
+    findings = check_built_in_parts(
+        parts, requirements=["fields", "limits", "arithmetic", "oracle"]
+    )
     assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))
 
 

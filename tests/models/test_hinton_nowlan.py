@@ -22,6 +22,9 @@ from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan, OnePointOfAlleles
 from baldwinlab.parts import LIFE, uniforms
 from baldwinlab.simulation.simulate import simulate_histories
+from tests.oracles.models import evaluate_hinton_nowlan
+from tests.oracles.parts import check_built_in_parts
+from tests.oracles.variation import breed_one_point_of_alleles
 
 LOCI = 20
 TRIALS = 1000
@@ -62,7 +65,7 @@ def test_fitness_agrees_with_the_plain_oracle(fields: dict[str, Any]) -> None:
     luck = uniforms(7, 0, 3, LIFE, (300, 1))[:, 0, 0]
     model = HintonNowlan(loci=6, **fields)
     assert energy.tolist() == [
-        model.oracle(genome[0].tolist(), chance)
+        evaluate_hinton_nowlan(model, genome[0].tolist(), chance)
         for genome, chance in zip(genomes[0], luck, strict=True)
     ]
     assert len(set(energy.tolist())) > (2 if fields.get("guessing", True) else 1)
@@ -253,7 +256,9 @@ def test_a_run_that_never_takes_off_has_no_take_off() -> None:
 def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(HintonNowlan),
-        *check_part(OnePointOfAlleles, requirements=["fields", "limits", "arithmetic", "oracle"]),
+        *check_built_in_parts(
+            OnePointOfAlleles, requirements=["fields", "limits", "arithmetic", "oracle"]
+        ),
     ]
     assert [finding for finding in findings if finding.holds is False] == []
 
@@ -299,6 +304,6 @@ def test_the_founders_law_agrees_with_the_oracle() -> None:
     child = np.empty((1, LOCI), np.float32)
     all_1 = np.ones((1, LOCI), np.float32)
     OnePointOfAlleles.vary(part, all_1, all_1, np.array(draws), 0.5, child)
-    assert child.tolist() == OnePointOfAlleles.oracle(
+    assert child.tolist() == breed_one_point_of_alleles(
         part, all_1.tolist(), all_1.tolist(), draws, 0.5
     )

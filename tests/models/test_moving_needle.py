@@ -14,6 +14,7 @@ from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.models.moving_needle import MovingNeedle
 from baldwinlab.parts import LIFE, uniforms
+from tests.oracles.models import evaluate_hinton_nowlan
 
 SMALL = ["population.size=60", "evolution.generations=12"]
 
@@ -102,7 +103,8 @@ def test_a_lifetime_equals_the_lifetime_of_the_string_relative_to_the_target(
     luck = uniforms(7, 2, 30, LIFE, (200, 1))[:, 0, 0]
     plain = HintonNowlan(guessing=guessing)
     assert results.energy[0].tolist() == [
-        plain.oracle(string.tolist(), chance) for string, chance in zip(strings, luck, strict=True)
+        evaluate_hinton_nowlan(plain, string.tolist(), chance)
+        for string, chance in zip(strings, luck, strict=True)
     ]
     assert (results.records["right"][0] == (genomes == right).mean(axis=1, dtype=np.float32)).all()
     succeeded = results.records["succeeded"][0] == 1

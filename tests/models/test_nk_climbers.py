@@ -15,6 +15,7 @@ from baldwinlab.evolution.ordinal_selection import LargerTournament
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.nk_climbers import BitFlips, NKClimbers, landscape
 from baldwinlab.parts import LIFE, PathView, uniforms
+from tests.oracles.parts import check_built_in_parts
 
 BITS = 12
 
@@ -241,7 +242,7 @@ def test_the_parts_pass_all_checks() -> None:
     only: Any = ["fields", "limits", "arithmetic", "oracle"]
     findings = [
         *check_part(NKClimbers),
-        *check_part(BitFlips, requirements=only),
-        *check_part(LargerTournament, requirements=only),
+        *check_built_in_parts(BitFlips, requirements=only),
+        *check_built_in_parts(LargerTournament, requirements=only),
     ]
     assert [finding for finding in findings if finding.holds is False] == []

@@ -1,8 +1,7 @@
 """NEAT, neuroevolution of augmenting topologies, with historical marks and species.
 
 `genome` has the array format of networks, `mutation` makes children, and `species` assigns networks
-to species. `operators` has the variation `neat` and the selection `species`. `oracle` is an
-independent implementation in plain Python.
+to species. `operators` has the variation `neat` and the selection `species`.
 
 References
 ----------

@@ -23,7 +23,6 @@ import numpy as np
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.rng import Stream
-from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import (
     LAST_INNOVATION,
     SPECIES,
@@ -163,10 +162,6 @@ class SpeciesSelection(Selection, name="species"):
                 first_child = end_child
             species = next_species(genome, species)
             end = end - size
-
-    @staticmethod
-    def oracle(part: Any, stream: Any, lifetimes: Any, fitness: Any, uniforms: Any) -> Any:
-        return oracle.parents(part, lifetimes.genome, fitness, uniforms)
 
 
 @compiled
@@ -340,7 +335,3 @@ class Neat(Variation, name="neat"):
         for child in range(children.shape[0]):
             children[child, 0, LAST_INNOVATION] = last
         assign_species(part, key, genome, fitness, children)
-
-    @staticmethod
-    def oracle(part: Any, genome: Any, fitness: Any, parents: Any, draws: Any) -> Any:
-        return oracle.children(part, genome, fitness, parents, draws)

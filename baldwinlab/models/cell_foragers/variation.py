@@ -46,13 +46,3 @@ class FewMutations(Variation, name="few-mutations"):
             weight = position % child.shape[1]
             change = (2.0 * draws[mutation, 2] - 1.0) * part.size
             child[module, weight] += np.float32(change)
-
-    @staticmethod
-    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        child = [list(module) for module in (fitter if gate < 0.5 else second)]
-        module_size = len(child[0])
-        n_weights = len(child) * module_size
-        for _, position_draw, change_draw, _ in draws[: part.mutations]:
-            module, weight = divmod(int(position_draw * n_weights), module_size)
-            child[module][weight] += (2 * change_draw - 1) * part.size
-        return child

@@ -9,7 +9,6 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.evolution.variation_operators import flatten, split_modules
 from baldwinlab.parts import (
     Field,
     Variation,
@@ -68,28 +67,6 @@ class FourBitWeights(Variation, name="four-bit-weights"):
                 is_from_fitter = (gene < cut) == starts_with_fitter
                 inherited = fitter[module, weight] if is_from_fitter else second[module, weight]
                 child[module, weight] = _flip_bits(inherited, draws[gene], part.rate)
-
-    @staticmethod
-    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        parents = flatten(fitter), flatten(second)
-        n_weights = len(parents[0])
-        if gate < part.crossover_share:
-            combination = int(gate / part.crossover_share * 2 * (n_weights - 1))
-            cut = 1 + combination // 2
-        else:
-            position = (gate - part.crossover_share) / (1 - part.crossover_share)
-            combination = int(position * 2 * (n_weights - 1))
-            cut = n_weights
-        first_parent = parents[combination % 2]
-        last_parent = parents[1 - combination % 2]
-        child = [*first_parent[:cut], *last_parent[cut:]]
-        for weight, draw in enumerate(draws):
-            flipped_bits = sum(2**bit for bit in range(BITS_PER_WEIGHT) if draw[bit] < part.rate)
-            if flipped_bits:
-                rounded = (child[weight] + 2) * 15 / 4 + 0.5
-                level = int(min(max(rounded, 0), 15)) ^ flipped_bits
-                child[weight] = level * 4 / 15 - 2
-        return split_modules(child, len(fitter[0]))
 
 
 @compiled

@@ -69,19 +69,6 @@ class MutantFixation(Selection, name="mutant-fixation"):
             parents[single, 0] = single
             parents[single, 1] = ITSELF
 
-    @staticmethod
-    def oracle(part: Any, fitness: Any, uniforms: Any) -> Any:
-        parents = []
-        for resident in range(0, len(fitness) - 1, 2):
-            powers = [
-                (fitness[resident] / fitness[resident + 1]) ** power if fitness[resident + 1] else 1
-                for power in range(part.members)
-            ]
-            probability = 1 / sum(powers) if fitness[resident + 1] else 0
-            winner = resident + int(uniforms[resident][0][0] < probability)
-            parents += [[winner, ITSELF], [winner, winner]]
-        return [*parents, [len(fitness) - 1, ITSELF]] if len(fitness) % 2 else parents
-
 
 class LatticeSteps(Variation, name="lattice-steps"):
     """Copy of the first parent; each gene is one more or one less, with equal probability.
@@ -100,11 +87,3 @@ class LatticeSteps(Variation, name="lattice-steps"):
                 draw = draws[module * child.shape[1] + gene, 0]
                 step = np.float32(1) if draw < 0.5 else np.float32(-1)
                 child[module, gene] = fitter[module, gene] + step
-
-    @staticmethod
-    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        remaining_draws = iter(draws)
-        return [
-            [gene + (1 if next(remaining_draws)[0] < 0.5 else -1) for gene in module]
-            for module in fitter
-        ]

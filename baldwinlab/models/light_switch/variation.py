@@ -7,11 +7,8 @@ from typing import Any, ClassVar
 
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import (
-    cross_at_point,
     draw_cut,
-    flatten,
     is_from_fitter,
-    split_modules,
 )
 from baldwinlab.models.light_switch.lifetimes import ONE
 from baldwinlab.parts import (
@@ -47,12 +44,3 @@ class OnePointOfBits(Variation, name="one-point-bits"):
                 inherited = parent[module, bit]
                 flips = draws[gene, 1] < part.rate
                 child[module, bit] = ONE - inherited if flips else inherited
-
-    @staticmethod
-    def oracle(part: Any, fitter: Any, second: Any, draws: Any, gate: float) -> Any:
-        inherited = cross_at_point(flatten(fitter), flatten(second), gate, draws[0][0])
-        child = [
-            1 - bit if draw[1] < part.rate else bit
-            for bit, draw in zip(inherited, draws, strict=True)
-        ]
-        return split_modules(child, len(fitter[0]))

@@ -103,14 +103,6 @@ class Distance(Fitness, name="distance"):
                     records.displacement_x[agent], records.displacement_y[agent]
                 )
 
-    @staticmethod
-    def oracle(part: Any, lifetimes: Any) -> Any:
-        records = lifetimes.records
-        if part.is_path:
-            return list(records.path_length)
-        pairs = zip(records.displacement_x, records.displacement_y, strict=True)
-        return [(dx**2 + dy**2) ** 0.5 for dx, dy in pairs]
-
 
 class EarlyFood(Fitness, name="early-food"):
     """Energy of the eaten items, weighted by the time that remains when the agent eats them.
@@ -148,8 +140,3 @@ class EarlyFood(Fitness, name="early-food"):
         for agent in range(fitness.size):
             weighted_energy = np.float64(lifetimes.records.early_energy[agent])
             fitness[agent] = max(0.0, weighted_energy - lifetimes.cost[agent])
-
-    @staticmethod
-    def oracle(part: Any, lifetimes: Any) -> Any:
-        pairs = zip(lifetimes.records.early_energy, lifetimes.cost, strict=True)
-        return [max(0.0, weighted_energy - cost) for weighted_energy, cost in pairs]

@@ -130,24 +130,3 @@ class Novelty(Fitness, name="novelty"):
                 part.archive[0, entry] = lifetimes.position[agent, 0]
                 part.archive[1, entry] = lifetimes.position[agent, 1]
                 part.n_archived[0] += 1
-
-    @staticmethod
-    def oracle(part: Any, lifetimes: Any) -> Any:
-        n_entries = min(int(part.n_archived[0]), part.archive_size)
-        archive = list(zip(*part.archive[:, :n_entries].tolist(), strict=True))
-        agents = [tuple(position) for position in lifetimes.position]
-
-        def measure(first: Any, second: Any) -> float:
-            differences = [abs(a - b) for a, b in zip(first, second, strict=True)]
-            spans = (part.width, part.height)
-            return math.hypot(
-                *(min(d, span - d) for d, span in zip(differences, spans, strict=True))
-            )
-
-        novelties = []
-        for agent, position in enumerate(agents):
-            behaviors = agents[:agent] + agents[agent + 1 :] + archive
-            distances = sorted(measure(position, behavior) for behavior in behaviors)
-            nearest = distances[: part.neighbors]
-            novelties.append(sum(nearest) / max(1, len(nearest)))
-        return novelties

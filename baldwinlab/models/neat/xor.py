@@ -23,7 +23,6 @@ import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import jit_entry_point
-from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import (
     INFINITE_GENES,
     activate,
@@ -114,16 +113,6 @@ class NeatXor(Model, name="neat-xor"):
         return LifeResults(
             energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
         )
-
-    def oracle(self, graph: Any) -> float:
-        """Return the fitness of one network [entry]."""
-        answers = [
-            oracle.activate(graph, self.sigmoid_slope, (*question, 1))[0] for question in QUESTIONS
-        ]
-        errors = [
-            abs(answer - correct) for answer, correct in zip(answers, CORRECT_ANSWERS, strict=True)
-        ]
-        return float((len(QUESTIONS) - sum(errors)) ** 2)
 
 
 @jit_entry_point

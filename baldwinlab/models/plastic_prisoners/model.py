@@ -186,30 +186,3 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         return LifeResults(
             energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
         )
-
-    def oracle(
-        self,
-        genome: Sequence[float],
-        opponent: Sequence[float],
-        pair: int,
-        slips: Sequence[tuple[bool, bool]],
-    ) -> float:
-        """Return the payoff per round of the first of two genomes, computed move by move.
-
-        `slips` has for each round whether the moves of both agents are inverted.
-        """
-        tables = [list(genome[:4]), list(opponent[:4])]
-        plastic = [genome[4:], opponent[4:]]
-        total = 0.0
-        for slip in slips:
-            pairs = [PAIRS.index(PAIRS[pair]), PAIRS.index(PAIRS[pair][::-1])]
-            moves = [tables[player][pairs[player]] != slip[player] for player in (0, 1)]
-            for player in (0, 1):
-                if plastic[player][pairs[player]] and self.learning:
-                    cooperates = moves[1 - player]
-                    tables[player][pairs[player]] = (
-                        moves[player] if cooperates else not moves[player]
-                    )
-            pair = PAIRS.index("".join("DC"[move] for move in moves))
-            total += {"DD": 1, "DC": 5, "CD": 0, "CC": 3}[PAIRS[pair]]
-        return total / len(slips)

@@ -15,6 +15,7 @@ from baldwinlab.analysis.estimands.expected_offspring import (
 )
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.parts.breeding import ITSELF
+from tests.oracles.parts import find_oracle
 
 FITNESS = np.array([3.0, 0.0, 3.0, 7.5, 1.0, 0.0, 12.0, 3.0])
 N_DRAWS = 4000
@@ -34,7 +35,7 @@ def count_by_drawing(experiment: BaseExperiment, fitness: np.ndarray) -> np.ndar
     slots = np.zeros(fitness.size)
     for _ in range(N_DRAWS):
         uniforms = rng.random((fitness.size, 2, 4))
-        pairs = scheme.oracle(scheme, fitness.tolist(), uniforms.tolist())
+        pairs = find_oracle(scheme)(scheme, fitness.tolist(), uniforms.tolist())
         survivors = sorted(range(fitness.size), key=lambda a: (-fitness[a], uniforms[a, 1, 3]))
         pairs[:elite] = [[survivor, ITSELF] for survivor in survivors[:elite]]
         for first, second in pairs:

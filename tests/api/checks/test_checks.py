@@ -16,6 +16,7 @@ from baldwinlab.experiment import registry
 from baldwinlab.experiment.registry import BUILT_IN
 from baldwinlab.parts import PartError, load_file
 from baldwinlab.simulation.simulate import simulate
+from tests.oracles.parts import check_built_in_parts
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples" / "parts").glob("*.py"))
 CHECKED = [name for name in REQUIREMENTS if name not in ("speed", "simulator")]
@@ -78,7 +79,7 @@ def built_in_parts() -> list[Any]:
 # The checks compile the step for each part, which takes half a minute or more.
 @pytest.mark.nightly
 def test_the_built_in_parts_fulfill_the_contract() -> None:
-    findings = bl.check_part(built_in_parts(), requirements=CHECKED)
+    findings = check_built_in_parts(built_in_parts(), requirements=CHECKED)
     verified = [finding for finding in findings if not finding.is_unverified]
     assert [str(finding) for finding in verified if not finding.holds] == []
     assert {finding.message for finding in findings if finding.is_unverified} == {

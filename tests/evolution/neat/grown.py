@@ -20,8 +20,8 @@ from baldwinlab.evolution.neat.genome import (
     STALE,
     make_minimal_graphs,
 )
-from baldwinlab.evolution.neat.oracle import Genes, read_genes
 from baldwinlab.experiment import registry
+from tests.oracles.neat import Genes, read_genes
 
 LINK_CAPACITY = 12
 Graph = npt.NDArray[np.float32]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import (
     activate,
     count_links,
@@ -18,6 +17,7 @@ from baldwinlab.evolution.neat.genome import (
 from baldwinlab.experiment import ExperimentError
 from baldwinlab.papers.presets import load
 from tests.evolution.neat.grown import LINK_CAPACITY, evolved, first_network, genes_of, make_network
+from tests.oracles import neat as oracle
 
 NETWORK = make_network(
     (4, 0, 3, 0.5, 0), (5, 1, 3, -1.0, 1), (6, 2, 3, 0.25, 1), (9, 0, 9, 1.0, 1), (10, 9, 3, 0.5, 1)

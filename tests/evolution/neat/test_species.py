@@ -10,7 +10,6 @@ import pytest
 
 from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, Genome, Parents, breed, select
-from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import (
     BEST,
     LAST_SPECIES,
@@ -32,6 +31,7 @@ from tests.evolution.neat.grown import (
     population,
     population_of_species,
 )
+from tests.oracles import neat as oracle
 
 NEAT = part_values_of()
 

@@ -27,6 +27,7 @@ from baldwinlab.models.cell_foragers.network import (
 from baldwinlab.models.cell_foragers.variation import FewMutations
 from baldwinlab.parts import LIFE, GridView, philox, unit
 from baldwinlab.simulation.simulate import simulate_histories
+from tests.oracles.parts import check_built_in_parts
 
 KINDS = ("none", "auto-teaching", "prediction", "random-targets")
 HIDDEN = 3
@@ -340,6 +341,8 @@ def test_auto_teaching_increases_food_within_a_lifetime() -> None:
 def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(CellForagers),
-        *check_part(FewMutations, requirements=["fields", "limits", "arithmetic", "oracle"]),
+        *check_built_in_parts(
+            FewMutations, requirements=["fields", "limits", "arithmetic", "oracle"]
+        ),
     ]
     assert [finding for finding in findings if finding.holds is False] == []

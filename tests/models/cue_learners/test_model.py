@@ -25,6 +25,7 @@ from baldwinlab.models.cue_learners.model import CueLearners
 from baldwinlab.models.cue_learners.variation import OnePointOfUnits
 from baldwinlab.parts import LIFE, unit
 from baldwinlab.simulation.simulate import simulate_histories
+from tests.oracles.parts import check_built_in_parts
 
 # Step of learning. Sums of this value have no rounding error in float32.
 STEP = 0.125
@@ -261,7 +262,7 @@ def test_other_models_refuse_the_variation_of_cue_learners() -> None:
 def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(CueLearners),
-        *check_part(
+        *check_built_in_parts(
             [CueLearners, OnePointOfUnits],
             requirements=["fields", "limits", "arithmetic", "oracle"],
         ),

@@ -18,6 +18,7 @@ from baldwinlab.models.digit_readers.model import DigitReaders
 from baldwinlab.models.digit_readers.variation import FourBitWeights
 from baldwinlab.parts import LIFE, unit
 from baldwinlab.simulation.simulate import simulate_histories
+from tests.oracles.parts import check_built_in_parts
 
 Numbers = npt.NDArray[np.float64]
 HIDDEN = 6
@@ -196,6 +197,8 @@ def test_with_many_trials_the_error_is_lower_at_death_and_higher_at_birth() -> N
 def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(DigitReaders),
-        *check_part(FourBitWeights, requirements=["fields", "limits", "arithmetic", "oracle"]),
+        *check_built_in_parts(
+            FourBitWeights, requirements=["fields", "limits", "arithmetic", "oracle"]
+        ),
     ]
     assert [finding for finding in findings if finding.holds is False] == []

@@ -9,7 +9,6 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.analysis.theory.adaptive_walk import compute_fixation_probabilities
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.lattice_walkers.breeding import (
@@ -17,6 +16,7 @@ from baldwinlab.models.lattice_walkers.breeding import (
     MutantFixation,
     fixation_probability,
 )
+from tests.oracles.parts import check_built_in_parts
 
 
 @pytest.mark.parametrize("members", [1, 2, 10])
@@ -57,7 +57,7 @@ def test_an_elite_is_refused_because_it_mixes_the_pairs() -> None:
 def test_the_parts_pass_all_checks() -> None:
     only: Any = ["fields", "limits", "arithmetic", "oracle"]
     findings = [
-        *check_part(MutantFixation, requirements=only),
-        *check_part(LatticeSteps, requirements=only),
+        *check_built_in_parts(MutantFixation, requirements=only),
+        *check_built_in_parts(LatticeSteps, requirements=only),
     ]
     assert [finding for finding in findings if finding.holds is False] == []

@@ -18,6 +18,7 @@ from baldwinlab.models.light_switch.model import CHANGED_WORLDS, STANDARD_WORLD,
 from baldwinlab.models.light_switch.variation import OnePointOfBits
 from baldwinlab.models.miniworld.learning.hebbian import compute_strength_change
 from baldwinlab.parts import LIFE, uniforms
+from tests.oracles.parts import check_built_in_parts
 
 KINDS: dict[str, dict[str, Any]] = {
     "neurons": {},
@@ -259,6 +260,8 @@ def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:
 def test_the_parts_pass_all_checks() -> None:
     findings = [
         *check_part(LightSwitch),
-        *check_part(OnePointOfBits, requirements=["fields", "limits", "arithmetic", "oracle"]),
+        *check_built_in_parts(
+            OnePointOfBits, requirements=["fields", "limits", "arithmetic", "oracle"]
+        ),
     ]
     assert [finding for finding in findings if finding.holds is False] == []

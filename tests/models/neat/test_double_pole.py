@@ -11,7 +11,6 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
-from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import GENE_SIZE, HEAD_SIZE, activate, make_minimal_graphs
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.neat.balancing import INPUT_SCALES, activate_once, order_links
@@ -33,6 +32,7 @@ from baldwinlab.models.neat.double_pole import (
     NeatPoles,
 )
 from baldwinlab.simulation.simulate import simulate_histories
+from tests.oracles import neat as oracle
 
 State = npt.NDArray[np.float64]
 

@@ -13,7 +13,6 @@ import xarray as xr
 import baldwinlab as bl
 from baldwinlab.api.checks.evolution import compare_children
 from baldwinlab.evolution import GenerationKey, breed
-from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import GENE_SIZE, HEAD_SIZE, make_minimal_graphs
 from baldwinlab.evolution.neat.operators import Neat
 from baldwinlab.experiment import ExperimentError, assign
@@ -36,6 +35,8 @@ from baldwinlab.models.neat.double_pole_no_velocities import (
 )
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.evolution.neat.grown import genes_of, make_network, population
+from tests.oracles import neat as oracle
+from tests.oracles.parts import use_oracles
 
 NAME = "neat-poles-without-velocities"
 POLES = "stanley-miikkulainen-2002:poles-without-velocities"
@@ -228,7 +229,9 @@ def test_children_with_loops_agree_with_the_plain_oracle() -> None:
         "evolution.neat.add_link_rate=0.5",
         "neat_poles_without_velocities.max_links=20",
     ]
-    compare_children(SimpleNamespace(experiment=assign(bl.load(NAME), fast), seed=3), Neat)  # type: ignore[arg-type]
+    group: Any = SimpleNamespace(experiment=assign(bl.load(NAME), fast), seed=3)
+    with use_oracles():
+        compare_children(group, Neat)
 
 
 def test_a_run_is_bit_identical_in_a_batch() -> None:

@@ -26,6 +26,7 @@ from baldwinlab.models.plastic_prisoners.strategies import (
 from baldwinlab.parts import MatrixView
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies.assays.results import open_assay
+from tests.oracles.models import evaluate_plastic_prisoners
 
 ROUNDS = 50
 NOISE = 1 / 25
@@ -70,7 +71,7 @@ def test_without_noise_the_payoff_agrees_with_matches_in_plain_python(
     payoff = compute_payoffs(ROUNDS, 0.0, learning, first)
     for genome, opponent in draw_pairs(150):
         matches = [
-            model.oracle(bits(genome), bits(opponent), begin, NO_SLIP * ROUNDS)
+            evaluate_plastic_prisoners(model, bits(genome), bits(opponent), begin, NO_SLIP * ROUNDS)
             for begin in INITIAL_PAIRS[first]
         ]
         assert payoff[genome, opponent] == pytest.approx(np.mean(matches), abs=1e-12)
@@ -90,7 +91,10 @@ def test_with_noise_the_payoff_is_the_mean_over_all_combinations_of_slips() -> N
             for match in slips
         ]
         matches = [
-            model.oracle(bits(genome), bits(opponent), PAIRS.index("CC"), match) for match in slips
+            evaluate_plastic_prisoners(
+                model, bits(genome), bits(opponent), PAIRS.index("CC"), match
+            )
+            for match in slips
         ]
         assert payoff[genome, opponent] == pytest.approx(np.dot(chances, matches), abs=1e-12)
 
@@ -107,7 +111,7 @@ def test_the_mean_of_long_matches_is_the_expected_payoff() -> None:
         slips = generator.random((400, ROUNDS, 2)) < NOISE
         first_pairs = generator.integers(0, 4, 400)
         played = [
-            model.oracle(bits(genome), bits(opponent), *match)
+            evaluate_plastic_prisoners(model, bits(genome), bits(opponent), *match)
             for match in zip(first_pairs, slips.tolist(), strict=True)
         ]
         assert abs(np.mean(played) - payoff[genome, opponent]) < 4 * np.std(played) / np.sqrt(

@@ -74,14 +74,6 @@ class Stay(Body, name="stay"):
         speed = choose(is_forward, TWO, choose(is_stay, ZERO, ONE))
         _move_along(model, state, get(state.heading, 0, lane) + turn, speed, lane)
 
-    @staticmethod
-    def oracle(part: Any, agent: Any, naive: Any) -> None:
-        agent.action = agent.outputs.index(max(agent.outputs))
-        degrees = (-9, 0, 9, 0)[agent.action]
-        distance = (1, 2, 1, 0)[agent.action]
-        agent.heading += degrees
-        naive.advance(agent, distance)
-
 
 class Grid(Body, name="grid"):
     """Four actions: move by 2 to the right, down, left or up, and head in this direction.
@@ -99,12 +91,6 @@ class Grid(Body, name="grid"):
         _move_along(
             model, state, get(state.action, 0, lane) * HEADINGS_PER_QUARTER, MAX_SPEED, lane
         )
-
-    @staticmethod
-    def oracle(part: Any, agent: Any, naive: Any) -> None:
-        agent.action = agent.outputs.index(max(agent.outputs))
-        agent.heading = 90 * agent.action
-        naive.advance(agent, 2)
 
 
 class Continuous(Body, name="continuous"):
@@ -145,10 +131,3 @@ class Continuous(Body, name="continuous"):
         right = get(state.activations, rows - 1, lane)
         turn = ((left - right) * (part.max_turn / DEGREES_PER_HEADING) + ROUNDING) - ROUNDING
         _move_along(model, state, get(state.heading, 0, lane) + turn, left + right, lane)
-
-    @staticmethod
-    def oracle(part: Any, agent: Any, naive: Any) -> None:
-        left, right = agent.outputs
-        agent.action = int(right > left)
-        agent.heading += 9 * round((left - right) * float(part.max_turn) / 9)
-        naive.advance(agent, left + right)

@@ -55,11 +55,3 @@ class Walker(Body, name="walker"):
         put(state.positions, 0, lane, wrap_position(x, model.width))
         put(state.positions, 1, lane, wrap_position(y, model.height))
         put(state.heading, 0, lane, heading)
-
-    @staticmethod
-    def oracle(part: Any, agent: Any, naive: Any) -> None:
-        agent.action = agent.outputs.index(max(agent.outputs))
-        degrees = (-9, 0, 9)[agent.action]
-        distance = (1, 2, 1)[agent.action]
-        agent.heading += degrees
-        naive.advance(agent, distance)

@@ -164,28 +164,3 @@ class Walls(WorldFeature, name="walls"):
         for wall in range(part.edges.shape[0]):
             blocked = blocked | _blocks_line(part.edges, wall, x, y, dx, dy)
         return blocked
-
-    @staticmethod
-    def oracle(part: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
-        """Compute the hooks in plain Python.
-
-        A line crosses a wall unless it is on one side of a strip, or all corners of the wall are on
-        one side of the line.
-        """
-        walls = [[float(edge) for edge in wall] for wall in part.edges]
-
-        def crosses(left: float, right: float, upper: float, lower: float) -> bool:
-            is_left_or_right = max(x, x + dx) < left or min(x, x + dx) > right
-            is_above_or_below = max(y, y + dy) < upper or min(y, y + dy) > lower
-            sides = [dx * (b - y) - dy * (a - x) for a in (left, right) for b in (upper, lower)]
-            return not (is_left_or_right or is_above_or_below) and min(sides) <= 0 <= max(sides)
-
-        is_inside = any(
-            left <= x <= right and upper <= y <= lower
-            for left, right, upper, lower in walls[: part.count]
-        )
-        return {
-            "blocks_placement": is_inside,
-            "blocks_movement": is_inside,
-            "blocks_sight": any(crosses(*wall) for wall in walls),
-        }

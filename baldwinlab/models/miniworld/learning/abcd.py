@@ -29,7 +29,6 @@ Sources:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import repeat
 from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
@@ -39,7 +38,7 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import Lane, Value, clamp, get, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
-from baldwinlab.parts.synapses import MAX_WEIGHT, SynapticRule, for_each_synapse
+from baldwinlab.parts.synapses import SynapticRule, for_each_synapse
 
 ZERO = np.float32(0)
 ONE = np.float32(1)
@@ -53,25 +52,6 @@ N_COEFFICIENTS: Final = len(COEFFICIENT_MODULES)
 def _gate_value(state: State, lane: Lane) -> Value:
     """Return the gate in [-1, 1] from the logistic output y: 2 y - 1, which equals tanh(s / 2)."""
     return TWO * get(state.targets, 0, lane) - ONE
-
-
-def _oracle_change(part: Any, agent: Any, naive: Any, gate: float = 1.0) -> None:
-    """Compute the update of all four rules in plain Python."""
-    is_inherited = "a" in agent.arrays
-    if is_inherited:
-        coefficients: Any = zip(*(agent.arrays[name] for name in "abcd"), strict=True)
-    else:
-        coefficients = repeat([float(value) for value in (part.a, part.b, part.c, part.d)])
-    for (row, unit, x, y), (a, b, c, d) in zip(
-        naive.synapses(agent), coefficients, strict=is_inherited
-    ):
-        changed_weight = row[unit] + agent.rate * gate * (a * x * y + b * x + c * y + d)
-        row[unit] = min(max(changed_weight, -float(MAX_WEIGHT)), float(MAX_WEIGHT))
-
-
-def _oracle_gate(agent: Any, naive: Any) -> float:
-    """Compute the gate in plain Python."""
-    return float(2 * naive.think(agent.reinforcement_module, agent.inputs)[0] - 1)
 
 
 class _FixedCoefficients(SynapticRule):
@@ -101,10 +81,6 @@ class ABCD(_FixedCoefficients, name="abcd"):
     Soltoggio et al. 2008.
     """
 
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _oracle_change(part, agent, naive)
-
 
 class Modulated(_FixedCoefficients, name="modulated"):
     """As `abcd`, with a factor in [-1, 1] that an inherited network computes in each step.
@@ -120,10 +96,6 @@ class Modulated(_FixedCoefficients, name="modulated"):
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         for_each_synapse(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
-
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _oracle_change(part, agent, naive, _oracle_gate(agent, naive))
 
 
 class _EvolvedCoefficients(SynapticRule):
@@ -176,10 +148,6 @@ class EvolvedABCD(_EvolvedCoefficients, name="evolved-abcd"):
 
     modules: ClassVar[tuple[str, ...]] = ("action", *COEFFICIENT_MODULES)
 
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _oracle_change(part, agent, naive)
-
 
 class EvolvedModulated(_EvolvedCoefficients, name="evolved-modulated"):
     """As `modulated`, with inherited coefficients A, B, C and D.
@@ -195,7 +163,3 @@ class EvolvedModulated(_EvolvedCoefficients, name="evolved-modulated"):
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         for_each_synapse(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
-
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _oracle_change(part, agent, naive, _oracle_gate(agent, naive))

@@ -101,22 +101,6 @@ class _StrengthRule(SynapticRule):
         put(state.weights, synapse, lane, sign * strength)
 
 
-def _oracle_update(rule: int, agent: Any, naive: Any) -> None:
-    """Compute the update of a rule in plain Python."""
-    signs = iter(agent.arrays["signs"])
-    for row, unit, x, y in naive.synapses(agent):
-        sign = next(signs)
-        w = row[unit] * sign
-        f = np.tanh(4 * (1 - abs(x - y)) - 2)
-        change = (
-            (1 - w) * x * y,
-            w * (x - 1) * y + (1 - w) * x * y,
-            w * x * (y - 1) + (1 - w) * x * y,
-            (1 - w) * f if f > 0 else w * f,
-        )[rule]
-        row[unit] = sign * min(max(w + agent.rate * float(change), 0.0), 1.0)
-
-
 class Hebb(_StrengthRule, name="hebb"):
     """Hebbian rule: a strength grows if both units are active.
 
@@ -133,10 +117,6 @@ class Hebb(_StrengthRule, name="hebb"):
     ) -> Value:
         return compute_strength_change(HEBB, weight, x, y)
 
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _oracle_update(HEBB, agent, naive)
-
 
 class Postsynaptic(_StrengthRule, name="postsynaptic"):
     """Hebbian rule: a strength also shrinks if only the target unit is active.
@@ -151,10 +131,6 @@ class Postsynaptic(_StrengthRule, name="postsynaptic"):
         part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
     ) -> Value:
         return compute_strength_change(POSTSYNAPTIC, weight, x, y)
-
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _oracle_update(POSTSYNAPTIC, agent, naive)
 
 
 class Presynaptic(_StrengthRule, name="presynaptic"):
@@ -171,10 +147,6 @@ class Presynaptic(_StrengthRule, name="presynaptic"):
     ) -> Value:
         return compute_strength_change(PRESYNAPTIC, weight, x, y)
 
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _oracle_update(PRESYNAPTIC, agent, naive)
-
 
 class Covariance(_StrengthRule, name="covariance"):
     """Hebbian rule: a strength grows if both units are similar, and shrinks if they differ.
@@ -189,7 +161,3 @@ class Covariance(_StrengthRule, name="covariance"):
         part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
     ) -> Value:
         return compute_strength_change(COVARIANCE, weight, x, y)
-
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _oracle_update(COVARIANCE, agent, naive)

@@ -180,18 +180,6 @@ class Imitation(LearningRule, name="imitation"):
             lane,
         )
 
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        teacher = max(agents, key=lambda neighbor: neighbor.eaten_in_life)
-        if part.is_nearest:
-            teacher = min(
-                (neighbor for neighbor in agents if neighbor is not agent),
-                key=lambda neighbor: naive.distance(agent, neighbor),
-            )
-        if teacher.eaten_in_life >= part.min_items and teacher is not agent:
-            target = naive.think(teacher.action_module, agent.inputs)
-            naive.backpropagate(agent.action_module, agent.inputs, target, agent.rate)
-
 
 class Supervised(LearningRule, name="supervised"):
     """Backpropagation toward the action of a scripted forager.
@@ -230,14 +218,6 @@ class Supervised(LearningRule, name="supervised"):
             part.output_targets,
             lane,
         )
-
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        left, front, right = agent.inputs[: len(FORAGER_INPUTS)]
-        sides = {"forward": front, "left": left, "right": right}
-        target = next((side for side, is_visible in sides.items() if is_visible), "forward")
-        output_targets = [float(target == action) for action in FORAGER_ACTIONS]
-        naive.backpropagate(agent.action_module, agent.inputs, output_targets, agent.rate)
 
 
 class RandomTargets(LearningRule, name="random-targets"):
@@ -282,13 +262,4 @@ class RandomTargets(LearningRule, name="random-targets"):
             state.errors,
             part.output_targets,
             lane,
-        )
-
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        naive.backpropagate(
-            agent.action_module,
-            agent.inputs,
-            naive.random_numbers(agent, LIFE)[: len(agent.outputs)],
-            agent.rate,
         )

@@ -28,7 +28,7 @@ evolution" (1992).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, ClassVar, Final
 
 import numpy as np
@@ -41,8 +41,6 @@ from baldwinlab.engine.simd import Lane, Value, get, put
 from baldwinlab.models.miniworld.learning.previous_step import (
     PREVIOUS_STEP_ARRAYS,
     PreviousStepRule,
-    oracle_rate,
-    oracle_store_step,
     rate_with_previous_step,
     store_step,
 )
@@ -131,28 +129,6 @@ def _learn(part: Any, model: MiniWorldModel, state: State, targets: Any, lane: L
     store_step(part, state, lane)
 
 
-def _oracle_update(part: Any, agent: Any, naive: Any, target: Sequence[float]) -> None:
-    """Compute the update of both rules in plain Python.
-
-    Predictions are the outputs of a network with the hidden layers of the action module.
-    """
-    n_inputs = len(agent.inputs)
-    n_rows = part.n_last_hidden + naive.biases
-    weights = agent.arrays["prediction_weights"]
-    used_weights = weights[: n_rows * n_inputs]
-    unused_weights = weights[n_rows * n_inputs :]
-    layer = [used_weights[row * n_inputs : (row + 1) * n_inputs] for row in range(n_rows)]
-    naive.backpropagate(
-        [*agent.action_module[:-1], layer],
-        agent.arrays["last_inputs"],
-        target,
-        oracle_rate(agent),
-    )
-    learned_weights = [weight for row in layer for weight in row]
-    agent.arrays["prediction_weights"] = learned_weights + unused_weights
-    oracle_store_step(agent)
-
-
 class _PredictionRule(PreviousStepRule):
     """Base of the rules `prediction` and `random-prediction`."""
 
@@ -212,10 +188,6 @@ class Prediction(_PredictionRule, name="prediction"):
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _learn(part, model, state, state.activations, lane)
 
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _oracle_update(part, agent, naive, agent.inputs)
-
 
 class RandomPrediction(_PredictionRule, name="random-prediction"):
     """As `prediction`, with random bits as targets: a control without information.
@@ -258,9 +230,3 @@ class RandomPrediction(_PredictionRule, name="random-prediction"):
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _learn(part, model, state, part.random_bits, lane)
-
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        word = int(naive.random_numbers(agent, LIFE)[0] * 2**MAX_RANDOM_BITS)
-        shifts = [MAX_RANDOM_BITS - 1 - k for k in range(len(agent.inputs))]
-        _oracle_update(part, agent, naive, [float(word >> shift & 1) for shift in shifts])

@@ -50,16 +50,6 @@ def store_step(part: Any, state: State, lane: Lane) -> None:
         put(part.last_inputs, k, lane, get(state.activations, k, lane))
 
 
-def oracle_rate(agent: Any) -> float:
-    """Compute `rate_with_previous_step` in plain Python."""
-    return agent.rate if any(agent.arrays["has_previous_step"]) else 0.0
-
-
-def oracle_store_step(agent: Any) -> None:
-    """Compute `store_step` in plain Python."""
-    agent.arrays |= {"has_previous_step": [1.0], "last_inputs": agent.inputs}
-
-
 class PreviousStepRule(LearningRule):
     """Base of learning rules that learn from the inputs of the previous step."""
 

@@ -28,8 +28,6 @@ from baldwinlab.models.miniworld.energy import ENERGY_VALUES, energy_in_life
 from baldwinlab.models.miniworld.learning.previous_step import (
     PREVIOUS_STEP_ARRAYS,
     PreviousStepRule,
-    oracle_rate,
-    oracle_store_step,
     rate_with_previous_step,
     reset_previous_step,
     store_step,
@@ -87,26 +85,6 @@ def _reinforce(part: Any, state: State, evaluation: Value, lane: Lane) -> None:
         put(part.last_action, k, lane, choose(is_action, ONE, ZERO))
 
 
-def _oracle_reinforce(part: Any, agent: Any, naive: Any, evaluation: float) -> None:
-    """Compute `_reinforce` in plain Python."""
-    change = evaluation - agent.arrays["evaluation"][0]
-    last_action = agent.arrays["last_action"]
-    # A float32 factor would make the result float32.
-    rate = oracle_rate(agent) * (1.0 if change > 0 else float(part.punishment))
-    if change and rate:
-        naive.backpropagate(
-            agent.action_module,
-            agent.arrays["last_inputs"],
-            last_action if change > 0 else [1 - value for value in last_action],
-            rate,
-        )
-    oracle_store_step(agent)
-    agent.arrays |= {
-        "evaluation": [evaluation],
-        "last_action": [float(k == agent.action) for k in range(len(last_action))],
-    }
-
-
 class _ReinforcementRule(PreviousStepRule):
     """Base of the rules `crbp` and `reward`."""
 
@@ -148,12 +126,6 @@ class Complementary(_ReinforcementRule, name="crbp"):
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _reinforce(part, state, get(state.targets, 0, lane), lane)
 
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _oracle_reinforce(
-            part, agent, naive, naive.think(agent.reinforcement_module, agent.inputs)[0]
-        )
-
 
 class Reward(_ReinforcementRule, name="reward"):
     """As `crbp`, with the gained energy instead of an evaluation."""
@@ -184,7 +156,3 @@ class Reward(_ReinforcementRule, name="reward"):
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
         _reinforce(part, state, get(part.gained_energy, 0, lane), lane)
-
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        _oracle_reinforce(part, agent, naive, agent.gained_in_life)

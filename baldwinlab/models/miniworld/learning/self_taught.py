@@ -49,8 +49,3 @@ class SelfTaught(LearningRule, name="self-taught"):
         backward(
             state.network, rate, state.weights, state.activations, state.errors, state.targets, lane
         )
-
-    @staticmethod
-    def oracle(part: Any, agents: Any, agent: Any, naive: Any) -> None:
-        target = naive.think(agent.reinforcement_module, agent.inputs)
-        naive.backpropagate(agent.action_module, agent.inputs, target, agent.rate)

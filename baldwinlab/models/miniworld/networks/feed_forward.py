@@ -281,7 +281,3 @@ class FeedForward(Network, name="feed-forward"):
             backpropagate(
                 part.sizes, part.biases, rate, weights, activations, errors, targets, lane
             )
-
-    @staticmethod
-    def oracle(part: Any, agent: Any, naive: Any) -> Any:
-        return naive.think(agent.action_module, agent.inputs)

@@ -17,7 +17,6 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from baldwinlab.engine.simd import Lane, first_lane, lanes_of
-from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import (
     INFINITE_GENES,
     activate,
@@ -104,10 +103,3 @@ class NeatNetwork(Network, name="neat"):
     @staticmethod
     def links(part: Any, weights: Any, units: int, lane: int, table: Any) -> int:
         return list_links(weights[:, lane], part.inputs, part.outputs, units, table)
-
-    @staticmethod
-    def oracle(part: Any, agent: Any, naive: Any) -> Any:
-        graph = [float(entry) for entry in naive.weights(agent.action_module)][
-            : count_entries(int(part.max_links))
-        ]
-        return oracle.activate(graph, float(part.sigmoid_slope), [*agent.inputs, 1.0])

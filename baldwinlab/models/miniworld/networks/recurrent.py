@@ -14,8 +14,7 @@ Sources:
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -77,10 +76,6 @@ class SimpleRecurrent(_Recurrent, name="simple-recurrent"):
                 get(activations, part.inputs + part.context + unit, lane),
             )
         feed_forward(part.sizes, part.biases, weights, activations, lane)
-
-    @staticmethod
-    def oracle(part: Any, agent: Any, naive: Any) -> Any:
-        return naive.think(agent.action_module, [*agent.inputs, *agent.hidden])
 
 
 class ContinuousTime(_Recurrent, name="continuous-time"):
@@ -182,30 +177,6 @@ class ContinuousTime(_Recurrent, name="continuous-time"):
                 bias = first_weight + part.hidden * part.actions + unit
                 put(weights, bias, lane, get(weights, bias, lane) - error)
 
-    @staticmethod
-    def oracle(part: Any, agent: Any, naive: Any) -> Any:
-        """Compute the outputs. Store the states of the hidden units in `agent.arrays`."""
-        hidden, outputs = agent.action_module
-        states = agent.arrays.get("states", [0.0] * part.hidden)
-        biases = hidden[-1] if part.biases else [0.0] * part.hidden
-        # With biases, the last row of `hidden` has no source.
-        sources = [*agent.inputs, *_oracle_logistic(states, biases)]
-        drives = [
-            sum(x * row[unit] for x, row in zip(sources, hidden, strict=False))
-            for unit in range(part.hidden)
-        ]
-        states = [
-            state + (drive - state) / part.time_constant
-            for state, drive in zip(states, drives, strict=True)
-        ]
-        agent.arrays["states"] = states
-        activations = _oracle_logistic(states, biases) + [1.0] * part.biases
-        totals = [
-            sum(x * row[unit] for x, row in zip(activations, outputs, strict=True))
-            for unit in range(part.actions)
-        ]
-        return _oracle_logistic(totals, [0.0] * part.actions)
-
 
 @compiled
 def _update_hidden(part: Any, weights: Rows, activations: Rows, lane: Lane) -> None:
@@ -216,8 +187,3 @@ def _update_hidden(part: Any, weights: Rows, activations: Rows, lane: Lane) -> N
         if part.biases:
             state = state + get(weights, first_bias + unit, lane)
         put(activations, part.inputs + part.hidden + unit, lane, sigmoid(state))
-
-
-def _oracle_logistic(states: Sequence[float], biases: Sequence[float]) -> list[float]:
-    """Return the outputs of logistic units, for the oracle."""
-    return [1 / (1 + math.exp(-state - bias)) for state, bias in zip(states, biases, strict=True)]

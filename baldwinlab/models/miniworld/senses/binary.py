@@ -38,10 +38,6 @@ class PatchSight(Sense, name="patch"):
     def sense(part: Any, model: Any, state: Any, world: int, agent: int) -> int:
         return sense_items(model, state, world, agent, part.number)
 
-    @staticmethod
-    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        return naive.visible_sectors(agent, [item for item in items if item.kind == "patch"])
-
 
 class Neighbours(AgentSense, name="neighbours"):
     """Three binary inputs: another agent in the left, front and right sector.
@@ -67,10 +63,6 @@ class Neighbours(AgentSense, name="neighbours"):
                 left, front, right = test_sectors(model, state, x, y, dx, dy, heading)
                 bits |= pack_sectors(left, front, right)
         return bits
-
-    @staticmethod
-    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        return naive.visible_sectors(agent, agent.other_agents)
 
 
 class LastAction(Sense, name="last-action"):
@@ -100,13 +92,6 @@ class LastAction(Sense, name="last-action"):
             return 0
         return 1 << int(state.action[0, lane])
 
-    @staticmethod
-    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        """Use `agent.arrays`, which is empty at birth and persists during life."""
-        is_newborn = not agent.arrays
-        agent.arrays["alive"] = True
-        return [not is_newborn and agent.action == action for action in range(3)]
-
 
 class Touch(Sense, name="touch"):
     """One binary input: 1 if the last step did not change the position, for example at a wall."""
@@ -131,12 +116,6 @@ class Touch(Sense, name="touch"):
         part.last_position[1, lane] = y
         return 1 if has_stayed else 0
 
-    @staticmethod
-    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        previous_position = agent.arrays.get("previous_position")
-        agent.arrays["previous_position"] = (agent.x, agent.y)
-        return [previous_position == (agent.x, agent.y)]
-
 
 class Compass(Sense, name="compass"):
     """Four binary inputs: heading right, down, left, up.
@@ -153,8 +132,3 @@ class Compass(Sense, name="compass"):
         # The sector of direction 0 starts an eighth of a turn before heading 0.
         shifted_heading = int(state.heading[0, world * model.agents + agent]) + QUARTER_TURN // 2
         return 1 << (shifted_heading // QUARTER_TURN % 4)
-
-    @staticmethod
-    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        quarter = int((agent.heading + 45) % 360 // 90)
-        return [quarter == number for number in range(4)]

@@ -110,23 +110,6 @@ class FoodRays(Sense, name="food-rays"):
     ) -> None:
         measure_rays(part, model, state, world, agent, first)
 
-    @staticmethod
-    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        food = [item for item in items if item.kind == FOOD]
-
-        def ray_input(ray: int) -> float:
-            ray_degrees = math.degrees(math.atan2(part.sine[ray], part.cosine[ray]))
-            nearest = float(naive.visual_radius)
-            for item in food:
-                distance = naive.distance(agent, item)
-                angle = math.radians(naive.bearing(agent, item) - ray_degrees)
-                is_on_line = abs(distance * math.sin(angle)) <= part.item_radius
-                if is_on_line and (math.cos(angle) >= 0 or distance <= part.item_radius):
-                    nearest = min(nearest, distance)
-            return 1 - nearest / float(naive.visual_radius)
-
-        return [ray_input(ray) for ray in range(part.n_inputs)]
-
 
 def _round_each(function: Any, degrees: tuple[float, ...]) -> npt.NDArray[np.float32]:
     """Return the cosine or sine of each angle. Rounding makes it equal on all machines."""

@@ -16,9 +16,7 @@ The formulas are our interpretation of the sources:
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from copy import copy
 from typing import Any, ClassVar
 
 import numpy as np
@@ -103,22 +101,6 @@ class Nearest(ItemSense, name="nearest"):
         state.activations[first, lane] = angle
         state.activations[first + 1, lane] = distance
 
-    @staticmethod
-    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        visible_items = [
-            item
-            for item in items
-            if item.kind == naive.kinds[part.number]
-            and naive.distance(agent, item) <= naive.visual_radius
-        ]
-        if not visible_items:
-            return [0, 1]
-        nearest = min(visible_items, key=lambda item: naive.distance(agent, item))
-        return [
-            naive.bearing(agent, nearest) / 360,
-            naive.distance(agent, nearest) / naive.visual_radius,
-        ]
-
 
 class Smell(ItemSense, name="smell"):
     """Two real-valued inputs: the smell of all items of a kind at a left and a right nostril.
@@ -190,24 +172,6 @@ class Smell(ItemSense, name="smell"):
             strength = part.strength[side, lane]
             state.activations[first + side, lane] = strength / (ONE + strength)
 
-    @staticmethod
-    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        smells = []
-        for side in (-90, 90):
-            nostril = copy(agent)
-            nostril.heading = agent.heading + side
-            naive.advance(nostril, float(part.nostril_distance))
-            relative_distances = [
-                naive.distance(nostril, item) / float(part.reach)
-                for item in items
-                if item.kind == naive.kinds[part.number]
-            ]
-            strength = sum(
-                (1 - distance**2) ** 2 for distance in relative_distances if distance < 1
-            )
-            smells.append(strength / (1 + strength))
-        return smells
-
 
 class EnergySense(Sense, name="energy"):
     """One real-valued input: the energy g gained in life, as g / (g + `half_saturation`).
@@ -234,11 +198,6 @@ class EnergySense(Sense, name="energy"):
         lane = world * model.agents + agent
         gained_energy = max(energy_in_life(part, state, lane), ZERO)
         state.activations[first, lane] = gained_energy / (gained_energy + part.half_saturation)
-
-    @staticmethod
-    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        gained_energy = max(0.0, agent.gained_in_life)
-        return [gained_energy / (gained_energy + float(part.half_saturation))]
 
 
 @compiled
@@ -320,20 +279,3 @@ class Rays(ItemSense, name="rays"):
         part: Any, model: MiniWorldModel, state: State, world: int, agent: int, first: int
     ) -> None:
         measure_rays(part, model, state, world, agent, first)
-
-    @staticmethod
-    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        def ray_input(ray_degrees: float) -> float:
-            distances = []
-            for item in (item for item in items if item.kind == naive.kinds[part.number]):
-                distance = naive.distance(agent, item)
-                angle = math.radians(naive.bearing(agent, item) - ray_degrees)
-                if abs(distance * math.sin(angle)) <= part.item_radius and (
-                    math.cos(angle) >= 0 or distance <= part.item_radius
-                ):
-                    distances.append(distance)
-            return max(
-                0.0, 1 - float(min(distances, default=math.inf)) / float(naive.visual_radius)
-            )
-
-        return [ray_input(degrees) for degrees in RAY_DEGREES]

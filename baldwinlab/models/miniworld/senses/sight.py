@@ -341,7 +341,3 @@ class Sight(Sense, name="food"):
     def sense(part: Any, model: MiniWorldModel, state: State, world: int, agent: int) -> int:
         food_kind = 0
         return sense_items(model, state, world, agent, food_kind)
-
-    @staticmethod
-    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        return naive.visible_sectors(agent, [item for item in items if item.kind == FOOD])

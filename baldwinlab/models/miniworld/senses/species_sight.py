@@ -59,11 +59,6 @@ class SpeciesInSight(SpeciesSense, name="species-in-sight"):
                 bits |= 1 << sector
         return bits
 
-    @staticmethod
-    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        # A check of a part has one species.
-        return [False] * N_SECTORS
-
 
 class SpeciesNearness(SpeciesSense, name="species-nearness"):
     """Three real-valued inputs: the nearest agent of another species in each sector.
@@ -90,8 +85,3 @@ class SpeciesNearness(SpeciesSense, name="species-nearness"):
         for sector in range(N_SECTORS):
             share = min(part.distances[sector, lane] / model.visual_radius, ONE)
             state.activations[first + sector, lane] = ONE - share
-
-    @staticmethod
-    def oracle(part: Any, agent: Any, items: Any, naive: Any) -> Any:
-        # A check of a part has one species.
-        return [0.0] * N_SECTORS

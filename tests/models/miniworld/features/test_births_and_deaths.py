@@ -14,7 +14,6 @@ from baldwinlab.api.checks.fixture import group_parts
 from baldwinlab.api.checks.oracles import check_oracle
 from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, draw_genomes
-from baldwinlab.evolution.variation import Crossover
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.features.births_and_deaths import BirthsAndDeaths
@@ -25,6 +24,7 @@ from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate, simulate_batch
 from baldwinlab.studies.assays.catalog import ASSAYS, why_not_applicable
+from tests.oracles.variation import breed_crossover
 from tests.worlds import make_small_experiment
 
 SEED = 5
@@ -84,7 +84,7 @@ def make_child(
     draws = (draw_words(number, rng.INHERITANCE, genome[0].size) + 0.5) * 2.0**-32
     gate = (float(draw_words(number, rng.MUTATION_GATE)[0, 0]) + 0.5) * 2.0**-32
     fitter, second = (genome[parent].astype(float).tolist() for parent in parents)
-    return np.array(Crossover.oracle(part, fitter, second, draws.tolist(), gate), np.float32)
+    return np.array(breed_crossover(part, fitter, second, draws.tolist(), gate), np.float32)
 
 
 def is_dead(account: Account) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from baldwinlab.api.checks import check_part
 from baldwinlab.models.miniworld.features.food import (
     DriftingFood,
     Patches,
@@ -14,6 +13,7 @@ from baldwinlab.models.miniworld.features.food import (
 from baldwinlab.models.miniworld.features.walls import Walls
 from baldwinlab.models.miniworld.senses.binary import Compass, LastAction, PatchSight, Touch
 from baldwinlab.parts import Part
+from tests.oracles.parts import check_built_in_parts
 
 COMBINATION: list[type[Part]] = [
     Walls,
@@ -32,4 +32,4 @@ COMBINATION: list[type[Part]] = [
     "parts", [COMBINATION, [RegionsInTurn]], ids=["combination", "regions in turn"]
 )
 def test_the_parts_pass_all_checks(parts: list[type[Part]]) -> None:
-    assert [str(finding) for finding in check_part(parts) if finding.holds is False] == []
+    assert [str(finding) for finding in check_built_in_parts(parts) if finding.holds is False] == []

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-import baldwinlab as bl
 from baldwinlab.api.checks import REQUIREMENTS
 from baldwinlab.experiment import registry
 from baldwinlab.experiment.registry import LIBRARY
+from tests.oracles.parts import check_built_in_parts
 
 CHECKED = [name for name in REQUIREMENTS if name != "speed"]
 PARTS = [(kind, name) for kind in ("learning rule", "inheritance") for name in LIBRARY[kind]]
@@ -17,5 +17,5 @@ PARTS = [(kind, name) for kind in ("learning rule", "inheritance") for name in L
 @pytest.mark.nightly
 @pytest.mark.parametrize(("kind", "name"), PARTS)
 def test_a_part_passes_all_checks(kind: str, name: str) -> None:
-    findings = bl.check_part(registry.find_class(kind, name), requirements=CHECKED)
+    findings = check_built_in_parts(registry.find_class(kind, name), requirements=CHECKED)
     assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))

@@ -21,6 +21,7 @@ from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.parts import load_file
 from tests.models.miniworld.plain import draw_founders, simulate_steps
+from tests.oracles.parts import find_oracle
 from tests.worlds import make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
@@ -90,7 +91,7 @@ def teach_shadows(rule: Any, values: Any, agents: Sequence[Any], naive: Naive) -
     shadows = []
     for number, agent in enumerate(agents):
         copies = deepcopy(agents)
-        rule.oracle(values, copies, copies[number], naive)
+        find_oracle(rule)(values, copies, copies[number], naive)
         shadows.append(copies[number].action_module)
         agent.arrays = copies[number].arrays
     return shadows

@@ -18,6 +18,7 @@ from baldwinlab.api.checks.reference import Naive
 from baldwinlab.engine.rng import LIFE
 from baldwinlab.experiment import Experiment, assign
 from baldwinlab.parts.part import compiled_values
+from tests.oracles.parts import find_oracle
 from tests.worlds import make_small_experiment
 
 RATE = 0.3
@@ -73,7 +74,7 @@ def learn(experiment: Experiment, agents: Sequence[Agent], agent: Agent) -> None
     """Change the weights of an agent by the oracle of the learning rule."""
     part = experiment.part("learning.rule")
     compiled = compiled_values(part, experiment, lambda array: None)
-    part.oracle(compiled, agents, agent, make_naive(experiment))
+    find_oracle(part)(compiled, agents, agent, make_naive(experiment))
 
 
 # The inputs and the targets of each rule. The targets depend on the agent and its neighbor.

@@ -10,9 +10,7 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, draw_genomes
-from baldwinlab.evolution.neat import oracle
 from baldwinlab.evolution.neat.genome import (
     HEAD_SIZE,
     activate,
@@ -26,6 +24,8 @@ from baldwinlab.models.miniworld.networks.neat import NeatNetwork
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.simulate import simulate_batch
+from tests.oracles import neat as oracle
+from tests.oracles.parts import check_built_in_parts
 
 ALL_INPUTS = [[float(code >> k & 1) for k in range(3)] for code in range(8)]
 
@@ -92,14 +92,14 @@ def test_evolved_networks_are_larger_and_eat_more_than_founders(run: Any) -> Non
 
 @pytest.mark.nightly
 def test_the_part_passes_the_main_checks() -> None:
-    requirements = ["compiles", "arithmetic", "block", "resumed", "oracle"]
-    findings = check_part(NeatNetwork, requirements=requirements)
+    requirements = ["oracle", "compiles", "arithmetic", "block", "resumed"]
+    findings = check_built_in_parts(NeatNetwork, requirements=requirements)
     assert [str(finding) for finding in findings if finding.holds is False] == []
 
 
 @pytest.mark.nightly
 def test_the_part_passes_all_checks() -> None:
-    findings = check_part(NeatNetwork)
+    findings = check_built_in_parts(NeatNetwork)
     assert [str(finding) for finding in findings if finding.holds is False] == []
 
 

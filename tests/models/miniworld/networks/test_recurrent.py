@@ -13,7 +13,6 @@ import numpy.typing as npt
 import pytest
 from scipy.optimize import brentq
 
-import baldwinlab as bl
 from baldwinlab.api.checks import REQUIREMENTS
 from baldwinlab.api.checks.reference import Naive
 from baldwinlab.experiment import Experiment, ExperimentError, registry
@@ -23,6 +22,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
+from tests.oracles.parts import check_built_in_parts, find_oracle
 from tests.worlds import make_small_experiment
 
 INPUTS = 3
@@ -251,7 +251,7 @@ def test_a_continuous_time_network_agrees_with_its_oracle(biases: bool) -> None:
     agent = SimpleNamespace(action_module=module, arrays={})
     for inputs in draw_inputs(60):
         agent.inputs = inputs.tolist()
-        expected = net.part.oracle(net.values, agent, naive)
+        expected = find_oracle(net.part)(net.values, agent, naive)
         np.testing.assert_allclose(net.step(*inputs), expected, atol=1e-5)
 
 
@@ -306,7 +306,7 @@ def test_the_compiled_network_is_bit_identical_to_plain_python_in_a_world_withou
 def test_the_parts_pass_all_checks() -> None:
     parts = [registry.find_class("network", name) for name in NAMES]
     requirements = [name for name in REQUIREMENTS if name != "speed"]
-    findings = bl.check_part(parts, requirements=requirements)
+    findings = check_built_in_parts(parts, requirements=requirements)
     assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))
 
 

@@ -1,4 +1,4 @@
-"""Independent implementation of NEAT in plain Python, for tests.
+"""Independent implementation of NEAT in plain Python.
 
 The functions read a genome as a dictionary of genes by innovation number, and write it back. The
 results must equal those of `operators`. Populations are lists [agent][module][entry]. The index of
@@ -24,8 +24,10 @@ from baldwinlab.evolution.neat.genome import (
     POPULATION_STALE,
     SPECIES,
     STALE,
+    count_entries,
 )  # fmt: skip
 from baldwinlab.evolution.neat.species import MIN_LINKS_FOR_DIVISION
+from baldwinlab.models.neat.xor import CORRECT_ANSWERS, QUESTIONS
 from baldwinlab.parts.breeding import ITSELF
 
 # By innovation number: [source, target, weight, enabled].
@@ -328,3 +330,29 @@ def _write_genome(head: list[float], genes: Genes, max_links: int) -> list[float
     entries = [entry for number, gene in sorted(genes.items()) for entry in (number, *gene)]
     n_unused_entries = GENE_SIZE * (max_links - len(genes))
     return [*head, *entries, *[0.0] * n_unused_entries]
+
+
+def choose_parents(part: Any, stream: Any, lifetimes: Any, fitness: Any, uniforms: Any) -> Any:
+    """Return the parents of all children: the oracle of the selection."""
+    return parents(part, lifetimes.genome, fitness, uniforms)
+
+
+def breed_children(part: Any, genome: Any, fitness: Any, parents: Any, draws: Any) -> Any:
+    """Return all children: the oracle of the variation."""
+    return children(part, genome, fitness, parents, draws)
+
+
+def compute_outputs(part: Any, agent: Any, naive: Any) -> Any:
+    """Return the outputs of an agent of MiniWorld: the oracle of the network."""
+    weights = [float(entry) for entry in naive.weights(agent.action_module)]
+    graph = weights[: count_entries(int(part.max_links))]
+    return activate(graph, float(part.sigmoid_slope), [*agent.inputs, 1.0])
+
+
+def compute_xor_fitness(model: Any, graph: Any) -> float:
+    """Return the fitness of one network [entry] in the model `neat-xor`."""
+    answers = [activate(graph, model.sigmoid_slope, (*question, 1))[0] for question in QUESTIONS]
+    errors = [
+        abs(answer - correct) for answer, correct in zip(answers, CORRECT_ANSWERS, strict=True)
+    ]
+    return float((len(QUESTIONS) - sum(errors)) ** 2)

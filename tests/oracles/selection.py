@@ -1,0 +1,178 @@
+"""Oracles in plain Python: selections."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
+from itertools import accumulate
+from typing import Any
+
+from baldwinlab.engine.rng import draw
+from baldwinlab.parts.breeding import ITSELF
+
+
+def choose_fitness_sharing(
+    part: Any, stream: Any, lifetimes: Any, fitness: Any, uniforms: Any
+) -> Any:
+    genomes = [[gene for module in genome for gene in module] for genome in lifetimes.genome]
+
+    def share(first: Any, second: Any) -> float:
+        squares = [(a - b) ** 2 for a, b in zip(first, second, strict=True)]
+        distance = math.sqrt(sum(squares) / len(squares))
+        return float(max(0.0, 1 - (distance / part.limit) ** part.exponent))
+
+    shares = []
+    for agent, genome in enumerate(genomes):
+        neighbors = genomes[:agent] + genomes[agent + 1 :]
+        niche_count = 1 + sum(share(genome, neighbor) for neighbor in neighbors)
+        shares.append(fitness[agent] / niche_count)
+    return _spin(shares, uniforms)
+
+
+def choose_lexicase(part: Any, stream: Any, lifetimes: Any, fitness: Any, uniforms: Any) -> Any:
+    agents = range(len(fitness))
+    regions = [list(case) for case in zip(*lifetimes.eaten, strict=True)]
+
+    def score(value: float) -> float:
+        return -math.inf if math.isnan(value) else value
+
+    records = [[score(value) for value in record] for record in lifetimes.records]
+    cases = regions + records
+
+    def choose(number: int) -> int:
+        first_draw = number * (len(cases) + 1)
+        keys = [draw(stream, first_draw + case) for case in range(len(cases))]
+        candidates = list(agents)
+        for case in sorted(range(len(cases)), key=lambda case: keys[case]):
+            best = max(cases[case][agent] for agent in candidates)
+            candidates = [agent for agent in candidates if cases[case][agent] == best]
+        return candidates[int(draw(stream, first_draw + len(cases)) * len(candidates))]
+
+    return [[choose(2 * child), choose(2 * child + 1)] for child in range(len(uniforms))]
+
+
+def choose_neutral(part: Any, fitness: Any, uniforms: Any) -> Any:
+    return [[int(draw * len(fitness)) for draw in draws[0][:2]] for draws in uniforms]
+
+
+def choose_tournament(part: Any, fitness: Any, uniforms: Any) -> Any:
+    def find_winner(draws: Any) -> int:
+        agents = [int(draw * len(fitness)) for draw in draws]
+        return max(agents, key=lambda agent: fitness[agent])
+
+    # The first two numbers select the first parent, the next two the second parent.
+    return [[find_winner(draws[0][:2]), find_winner(draws[0][2:])] for draws in uniforms]
+
+
+def choose_larger_tournament(part: Any, fitness: Any, uniforms: Any) -> Any:
+    def find_winner(draws: Any) -> int:
+        agents = [int(draw * len(fitness)) for draw in draws[: part.size]]
+        return max(agents, key=lambda agent: fitness[agent])
+
+    return [[find_winner(draws) for draws in child_draws[:2]] for child_draws in uniforms]
+
+
+def choose_truncation(part: Any, fitness: Any, uniforms: Any) -> Any:
+    order = sorted(range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0]))
+    best = order[: max(1, len(order) // 2)]
+    return [[best[int(draw * len(best))] for draw in draws[0][:2]] for draws in uniforms]
+
+
+def choose_best_copies(part: Any, fitness: Any, uniforms: Any) -> Any:
+    order = sorted(range(len(fitness)), key=lambda agent: (-fitness[agent], uniforms[agent][1][0]))
+    n_best = max(1, int(part.parent_share * len(fitness) + 0.5))
+    best = order[:n_best]
+    pairs = []
+    for child, (draws, _) in enumerate(uniforms):
+        first_parent = second_parent = best[child % len(best)]
+        if draws[0] < part.two_parent_share:
+            second_parent = best[int(draws[1] * len(best))]
+        pairs.append([first_parent, second_parent])
+    return pairs
+
+
+def choose_mu_plus_lambda(part: Any, fitness: Any, uniforms: Any) -> Any:
+    n_agents = len(fitness)
+    order = sorted(range(n_agents), key=lambda agent: (-fitness[agent], uniforms[agent][1][3]))
+    mu = max(1, min(n_agents - 1, int(part.survivor_share * n_agents + 0.5)))
+    survivors = order[:mu]
+    pairs = [[survivor, ITSELF] for survivor in survivors]
+    for draws in uniforms[mu:]:
+        pairs.append([survivors[int(draw * mu)] for draw in draws[0][:2]])
+    return pairs
+
+
+def choose_rank(part: Any, fitness: Any, uniforms: Any) -> Any:
+    def rank(value: float) -> float:
+        n_lower = sum(1.0 for compared in fitness if compared < value)
+        n_equal = sum(1.0 for compared in fitness if compared == value)
+        return 0.5 + n_lower + 0.5 * n_equal
+
+    return _spin([rank(value) for value in fitness], uniforms)
+
+
+def choose_roulette(part: Any, fitness: Any, uniforms: Any) -> Any:
+    return _spin(fitness, uniforms)
+
+
+def choose_expected_offspring(part: Any, fitness: Any, uniforms: Any) -> Any:
+    sums = _sum_shares(fitness)
+    n_parents = 2 * len(uniforms)
+    pointers = [(index + uniforms[0][1][0]) * sums[-1] / n_parents for index in range(n_parents)]
+    selected_agents = [bisect_right(sums, pointer) for pointer in pointers]
+    for index in range(n_parents - 1, 0, -1):
+        swap_index = int(uniforms[index // 2][0][index % 2] * (index + 1))
+        swapped_agent = selected_agents[swap_index]
+        selected_agents[swap_index] = selected_agents[index]
+        selected_agents[index] = swapped_agent
+    return [selected_agents[index : index + 2] for index in range(0, n_parents, 2)]
+
+
+def choose_outcrossing(part: Any, fitness: Any, uniforms: Any) -> Any:
+    def draw_agent(shares: Any, draw: float) -> int:
+        sums = list(accumulate(shares))
+        return next(agent for agent, end in enumerate(sums) if draw * sums[-1] < end)
+
+    shares = list(fitness) if any(fitness) else [1.0 for _ in fitness]
+    pairs = []
+    for first_draw, second_draw, *_ in (draws[0] for draws in uniforms):
+        first = draw_agent(shares, first_draw)
+        second_shares = [share * (agent != first) for agent, share in enumerate(shares)]
+        if not any(second_shares):
+            # Only a single agent can be its own mate.
+            second_shares = [
+                float(agent != first or len(shares) == 1) for agent in range(len(shares))
+            ]
+        pairs.append([first, draw_agent(second_shares, second_draw)])
+    return pairs
+
+
+def choose_mutant_fixation(part: Any, fitness: Any, uniforms: Any) -> Any:
+    parents = []
+    for resident in range(0, len(fitness) - 1, 2):
+        powers = [
+            (fitness[resident] / fitness[resident + 1]) ** power if fitness[resident + 1] else 1
+            for power in range(part.members)
+        ]
+        probability = 1 / sum(powers) if fitness[resident + 1] else 0
+        winner = resident + int(uniforms[resident][0][0] < probability)
+        parents += [[winner, ITSELF], [winner, winner]]
+    return [*parents, [len(fitness) - 1, ITSELF]] if len(fitness) % 2 else parents
+
+
+def _spin(shares: Any, uniforms: Any) -> list[list[int]]:
+    """Return the parents that a roulette wheel selects."""
+    sums = _sum_shares(shares)
+
+    def draw_agent(draw: float) -> int:
+        return next(agent for agent, end in enumerate(sums) if draw * sums[-1] < end)
+
+    # The first two random numbers of a child select its two parents.
+    return [[draw_agent(draw) for draw in draws[0][:2]] for draws in uniforms]
+
+
+def _sum_shares(shares: Sequence[float]) -> list[float]:
+    """Return the cumulative sums of `shares`. If all shares are 0, all agents have equal shares."""
+    effective_shares = shares if any(shares) else [1.0 for _ in shares]
+    return list(accumulate(effective_shares))
