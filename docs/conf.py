@@ -26,6 +26,8 @@ myst_heading_anchors = 6
 # The docstrings have code in single backticks.
 default_role = "code"
 numpydoc_show_class_members = False
+# Signatures have the names of these types.
+autodoc_type_aliases = {"Module": "Module", "Sample": "Sample"}
 autosummary_generate = False
 # Sphinx would replace the two dashes of an option by a long dash.
 smartquotes = False

@@ -1,17 +1,24 @@
-"""An extension of Sphinx for the site: tables from the code, navigation and live laboratories."""
+"""An extension of Sphinx for the site.
+
+It adds tables from the code, navigation and live laboratories. It shortens generated signatures.
+"""
 
 from __future__ import annotations
 
 import inspect
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, MutableSequence, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+import numpy.typing as npt
 from docutils import nodes
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
+from sphinx.util.typing import stringify_annotation
 
 from baldwinlab.core import variables
 from baldwinlab.core.assay_variables import ASSAY_VARIABLES
@@ -20,6 +27,7 @@ from baldwinlab.experiment import Experiment, registry
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.lab.export import render_live_page
 from baldwinlab.lab.schema import make_schema
+from baldwinlab.models.miniworld.state import ARRAYS, State
 from baldwinlab.papers.presets import load
 
 NAVIGATION: Final = Path(__file__).parents[1] / "docs" / "navigation.txt"
@@ -43,6 +51,26 @@ LIMITS: Final = {
     "maximum": "≤",
     "exclusiveMaximum": "<",
 }
+RESULT_CLASSES: Final = {
+    "baldwinlab.Study",
+    "baldwinlab.api.agents.AgentNetwork",
+    "baldwinlab.api.checks.findings.CheckFinding",
+    "baldwinlab.api.checks.oracle_data.Agent",
+    "baldwinlab.api.checks.oracle_data.Item",
+    "baldwinlab.api.checks.reference.Naive",
+    "baldwinlab.api.compete.Competition",
+    "baldwinlab.api.freezer.FrozenFile",
+    "baldwinlab.api.integrations.optimizers.Evaluation",
+    "baldwinlab.api.integrations.optimizers.Problem",
+    "baldwinlab.models.miniworld.state.MiniWorldModel",
+    "baldwinlab.models.miniworld.state.State",
+    "baldwinlab.parts.Lifetimes",
+}
+"""Classes whose objects only the package creates, so that the site shows no arguments."""
+ARRAY_LIKE: Final = stringify_annotation(npt.ArrayLike, "smart")
+ARRAY_TYPE: Final = re.compile(r"~?numpy\.ndarray\[.*?, ~?numpy\.dtype\[(.*?)\]\]")
+DOCSTRING_ATTRIBUTE: Final = re.compile(r"(\w+(?:, \w+)*)( : .+)?")
+PAGE_PATH: Final = re.compile(r"`?\bdocs/([\w/-]+)\.md`?")
 
 
 def format_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -99,14 +127,22 @@ def value_type(node: Mapping[str, Any]) -> str:
         return "one of " + ", ".join(
             f"`{value}`" for value in node.get("enum", [node.get("const")])
         )
-    limits = [f"{sign} {node[limit]:,}" for limit, sign in LIMITS.items() if limit in node]
+    limits = [
+        f"{sign}\N{NO-BREAK SPACE}{_format_limit(node[limit])}"
+        for limit, sign in LIMITS.items()
+        if limit in node
+    ]
     item = node.get("prefixItems", [node.get("items")])[0]
     items = [f"of {value_type(item)}"] if item else []
     return ", ".join([" ".join([TYPES[node["type"]], *items]), *limits])
 
 
+def _format_limit(limit: float) -> str:
+    return f"{int(limit):,}" if limit == int(limit) else str(limit)
+
+
 def format_parts(kind: str) -> str:
-    """Return the built-in parts of a kind, with their settings."""
+    """Return the built-in parts of a kind, with their settings and the variables of models."""
     paths = {kind_name: path for path, kind_name, _ in choosing_fields(Experiment)}
     path = paths.get(kind, "model")
     folder = path.rpartition(".")[0]
@@ -122,7 +158,16 @@ def format_parts(kind: str) -> str:
         for field in list_fields(part, f"{folder}.{registry.table_name(name)}".removeprefix("."))
     ]
     settings = f"\nSettings of these parts:\n\n{format_fields(fields)}" if fields else ""
-    return f"Setting: `{path}`.\n\n{format_table((kind, 'effect'), rows)}{settings}"
+    variable_rows = [
+        (f"`{name}`", f"`{variable}`", entry.unit or "1", entry.meaning)
+        for name, part in parts.items()
+        for variable, entry in (part.records.items() if kind == "model" else ())
+    ]
+    heads = ("model", "variable", "unit", "meaning")
+    table = format_table(heads, variable_rows) if variable_rows else ""
+    variables_text = f"\nRecorded variables of these models:\n\n{table}" if table else ""
+    text = f"Setting: `{path}`.\n\n{format_table((kind, 'effect'), rows)}{settings}"
+    return text + variables_text
 
 
 def _describe(part: Any) -> str:
@@ -132,22 +177,23 @@ def _describe(part: Any) -> str:
 
 
 def format_variables() -> str:
-    """Return the tables of recorded variables: dimensions, type, unit, meaning."""
+    """Return the sections of recorded variables, with dimensions, type, unit and meaning."""
     tables: dict[str, Mapping[str, Variable]] = {
         "Run": variables.RUN_VARIABLES,
         "Record": variables.RECORD_VARIABLES,
         "Trace": variables.TRACE_VARIABLES,
         **{f"Assay {name}": measured for name, measured in ASSAY_VARIABLES.items()},
     }
-    text = f"Order of the weights: {variables.WEIGHT_ORDER}.\n"
+    text = ""
     for title, table in tables.items():
         rows = [
             (f"`{name}`", ", ".join(entry.dims), entry.dtype.__name__, entry.unit, entry.meaning)
             for name, entry in table.items()
         ]
         heads = ("variable", "dimensions", "type", "unit", "meaning")
-        text += f"\n**{title}**\n\n{format_table(heads, rows)}"
-    return text
+        text += f"## {title}\n\n{format_table(heads, rows)}\n"
+    order = variables.WEIGHT_ORDER
+    return f"{text}## Order of the weights\n\n{order[0].upper()}{order[1:]}.\n"
 
 
 class Reference(SphinxDirective):
@@ -163,7 +209,101 @@ class Reference(SphinxDirective):
             text = format_variables()
         else:
             text = format_fields(list_fields(Experiment))
-        return self.parse_text_to_nodes(text)
+        return self.parse_text_to_nodes(text, allow_section_headings=True)
+
+
+def skip_member(
+    app: Sphinx, what: str, name: str, member: Any, skip: bool, options: Any
+) -> bool | None:
+    """Omit the configuration of pydantic, and fields that the list of attributes describes."""
+    is_listed = (getattr(member, "__doc__", None) or "").startswith("Alias for field number")
+    return True if name == "model_config" or is_listed else None
+
+
+def shorten_signature(
+    app: Sphinx,
+    what: str,
+    name: str,
+    value: Any,
+    options: Any,
+    signature: str | None,
+    annotation: str | None,
+) -> tuple[str, str] | None:
+    """Return a signature with short types, or none for a class that only the package creates."""
+    if name in RESULT_CLASSES:
+        return "", ""
+    if inspect.isclass(value) and issubclass(value, BaseModel):
+        return _format_fields_of_class(value.model_fields), ""
+    if not signature:
+        return None
+    return _shorten_types(signature), _shorten_types(annotation or "")
+
+
+def _shorten_types(text: str) -> str:
+    """Return a signature in which types of libraries have their short names."""
+    text = text.replace(ARRAY_LIKE, "~numpy.typing.ArrayLike").replace("mappingproxy({})", "{}")
+    # Sphinx writes an alias in a union as a call.
+    text = re.sub(r"~?[\w.]*\bTypeAliasForwardRef\('(\w+)'\)", r"\1", text)
+    text = re.sub(r"\b(?:np|npt|xr)\.", "", text)
+    return ARRAY_TYPE.sub(r"~numpy.typing.NDArray[\1]", text)
+
+
+def _format_fields_of_class(fields: Mapping[str, FieldInfo]) -> str:
+    """Return the keyword arguments of a pydantic class. The settings have types and defaults."""
+    names = [name if field.is_required() else f"{name}=..." for name, field in fields.items()]
+    return f"(*, {', '.join(names)})" if names else ""
+
+
+def extend_docstring(
+    app: Sphinx, what: str, name: str, value: Any, options: Any, lines: MutableSequence[str]
+) -> None:
+    """Link pages, add types and defaults of attributes, and change sections of modules.
+
+    A heading in the docstring of a module would be a section that contains its functions. Its
+    numbered references would be footnotes without a mark in the text.
+    """
+    lines[:] = [PAGE_PATH.sub(r":doc:`/docs/\1`", line) for line in lines]
+    if what == "module":
+        lines[:] = [re.sub(r"^\.\. \[\d+\]", "- ", line) for line in lines]
+        for number in range(len(lines) - 1, 0, -1):
+            if re.fullmatch("-{3,}", lines[number]):
+                lines[number - 1 : number + 1] = [f".. rubric:: {lines[number - 1]}", ""]
+    elif inspect.isclass(value) and "Attributes" in lines:
+        start = lines.index("Attributes") + 2
+        for number in range(start, len(lines)):
+            if match := DOCSTRING_ATTRIBUTE.fullmatch(lines[number]):
+                lines[number] = _describe_attribute(value, match)
+
+
+def _describe_attribute(owner: type, match: re.Match[str]) -> str:
+    """Return the line of an attribute in a docstring, with its array and its default."""
+    first_name = match[1].partition(",")[0]
+    text = match[0]
+    if owner is State and first_name in ARRAYS:
+        array = ARRAYS[first_name]
+        rows = ", ".join(map(str, array.rows))
+        shape = {"agent": f"{rows}, lane", "world": f"world, {rows}"}.get(array.owner, rows)
+        text += f" : {array.dtype} [{shape}]"
+    defaults = {**vars(owner), **getattr(owner, "_field_defaults", {})}
+    default = defaults.get(first_name, property())
+    if match[2] and (default is None or isinstance(default, (bool, int, float, str, tuple))):
+        text += f", default {default!r}"
+    return text
+
+
+def format_commands(app: Sphinx, doctree: nodes.document) -> None:
+    """Repair the page of the commands, whose plain text is parsed as reStructuredText.
+
+    The usage has the name of the command twice, and an example is a quotation.
+    """
+    if app.env.docname != "docs/reference/commands":
+        return
+    for block in list(doctree.findall(nodes.literal_block)):
+        usage = re.sub(r"^(baldwinlab \w+) \1", r"\1", block.astext())
+        block.replace_self(nodes.literal_block(usage, usage, language="text"))
+    for quotation in list(doctree.findall(nodes.block_quote)):
+        example = "\n".join(paragraph.rawsource for paragraph in quotation)
+        quotation.replace_self(nodes.literal_block(example, example, language="text"))
 
 
 def extend_page(app: Sphinx, page: str, source: list[str]) -> None:
@@ -199,5 +339,10 @@ def setup(app: Sphinx) -> dict[str, bool]:
     for name in ("parts", "settings", "variables"):
         app.add_directive(name, Reference)
     app.connect("source-read", extend_page)
+    app.connect("autodoc-skip-member", skip_member)
+    # Before numpydoc, which replaces the sections of a docstring.
+    app.connect("autodoc-process-docstring", extend_docstring, priority=100)
+    app.connect("autodoc-process-signature", shorten_signature)
+    app.connect("doctree-read", format_commands)
     app.connect("build-finished", write_laboratories)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
