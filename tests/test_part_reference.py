@@ -18,6 +18,7 @@ from baldwinlab.api.checks.reference import Naive
 from baldwinlab.engine import rng
 from baldwinlab.experiment import registry
 from baldwinlab.models.miniworld import state
+from baldwinlab.parts.model_helpers import MODEL_HELPERS
 from baldwinlab.parts.part import Part, hook_names
 
 ROOT = Path(__file__).parent.parent
@@ -117,6 +118,11 @@ def test_the_page_has_every_kind_with_its_hooks() -> None:
     for kind in KINDS:
         (row,) = re.findall(rf"^\| `{kind.__name__}` \|.*$", PAGE, re.MULTILINE)
         assert [name for name in hook_names(kind) if f"`{name}`" not in row] == []
+
+
+def test_the_page_has_every_helper_for_foragers() -> None:
+    """Sphinx finds only names in `dir(parts)`, and a helper is imported at its first use."""
+    assert [name for name in MODEL_HELPERS if name not in PAGE] == []
 
 
 def test_every_attribute_of_a_class_for_parts_has_a_description() -> None:

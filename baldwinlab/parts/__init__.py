@@ -1,5 +1,7 @@
 """Kinds of parts, the functions that parts use, and the functions that load files with parts.
 
+For example::
+
     from baldwinlab.parts import Field, LearningRule, get, put
 
 A part is a subclass of a kind, such as `LearningRule`, with a name. `docs/how-to/write-a-part.md`

@@ -62,7 +62,7 @@ class Part(Fields, metaclass=PartMeta):
     name : str
         Name of the part. Set by `class X(Kind, name="x")`.
     arrays : Mapping[str, Array]
-        Arrays of the part by name, declared with `per_agent`, `per_lane` or `per_world`. A
+        Arrays of the part by name, declared with `per_agent`, `per_world` or `per_run`. A
         dimension is a number, or "weights", "units", "inputs" or "actions".
     records : Mapping[str, Array]
         Arrays of one row per agent that are recorded, declared with `per_agent`. They are 0 at
