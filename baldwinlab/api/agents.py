@@ -28,20 +28,11 @@ NETWORK_MODULES: Final = ("action", "reinforcement")
 class AgentNetwork:
     """The network of one agent at birth, before it learned. Call it with inputs to get its outputs.
 
-    Parameters
-    ----------
-    experiment
-        The experiment of the agent.
-    part
-        The fields of the part `network.kind`, for the engine.
-    weights
-        The weights, layer by layer.
-
     Attributes
     ----------
-    inputs, outputs
+    inputs, outputs : tuple of str
         Names of the inputs, and of the outputs, which are the actions of the agent.
-    weights
+    weights : xarray.DataArray
         The weights at birth, layer by layer.
     """
 

@@ -41,31 +41,28 @@ Numbers = npt.NDArray[np.float64]
 
 
 class Evaluation(NamedTuple):
-    """The fitness and the behavior of genomes."""
+    """The fitness and the behavior of genomes.
 
-    # Array [genome]. The fitness that selection uses: the gain of a life minus the cost of
-    # learning.
+    Attributes
+    ----------
+    fitness : array, float64 [genome]
+        Fitness that selection uses: the gain of a life minus the cost of learning.
+    behavior : array, float64 [genome, number]
+        Numbers that describe the behavior. `Problem.behaviors` names them.
+    """
+
     fitness: Numbers
-    behavior: Numbers  # Array [genome, number]. `Problem.behaviors` names the numbers.
+    behavior: Numbers
 
 
 class Problem:
     """An experiment as an objective function. Its selection and variation are not used.
 
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    seed
-        Seed of the simulations.
-    workers
-        Number of threads.
-
     Attributes
     ----------
-    experiment
+    experiment : BaseExperiment
         The experiment.
-    seed
+    seed : int
         Seed of the simulations.
     """
 
