@@ -183,12 +183,11 @@ class Study(StudyExports):
             - `median_a`, `median_b`: medians over runs, in the unit of fitness (energy, for
               foragers).
             - `effect`: median of `condition_a` minus median of `condition_b`, in the same unit;
-              `low`, `high`: its 95 % bootstrap interval [1]_.
-            - `u`, `p`: statistic and two-sided p-value of the Mann-Whitney test [2]_.
-            - `p_holm`: p-value corrected for all rows by Holm's method [3]_.
-            - `a12`: probability that a run of `condition_a` exceeds one of `condition_b`, 0 to 1
-              [4]_.
-            - `smallest_p_holm`: smallest corrected p-value that the numbers of runs allow [5]_.
+              `low`, `high`: its 95 % bootstrap interval.
+            - `u`, `p`: statistic and two-sided p-value of the Mann-Whitney test.
+            - `p_holm`: p-value corrected for all rows by Holm's method.
+            - `a12`: probability that a run of `condition_a` exceeds one of `condition_b`, 0 to 1.
+            - `smallest_p_holm`: smallest corrected p-value that the numbers of runs allow (Tarone).
             - `verdict`: "higher" or "lower" if `p_holm` is below 0.05; "too few runs" if
               `smallest_p_holm` is not below 0.05; else "undecided".
 
@@ -204,11 +203,11 @@ class Study(StudyExports):
 
         References
         ----------
-        .. [1] Efron and Tibshirani, An Introduction to the Bootstrap, 1993.
-        .. [2] Mann and Whitney, Annals of Mathematical Statistics 18, 1947.
-        .. [3] Holm, Scandinavian Journal of Statistics 6, 1979.
-        .. [4] Vargha and Delaney, Journal of Educational and Behavioral Statistics 25, 2000.
-        .. [5] Tarone, Biometrics 46, 1990.
+        - Bootstrap: Efron and Tibshirani, An Introduction to the Bootstrap, 1993.
+        - Test: Mann and Whitney, Annals of Mathematical Statistics 18, 1947.
+        - Correction: Holm, Scandinavian Journal of Statistics 6, 1979.
+        - A12: Vargha and Delaney, Journal of Educational and Behavioral Statistics 25, 2000.
+        - Smallest p-value: Tarone, Biometrics 46, 1990.
         """
         # Imported late: pandas and SciPy's statistics take a while to load.
         import pandas as pd

@@ -77,7 +77,7 @@ def report(
     written unless --out is given.
 
     If DIRECTORY is a folder of studies, its page compares their papers with one table and figure.
-    It decides the same questions for every condition that evolves and learns.
+    It answers the same questions for every condition that evolves and learns.
 
     For example:
 

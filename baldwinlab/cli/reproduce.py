@@ -83,6 +83,7 @@ def reproduce(
         bool,
         Parameter(
             negative="",
+            show_default=False,
             help="Run the short form of a paper with stages, in minutes: fewer maps, and too few "
             "runs for verdicts.",
         ),

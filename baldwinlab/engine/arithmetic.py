@@ -336,7 +336,7 @@ def normal_quantile(p: float) -> float:
 
     References
     ----------
-    M. J. Wichura, Algorithm AS 241 (PPND16), Applied Statistics 37 (1988).
+    Algorithm AS 241 (PPND16) of M. J. Wichura, Applied Statistics 37 (1988).
     """
     if p == 0.0:
         return -math.inf

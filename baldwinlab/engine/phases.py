@@ -115,8 +115,8 @@ class Array(NamedTuple):
     Attributes
     ----------
     owner : str
-        "agent": [*rows, lane]. "lane": [lane, *rows]. "world": [world, *rows]. "batch" and "run":
-        [*rows].
+        "agent": `[*rows, lane]`. "lane": `[lane, *rows]`. "world": `[world, *rows]`. "batch" and
+        "run": `[*rows]`.
     rows : tuple of int or str
         Sizes: numbers, or names of dimensions.
     dtype : str

@@ -139,7 +139,7 @@ class Stream(NamedTuple):
     seed, run, generation : int
         Key and generation.
     purpose : int
-        Purpose, for example `SELECTION_STREAM`.
+        Purpose of the random numbers, which the simulation sets.
     """
 
     seed: int

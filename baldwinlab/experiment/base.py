@@ -282,7 +282,13 @@ class BaseExperiment(Fields):
         return resolve_genes(self)
 
     def gene_index(self, name: str) -> int:
-        """Return the index of a gene of a part in the first module of a genome."""
+        """Return the index of a gene of a part in the first module of a genome.
+
+        Parameters
+        ----------
+        name
+            Name of the gene, one of `gene_names`.
+        """
         names = self.gene_names
         return self.genome_length - len(names) + names.index(name)
 
@@ -321,11 +327,33 @@ class BaseExperiment(Fields):
         return self.replace(evolution=random_parents, **species)
 
     def part(self, path: str) -> Any:
-        """Return the part that a setting chooses. Raises ExperimentError if it is not loaded."""
+        """Return the part that a setting chooses.
+
+        Parameters
+        ----------
+        path
+            Dotted path of the setting, for example "evolution.selection".
+
+        Raises
+        ------
+        ExperimentError
+            The part is not loaded.
+        """
         return self.parts(path)[0]
 
     def parts(self, path: str) -> tuple[Any, ...]:
-        """Return the parts that a setting chooses, for a setting with any number of parts."""
+        """Return the parts that a setting chooses, for a setting with any number of parts.
+
+        Parameters
+        ----------
+        path
+            Dotted path of the setting, for example "senses.kinds".
+
+        Raises
+        ------
+        ExperimentError
+            A part is not loaded.
+        """
         *tables, field = path.split(".")
         section: Any = reduce(getattr, tables, self)
         section_class: Any = type(section)

@@ -37,6 +37,13 @@ class File(Fields):
     In TOML, `--set` and Python, write the path of the file.
     The experiment computes the hash, which is stored and compared like other settings.
     `File()` means no file.
+
+    Attributes
+    ----------
+    path : str
+        Path of the file, relative to the working directory.
+    sha256 : str
+        SHA-256 of the content.
     """
 
     path: str = Field(

@@ -38,6 +38,8 @@ from baldwinlab.experiment.tables import Evolution, Name
 class Experiment(BaseExperiment):
     """All settings of one condition with foragers.
 
+    The page docs/reference/settings.md lists them. A table is an attribute: `experiment.world`.
+
     >>> import baldwinlab as bl
     >>> bl.load("evo/A").replace(lifetime={"steps": 100}).lifetime.steps
     100

@@ -4,11 +4,11 @@ The functions need only NumPy and SciPy: samples are sequences of numbers withou
 
 References
 ----------
-Mann-Whitney test: H. B. Mann and D. R. Whitney, Annals of Mathematical Statistics 18 (1947).
-Signed-rank test: F. Wilcoxon, Biometrics 1 (1945).
-A12: A. Vargha and H. D. Delaney, Journal of Educational and Behavioral Statistics 25 (2000).
-Percentile interval: B. Efron and R. Tibshirani, Introduction to the Bootstrap (1993), chapter 13.
-Holm's correction: S. Holm, Scandinavian Journal of Statistics 6 (1979).
+- Mann-Whitney test: H. B. Mann and D. R. Whitney, Annals of Mathematical Statistics 18 (1947).
+- Signed-rank test: F. Wilcoxon, Biometrics 1 (1945).
+- A12: A. Vargha and H. D. Delaney, Journal of Educational and Behavioral Statistics 25 (2000).
+- Percentile interval: B. Efron and R. Tibshirani, Introduction to the Bootstrap (1993), chapter 13.
+- Holm's correction: S. Holm, Scandinavian Journal of Statistics 6 (1979).
 """
 
 from baldwinlab.analysis.statistics.bootstrap import median_interval, percentile_interval

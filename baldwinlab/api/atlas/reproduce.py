@@ -43,7 +43,7 @@ def reproduce_atlas(
     Parameters
     ----------
     quick
-        Whether to simulate fewer cells, with too few runs for verdicts.
+        Simulate fewer cells, with too few runs for verdicts.
     runs
         Number of runs of each cell, more than the exploratory runs; by default as in the design.
     seed
@@ -51,19 +51,20 @@ def reproduce_atlas(
     out
         Folder of the atlas. By default results/atlas, or results/atlas-quick with `quick`.
     workers
-        Number of threads, at least 1; by default one per core.
+        Number of threads, at least 1; by default one per core. With the executor "slurm", the
+        number of jobs.
     backend
         "cpu", "cuda", or "auto" for the fastest that is available.
     executor
-        "threads", or "dask" or "slurm" for a cluster.
+        "threads", "dask:tcp://HOST:PORT", or "slurm".
     force
-        Whether to run although too little memory or disk seems free.
+        Run even if less memory or disk is free than the estimate.
 
     Returns
     -------
     dict of xarray.Dataset
-        Outcomes of the confirmatory runs by the name of the map: the swept fields and "run" are the
-        dimensions.
+        Outcomes of the confirmatory runs, by the name of the map. The dimensions are the swept
+        settings and "run".
 
     Raises
     ------

@@ -42,7 +42,7 @@ def check_part(
         A file with one or more parts, or a class, or several classes. A child process must be able
         to import the module of a class.
     requirements
-        Names of the requirements to check, from `REQUIREMENTS`. Default: all.
+        Names of the requirements to check, from `baldwinlab.api.checks.REQUIREMENTS`. Default: all.
     seed
         Seed of the random worlds.
 
