@@ -420,7 +420,7 @@ def _make_model_class(model: type[Fields], name: str) -> type[BaseExperiment]:
     }
     fields: dict[str, Any] = {
         "name": (Name, name),
-        "model": (ModelName, Field(name, description="Model: what a lifetime is.")),
+        "model": (ModelName, Field(name, description="Model of founders, lifetimes and payoffs.")),
         table_name(name): (model, make_table_field(model)),
         **{key: (table, make_table_field(table)) for key, table in tables_of_model.items()},
         "schedule": (tuple[Change, ...], SCHEDULE_FIELD),

@@ -46,7 +46,9 @@ class Experiment(BaseExperiment):
     """
 
     name: Name = "experiment"
-    model: Literal["miniworld"] = Field("miniworld", description="Model: what a lifetime is.")
+    model: Literal["miniworld"] = Field(
+        "miniworld", description="Model of founders, lifetimes and payoffs."
+    )
     world: World = World()
     population: WorldPopulation = WorldPopulation()
     senses: Senses = Senses()
