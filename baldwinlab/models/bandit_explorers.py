@@ -38,7 +38,6 @@ from baldwinlab.models.record_means import mean_of_last_generation
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
-    PER_AGENT_DIMS,
     Field,
     LifeResults,
     Measure,
@@ -97,13 +96,9 @@ class BanditExplorers(Model, name="bandit-explorers"):
         "record": {"genome_every": 50},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "explored": Variable(PER_AGENT_DIMS, np.int32, "pulls", "number of exploratory pulls"),
-        "explores": Variable(
-            PER_AGENT_DIMS, np.int32, "1", "1 if the agent explores, 0 if its choice is hard-coded"
-        ),
-        "accepted": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of bandits in which arm 2 is chosen at the end"
-        ),
+        "explored": Variable.integer("pulls", "number of exploratory pulls"),
+        "explores": Variable.flag("1 if the agent explores, 0 if its choice is hard-coded"),
+        "accepted": Variable.share("share of bandits in which arm 2 is chosen at the end"),
     }
     innate_trait: ClassVar[str] = "explored"
     learned_distance: ClassVar[str] = "explores"

@@ -34,7 +34,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.evolution.founders import draw_module
 from baldwinlab.models.slope_climbers import exponentiate
-from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 Numbers = npt.NDArray[np.float64]
 # Limit of a preference in the exponential function, which prevents overflow.
@@ -88,23 +88,13 @@ class EggLayers(Model, name="egg-layers"):
         "evolution": {"generations": 24, "variation": "infinitesimal", "mutation_size": 0.14},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "preference": Variable(
-            PER_AGENT_DIMS, np.float32, "logit", "innate preference for the right medium"
+        "preference": Variable.quantity("logit", "innate preference for the right medium"),
+        "innate_share": Variable.share(
+            "share of eggs on the right medium by the innate preference"
         ),
-        "innate_share": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
-            "1",
-            "share of eggs on the right medium by the innate preference",
-        ),
-        "learned_shift": Variable(
-            PER_AGENT_DIMS, np.float32, "logit", "change of the preference by learning"
-        ),
-        "gain_slope": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
-            "1/logit",
-            "slope of the logarithm of the gain of learning at the innate preference",
+        "learned_shift": Variable.quantity("logit", "change of the preference by learning"),
+        "gain_slope": Variable.quantity(
+            "1/logit", "slope of the logarithm of the gain of learning at the innate preference"
         ),
     }
     innate_trait: ClassVar[str] = "preference"

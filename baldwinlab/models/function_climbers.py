@@ -30,7 +30,7 @@ import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 # Value of each block of four bits: "0000", "0001" and so on to "1111".
 DECEPTIVE_VALUES: Final = (28, 26, 24, 18, 22, 16, 14, 0, 20, 12, 10, 2, 8, 4, 6, 30)
@@ -138,20 +138,12 @@ class FunctionClimbers(Model, name="function-climbers"):
         "record": {"genome_every": 20},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "fitness of the string at birth, 0 to 1"
-        ),
-        "learned": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "fitness of the string at death, 0 to 1"
-        ),
-        "optimum": Variable(
-            PER_AGENT_DIMS, np.int32, "1", "1 if the string at birth is the global optimum, else 0"
-        ),
-        "changed": Variable(
-            PER_AGENT_DIMS, np.int32, "bits", "number of bits that differ between birth and death"
-        ),
-        "evaluations": Variable(
-            PER_AGENT_DIMS, np.int32, "evaluations", "number of evaluated strings in the lifetime"
+        "innate": Variable.share("fitness of the string at birth, 0 to 1"),
+        "learned": Variable.share("fitness of the string at death, 0 to 1"),
+        "optimum": Variable.flag("1 if the string at birth is the global optimum, else 0"),
+        "changed": Variable.integer("bits", "number of bits that differ between birth and death"),
+        "evaluations": Variable.integer(
+            "evaluations", "number of evaluated strings in the lifetime"
         ),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}

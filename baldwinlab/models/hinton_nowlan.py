@@ -26,15 +26,11 @@ import numpy.typing as npt
 from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.evolution.variation_operators import (
-    draw_cut,
-    is_from_fitter,
-)
+from baldwinlab.evolution.variation_operators import draw_cut, is_from_fitter
 from baldwinlab.models.record_means import mean_of_last_generation
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
-    PER_AGENT_DIMS,
     Field,
     LifeResults,
     Measure,
@@ -100,15 +96,11 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         "evolution": {"generations": 51, "variation": "one-point-alleles", "mutation_rate": 0.0},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "ones": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of alleles that are 1, the correct allele"
-        ),
-        "unset": Variable(PER_AGENT_DIMS, np.float32, "1", "share of alleles that are ?"),
-        "zeros": Variable(PER_AGENT_DIMS, np.float32, "1", "share of alleles that are 0"),
-        "succeeded": Variable(
-            PER_AGENT_DIMS, np.int32, "1", "1 if all alleles were correct in a trial, else 0"
-        ),
-        "used": Variable(PER_AGENT_DIMS, np.int32, "trials", "number of trials in the lifetime"),
+        "ones": Variable.share("share of alleles that are 1, the correct allele"),
+        "unset": Variable.share("share of alleles that are ?"),
+        "zeros": Variable.share("share of alleles that are 0"),
+        "succeeded": Variable.flag("1 if all alleles were correct in a trial, else 0"),
+        "used": Variable.integer("trials", "number of trials in the lifetime"),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
     clock: ClassVar[str] = "used"

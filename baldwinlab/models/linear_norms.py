@@ -34,7 +34,6 @@ from baldwinlab.models.slope_climbers import MAX_LOG_FITNESS, exponentiate
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
-    PER_AGENT_DIMS,
     Field,
     LifeResults,
     Measure,
@@ -131,14 +130,10 @@ class LinearNorms(Model, name="linear-norms"):
         "record": {"genome_every": 20},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "intercept": Variable(PER_AGENT_DIMS, np.float32, "z", "intercept of the reaction norm"),
-        "slope": Variable(PER_AGENT_DIMS, np.float32, "z/e", "slope of the reaction norm"),
-        "plastic_response": Variable(
-            PER_AGENT_DIMS, np.float32, "z", "absolute change of the phenotype by the cue"
-        ),
-        "mismatch": Variable(
-            PER_AGENT_DIMS, np.float32, "z", "phenotype minus the optimum in this generation"
-        ),
+        "intercept": Variable.quantity("z", "intercept of the reaction norm"),
+        "slope": Variable.quantity("z/e", "slope of the reaction norm"),
+        "plastic_response": Variable.quantity("z", "absolute change of the phenotype by the cue"),
+        "mismatch": Variable.quantity("z", "phenotype minus the optimum in this generation"),
     }
     innate_trait: ClassVar[str] = "intercept"
     learned_distance: ClassVar[str] = "plastic_response"

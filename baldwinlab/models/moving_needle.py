@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.models.hinton_nowlan import HintonNowlan
-from baldwinlab.parts import LIFE, PER_AGENT_DIMS, Field, LifeResults, Measure, Variable, uniforms
+from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Variable, uniforms
 
 # Number of changes of the target that are drawn together.
 CHANGES_PER_BLOCK: Final = 100
@@ -79,12 +79,8 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         for name, variable in HintonNowlan.records.items()
         if name not in ("ones", "zeros")
     } | {
-        "right": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of correct alleles in this generation"
-        ),
-        "wrong": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of wrong alleles in this generation"
-        ),
+        "right": Variable.share("share of correct alleles in this generation"),
+        "wrong": Variable.share("share of wrong alleles in this generation"),
     }
     innate_trait: ClassVar[str] = "right"
     measures: ClassVar[Mapping[str, Measure]] = {

@@ -31,7 +31,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.evolution.founders import draw_module
 from baldwinlab.models.slope_climbers import MAX_LOG_FITNESS, exponentiate
-from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 
 def _mean_of_second_half(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
@@ -97,16 +97,12 @@ class MovingOptimum(Model, name="moving-optimum"):
         },
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate_x": Variable(PER_AGENT_DIMS, np.float32, "x", "x at birth"),
-        "mismatch_at_birth": Variable(
-            PER_AGENT_DIMS, np.float32, "x", "optimum minus x at birth; above 0: behind the optimum"
+        "innate_x": Variable.quantity("x", "x at birth"),
+        "mismatch_at_birth": Variable.quantity(
+            "x", "optimum minus x at birth; above 0: behind the optimum"
         ),
-        "mismatch_at_death": Variable(
-            PER_AGENT_DIMS, np.float32, "x", "optimum minus x at death, after learning"
-        ),
-        "learned_distance": Variable(
-            PER_AGENT_DIMS, np.float32, "x", "distance between x at birth and at death"
-        ),
+        "mismatch_at_death": Variable.quantity("x", "optimum minus x at death, after learning"),
+        "learned_distance": Variable.quantity("x", "distance between x at birth and at death"),
     }
     innate_trait: ClassVar[str] = "innate_x"
     learned_distance: ClassVar[str] = "learned_distance"

@@ -41,7 +41,6 @@ from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.parts import (
     LIFE,
-    PER_AGENT_DIMS,
     Field,
     LifeResults,
     Measure,
@@ -166,18 +165,9 @@ class NKClimbers(Model, name="nk-climbers"):
         "record": {"genome_every": 5},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "fitness of the string at birth, 0 to 1"
-        ),
-        "learned": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
-            "1",
-            "fitness of the string at death, without the cost, 0 to 1",
-        ),
-        "changed": Variable(
-            PER_AGENT_DIMS, np.int32, "bits", "number of bits that differ between birth and death"
-        ),
+        "innate": Variable.share("fitness of the string at birth, 0 to 1"),
+        "learned": Variable.share("fitness of the string at death, without the cost, 0 to 1"),
+        "changed": Variable.integer("bits", "number of bits that differ between birth and death"),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     learned_distance: ClassVar[str] = "changed"

@@ -30,17 +30,7 @@ import numpy.typing as npt
 from baldwinlab.core.deferred import xr
 from baldwinlab.models.hinton_nowlan import UNSET_ALLELE
 from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import (
-    FOUNDER,
-    LIFE,
-    PER_AGENT_DIMS,
-    Field,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-    uniforms,
-)
+from baldwinlab.parts import FOUNDER, LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
 
 Floats = npt.NDArray[np.float64]
 # The record `innate_elements` has one bit of an int32 for each element.
@@ -124,18 +114,11 @@ class PlasticElements(Model, name="plastic-elements"):
         "record": {"genome_every": 50},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of elements that are innately right"
-        ),
-        "plastic": Variable(PER_AGENT_DIMS, np.float32, "1", "share of elements that are plastic"),
-        "right": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of elements that are right at death"
-        ),
-        "innate_elements": Variable(
-            PER_AGENT_DIMS,
-            np.int32,
-            "bit mask",
-            "innately right elements: bit i - 1 is 1 if element i is right at birth",
+        "innate": Variable.share("share of elements that are innately right"),
+        "plastic": Variable.share("share of elements that are plastic"),
+        "right": Variable.share("share of elements that are right at death"),
+        "innate_elements": Variable.integer(
+            "bit mask", "innately right elements: bit i - 1 is 1 if element i is right at birth"
         ),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}

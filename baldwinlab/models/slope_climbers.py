@@ -33,7 +33,7 @@ from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import power_of_ten
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.evolution.founders import draw_module
-from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 # Limit of the logarithm of fitness, which prevents overflow.
 MAX_LOG_FITNESS: Final = 300.0
@@ -76,10 +76,8 @@ class SlopeClimbers(Model, name="slope-climbers"):
         },
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate_x": Variable(PER_AGENT_DIMS, np.float32, "x", "x at birth"),
-        "uphill": Variable(
-            PER_AGENT_DIMS, np.int32, "1", "1 if fitness rises with x at birth, else 0"
-        ),
+        "innate_x": Variable.quantity("x", "x at birth"),
+        "uphill": Variable.flag("1 if fitness rises with x at birth, else 0"),
     }
     innate_trait: ClassVar[str] = "innate_x"
     learning_amount: ClassVar[str] = "learning_step"

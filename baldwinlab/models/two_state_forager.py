@@ -29,17 +29,7 @@ import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import (
-    FOUNDER,
-    LIFE,
-    PER_AGENT_DIMS,
-    Field,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-    uniforms,
-)
+from baldwinlab.parts import FOUNDER, LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
 
 # Generation number of the random numbers for the first states. No lifetime uses this number.
 STATE_GENERATION: Final = 2**32 - 1
@@ -79,13 +69,9 @@ class TwoStateForager(Model, name="two-state-forager"):
         "evolution": {"generations": 301, "variation": "bit-flips", "mutation_rate": 0.001},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "learns": Variable(PER_AGENT_DIMS, np.int32, "1", "1 if the agent can learn, else 0"),
-        "innate_match": Variable(
-            PER_AGENT_DIMS, np.int32, "1", "1 if the innate preference is correct at birth, else 0"
-        ),
-        "innate_error": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of steps with a wrong innate preference"
-        ),
+        "learns": Variable.flag("1 if the agent can learn, else 0"),
+        "innate_match": Variable.flag("1 if the innate preference is correct at birth, else 0"),
+        "innate_error": Variable.share("share of steps with a wrong innate preference"),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     innate_trait: ClassVar[str] = "innate_match"

@@ -25,11 +25,7 @@ class BitStrings(Model, name="bit-strings"):
         "population": {"size": 1000},
         "evolution": {"generations": 50, "variation": "one-point", "mutation_rate": 0.0},
     }
-    records = {
-        "unknown": Variable(
-            ("generation", "agent"), np.int32, "loci", "number of loci with ? at birth"
-        )
-    }
+    records = {"unknown": Variable.integer("loci", "number of loci with ? at birth")}
     learns = property(lambda self: self.guessing)
     steps = property(lambda self: self.guesses)
 

@@ -23,17 +23,7 @@ from baldwinlab.models.cell_foragers.lifetimes import (
 )
 from baldwinlab.models.cell_foragers.network import N_ACTION_OUTPUTS, N_INPUTS, Activations, Layers
 from baldwinlab.models.grid_frames import make_foraging_frames
-from baldwinlab.parts import (
-    FOUNDER,
-    PER_AGENT_DIMS,
-    Field,
-    GridView,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-    View,
-)
+from baldwinlab.parts import FOUNDER, Field, GridView, LifeResults, Measure, Model, Variable, View
 
 TARGET_OF_LEARNING: Final = {
     "none": NO_TARGET,
@@ -115,11 +105,8 @@ class CellForagers(Model, name="cell-foragers"):
     payoff: ClassVar[str] = "food eaten per environment"
     learning_amount: ClassVar[str] = "learning_rate"
     records: ClassVar[Mapping[str, Variable]] = {
-        "gain": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
-            "items",
-            "food per environment in the last sixth of life minus that in the first",
+        "gain": Variable.quantity(
+            "items", "food per environment in the last sixth of life minus that in the first"
         ),
     }
     views: ClassVar[Mapping[str, View]] = {

@@ -17,15 +17,7 @@ from baldwinlab.models.cue_learners.lifetimes import (
     Units,
     simulate_lifetimes,
 )
-from baldwinlab.parts import (
-    FOUNDER,
-    PER_AGENT_DIMS,
-    Field,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-)
+from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 
 def _first_generation(condition: xr.DataArray) -> xr.DataArray:
@@ -69,22 +61,13 @@ class CueLearners(Model, name="cue-learners"):
     payoff: ClassVar[str] = "food minus poison eaten, plus half the number of items"
     learning_amount: ClassVar[str] = "learning_rate"
     records: ClassVar[Mapping[str, Variable]] = {
-        "beyond": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
+        "beyond": Variable.quantity(
             "items",
-            (
-                "food minus poison eaten, above the midpoint between eating by smell and "
-                "eating by color"
-            ),
+            "food minus poison eaten, above the midpoint between eating by smell and "
+            "eating by color",
         ),
-        "by_colour": Variable(
-            PER_AGENT_DIMS,
-            np.int32,
-            "1",
-            "1 if the agent eats by color at death, independent of smell",
-        ),
-        "born_so": Variable(PER_AGENT_DIMS, np.int32, "1", "1 if the agent eats by color at birth"),
+        "by_colour": Variable.flag("1 if the agent eats by color at death, independent of smell"),
+        "born_so": Variable.flag("1 if the agent eats by color at birth"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "time": Measure(

@@ -17,15 +17,7 @@ from baldwinlab.models.digit_readers.training import (
 )
 from baldwinlab.models.digit_readers.variation import LEVEL_STEP, MAX_WEIGHT, N_LEVELS
 from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import (
-    FOUNDER,
-    PER_AGENT_DIMS,
-    Field,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-)
+from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 
 class DigitReaders(Model, name="digit-readers"):
@@ -70,17 +62,10 @@ class DigitReaders(Model, name="digit-readers"):
     }
     payoff: ClassVar[str] = "share of digits classified correctly"
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate_error": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of digits misclassified at birth"
-        ),
-        "error": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of digits misclassified at the end of life"
-        ),
-        "used": Variable(
-            PER_AGENT_DIMS,
-            np.int32,
-            "trials",
-            "number of trials in the lifetime, plus 1 for the test at its end",
+        "innate_error": Variable.share("share of digits misclassified at birth"),
+        "error": Variable.share("share of digits misclassified at the end of life"),
+        "used": Variable.integer(
+            "trials", "number of trials in the lifetime, plus 1 for the test at its end"
         ),
     }
     clock: ClassVar[str] = "used"

@@ -39,7 +39,7 @@ from baldwinlab.models.erl.simulation import (
 )
 from baldwinlab.models.erl.world import MAX_CARNIVORES, N_COUNTS, ErlWorld
 from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 
 def _survives(runs: xr.Dataset) -> xr.DataArray:
@@ -145,24 +145,15 @@ class ErlPopulations(Model, name="erl-populations"):
     }  # fmt: skip
     payoff: ClassVar[str] = "steps survived"
     records: ClassVar[Mapping[str, Variable]] = {
-        "extinct": Variable(
-            PER_AGENT_DIMS,
-            np.int32,
-            "",
-            "1 if the population died out before the last step, else 0",
+        "extinct": Variable.integer(
+            "", "1 if the population died out before the last step, else 0"
         ),
-        "born": Variable(PER_AGENT_DIMS, np.int32, "agents", "number of births"),
-        "living": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
-            "agents",
-            "number of living agents, mean over the survived steps",
+        "born": Variable.integer("agents", "number of births"),
+        "living": Variable.quantity(
+            "agents", "number of living agents, mean over the survived steps"
         ),
-        "hunters": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
-            "carnivores",
-            "number of carnivores, mean over the survived steps",
+        "hunters": Variable.quantity(
+            "carnivores", "number of carnivores, mean over the survived steps"
         ),
     }
     measures: ClassVar[Mapping[str, Measure]] = {

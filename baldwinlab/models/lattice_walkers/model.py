@@ -37,7 +37,7 @@ from baldwinlab.models.lattice_walkers.landscape import (
     climb,
     make_landscape,
 )
-from baldwinlab.parts import PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
 def _restricted_time(runs: xr.Dataset) -> xr.DataArray:
@@ -86,14 +86,10 @@ class LatticeWalkers(Model, name="lattice-walkers"):
         "record": {"genome_every": 100},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "position": Variable(PER_AGENT_DIMS, np.int32, "positions", "position at birth"),
-        "innate": Variable(PER_AGENT_DIMS, np.float32, "fitness", "fitness without plasticity"),
-        "at_peak": Variable(
-            PER_AGENT_DIMS, np.int32, "1", "1 if the position at birth has the highest fitness"
-        ),
-        "climbed": Variable(
-            PER_AGENT_DIMS, np.int32, "positions", "distance between birth and death"
-        ),
+        "position": Variable.integer("positions", "position at birth"),
+        "innate": Variable.quantity("fitness", "fitness without plasticity"),
+        "at_peak": Variable.flag("1 if the position at birth has the highest fitness"),
+        "climbed": Variable.integer("positions", "distance between birth and death"),
     }
     learned_distance: ClassVar[str] = "climbed"
     learning_amount: ClassVar[str] = "learning_steps"

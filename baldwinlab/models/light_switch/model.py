@@ -11,17 +11,7 @@ import numpy.typing as npt
 from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.models.light_switch.lifetimes import N_INPUTS, Arena, Synapses, simulate_lifetimes
-from baldwinlab.parts import (
-    FOUNDER,
-    LIFE,
-    PER_AGENT_DIMS,
-    Field,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-    uniforms,
-)
+from baldwinlab.parts import FOUNDER, LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
 
 # Number of bits of a gene, which belongs to a neuron or to a synapse.
 BITS_PER_GENE: Final = 5
@@ -95,10 +85,8 @@ class LightSwitch(Model, name="light-switch"):
     payoff: ClassVar[str] = "share of life under the lit lamp"
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     records: ClassVar[Mapping[str, Variable]] = {
-        "score": Variable(PER_AGENT_DIMS, np.float32, "1", "share of steps under the lit lamp"),
-        "changed": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of steps under the lit lamp in a changed world"
-        ),
+        "score": Variable.share("share of steps under the lit lamp"),
+        "changed": Variable.share("share of steps under the lit lamp in a changed world"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "changed": Measure(

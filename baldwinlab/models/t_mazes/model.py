@@ -27,7 +27,6 @@ from baldwinlab.models.t_mazes.trips import (
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
-    PER_AGENT_DIMS,
     Field,
     GridView,
     LifeResults,
@@ -159,10 +158,8 @@ class TMazes(Model, name="t-mazes"):
     }
     payoff: ClassVar[str] = "reward gained in a lifetime"
     records: ClassVar[Mapping[str, Variable]] = {
-        "high": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of trips that reach the high reward"
-        ),
-        "crashed": Variable(PER_AGENT_DIMS, np.float32, "1", "share of trips that end in a crash"),
+        "high": Variable.share("share of trips that reach the high reward"),
+        "crashed": Variable.share("share of trips that end in a crash"),
     }
     views: ClassVar[Mapping[str, View]] = {
         "trips": View(
