@@ -103,6 +103,7 @@ class BanditExplorers(Model, name="bandit-explorers"):
     innate_trait: ClassVar[str] = "explored"
     learned_distance: ClassVar[str] = "explores"
     learning_time: ClassVar[str] = "explored"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     measures: ClassVar[Mapping[str, Measure]] = {
         "explores": Measure(
             "share of agents that explore in the last generation",
@@ -115,15 +116,8 @@ class BanditExplorers(Model, name="bandit-explorers"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.learning
-
-    @property
     def steps(self) -> int:
         return self.lifetime_pulls
-
-    def without_learning(self) -> BanditExplorers:
-        return self.model_copy(update={"learning": False})
 
     def n_weights(self) -> int:
         return 1

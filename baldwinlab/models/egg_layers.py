@@ -100,6 +100,7 @@ class EggLayers(Model, name="egg-layers"):
     innate_trait: ClassVar[str] = "preference"
     learned_distance: ClassVar[str] = "learned_shift"
     learning_amount: ClassVar[str] = "learning_shift"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     payoff: ClassVar[str] = "share of eggs on the right medium"
     measures: ClassVar[Mapping[str, Measure]] = {
         "response": Measure(
@@ -112,17 +113,10 @@ class EggLayers(Model, name="egg-layers"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.learning
-
-    @property
     def initial_preference(self) -> float:
         """Return the mean innate preference of the founders for the right medium."""
         is_orange = self.right_medium == "orange"
         return self.orange_preference if is_orange else -self.orange_preference
-
-    def without_learning(self) -> EggLayers:
-        return self.model_copy(update={"learning": False})
 
     def n_weights(self) -> int:
         return 1

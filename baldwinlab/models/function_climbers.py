@@ -150,6 +150,7 @@ class FunctionClimbers(Model, name="function-climbers"):
     clock: ClassVar[str] = "evaluations"
     learned_distance: ClassVar[str] = "changed"
     learning_amount: ClassVar[str] = "learning_steps"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning_steps": 0}
     measures: ClassVar[Mapping[str, Measure]] = {
         "optimum": Measure(
             "share of agents born as the global optimum, last generation",
@@ -164,10 +165,6 @@ class FunctionClimbers(Model, name="function-climbers"):
             lambda runs: _early_values(runs, "learned").max("agent"),
         ),
     }
-
-    @property
-    def learns(self) -> bool:
-        return self.learning_steps > 0
 
     @property
     def steps(self) -> int:
@@ -185,9 +182,6 @@ class FunctionClimbers(Model, name="function-climbers"):
                 f"evolution.lamarckian_share = {share:g} must be 0 or 1 with the model "
                 "'function-climbers': a string is inherited completely, because its genes are bits"
             )
-
-    def without_learning(self) -> FunctionClimbers:
-        return self.model_copy(update={"learning_steps": 0})
 
     def n_weights(self) -> int:
         return self.variables * self.bits

@@ -108,6 +108,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     learned_distance: ClassVar[str] = "unset"
     learning_time: ClassVar[str] = "used"
     learning_amount: ClassVar[str] = "trials"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"guessing": False}
     measures: ClassVar[Mapping[str, Measure]] = {
         "ones": Measure("share of 1 in the last generation", mean_of_last_generation("ones")),
         "unset": Measure("share of ? in the last generation", mean_of_last_generation("unset")),
@@ -131,15 +132,8 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.guessing
-
-    @property
     def steps(self) -> int:
         return self.trials
-
-    def without_learning(self) -> HintonNowlan:
-        return self.model_copy(update={"guessing": False})
 
     def n_weights(self) -> int:
         return self.loci

@@ -138,6 +138,7 @@ class LinearNorms(Model, name="linear-norms"):
     innate_trait: ClassVar[str] = "intercept"
     learned_distance: ClassVar[str] = "plastic_response"
     learning_amount: ClassVar[str] = "plasticity"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": 0.0}
     measures: ClassVar[Mapping[str, Measure]] = {
         "slope-rise": Measure(
             "change of the mean slope from generation 0 to 20", _change("slope", 0, PHASE_END)
@@ -165,13 +166,6 @@ class LinearNorms(Model, name="linear-norms"):
         ),
         "early-fitness": Measure("fitness, mean over generations 1 to 20", _early_fitness),
     }
-
-    @property
-    def learns(self) -> bool:
-        return self.plasticity > 0
-
-    def without_learning(self) -> LinearNorms:
-        return self.model_copy(update={"plasticity": 0.0})
 
     def n_weights(self) -> int:
         return 2

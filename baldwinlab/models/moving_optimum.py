@@ -107,6 +107,7 @@ class MovingOptimum(Model, name="moving-optimum"):
     innate_trait: ClassVar[str] = "innate_x"
     learned_distance: ClassVar[str] = "learned_distance"
     learning_amount: ClassVar[str] = "learned_share"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     measures: ClassVar[Mapping[str, Measure]] = {
         "mismatch": Measure(
             "optimum minus x at death, in the second half of the run",
@@ -127,9 +128,6 @@ class MovingOptimum(Model, name="moving-optimum"):
     @property
     def learns(self) -> bool:
         return self.learning and self.learned_share > 0
-
-    def without_learning(self) -> MovingOptimum:
-        return self.model_copy(update={"learning": False})
 
     def n_weights(self) -> int:
         return 1

@@ -172,6 +172,8 @@ class NKClimbers(Model, name="nk-climbers"):
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     learned_distance: ClassVar[str] = "changed"
     learning_amount: ClassVar[str] = "trials"
+    # An agent that changes no bit has no cost.
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"trials": 0, "cost_per_bit": 0.0}
     views: ClassVar[Mapping[str, View]] = {
         "climb": View(
             (
@@ -206,10 +208,6 @@ class NKClimbers(Model, name="nk-climbers"):
             raise ValueError(
                 f"nk_climbers.k = {self.k} must be less than nk_climbers.bits = {self.bits}"
             )
-
-    def without_learning(self) -> NKClimbers:
-        # An agent that changes no bit has no cost.
-        return self.model_copy(update={"trials": 0, "cost_per_bit": 0.0})
 
     def n_weights(self) -> int:
         return self.bits

@@ -124,16 +124,13 @@ class PlasticElements(Model, name="plastic-elements"):
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
     innate_trait: ClassVar[str] = "innate"
     learned_distance: ClassVar[str] = "plastic"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     measures: ClassVar[Mapping[str, Measure]] = {
         "plastic": Measure(
             "share of plastic elements in the last generation",
             mean_of_last_generation("plastic"),
         )
     }
-
-    @property
-    def learns(self) -> bool:
-        return self.learning
 
     @property
     def n_elements(self) -> int:
@@ -154,9 +151,6 @@ class PlasticElements(Model, name="plastic-elements"):
                     f"plastic_elements.prerequisites: element {number} needs element "
                     f"{prerequisite}; it can only need an element with a smaller number, or 0"
                 )
-
-    def without_learning(self) -> PlasticElements:
-        return self.model_copy(update={"learning": False})
 
     def n_weights(self) -> int:
         return self.n_elements

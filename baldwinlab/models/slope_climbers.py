@@ -81,6 +81,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
     }
     innate_trait: ClassVar[str] = "innate_x"
     learning_amount: ClassVar[str] = "learning_step"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     measures: ClassVar[Mapping[str, Measure]] = {
         "climb": Measure("increase of mean innate x, first to last generation", _climb_of_mean),
         "uphill": Measure(
@@ -88,10 +89,6 @@ class SlopeClimbers(Model, name="slope-climbers"):
             lambda runs: runs["uphill"].mean("agent").min("generation"),
         ),
     }
-
-    @property
-    def learns(self) -> bool:
-        return self.learning
 
     def check(self, experiment: Any) -> None:
         if self.slope == self.curvature == 0:
@@ -102,9 +99,6 @@ class SlopeClimbers(Model, name="slope-climbers"):
     @property
     def assimilation_obstacle(self) -> str:
         return "Learning adds the same step to x in every life."
-
-    def without_learning(self) -> SlopeClimbers:
-        return self.model_copy(update={"learning": False})
 
     def n_weights(self) -> int:
         return 1

@@ -76,6 +76,7 @@ class TwoStateForager(Model, name="two-state-forager"):
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     innate_trait: ClassVar[str] = "innate_match"
     learned_distance: ClassVar[str] = "innate_error"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     measures: ClassVar[Mapping[str, Measure]] = {
         "learners": Measure(
             "share of agents that can learn in the last generation",
@@ -88,10 +89,6 @@ class TwoStateForager(Model, name="two-state-forager"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.learning
-
-    @property
     def steps(self) -> int:
         return self.life_steps
 
@@ -100,9 +97,6 @@ class TwoStateForager(Model, name="two-state-forager"):
         if self.between_persistence == 0.5:
             return "The first state of a life does not depend on that of the parent's life."
         return ""
-
-    def without_learning(self) -> TwoStateForager:
-        return self.model_copy(update={"learning": False})
 
     def n_weights(self) -> int:
         return 2

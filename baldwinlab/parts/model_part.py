@@ -104,6 +104,9 @@ class Model(Part):
         Name of the record with the number of steps or trials until an agent has learned, or "".
     learning_amount : str
         Name of the setting with the learning rate, the step or the number of trials, or "".
+    settings_without_learning : Mapping[str, Any]
+        Values of settings with which agents do not learn, for example `{"trials": 0}`. Empty for a
+        model without learning, and for a model that overrides `learns` and `without_learning`.
     """
 
     kind: ClassVar[str] = "model"
@@ -123,6 +126,7 @@ class Model(Part):
     learned_distance: ClassVar[str] = ""
     learning_time: ClassVar[str] = ""
     learning_amount: ClassVar[str] = ""
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {}
 
     @property
     def assimilation_obstacle(self) -> str:
@@ -131,8 +135,10 @@ class Model(Part):
 
     @property
     def learns(self) -> bool:
-        """Whether agents learn during their lifetime."""
-        return False
+        """Whether agents learn: whether a setting differs from `settings_without_learning`."""
+        return any(
+            getattr(self, name) != value for name, value in self.settings_without_learning.items()
+        )
 
     @property
     def steps(self) -> int:
@@ -161,7 +167,9 @@ class Model(Part):
         ValueError
             If the model has no lifetime without learning.
         """
-        raise ValueError(f"the model {self.name!r} has no lifetime without learning")
+        if not self.settings_without_learning:
+            raise ValueError(f"the model {self.name!r} has no lifetime without learning")
+        return self.model_copy(update=dict(self.settings_without_learning))
 
     def n_weights(self) -> int:
         """Return the number of entries of a module."""

@@ -26,11 +26,8 @@ class BitStrings(Model, name="bit-strings"):
         "evolution": {"generations": 50, "variation": "one-point", "mutation_rate": 0.0},
     }
     records = {"unknown": Variable.integer("loci", "number of loci with ? at birth")}
-    learns = property(lambda self: self.guessing)
+    settings_without_learning = {"guessing": False}
     steps = property(lambda self: self.guesses)
-
-    def without_learning(self):
-        return self.model_copy(update={"guessing": False})
 
     def n_weights(self):
         return self.loci

@@ -104,6 +104,7 @@ class CellForagers(Model, name="cell-foragers"):
     }
     payoff: ClassVar[str] = "food eaten per environment"
     learning_amount: ClassVar[str] = "learning_rate"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning_rate": 0.0}
     records: ClassVar[Mapping[str, Variable]] = {
         "gain": Variable.quantity(
             "items", "food per environment in the last sixth of life minus that in the first"
@@ -152,9 +153,6 @@ class CellForagers(Model, name="cell-foragers"):
         """Return the number of outputs: two for the action, and two for additional targets."""
         has_additional_outputs = self.learning in ("prediction", "random-targets")
         return N_ACTION_OUTPUTS + (N_ADDITIONAL_OUTPUTS if has_additional_outputs else 0)
-
-    def without_learning(self) -> CellForagers:
-        return self.model_copy(update={"learning_rate": 0.0})
 
     def n_weights(self) -> int:
         return (N_INPUTS + 1) * self.hidden_units + (self.hidden_units + 1) * self.outputs

@@ -60,6 +60,7 @@ class CueLearners(Model, name="cue-learners"):
     }
     payoff: ClassVar[str] = "food minus poison eaten, plus half the number of items"
     learning_amount: ClassVar[str] = "learning_rate"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     records: ClassVar[Mapping[str, Variable]] = {
         "beyond": Variable.quantity(
             "items",
@@ -88,19 +89,12 @@ class CueLearners(Model, name="cue-learners"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.learning
-
-    @property
     def assimilation_obstacle(self) -> str:
         return "The meaning of a color changes between lives."
 
     @property
     def steps(self) -> int:
         return self.items
-
-    def without_learning(self) -> CueLearners:
-        return self.model_copy(update={"learning": False})
 
     def n_weights(self) -> int:
         """Return the number of genes: unit kinds, link strengths and Hebbian flags.

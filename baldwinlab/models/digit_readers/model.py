@@ -70,6 +70,7 @@ class DigitReaders(Model, name="digit-readers"):
     }
     clock: ClassVar[str] = "used"
     learning_amount: ClassVar[str] = "learning_rate"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"trials": 0}
     measures: ClassVar[Mapping[str, Measure]] = {
         "innate-error": Measure(
             "share of digits misclassified at birth in the last generation",
@@ -82,15 +83,8 @@ class DigitReaders(Model, name="digit-readers"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.trials > 0
-
-    @property
     def steps(self) -> int:
         return max(1, self.trials)
-
-    def without_learning(self) -> DigitReaders:
-        return self.model_copy(update={"trials": 0})
 
     def n_weights(self) -> int:
         return (N_PIXELS + 1) * self.hidden_units + (self.hidden_units + 1) * N_DIGITS

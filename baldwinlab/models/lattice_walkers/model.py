@@ -93,16 +93,13 @@ class LatticeWalkers(Model, name="lattice-walkers"):
     }
     learned_distance: ClassVar[str] = "climbed"
     learning_amount: ClassVar[str] = "learning_steps"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": "none"}
     measures: ClassVar[Mapping[str, Measure]] = {
         "time": Measure(
             "generations until a population reaches the highest peak, at most those of the run",
             _restricted_time,
         ),
     }
-
-    @property
-    def learns(self) -> bool:
-        return self.plasticity != "none"
 
     @property
     def assimilation_obstacle(self) -> str:
@@ -116,9 +113,6 @@ class LatticeWalkers(Model, name="lattice-walkers"):
                 f"lattice_walkers.roughness = {self.roughness:g} must be less than "
                 f"1 + lattice_walkers.slope = {1 + self.slope:g}, so that fitness is positive"
             )
-
-    def without_learning(self) -> LatticeWalkers:
-        return self.model_copy(update={"plasticity": "none"})
 
     def n_weights(self) -> int:
         return 1

@@ -83,6 +83,7 @@ class LightSwitch(Model, name="light-switch"):
         "record": {"genome_every": 10},
     }
     payoff: ClassVar[str] = "share of life under the lit lamp"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": False}
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     records: ClassVar[Mapping[str, Variable]] = {
         "score": Variable.share("share of steps under the lit lamp"),
@@ -113,9 +114,6 @@ class LightSwitch(Model, name="light-switch"):
     @property
     def steps(self) -> int:
         return self.steps_per_life
-
-    def without_learning(self) -> LightSwitch:
-        return self.model_copy(update={"plasticity": False})
 
     @property
     def synapses(self) -> int:

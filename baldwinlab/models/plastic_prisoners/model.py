@@ -102,6 +102,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     learned_distance: ClassVar[str] = "plasticity"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     views: ClassVar[Mapping[str, View]] = {
         "payoffs": View(
             "Payoffs between the most frequent genomes.",
@@ -144,10 +145,6 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.learning
-
-    @property
     def steps(self) -> int:
         return self.rounds
 
@@ -156,9 +153,6 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
             raise ValueError(
                 "population.size = 1 must be at least 2, as a prisoner's payoff is against others"
             )
-
-    def without_learning(self) -> PlasticPrisoners:
-        return self.model_copy(update={"learning": False})
 
     def n_weights(self) -> int:
         return 2 * len(PAIRS)

@@ -157,6 +157,7 @@ class TMazes(Model, name="t-mazes"):
         "record": {"genome_every": 10},
     }
     payoff: ClassVar[str] = "reward gained in a lifetime"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": False}
     records: ClassVar[Mapping[str, Variable]] = {
         "high": Variable.share("share of trips that reach the high reward"),
         "crashed": Variable.share("share of trips that end in a crash"),
@@ -178,10 +179,6 @@ class TMazes(Model, name="t-mazes"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.plasticity
-
-    @property
     def assimilation_obstacle(self) -> str:
         return "The end with the high reward changes within and between lives."
 
@@ -193,9 +190,6 @@ class TMazes(Model, name="t-mazes"):
         n_ways = 2 if self.homing else 1
         # The end and home are two more positions.
         return self.trips * (n_positions_per_way * n_ways + 2)
-
-    def without_learning(self) -> TMazes:
-        return self.model_copy(update={"plasticity": False})
 
     @property
     def neurons(self) -> int:
