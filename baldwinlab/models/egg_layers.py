@@ -30,9 +30,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.evolution.founders import draw_module
+from baldwinlab.models.record_means import change_of_mean
 from baldwinlab.models.slope_climbers import exponentiate
 from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
@@ -48,12 +48,6 @@ def choose_medium(preference: Numbers) -> Numbers:
     exponentiate(values.reshape(-1))
     share: Numbers = 1 / (1 + values)
     return share
-
-
-def _response(runs: xr.Dataset) -> xr.DataArray:
-    """Return the increase of the mean innate preference from the first to the last generation."""
-    preference = runs["preference"].astype(np.float64).mean("agent")
-    return preference.isel(generation=-1) - preference.isel(generation=0)
 
 
 class EggLayers(Model, name="egg-layers"):
@@ -104,7 +98,8 @@ class EggLayers(Model, name="egg-layers"):
     payoff: ClassVar[str] = "share of eggs on the right medium"
     measures: ClassVar[Mapping[str, Measure]] = {
         "response": Measure(
-            "increase of the mean innate preference, first to last generation", _response
+            "increase of the mean innate preference, first to last generation",
+            change_of_mean("preference", 0, -1),
         ),
         "gain-slope": Measure(
             "slope of the logarithm of the gain of learning, mean over agents and generations",

@@ -29,7 +29,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.models.record_means import mean_of_last_generation
+from baldwinlab.models.record_means import mean_at, mean_of_last_generation
 from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 # Value of each block of four bits: "0000", "0001" and so on to "1111".
@@ -105,9 +105,10 @@ def make_blocks(function: str, encoding: str) -> Blocks:
     return Blocks(values, neighbors, values[neighbors] - values)
 
 
-def _early_values(runs: xr.Dataset, record: str) -> xr.DataArray:
-    """Return the values of a record in the early generation, or in the last of shorter runs."""
-    return runs[record].isel(generation=min(EARLY_GENERATION, runs.sizes["generation"] - 1))
+def _best_early_fitness(runs: xr.Dataset) -> xr.DataArray:
+    """Return the best fitness in the early generation, or in the last of shorter runs."""
+    generation = min(EARLY_GENERATION, runs.sizes["generation"] - 1)
+    return runs["learned"].isel(generation=generation).max("agent")
 
 
 class FunctionClimbers(Model, name="function-climbers"):
@@ -158,11 +159,10 @@ class FunctionClimbers(Model, name="function-climbers"):
         ),
         "optimum-early": Measure(
             f"share of agents born as the global optimum, generation {EARLY_GENERATION}",
-            lambda runs: _early_values(runs, "optimum").mean("agent"),
+            mean_at("optimum", EARLY_GENERATION),
         ),
         "best-early": Measure(
-            f"best fitness in generation {EARLY_GENERATION}",
-            lambda runs: _early_values(runs, "learned").max("agent"),
+            f"best fitness in generation {EARLY_GENERATION}", _best_early_fitness
         ),
     }
 

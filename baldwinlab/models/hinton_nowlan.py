@@ -24,6 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.measures import first_generation
 from baldwinlab.engine import poison
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import draw_cut, is_from_fitter
@@ -48,8 +49,7 @@ MAX_GAIN: Final = 19.0
 
 def _take_off(runs: xr.Dataset) -> xr.DataArray:
     """Return the first generation in which half of the agents succeed, or NaN."""
-    half_succeed = runs["succeeded"].mean("agent") >= 0.5
-    return half_succeed.argmax("generation").where(half_succeed.any("generation"))
+    return first_generation(runs["succeeded"].mean("agent") >= 0.5)
 
 
 def _unset_at_take_off(runs: xr.Dataset) -> xr.DataArray:

@@ -17,15 +17,15 @@ environments", TPNC 2018.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
 from baldwinlab.models.hinton_nowlan import HintonNowlan
+from baldwinlab.models.record_means import mean_of_second_half
 from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Variable, uniforms
 
 # Number of changes of the target that are drawn together.
@@ -40,15 +40,6 @@ RECORD_NAMES = {
     "succeeded": "succeeded",
     "used": "used",
 }
-
-
-def _mean_of_second_half(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean of a record over the second half of the generations."""
-    return lambda runs: (
-        runs[record]
-        .isel(generation=slice(runs.sizes["generation"] // 2, None))
-        .mean(("generation", "agent"))
-    )
 
 
 class MovingNeedle(HintonNowlan, name="moving-needle"):
@@ -84,14 +75,14 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
     }
     innate_trait: ClassVar[str] = "right"
     measures: ClassVar[Mapping[str, Measure]] = {
-        "fitness": Measure("fitness in the second half of the run", _mean_of_second_half("energy")),
+        "fitness": Measure("fitness in the second half of the run", mean_of_second_half("energy")),
         "right": Measure(
-            "share of correct alleles in the second half of the run", _mean_of_second_half("right")
+            "share of correct alleles in the second half of the run", mean_of_second_half("right")
         ),
-        "unset": Measure("share of ? in the second half of the run", _mean_of_second_half("unset")),
+        "unset": Measure("share of ? in the second half of the run", mean_of_second_half("unset")),
         "succeeded": Measure(
             "share of agents that succeed in the second half of the run",
-            _mean_of_second_half("succeeded"),
+            mean_of_second_half("succeeded"),
         ),
     }
 

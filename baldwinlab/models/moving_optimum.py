@@ -21,27 +21,19 @@ Biology 175 (1995).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.measures import first_generation
 from baldwinlab.engine import poison
 from baldwinlab.evolution.founders import draw_module
+from baldwinlab.models.record_means import mean_of_second_half
 from baldwinlab.models.slope_climbers import MAX_LOG_FITNESS, exponentiate
 from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
-
-
-def _mean_of_second_half(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean of a record over the second half of the generations."""
-    return lambda runs: (
-        runs[record]
-        .astype(np.float64)
-        .isel(generation=slice(runs.sizes["generation"] // 2, None))
-        .mean(("generation", "agent"))
-    )
 
 
 def _variance_of_second_half(runs: xr.Dataset) -> xr.DataArray:
@@ -54,8 +46,7 @@ def _variance_of_second_half(runs: xr.Dataset) -> xr.DataArray:
 def _half_time(runs: xr.Dataset) -> xr.DataArray:
     """Return the first generation with at most half of the initial mean mismatch, or NaN."""
     mismatch = runs["mismatch_at_birth"].astype(np.float64).mean("agent")
-    has_halved = mismatch <= mismatch.isel(generation=0) / 2
-    return has_halved.argmax("generation").where(has_halved.any("generation"))
+    return first_generation(mismatch <= mismatch.isel(generation=0) / 2)
 
 
 class MovingOptimum(Model, name="moving-optimum"):
@@ -111,11 +102,11 @@ class MovingOptimum(Model, name="moving-optimum"):
     measures: ClassVar[Mapping[str, Measure]] = {
         "mismatch": Measure(
             "optimum minus x at death, in the second half of the run",
-            _mean_of_second_half("mismatch_at_death"),
+            mean_of_second_half("mismatch_at_death", np.float64),
         ),
         "mismatch-at-birth": Measure(
             "optimum minus x at birth, in the second half of the run",
-            _mean_of_second_half("mismatch_at_birth"),
+            mean_of_second_half("mismatch_at_birth", np.float64),
         ),
         "variance": Measure(
             "variance of x at birth, in the second half of the run", _variance_of_second_half

@@ -28,17 +28,17 @@ G. Mayley, "Guiding or hiding", ECAL 97.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.models.record_means import mean_at
 from baldwinlab.parts import (
     LIFE,
     Field,
@@ -88,16 +88,6 @@ def landscape(seed: int, run: int, bits: int, n_links: int) -> npt.NDArray[np.fl
     # The array is cached.
     fitness.flags.writeable = False
     return fitness
-
-
-def _mean_at(record: str, generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean of a record in a generation.
-
-    In shorter runs, it is the mean in the last generation.
-    """
-    return lambda runs: (
-        runs[record].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
-    )
 
 
 def _view_climb(
@@ -184,14 +174,14 @@ class NKClimbers(Model, name="nk-climbers"):
         )
     }
     measures: ClassVar[Mapping[str, Measure]] = {
-        "innate": Measure("innate fitness in generation 150", _mean_at("innate", 150)),
-        "changed": Measure("bits changed by learning in generation 150", _mean_at("changed", 150)),
+        "innate": Measure("innate fitness in generation 150", mean_at("innate", 150)),
+        "changed": Measure("bits changed by learning in generation 150", mean_at("changed", 150)),
         "changed-at-first": Measure(
-            "bits changed by learning in generation 2", _mean_at("changed", 2)
+            "bits changed by learning in generation 2", mean_at("changed", 2)
         ),
         "changed-falls": Measure(
             "bits changed by learning in generation 2 minus those in generation 150",
-            lambda runs: _mean_at("changed", 2)(runs) - _mean_at("changed", 150)(runs),
+            lambda runs: mean_at("changed", 2)(runs) - mean_at("changed", 150)(runs),
         ),
     }
 

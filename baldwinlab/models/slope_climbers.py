@@ -28,23 +28,17 @@ from typing import Any, ClassVar, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import power_of_ten
 from baldwinlab.engine.jit import compiled, jit_entry_point
 from baldwinlab.evolution.founders import draw_module
+from baldwinlab.models.record_means import change_of_mean
 from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 # Limit of the logarithm of fitness, which prevents overflow.
 MAX_LOG_FITNESS: Final = 300.0
 # Decimal logarithm of e.
 LOG10_E: Final = 0.43429448190325182765
-
-
-def _climb_of_mean(runs: xr.Dataset) -> xr.DataArray:
-    """Return the increase of the mean innate x from the first to the last generation."""
-    innate = runs["innate_x"].astype(np.float64).mean("agent")
-    return innate.isel(generation=-1) - innate.isel(generation=0)
 
 
 class SlopeClimbers(Model, name="slope-climbers"):
@@ -83,7 +77,9 @@ class SlopeClimbers(Model, name="slope-climbers"):
     learning_amount: ClassVar[str] = "learning_step"
     settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     measures: ClassVar[Mapping[str, Measure]] = {
-        "climb": Measure("increase of mean innate x, first to last generation", _climb_of_mean),
+        "climb": Measure(
+            "increase of mean innate x, first to last generation", change_of_mean("innate_x", 0, -1)
+        ),
         "uphill": Measure(
             "share of agents born where fitness rises with x, minimum over generations",
             lambda runs: runs["uphill"].mean("agent").min("generation"),

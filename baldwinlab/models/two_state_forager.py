@@ -27,20 +27,13 @@ from typing import Any, ClassVar, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
-from baldwinlab.models.record_means import mean_of_last_generation
+from baldwinlab.models.record_means import mean_of_last_generation, mean_of_second_half
 from baldwinlab.parts import FOUNDER, LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
 
 # Generation number of the random numbers for the first states. No lifetime uses this number.
 STATE_GENERATION: Final = 2**32 - 1
 
 States = npt.NDArray[np.int64]
-
-
-def _match_of_second_half(runs: xr.Dataset) -> xr.DataArray:
-    """Return the share of agents with a correct preference over the second half of the run."""
-    second_half = slice(runs.sizes["generation"] // 2, None)
-    return runs["innate_match"].isel(generation=second_half).mean(("generation", "agent"))
 
 
 class TwoStateForager(Model, name="two-state-forager"):
@@ -84,7 +77,7 @@ class TwoStateForager(Model, name="two-state-forager"):
         ),
         "innate-match": Measure(
             "share of agents with a correct innate preference in the second half of the run",
-            _match_of_second_half,
+            mean_of_second_half("innate_match"),
         ),
     }
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.models.cell_foragers.grid import GRID_SIZE, N_FOOD_ITEMS
 from baldwinlab.models.cell_foragers.lifetimes import (
@@ -23,6 +22,7 @@ from baldwinlab.models.cell_foragers.lifetimes import (
 )
 from baldwinlab.models.cell_foragers.network import N_ACTION_OUTPUTS, N_INPUTS, Activations, Layers
 from baldwinlab.models.grid_frames import make_foraging_frames
+from baldwinlab.models.record_means import mean_at
 from baldwinlab.parts import FOUNDER, Field, GridView, LifeResults, Measure, Model, Variable, View
 
 TARGET_OF_LEARNING: Final = {
@@ -37,16 +37,6 @@ N_PERIODS: Final = 6
 N_ADDITIONAL_OUTPUTS: Final = 2
 # Approximate maximum number of moves in a view.
 MAX_SHOWN_MOVES: Final = 20_000
-
-
-def _mean_gain(generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean gain in a generation.
-
-    In shorter runs, it is the gain in the last generation.
-    """
-    return lambda runs: (
-        runs["gain"].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
-    )
 
 
 def _view_lifetime(
@@ -120,19 +110,16 @@ class CellForagers(Model, name="cell-foragers"):
         )
     }
     measures: ClassVar[Mapping[str, Measure]] = {
-        "gain-0": Measure("gain within life in generation 0, items an environment", _mean_gain(0)),
-        "gain-10": Measure(
-            "gain within life in generation 10, items an environment", _mean_gain(10)
-        ),
-        "gain-20": Measure(
-            "gain within life in generation 20, items an environment", _mean_gain(20)
-        ),
-        "gain-50": Measure(
-            "gain within life in generation 50, items an environment", _mean_gain(50)
-        ),
+        **{
+            f"gain-{generation}": Measure(
+                f"gain within life in generation {generation}, items an environment",
+                mean_at("gain", generation),
+            )
+            for generation in (0, 10, 20, 50)
+        },
         "gain-falls": Measure(
             "gain within life in generation 10 minus that in generation 50",
-            lambda runs: _mean_gain(10)(runs) - _mean_gain(50)(runs),
+            lambda runs: mean_at("gain", 10)(runs) - mean_at("gain", 50)(runs),
         ),
     }
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.measures import first_generation
 from baldwinlab.engine import poison
 from baldwinlab.models.cue_learners.genes import draw_allele
 from baldwinlab.models.cue_learners.lifetimes import (
@@ -20,23 +21,21 @@ from baldwinlab.models.cue_learners.lifetimes import (
 from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 
-def _first_generation(condition: xr.DataArray) -> xr.DataArray:
+def _restricted_time(condition: xr.DataArray) -> xr.DataArray:
     """Return the first generation in which a condition is true, or the number of generations."""
-    first_generation = condition.argmax("generation")
-    is_ever_true = condition.any("generation")
-    return first_generation.where(is_ever_true, condition.sizes["generation"]).astype(np.float64)
+    return first_generation(condition, condition.sizes["generation"]).astype(np.float64)
 
 
 def _time_to_midpoint(runs: xr.Dataset) -> xr.DataArray:
     """Return the first generation whose average agent is above the midpoint."""
-    return _first_generation(runs["beyond"].astype(np.float64).mean("agent") > 0)
+    return _restricted_time(runs["beyond"].astype(np.float64).mean("agent") > 0)
 
 
 def _time_to_half(runs: xr.Dataset) -> xr.DataArray:
     """Return the first generation in which half of the agents learn to eat by color."""
     # Agents that eat by color at death but not at birth.
     has_learned = runs["by_colour"] * (1 - runs["born_so"])
-    return _first_generation(has_learned.mean("agent") >= 0.5)
+    return _restricted_time(has_learned.mean("agent") >= 0.5)
 
 
 class CueLearners(Model, name="cue-learners"):

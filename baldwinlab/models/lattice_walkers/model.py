@@ -31,6 +31,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.measures import first_generation
 from baldwinlab.models.lattice_walkers.landscape import (
     Fitness,
     average_neighborhood,
@@ -44,9 +45,7 @@ def _restricted_time(runs: xr.Dataset) -> xr.DataArray:
     """Return the mean generation of the first visit to the peak, or the number of generations."""
     # The agents with even numbers are populations, and the others are mutants.
     at_peak = runs["at_peak"].isel(agent=slice(None, None, 2)) > 0
-    n_generations = runs.sizes["generation"]
-    first = at_peak.argmax("generation").where(at_peak.any("generation"), n_generations)
-    return first.mean("agent")
+    return first_generation(at_peak, runs.sizes["generation"]).mean("agent")
 
 
 class LatticeWalkers(Model, name="lattice-walkers"):
