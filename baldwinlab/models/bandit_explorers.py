@@ -154,9 +154,7 @@ class BanditExplorers(Model, name="bandit-explorers"):
             "accepted": accepted.astype(np.float32),
         }
         fitness = 1 + payoffs / self.lifetime_pulls
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=None, records=records)
 
     @cached_property
     def expected_payoffs(self) -> Floats:

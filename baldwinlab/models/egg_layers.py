@@ -30,11 +30,10 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine import poison
-from baldwinlab.evolution.founders import draw_module
+from baldwinlab.models.founders import draw_normal_numbers
 from baldwinlab.models.record_means import change_of_mean
 from baldwinlab.models.slope_climbers import exponentiate
-from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 Numbers = npt.NDArray[np.float64]
 # Limit of a preference in the exponential function, which prevents overflow.
@@ -117,9 +116,9 @@ class EggLayers(Model, name="egg-layers"):
         return 1
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        genomes = poison.empty((agents, 1, 1), np.float32)
-        draw_module(key, FOUNDER, genomes, 0)
-        return np.float32(self.initial_preference) + np.float32(self.initial_std) * genomes
+        mean = np.float32(self.initial_preference)
+        std = np.float32(self.initial_std)
+        return mean + std * draw_normal_numbers(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -136,11 +135,8 @@ class EggLayers(Model, name="egg-layers"):
             "learned_shift": shift.astype(np.float32),
             "gain_slope": gain_slope.astype(np.float32),
         }
-        return LifeResults(
-            energy=fitness,
-            cost=np.zeros_like(fitness),
-            learned=learned_preference.astype(np.float32)[:, :, None],
-            records=records,
+        return LifeResults.without_cost(
+            fitness, learned=learned_preference.astype(np.float32)[:, :, None], records=records
         )
 
     def learn(self, innate_share: Numbers) -> tuple[Numbers, Numbers]:

@@ -29,8 +29,9 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
+from baldwinlab.models.founders import draw_bits
 from baldwinlab.models.record_means import mean_at, mean_of_last_generation
-from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 # Value of each block of four bits: "0000", "0001" and so on to "1111".
 DECEPTIVE_VALUES: Final = (28, 26, 24, 18, 22, 16, 14, 0, 20, 12, 10, 2, 8, 4, 6, 30)
@@ -187,9 +188,7 @@ class FunctionClimbers(Model, name="function-climbers"):
         return self.variables * self.bits
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, :, 0]
-        founders: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)[:, None]
-        return founders
+        return draw_bits(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -221,9 +220,8 @@ class FunctionClimbers(Model, name="function-climbers"):
             "changed": changed.sum(axis=(-2, -1)).astype(np.int32),
             "evaluations": n_evaluations,
         }
-        return LifeResults(
-            energy=learned,
-            cost=np.zeros_like(learned),
+        return LifeResults.without_cost(
+            learned,
             learned=bits_at_death.reshape(*shape[:2], -1).astype(np.float32),
             records=records,
         )

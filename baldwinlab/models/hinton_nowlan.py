@@ -28,21 +28,10 @@ from baldwinlab.core.measures import first_generation
 from baldwinlab.engine import poison
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import draw_cut, is_from_fitter
+from baldwinlab.models.founders import UNSET_ALLELE, draw_alleles
 from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import (
-    FOUNDER,
-    LIFE,
-    Field,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-    Variation,
-    uniforms,
-)
+from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Model, Variable, Variation, uniforms
 
-# Number that represents the allele ? in a genome.
-UNSET_ALLELE: Final = 0.5
 # Upper limit of the gain in fitness above the baseline of 1.
 MAX_GAIN: Final = 19.0
 
@@ -139,13 +128,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         return self.loci
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.loci))[:, :, 0]
-        # The shares of 0 and 1 are equal.
-        zero_share = (1 - self.initial_unset_share) / 2
-        is_zero = draws < zero_share
-        is_zero_or_one = draws < 2 * zero_share
-        alleles = np.select([is_zero, is_zero_or_one], [0.0, 1.0], UNSET_ALLELE)
-        return alleles[:, None].astype(np.float32)
+        return draw_alleles(key, agents, self.loci, self.initial_unset_share)
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -177,9 +160,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         }
         # A success sets all loci of the agent to the correct allele, 1.
         learned = np.where(succeeded[:, :, None], np.float32(1), genomes)
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=learned, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=learned, records=records)
 
     def _find_first_success(
         self, n_unset: npt.NDArray[np.int64], luck: npt.NDArray[np.float64]

@@ -28,12 +28,10 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.engine import poison
-from baldwinlab.evolution.founders import draw_module
+from baldwinlab.models.founders import draw_normal_numbers
 from baldwinlab.models.record_means import change_of_mean, mean_at
 from baldwinlab.models.slope_climbers import MAX_LOG_FITNESS, exponentiate
 from baldwinlab.parts import (
-    FOUNDER,
     LIFE,
     Field,
     LifeResults,
@@ -160,8 +158,7 @@ class LinearNorms(Model, name="linear-norms"):
         return 2
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        genomes = poison.empty((agents, 1, 2), np.float32)
-        draw_module(key, FOUNDER, genomes, 0)
+        genomes = draw_normal_numbers(key, agents, self.n_weights())
         # Selection in the first environment, whose mean is 0, leads to this slope.
         genomes[..., 1] += np.float32(self.predictability * self.optimum_slope / self.slope_std)
         return genomes
@@ -198,6 +195,4 @@ class LinearNorms(Model, name="linear-norms"):
             "plastic_response": np.abs(response).astype(np.float32),
             "mismatch": mismatch.astype(np.float32),
         }
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=None, records=records)

@@ -103,9 +103,7 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         if learned is not None:
             learned = np.where(is_swapped[:, :, 0], 1 - learned, learned)
         records = {RECORD_NAMES[name]: record for name, record in results.records.items()}
-        return LifeResults(
-            energy=results.energy, cost=results.cost, learned=learned, records=records
-        )
+        return results._replace(learned=learned, records=records)
 
     def target(self, seed: int, run: int, generation: int) -> npt.NDArray[np.int64]:
         """Return the target of a generation: the correct allele [locus], 0 or 1."""

@@ -29,11 +29,10 @@ import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.measures import first_generation
-from baldwinlab.engine import poison
-from baldwinlab.evolution.founders import draw_module
+from baldwinlab.models.founders import draw_normal_numbers
 from baldwinlab.models.record_means import mean_of_second_half
 from baldwinlab.models.slope_climbers import MAX_LOG_FITNESS, exponentiate
-from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
 def _variance_of_second_half(runs: xr.Dataset) -> xr.DataArray:
@@ -124,9 +123,7 @@ class MovingOptimum(Model, name="moving-optimum"):
         return 1
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        genomes = poison.empty((agents, 1, 1), np.float32)
-        draw_module(key, FOUNDER, genomes, 0)
-        return np.float32(self.initial_std) * genomes
+        return np.float32(self.initial_std) * draw_normal_numbers(key, agents, self.n_weights())
 
     def optimum(self, generation: int) -> float:
         """Return the optimum of a generation; the mean of the founders is 0."""

@@ -28,12 +28,11 @@ from typing import Any, ClassVar, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import power_of_ten
 from baldwinlab.engine.jit import compiled, jit_entry_point
-from baldwinlab.evolution.founders import draw_module
+from baldwinlab.models.founders import draw_normal_numbers
 from baldwinlab.models.record_means import change_of_mean
-from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 # Limit of the logarithm of fitness, which prevents overflow.
 MAX_LOG_FITNESS: Final = 300.0
@@ -100,11 +99,9 @@ class SlopeClimbers(Model, name="slope-climbers"):
         return 1
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        genomes = poison.empty((agents, 1, 1), np.float32)
-        draw_module(key, FOUNDER, genomes, 0)
         mean = np.float32(self.initial_mean)
         std = np.float32(self.initial_std)
-        return mean + std * genomes
+        return mean + std * draw_normal_numbers(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -118,12 +115,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
             "innate_x": innate_x.copy(),
             "uphill": (log_fitness_slope > 0).astype(np.int32),
         }
-        return LifeResults(
-            energy=fitness,
-            cost=np.zeros_like(fitness),
-            learned=learned_x[:, :, None],
-            records=records,
-        )
+        return LifeResults.without_cost(fitness, learned=learned_x[:, :, None], records=records)
 
     def fitness(self, x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Return the fitness f(x) for an array `x` of any shape."""

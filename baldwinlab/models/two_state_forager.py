@@ -27,8 +27,9 @@ from typing import Any, ClassVar, Final
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.models.founders import draw_bits
 from baldwinlab.models.record_means import mean_of_last_generation, mean_of_second_half
-from baldwinlab.parts import FOUNDER, LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
+from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
 
 # Generation number of the random numbers for the first states. No lifetime uses this number.
 STATE_GENERATION: Final = 2**32 - 1
@@ -95,9 +96,7 @@ class TwoStateForager(Model, name="two-state-forager"):
         return 2
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, 2))[:, :, 0]
-        is_1: npt.NDArray[np.bool_] = draws < 0.5
-        return is_1[:, None].astype(np.float32)
+        return draw_bits(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]

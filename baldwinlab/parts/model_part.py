@@ -61,6 +61,32 @@ class LifeResults(NamedTuple):
     position: npt.NDArray[np.float32] | None = None
     lifetimes: tuple[LifeResults, ...] = ()
 
+    @classmethod
+    def without_cost(
+        cls,
+        energy: npt.NDArray[np.float64],
+        *,
+        learned: npt.NDArray[np.float32] | None,
+        records: Mapping[str, npt.NDArray[Any]],
+    ) -> Self:
+        """Return the results of lifetimes in which learning has no cost.
+
+        Parameters
+        ----------
+        energy : array, float64 [run, agent]
+            Energy gained, or payoff.
+        learned : array, float32 [run, agent, weight], or None
+            First module at death. None if it is not needed.
+        records : Mapping[str, array]
+            Further recorded variables by name, each [run, agent].
+
+        Returns
+        -------
+        LifeResults
+            The results, with a cost of 0.
+        """
+        return cls(energy, np.zeros_like(energy), learned, records)
+
 
 class Model(Part):
     """Model: founders, lifetimes and payoffs that replace those of MiniWorld.

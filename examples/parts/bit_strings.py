@@ -52,11 +52,8 @@ class BitStrings(Model, name="bit-strings"):
         succeeded = can_succeed & (used <= self.guesses)
         payoff = np.where(succeeded, 1 + 19 * (self.guesses - used) / self.guesses, 1.0)
         learned = np.where(succeeded[:, :, None], np.float32(1), genomes)
-        return LifeResults(
-            energy=payoff,
-            cost=np.zeros_like(payoff),
-            learned=learned,
-            records={"unknown": unknown.astype(np.int32)},
+        return LifeResults.without_cost(
+            payoff, learned=learned, records={"unknown": unknown.astype(np.int32)}
         )
 
     def oracle(self, genome, luck):

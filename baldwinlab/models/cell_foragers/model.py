@@ -171,9 +171,7 @@ class CellForagers(Model, name="cell-foragers"):
         gain = mean_eaten_last - mean_eaten_first
         fitness = eaten.sum(axis=-1) / self.environments
         records = {"gain": gain.astype(np.float32)}
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=results.learned, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=results.learned, records=records)
 
     def forage(
         self,

@@ -141,6 +141,4 @@ class CueLearners(Model, name="cue-learners"):
             "born_so": results.innate_by_color,
         }
         payoff = results.eaten + self.items / 2
-        return LifeResults(
-            energy=payoff, cost=np.zeros_like(payoff), learned=learned, records=records
-        )
+        return LifeResults.without_cost(payoff, learned=learned, records=records)

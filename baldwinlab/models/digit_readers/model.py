@@ -130,9 +130,8 @@ class DigitReaders(Model, name="digit-readers"):
         fitness = 1 - final_error
         # The test at the end of a lifetime counts as an evaluation.
         n_evaluations = n_trials + 1
-        return LifeResults(
-            energy=fitness,
-            cost=np.zeros_like(fitness),
+        return LifeResults.without_cost(
+            fitness,
             learned=weights,
             records={
                 "innate_error": innate_error.astype(np.float32),

@@ -141,9 +141,8 @@ class LatticeWalkers(Model, name="lattice-walkers"):
             for row, run in enumerate(runs)
         ]
         energy, learned, *records = (np.stack(values) for values in zip(*results, strict=True))
-        return LifeResults(
-            energy=energy,
-            cost=np.zeros_like(energy),
+        return LifeResults.without_cost(
+            energy,
             learned=learned[:, :, None].astype(np.float32),
             records={
                 name: values.astype(variable.dtype)

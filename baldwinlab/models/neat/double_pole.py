@@ -171,6 +171,4 @@ class NeatPoles(Poles, name="neat-poles"):
         fitness = n_steps.astype(np.float64)
         has_solved = n_steps == self.max_steps
         records = {"solves": has_solved.astype(np.int32), **record_networks(graphs)}
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=None, records=records)

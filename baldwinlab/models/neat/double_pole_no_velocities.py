@@ -137,6 +137,4 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
             "generalises": n_balanced_starts,
             **record_networks(graphs),
         }
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=None, records=records)

@@ -108,9 +108,7 @@ class NeatXor(Model, name="neat-xor"):
         total_error = (errors[..., 0] + errors[..., 1]) + (errors[..., 2] + errors[..., 3])
         fitness = (len(QUESTIONS) - total_error) ** 2
         records = {"right": n_right, **record_networks(graphs)}
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=None, records=records)
 
 
 @jit_entry_point

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import poison
+from baldwinlab.models.founders import draw_bits
 from baldwinlab.models.plastic_prisoners.matches import compute_mean_payoffs, compute_payoffs
 from baldwinlab.models.plastic_prisoners.measures import (
     compare_with_rival,
@@ -28,7 +29,6 @@ from baldwinlab.models.plastic_prisoners.strategies import (
     number_genomes,
 )
 from baldwinlab.parts import (
-    FOUNDER,
     PER_AGENT_DIMS,
     Field,
     LifeResults,
@@ -158,11 +158,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
         return 2 * len(PAIRS)
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        # [agent, bit]: the first of four numbers.
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[..., 0]
-        bits = np.asarray(draws < 0.5, np.float32)
-        # A genome has one module.
-        return bits[:, None]
+        return draw_bits(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -177,6 +173,4 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
             compute_mean_payoffs(payoffs, counts, fitness_of_genome)
             fitness[row] = fitness_of_genome[population]
         records = {"strategy": STRATEGY_OF_GENOME[genome_numbers]}
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=None, records=records)

@@ -228,9 +228,7 @@ class TMazes(Model, name="t-mazes"):
         rewards = total_reward(counts[:, :, 0])
         shares = {"high": counts[..., 0, HIGH], "crashed": counts[..., 0, CRASHES]}
         records = {name: (count / self.trips).astype(np.float32) for name, count in shares.items()}
-        return LifeResults(
-            energy=rewards, cost=np.zeros_like(rewards), learned=results.learned, records=records
-        )
+        return LifeResults.without_cost(rewards, learned=results.learned, records=records)
 
     def explore(
         self,
