@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import nan
 from typing import NamedTuple
 
 from baldwinlab.core.deferred import xr
@@ -27,6 +28,11 @@ class Measure(NamedTuple):
     meaning: str
     of: Callable[[xr.Dataset], xr.DataArray]
     censored: Callable[[xr.Dataset], xr.DataArray] | None = None
+
+
+def first_generation(condition: xr.DataArray, otherwise: float = nan) -> xr.DataArray:
+    """Return the first generation in which a condition is true, or `otherwise`."""
+    return condition.argmax("generation").where(condition.any("generation"), otherwise)
 
 
 def measure_runs(function: Callable[[xr.Dataset], xr.DataArray], runs: xr.Dataset) -> xr.DataArray:

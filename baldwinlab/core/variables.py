@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -44,9 +44,57 @@ class Variable(NamedTuple):
     unit: str
     meaning: str
 
+    @classmethod
+    def share(cls, meaning: str) -> Self:
+        """Declare a share of 1 of each agent, as float32.
+
+        Parameters
+        ----------
+        meaning : str
+            Meaning, a noun phrase.
+        """
+        return cls(PER_AGENT_DIMS, np.float32, "1", meaning)
+
+    @classmethod
+    def flag(cls, meaning: str) -> Self:
+        """Declare a property of each agent, 1 or 0, as int32. Its mean over agents is a share.
+
+        Parameters
+        ----------
+        meaning : str
+            Meaning, a noun phrase.
+        """
+        return cls(PER_AGENT_DIMS, np.int32, "1", meaning)
+
+    @classmethod
+    def integer(cls, unit: str, meaning: str) -> Self:
+        """Declare an integer of each agent, as int32.
+
+        Parameters
+        ----------
+        unit : str
+            Unit of the values.
+        meaning : str
+            Meaning, a noun phrase.
+        """
+        return cls(PER_AGENT_DIMS, np.int32, unit, meaning)
+
+    @classmethod
+    def quantity(cls, unit: str, meaning: str) -> Self:
+        """Declare a real number of each agent, as float32.
+
+        Parameters
+        ----------
+        unit : str
+            Unit of the values.
+        meaning : str
+            Meaning, a noun phrase.
+        """
+        return cls(PER_AGENT_DIMS, np.float32, unit, meaning)
+
 
 RUN_VARIABLES: Mapping[str, Variable] = {
-    "food_eaten": Variable(PER_AGENT_DIMS, np.int32, "items", "items eaten in life"),
+    "food_eaten": Variable.integer("items", "items eaten in life"),
     "energy": Variable(
         ("generation", "agent"),
         np.float64,
@@ -77,8 +125,8 @@ RECORD_VARIABLES: Mapping[str, Variable] = {
     )
 }
 
-SPECIES_VARIABLE = Variable(
-    PER_AGENT_DIMS, np.int32, "1", "index of the species of the agent, in the order of the settings"
+SPECIES_VARIABLE = Variable.integer(
+    "1", "index of the species of the agent, in the order of the settings"
 )
 
 # Prefix of the names of the arrays of a run. An extension of the run reads these arrays.
@@ -88,12 +136,8 @@ COMMON_RECORD_VARIABLES = ("energy", "parents", "kept_genome")
 
 # Variables in the records of experiments whose agents can die during a lifetime.
 DEATH_VARIABLES: Mapping[str, Variable] = {
-    "alive": Variable(
-        PER_AGENT_DIMS, np.int32, "1", "1 if the agent was alive at the end of the lifetime, else 0"
-    ),
-    "age": Variable(
-        PER_AGENT_DIMS, np.int32, "steps", "steps from birth to death or to the end of the lifetime"
-    ),
+    "alive": Variable.flag("1 if the agent was alive at the end of the lifetime, else 0"),
+    "age": Variable.integer("steps", "steps from birth to death or to the end of the lifetime"),
 }
 
 _SERIES_DIMS = ("generation", "window")
@@ -181,11 +225,8 @@ def _model_variables(experiment: Any) -> Mapping[str, Variable]:
         for name, array in experiment.part_records.items()
     }
     if experiment.births_in_life:
-        added_variables["born"] = Variable(
-            PER_AGENT_DIMS,
-            np.int32,
-            "agents",
-            "number of births in the place of the agent during life",
+        added_variables["born"] = Variable.integer(
+            "agents", "number of births in the place of the agent during life"
         )
     if experiment.has_deaths:
         added_variables |= DEATH_VARIABLES

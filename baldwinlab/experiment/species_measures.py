@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from baldwinlab.core.measures import Measure
+from baldwinlab.core.measures import Measure, first_generation
 from baldwinlab.experiment.species import ACROSS
 
 # Commands that show presets do not load xarray, which takes time.
@@ -51,8 +51,7 @@ def is_unresolved(runs: xr.Dataset) -> xr.DataArray:
 def count_generations_to_end(runs: xr.Dataset) -> xr.DataArray:
     """Return the generation in which the first species is lost or fixed; NaN if unresolved."""
     share = compute_first_species_share(runs)
-    is_end = (share == 0) | (share == 1)
-    return is_end.argmax("generation").where(is_end.any("generation"))
+    return first_generation((share == 0) | (share == 1))
 
 
 def _final_share(runs: xr.Dataset) -> xr.DataArray:

@@ -38,7 +38,6 @@ from baldwinlab.models.record_means import mean_of_last_generation
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
-    PER_AGENT_DIMS,
     Field,
     LifeResults,
     Measure,
@@ -97,17 +96,14 @@ class BanditExplorers(Model, name="bandit-explorers"):
         "record": {"genome_every": 50},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "explored": Variable(PER_AGENT_DIMS, np.int32, "pulls", "number of exploratory pulls"),
-        "explores": Variable(
-            PER_AGENT_DIMS, np.int32, "1", "1 if the agent explores, 0 if its choice is hard-coded"
-        ),
-        "accepted": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of bandits in which arm 2 is chosen at the end"
-        ),
+        "explored": Variable.integer("pulls", "number of exploratory pulls"),
+        "explores": Variable.flag("1 if the agent explores, 0 if its choice is hard-coded"),
+        "accepted": Variable.share("share of bandits in which arm 2 is chosen at the end"),
     }
     innate_trait: ClassVar[str] = "explored"
     learned_distance: ClassVar[str] = "explores"
     learning_time: ClassVar[str] = "explored"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     measures: ClassVar[Mapping[str, Measure]] = {
         "explores": Measure(
             "share of agents that explore in the last generation",
@@ -120,15 +116,8 @@ class BanditExplorers(Model, name="bandit-explorers"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.learning
-
-    @property
     def steps(self) -> int:
         return self.lifetime_pulls
-
-    def without_learning(self) -> BanditExplorers:
-        return self.model_copy(update={"learning": False})
 
     def n_weights(self) -> int:
         return 1
@@ -165,9 +154,7 @@ class BanditExplorers(Model, name="bandit-explorers"):
             "accepted": accepted.astype(np.float32),
         }
         fitness = 1 + payoffs / self.lifetime_pulls
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=None, records=records)
 
     @cached_property
     def expected_payoffs(self) -> Floats:

@@ -30,11 +30,10 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
-from baldwinlab.engine import poison
-from baldwinlab.evolution.founders import draw_module
+from baldwinlab.models.founders import draw_normal_numbers
+from baldwinlab.models.record_means import change_of_mean
 from baldwinlab.models.slope_climbers import exponentiate
-from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 Numbers = npt.NDArray[np.float64]
 # Limit of a preference in the exponential function, which prevents overflow.
@@ -48,12 +47,6 @@ def choose_medium(preference: Numbers) -> Numbers:
     exponentiate(values.reshape(-1))
     share: Numbers = 1 / (1 + values)
     return share
-
-
-def _response(runs: xr.Dataset) -> xr.DataArray:
-    """Return the increase of the mean innate preference from the first to the last generation."""
-    preference = runs["preference"].astype(np.float64).mean("agent")
-    return preference.isel(generation=-1) - preference.isel(generation=0)
 
 
 class EggLayers(Model, name="egg-layers"):
@@ -88,32 +81,24 @@ class EggLayers(Model, name="egg-layers"):
         "evolution": {"generations": 24, "variation": "infinitesimal", "mutation_size": 0.14},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "preference": Variable(
-            PER_AGENT_DIMS, np.float32, "logit", "innate preference for the right medium"
+        "preference": Variable.quantity("logit", "innate preference for the right medium"),
+        "innate_share": Variable.share(
+            "share of eggs on the right medium by the innate preference"
         ),
-        "innate_share": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
-            "1",
-            "share of eggs on the right medium by the innate preference",
-        ),
-        "learned_shift": Variable(
-            PER_AGENT_DIMS, np.float32, "logit", "change of the preference by learning"
-        ),
-        "gain_slope": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
-            "1/logit",
-            "slope of the logarithm of the gain of learning at the innate preference",
+        "learned_shift": Variable.quantity("logit", "change of the preference by learning"),
+        "gain_slope": Variable.quantity(
+            "1/logit", "slope of the logarithm of the gain of learning at the innate preference"
         ),
     }
     innate_trait: ClassVar[str] = "preference"
     learned_distance: ClassVar[str] = "learned_shift"
     learning_amount: ClassVar[str] = "learning_shift"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     payoff: ClassVar[str] = "share of eggs on the right medium"
     measures: ClassVar[Mapping[str, Measure]] = {
         "response": Measure(
-            "increase of the mean innate preference, first to last generation", _response
+            "increase of the mean innate preference, first to last generation",
+            change_of_mean("preference", 0, -1),
         ),
         "gain-slope": Measure(
             "slope of the logarithm of the gain of learning, mean over agents and generations",
@@ -122,25 +107,18 @@ class EggLayers(Model, name="egg-layers"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.learning
-
-    @property
     def initial_preference(self) -> float:
         """Return the mean innate preference of the founders for the right medium."""
         is_orange = self.right_medium == "orange"
         return self.orange_preference if is_orange else -self.orange_preference
 
-    def without_learning(self) -> EggLayers:
-        return self.model_copy(update={"learning": False})
-
     def n_weights(self) -> int:
         return 1
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        genomes = poison.empty((agents, 1, 1), np.float32)
-        draw_module(key, FOUNDER, genomes, 0)
-        return np.float32(self.initial_preference) + np.float32(self.initial_std) * genomes
+        mean = np.float32(self.initial_preference)
+        std = np.float32(self.initial_std)
+        return mean + std * draw_normal_numbers(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -157,11 +135,8 @@ class EggLayers(Model, name="egg-layers"):
             "learned_shift": shift.astype(np.float32),
             "gain_slope": gain_slope.astype(np.float32),
         }
-        return LifeResults(
-            energy=fitness,
-            cost=np.zeros_like(fitness),
-            learned=learned_preference.astype(np.float32)[:, :, None],
-            records=records,
+        return LifeResults.without_cost(
+            fitness, learned=learned_preference.astype(np.float32)[:, :, None], records=records
         )
 
     def learn(self, innate_share: Numbers) -> tuple[Numbers, Numbers]:

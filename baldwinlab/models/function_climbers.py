@@ -29,8 +29,9 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.models.founders import draw_bits
+from baldwinlab.models.record_means import mean_at, mean_of_last_generation
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 # Value of each block of four bits: "0000", "0001" and so on to "1111".
 DECEPTIVE_VALUES: Final = (28, 26, 24, 18, 22, 16, 14, 0, 20, 12, 10, 2, 8, 4, 6, 30)
@@ -105,9 +106,10 @@ def make_blocks(function: str, encoding: str) -> Blocks:
     return Blocks(values, neighbors, values[neighbors] - values)
 
 
-def _early_values(runs: xr.Dataset, record: str) -> xr.DataArray:
-    """Return the values of a record in the early generation, or in the last of shorter runs."""
-    return runs[record].isel(generation=min(EARLY_GENERATION, runs.sizes["generation"] - 1))
+def _best_early_fitness(runs: xr.Dataset) -> xr.DataArray:
+    """Return the best fitness in the early generation, or in the last of shorter runs."""
+    generation = min(EARLY_GENERATION, runs.sizes["generation"] - 1)
+    return runs["learned"].isel(generation=generation).max("agent")
 
 
 class FunctionClimbers(Model, name="function-climbers"):
@@ -138,26 +140,19 @@ class FunctionClimbers(Model, name="function-climbers"):
         "record": {"genome_every": 20},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "fitness of the string at birth, 0 to 1"
-        ),
-        "learned": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "fitness of the string at death, 0 to 1"
-        ),
-        "optimum": Variable(
-            PER_AGENT_DIMS, np.int32, "1", "1 if the string at birth is the global optimum, else 0"
-        ),
-        "changed": Variable(
-            PER_AGENT_DIMS, np.int32, "bits", "number of bits that differ between birth and death"
-        ),
-        "evaluations": Variable(
-            PER_AGENT_DIMS, np.int32, "evaluations", "number of evaluated strings in the lifetime"
+        "innate": Variable.share("fitness of the string at birth, 0 to 1"),
+        "learned": Variable.share("fitness of the string at death, 0 to 1"),
+        "optimum": Variable.flag("1 if the string at birth is the global optimum, else 0"),
+        "changed": Variable.integer("bits", "number of bits that differ between birth and death"),
+        "evaluations": Variable.integer(
+            "evaluations", "number of evaluated strings in the lifetime"
         ),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     clock: ClassVar[str] = "evaluations"
     learned_distance: ClassVar[str] = "changed"
     learning_amount: ClassVar[str] = "learning_steps"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning_steps": 0}
     measures: ClassVar[Mapping[str, Measure]] = {
         "optimum": Measure(
             "share of agents born as the global optimum, last generation",
@@ -165,17 +160,12 @@ class FunctionClimbers(Model, name="function-climbers"):
         ),
         "optimum-early": Measure(
             f"share of agents born as the global optimum, generation {EARLY_GENERATION}",
-            lambda runs: _early_values(runs, "optimum").mean("agent"),
+            mean_at("optimum", EARLY_GENERATION),
         ),
         "best-early": Measure(
-            f"best fitness in generation {EARLY_GENERATION}",
-            lambda runs: _early_values(runs, "learned").max("agent"),
+            f"best fitness in generation {EARLY_GENERATION}", _best_early_fitness
         ),
     }
-
-    @property
-    def learns(self) -> bool:
-        return self.learning_steps > 0
 
     @property
     def steps(self) -> int:
@@ -194,16 +184,11 @@ class FunctionClimbers(Model, name="function-climbers"):
                 "'function-climbers': a string is inherited completely, because its genes are bits"
             )
 
-    def without_learning(self) -> FunctionClimbers:
-        return self.model_copy(update={"learning_steps": 0})
-
     def n_weights(self) -> int:
         return self.variables * self.bits
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[:, :, 0]
-        founders: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)[:, None]
-        return founders
+        return draw_bits(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -235,9 +220,8 @@ class FunctionClimbers(Model, name="function-climbers"):
             "changed": changed.sum(axis=(-2, -1)).astype(np.int32),
             "evaluations": n_evaluations,
         }
-        return LifeResults(
-            energy=learned,
-            cost=np.zeros_like(learned),
+        return LifeResults.without_cost(
+            learned,
             learned=bits_at_death.reshape(*shape[:2], -1).astype(np.float32),
             records=records,
         )

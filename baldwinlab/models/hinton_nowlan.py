@@ -24,36 +24,21 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.measures import first_generation
 from baldwinlab.engine import poison
 from baldwinlab.evolution.variation import Draws, OneGenome
-from baldwinlab.evolution.variation_operators import (
-    draw_cut,
-    is_from_fitter,
-)
+from baldwinlab.evolution.variation_operators import draw_cut, is_from_fitter
+from baldwinlab.models.founders import UNSET_ALLELE, draw_alleles
 from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import (
-    FOUNDER,
-    LIFE,
-    PER_AGENT_DIMS,
-    Field,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-    Variation,
-    uniforms,
-)
+from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Model, Variable, Variation, uniforms
 
-# Number that represents the allele ? in a genome.
-UNSET_ALLELE: Final = 0.5
 # Upper limit of the gain in fitness above the baseline of 1.
 MAX_GAIN: Final = 19.0
 
 
 def _take_off(runs: xr.Dataset) -> xr.DataArray:
     """Return the first generation in which half of the agents succeed, or NaN."""
-    half_succeed = runs["succeeded"].mean("agent") >= 0.5
-    return half_succeed.argmax("generation").where(half_succeed.any("generation"))
+    return first_generation(runs["succeeded"].mean("agent") >= 0.5)
 
 
 def _unset_at_take_off(runs: xr.Dataset) -> xr.DataArray:
@@ -100,15 +85,11 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         "evolution": {"generations": 51, "variation": "one-point-alleles", "mutation_rate": 0.0},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "ones": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of alleles that are 1, the correct allele"
-        ),
-        "unset": Variable(PER_AGENT_DIMS, np.float32, "1", "share of alleles that are ?"),
-        "zeros": Variable(PER_AGENT_DIMS, np.float32, "1", "share of alleles that are 0"),
-        "succeeded": Variable(
-            PER_AGENT_DIMS, np.int32, "1", "1 if all alleles were correct in a trial, else 0"
-        ),
-        "used": Variable(PER_AGENT_DIMS, np.int32, "trials", "number of trials in the lifetime"),
+        "ones": Variable.share("share of alleles that are 1, the correct allele"),
+        "unset": Variable.share("share of alleles that are ?"),
+        "zeros": Variable.share("share of alleles that are 0"),
+        "succeeded": Variable.flag("1 if all alleles were correct in a trial, else 0"),
+        "used": Variable.integer("trials", "number of trials in the lifetime"),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
     clock: ClassVar[str] = "used"
@@ -116,6 +97,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     learned_distance: ClassVar[str] = "unset"
     learning_time: ClassVar[str] = "used"
     learning_amount: ClassVar[str] = "trials"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"guessing": False}
     measures: ClassVar[Mapping[str, Measure]] = {
         "ones": Measure("share of 1 in the last generation", mean_of_last_generation("ones")),
         "unset": Measure("share of ? in the last generation", mean_of_last_generation("unset")),
@@ -139,27 +121,14 @@ class HintonNowlan(Model, name="hinton-nowlan"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.guessing
-
-    @property
     def steps(self) -> int:
         return self.trials
-
-    def without_learning(self) -> HintonNowlan:
-        return self.model_copy(update={"guessing": False})
 
     def n_weights(self) -> int:
         return self.loci
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.loci))[:, :, 0]
-        # The shares of 0 and 1 are equal.
-        zero_share = (1 - self.initial_unset_share) / 2
-        is_zero = draws < zero_share
-        is_zero_or_one = draws < 2 * zero_share
-        alleles = np.select([is_zero, is_zero_or_one], [0.0, 1.0], UNSET_ALLELE)
-        return alleles[:, None].astype(np.float32)
+        return draw_alleles(key, agents, self.loci, self.initial_unset_share)
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -191,9 +160,7 @@ class HintonNowlan(Model, name="hinton-nowlan"):
         }
         # A success sets all loci of the agent to the correct allele, 1.
         learned = np.where(succeeded[:, :, None], np.float32(1), genomes)
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=learned, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=learned, records=records)
 
     def _find_first_success(
         self, n_unset: npt.NDArray[np.int64], luck: npt.NDArray[np.float64]

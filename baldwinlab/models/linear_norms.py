@@ -21,20 +21,18 @@ genetic assimilation", Journal of Evolutionary Biology 22 (2009).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.engine import poison
-from baldwinlab.evolution.founders import draw_module
+from baldwinlab.models.founders import draw_normal_numbers
+from baldwinlab.models.record_means import change_of_mean, mean_at
 from baldwinlab.models.slope_climbers import MAX_LOG_FITNESS, exponentiate
 from baldwinlab.parts import (
-    FOUNDER,
     LIFE,
-    PER_AGENT_DIMS,
     Field,
     LifeResults,
     Measure,
@@ -46,7 +44,6 @@ from baldwinlab.parts import (
 
 # Generation near the end of the first phase, in which plasticity evolves.
 PHASE_END: Final = 20
-Average = Callable[[xr.Dataset], xr.DataArray]
 
 
 class Environment(NamedTuple):
@@ -56,27 +53,11 @@ class Environment(NamedTuple):
     selection: float
 
 
-def _mean_at(record: str, generation: int) -> Average:
-    """Return a function of runs: the mean of a record in a generation, or in the last one."""
-
-    def average(runs: xr.Dataset) -> xr.DataArray:
-        last = runs.sizes["generation"] - 1
-        values = runs[record].isel(generation=min(generation, last) if generation >= 0 else last)
-        return values.astype(np.float64).mean("agent")
-
-    return average
-
-
-def _change(record: str, start: int, end: int) -> Average:
-    """Return a function of runs: the change of the mean of a record between two generations."""
-    return lambda runs: _mean_at(record, end)(runs) - _mean_at(record, start)(runs)
-
-
 def _rate_ratio(runs: xr.Dataset) -> xr.DataArray:
     """Return the rate of change of the slope in the first phase, divided by that in the second."""
     later_generations = max(1, runs.sizes["generation"] - 1 - PHASE_END)
-    rise = _change("slope", 0, PHASE_END)(runs) / PHASE_END
-    fall = -_change("slope", PHASE_END, -1)(runs) / later_generations
+    rise = change_of_mean("slope", 0, PHASE_END)(runs) / PHASE_END
+    fall = -change_of_mean("slope", PHASE_END, -1)(runs) / later_generations
     return rise / fall
 
 
@@ -131,59 +112,53 @@ class LinearNorms(Model, name="linear-norms"):
         "record": {"genome_every": 20},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "intercept": Variable(PER_AGENT_DIMS, np.float32, "z", "intercept of the reaction norm"),
-        "slope": Variable(PER_AGENT_DIMS, np.float32, "z/e", "slope of the reaction norm"),
-        "plastic_response": Variable(
-            PER_AGENT_DIMS, np.float32, "z", "absolute change of the phenotype by the cue"
-        ),
-        "mismatch": Variable(
-            PER_AGENT_DIMS, np.float32, "z", "phenotype minus the optimum in this generation"
-        ),
+        "intercept": Variable.quantity("z", "intercept of the reaction norm"),
+        "slope": Variable.quantity("z/e", "slope of the reaction norm"),
+        "plastic_response": Variable.quantity("z", "absolute change of the phenotype by the cue"),
+        "mismatch": Variable.quantity("z", "phenotype minus the optimum in this generation"),
     }
     innate_trait: ClassVar[str] = "intercept"
     learned_distance: ClassVar[str] = "plastic_response"
     learning_amount: ClassVar[str] = "plasticity"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": 0.0}
     measures: ClassVar[Mapping[str, Measure]] = {
         "slope-rise": Measure(
-            "change of the mean slope from generation 0 to 20", _change("slope", 0, PHASE_END)
+            "change of the mean slope from generation 0 to 20",
+            change_of_mean("slope", 0, PHASE_END),
         ),
         "slope-fall": Measure(
             "decrease of the mean slope from generation 20 to the last",
-            lambda runs: -_change("slope", PHASE_END, -1)(runs),
+            lambda runs: -change_of_mean("slope", PHASE_END, -1)(runs),
         ),
         "intercept-rise": Measure(
             "change of the mean intercept from generation 20 to the last",
-            _change("intercept", PHASE_END, -1),
+            change_of_mean("intercept", PHASE_END, -1),
         ),
         "rate-ratio": Measure(
             "increase of the mean slope per generation to generation 20, divided by its decrease "
             "per generation later",
             _rate_ratio,
         ),
-        "slope-at-20": Measure("mean slope in generation 20", _mean_at("slope", PHASE_END)),
-        "intercept-at-20": Measure(
-            "mean intercept in generation 20", _mean_at("intercept", PHASE_END)
+        "slope-at-20": Measure(
+            "mean slope in generation 20", mean_at("slope", PHASE_END, np.float64)
         ),
-        "final-slope": Measure("mean slope in the last generation", _mean_at("slope", -1)),
+        "intercept-at-20": Measure(
+            "mean intercept in generation 20", mean_at("intercept", PHASE_END, np.float64)
+        ),
+        "final-slope": Measure(
+            "mean slope in the last generation", mean_at("slope", -1, np.float64)
+        ),
         "final-intercept": Measure(
-            "mean intercept in the last generation", _mean_at("intercept", -1)
+            "mean intercept in the last generation", mean_at("intercept", -1, np.float64)
         ),
         "early-fitness": Measure("fitness, mean over generations 1 to 20", _early_fitness),
     }
-
-    @property
-    def learns(self) -> bool:
-        return self.plasticity > 0
-
-    def without_learning(self) -> LinearNorms:
-        return self.model_copy(update={"plasticity": 0.0})
 
     def n_weights(self) -> int:
         return 2
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        genomes = poison.empty((agents, 1, 2), np.float32)
-        draw_module(key, FOUNDER, genomes, 0)
+        genomes = draw_normal_numbers(key, agents, self.n_weights())
         # Selection in the first environment, whose mean is 0, leads to this slope.
         genomes[..., 1] += np.float32(self.predictability * self.optimum_slope / self.slope_std)
         return genomes
@@ -220,6 +195,4 @@ class LinearNorms(Model, name="linear-norms"):
             "plastic_response": np.abs(response).astype(np.float32),
             "mismatch": mismatch.astype(np.float32),
         }
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=None, records=records)

@@ -17,16 +17,16 @@ environments", TPNC 2018.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
 from baldwinlab.models.hinton_nowlan import HintonNowlan
-from baldwinlab.parts import LIFE, PER_AGENT_DIMS, Field, LifeResults, Measure, Variable, uniforms
+from baldwinlab.models.record_means import mean_of_second_half
+from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Variable, uniforms
 
 # Number of changes of the target that are drawn together.
 CHANGES_PER_BLOCK: Final = 100
@@ -40,15 +40,6 @@ RECORD_NAMES = {
     "succeeded": "succeeded",
     "used": "used",
 }
-
-
-def _mean_of_second_half(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean of a record over the second half of the generations."""
-    return lambda runs: (
-        runs[record]
-        .isel(generation=slice(runs.sizes["generation"] // 2, None))
-        .mean(("generation", "agent"))
-    )
 
 
 class MovingNeedle(HintonNowlan, name="moving-needle"):
@@ -79,23 +70,19 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         for name, variable in HintonNowlan.records.items()
         if name not in ("ones", "zeros")
     } | {
-        "right": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of correct alleles in this generation"
-        ),
-        "wrong": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of wrong alleles in this generation"
-        ),
+        "right": Variable.share("share of correct alleles in this generation"),
+        "wrong": Variable.share("share of wrong alleles in this generation"),
     }
     innate_trait: ClassVar[str] = "right"
     measures: ClassVar[Mapping[str, Measure]] = {
-        "fitness": Measure("fitness in the second half of the run", _mean_of_second_half("energy")),
+        "fitness": Measure("fitness in the second half of the run", mean_of_second_half("energy")),
         "right": Measure(
-            "share of correct alleles in the second half of the run", _mean_of_second_half("right")
+            "share of correct alleles in the second half of the run", mean_of_second_half("right")
         ),
-        "unset": Measure("share of ? in the second half of the run", _mean_of_second_half("unset")),
+        "unset": Measure("share of ? in the second half of the run", mean_of_second_half("unset")),
         "succeeded": Measure(
             "share of agents that succeed in the second half of the run",
-            _mean_of_second_half("succeeded"),
+            mean_of_second_half("succeeded"),
         ),
     }
 
@@ -116,9 +103,7 @@ class MovingNeedle(HintonNowlan, name="moving-needle"):
         if learned is not None:
             learned = np.where(is_swapped[:, :, 0], 1 - learned, learned)
         records = {RECORD_NAMES[name]: record for name, record in results.records.items()}
-        return LifeResults(
-            energy=results.energy, cost=results.cost, learned=learned, records=records
-        )
+        return results._replace(learned=learned, records=records)
 
     def target(self, seed: int, run: int, generation: int) -> npt.NDArray[np.int64]:
         """Return the target of a generation: the correct allele [locus], 0 or 1."""

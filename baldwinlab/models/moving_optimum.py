@@ -21,27 +21,18 @@ Biology 175 (1995).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.engine import poison
-from baldwinlab.evolution.founders import draw_module
+from baldwinlab.core.measures import first_generation
+from baldwinlab.models.founders import draw_normal_numbers
+from baldwinlab.models.record_means import mean_of_second_half
 from baldwinlab.models.slope_climbers import MAX_LOG_FITNESS, exponentiate
-from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
-
-
-def _mean_of_second_half(record: str) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean of a record over the second half of the generations."""
-    return lambda runs: (
-        runs[record]
-        .astype(np.float64)
-        .isel(generation=slice(runs.sizes["generation"] // 2, None))
-        .mean(("generation", "agent"))
-    )
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
 def _variance_of_second_half(runs: xr.Dataset) -> xr.DataArray:
@@ -54,8 +45,7 @@ def _variance_of_second_half(runs: xr.Dataset) -> xr.DataArray:
 def _half_time(runs: xr.Dataset) -> xr.DataArray:
     """Return the first generation with at most half of the initial mean mismatch, or NaN."""
     mismatch = runs["mismatch_at_birth"].astype(np.float64).mean("agent")
-    has_halved = mismatch <= mismatch.isel(generation=0) / 2
-    return has_halved.argmax("generation").where(has_halved.any("generation"))
+    return first_generation(mismatch <= mismatch.isel(generation=0) / 2)
 
 
 class MovingOptimum(Model, name="moving-optimum"):
@@ -97,28 +87,25 @@ class MovingOptimum(Model, name="moving-optimum"):
         },
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate_x": Variable(PER_AGENT_DIMS, np.float32, "x", "x at birth"),
-        "mismatch_at_birth": Variable(
-            PER_AGENT_DIMS, np.float32, "x", "optimum minus x at birth; above 0: behind the optimum"
+        "innate_x": Variable.quantity("x", "x at birth"),
+        "mismatch_at_birth": Variable.quantity(
+            "x", "optimum minus x at birth; above 0: behind the optimum"
         ),
-        "mismatch_at_death": Variable(
-            PER_AGENT_DIMS, np.float32, "x", "optimum minus x at death, after learning"
-        ),
-        "learned_distance": Variable(
-            PER_AGENT_DIMS, np.float32, "x", "distance between x at birth and at death"
-        ),
+        "mismatch_at_death": Variable.quantity("x", "optimum minus x at death, after learning"),
+        "learned_distance": Variable.quantity("x", "distance between x at birth and at death"),
     }
     innate_trait: ClassVar[str] = "innate_x"
     learned_distance: ClassVar[str] = "learned_distance"
     learning_amount: ClassVar[str] = "learned_share"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     measures: ClassVar[Mapping[str, Measure]] = {
         "mismatch": Measure(
             "optimum minus x at death, in the second half of the run",
-            _mean_of_second_half("mismatch_at_death"),
+            mean_of_second_half("mismatch_at_death", np.float64),
         ),
         "mismatch-at-birth": Measure(
             "optimum minus x at birth, in the second half of the run",
-            _mean_of_second_half("mismatch_at_birth"),
+            mean_of_second_half("mismatch_at_birth", np.float64),
         ),
         "variance": Measure(
             "variance of x at birth, in the second half of the run", _variance_of_second_half
@@ -132,16 +119,11 @@ class MovingOptimum(Model, name="moving-optimum"):
     def learns(self) -> bool:
         return self.learning and self.learned_share > 0
 
-    def without_learning(self) -> MovingOptimum:
-        return self.model_copy(update={"learning": False})
-
     def n_weights(self) -> int:
         return 1
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        genomes = poison.empty((agents, 1, 1), np.float32)
-        draw_module(key, FOUNDER, genomes, 0)
-        return np.float32(self.initial_std) * genomes
+        return np.float32(self.initial_std) * draw_normal_numbers(key, agents, self.n_weights())
 
     def optimum(self, generation: int) -> float:
         """Return the optimum of a generation; the mean of the founders is 0."""

@@ -28,20 +28,19 @@ G. Mayley, "Guiding or hiding", ECAL 97.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import jit_entry_point
 from baldwinlab.evolution.variation import Draws, OneGenome
+from baldwinlab.models.record_means import mean_at
 from baldwinlab.parts import (
     LIFE,
-    PER_AGENT_DIMS,
     Field,
     LifeResults,
     Measure,
@@ -89,16 +88,6 @@ def landscape(seed: int, run: int, bits: int, n_links: int) -> npt.NDArray[np.fl
     # The array is cached.
     fitness.flags.writeable = False
     return fitness
-
-
-def _mean_at(record: str, generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean of a record in a generation.
-
-    In shorter runs, it is the mean in the last generation.
-    """
-    return lambda runs: (
-        runs[record].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
-    )
 
 
 def _view_climb(
@@ -166,22 +155,15 @@ class NKClimbers(Model, name="nk-climbers"):
         "record": {"genome_every": 5},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "fitness of the string at birth, 0 to 1"
-        ),
-        "learned": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
-            "1",
-            "fitness of the string at death, without the cost, 0 to 1",
-        ),
-        "changed": Variable(
-            PER_AGENT_DIMS, np.int32, "bits", "number of bits that differ between birth and death"
-        ),
+        "innate": Variable.share("fitness of the string at birth, 0 to 1"),
+        "learned": Variable.share("fitness of the string at death, without the cost, 0 to 1"),
+        "changed": Variable.integer("bits", "number of bits that differ between birth and death"),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     learned_distance: ClassVar[str] = "changed"
     learning_amount: ClassVar[str] = "trials"
+    # An agent that changes no bit has no cost.
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"trials": 0, "cost_per_bit": 0.0}
     views: ClassVar[Mapping[str, View]] = {
         "climb": View(
             (
@@ -192,14 +174,14 @@ class NKClimbers(Model, name="nk-climbers"):
         )
     }
     measures: ClassVar[Mapping[str, Measure]] = {
-        "innate": Measure("innate fitness in generation 150", _mean_at("innate", 150)),
-        "changed": Measure("bits changed by learning in generation 150", _mean_at("changed", 150)),
+        "innate": Measure("innate fitness in generation 150", mean_at("innate", 150)),
+        "changed": Measure("bits changed by learning in generation 150", mean_at("changed", 150)),
         "changed-at-first": Measure(
-            "bits changed by learning in generation 2", _mean_at("changed", 2)
+            "bits changed by learning in generation 2", mean_at("changed", 2)
         ),
         "changed-falls": Measure(
             "bits changed by learning in generation 2 minus those in generation 150",
-            lambda runs: _mean_at("changed", 2)(runs) - _mean_at("changed", 150)(runs),
+            lambda runs: mean_at("changed", 2)(runs) - mean_at("changed", 150)(runs),
         ),
     }
 
@@ -216,10 +198,6 @@ class NKClimbers(Model, name="nk-climbers"):
             raise ValueError(
                 f"nk_climbers.k = {self.k} must be less than nk_climbers.bits = {self.bits}"
             )
-
-    def without_learning(self) -> NKClimbers:
-        # An agent that changes no bit has no cost.
-        return self.model_copy(update={"trials": 0, "cost_per_bit": 0.0})
 
     def n_weights(self) -> int:
         return self.bits

@@ -28,19 +28,9 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
-from baldwinlab.models.hinton_nowlan import UNSET_ALLELE
+from baldwinlab.models.founders import UNSET_ALLELE, draw_alleles
 from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import (
-    FOUNDER,
-    LIFE,
-    PER_AGENT_DIMS,
-    Field,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-    uniforms,
-)
+from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
 
 Floats = npt.NDArray[np.float64]
 # The record `innate_elements` has one bit of an int32 for each element.
@@ -124,33 +114,23 @@ class PlasticElements(Model, name="plastic-elements"):
         "record": {"genome_every": 50},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of elements that are innately right"
-        ),
-        "plastic": Variable(PER_AGENT_DIMS, np.float32, "1", "share of elements that are plastic"),
-        "right": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of elements that are right at death"
-        ),
-        "innate_elements": Variable(
-            PER_AGENT_DIMS,
-            np.int32,
-            "bit mask",
-            "innately right elements: bit i - 1 is 1 if element i is right at birth",
+        "innate": Variable.share("share of elements that are innately right"),
+        "plastic": Variable.share("share of elements that are plastic"),
+        "right": Variable.share("share of elements that are right at death"),
+        "innate_elements": Variable.integer(
+            "bit mask", "innately right elements: bit i - 1 is 1 if element i is right at birth"
         ),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "?": UNSET_ALLELE, "1": 1.0}
     innate_trait: ClassVar[str] = "innate"
     learned_distance: ClassVar[str] = "plastic"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     measures: ClassVar[Mapping[str, Measure]] = {
         "plastic": Measure(
             "share of plastic elements in the last generation",
             mean_of_last_generation("plastic"),
         )
     }
-
-    @property
-    def learns(self) -> bool:
-        return self.learning
 
     @property
     def n_elements(self) -> int:
@@ -172,18 +152,11 @@ class PlasticElements(Model, name="plastic-elements"):
                     f"{prerequisite}; it can only need an element with a smaller number, or 0"
                 )
 
-    def without_learning(self) -> PlasticElements:
-        return self.model_copy(update={"learning": False})
-
     def n_weights(self) -> int:
         return self.n_elements
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, self.n_elements))[:, :, 0]
-        # The shares of 0 and 1 are equal.
-        zero_share = (1 - self.initial_unset_share) / 2
-        alleles = np.select([draws < zero_share, draws < 2 * zero_share], [0.0, 1.0], UNSET_ALLELE)
-        return alleles[:, None].astype(np.float32)
+        return draw_alleles(key, agents, self.n_elements, self.initial_unset_share)
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -203,9 +176,7 @@ class PlasticElements(Model, name="plastic-elements"):
             "innate_elements": (is_innate @ (1 << np.arange(self.n_elements))).astype(np.int32),
         }
         learned = np.where(is_right, np.float32(1), genomes)
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=learned, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=learned, records=records)
 
     def expected_fitness(self, genomes: npt.NDArray[np.float32]) -> Floats:
         """Return the exact mean fitness over all outcomes of learning.

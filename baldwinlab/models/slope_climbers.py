@@ -28,23 +28,16 @@ from typing import Any, ClassVar, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
-from baldwinlab.engine import poison
 from baldwinlab.engine.arithmetic import power_of_ten
 from baldwinlab.engine.jit import compiled, jit_entry_point
-from baldwinlab.evolution.founders import draw_module
-from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.models.founders import draw_normal_numbers
+from baldwinlab.models.record_means import change_of_mean
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 # Limit of the logarithm of fitness, which prevents overflow.
 MAX_LOG_FITNESS: Final = 300.0
 # Decimal logarithm of e.
 LOG10_E: Final = 0.43429448190325182765
-
-
-def _climb_of_mean(runs: xr.Dataset) -> xr.DataArray:
-    """Return the increase of the mean innate x from the first to the last generation."""
-    innate = runs["innate_x"].astype(np.float64).mean("agent")
-    return innate.isel(generation=-1) - innate.isel(generation=0)
 
 
 class SlopeClimbers(Model, name="slope-climbers"):
@@ -76,24 +69,21 @@ class SlopeClimbers(Model, name="slope-climbers"):
         },
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate_x": Variable(PER_AGENT_DIMS, np.float32, "x", "x at birth"),
-        "uphill": Variable(
-            PER_AGENT_DIMS, np.int32, "1", "1 if fitness rises with x at birth, else 0"
-        ),
+        "innate_x": Variable.quantity("x", "x at birth"),
+        "uphill": Variable.flag("1 if fitness rises with x at birth, else 0"),
     }
     innate_trait: ClassVar[str] = "innate_x"
     learning_amount: ClassVar[str] = "learning_step"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     measures: ClassVar[Mapping[str, Measure]] = {
-        "climb": Measure("increase of mean innate x, first to last generation", _climb_of_mean),
+        "climb": Measure(
+            "increase of mean innate x, first to last generation", change_of_mean("innate_x", 0, -1)
+        ),
         "uphill": Measure(
             "share of agents born where fitness rises with x, minimum over generations",
             lambda runs: runs["uphill"].mean("agent").min("generation"),
         ),
     }
-
-    @property
-    def learns(self) -> bool:
-        return self.learning
 
     def check(self, experiment: Any) -> None:
         if self.slope == self.curvature == 0:
@@ -105,18 +95,13 @@ class SlopeClimbers(Model, name="slope-climbers"):
     def assimilation_obstacle(self) -> str:
         return "Learning adds the same step to x in every life."
 
-    def without_learning(self) -> SlopeClimbers:
-        return self.model_copy(update={"learning": False})
-
     def n_weights(self) -> int:
         return 1
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        genomes = poison.empty((agents, 1, 1), np.float32)
-        draw_module(key, FOUNDER, genomes, 0)
         mean = np.float32(self.initial_mean)
         std = np.float32(self.initial_std)
-        return mean + std * genomes
+        return mean + std * draw_normal_numbers(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -130,12 +115,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
             "innate_x": innate_x.copy(),
             "uphill": (log_fitness_slope > 0).astype(np.int32),
         }
-        return LifeResults(
-            energy=fitness,
-            cost=np.zeros_like(fitness),
-            learned=learned_x[:, :, None],
-            records=records,
-        )
+        return LifeResults.without_cost(fitness, learned=learned_x[:, :, None], records=records)
 
     def fitness(self, x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Return the fitness f(x) for an array `x` of any shape."""

@@ -27,30 +27,14 @@ from typing import Any, ClassVar, Final
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
-from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import (
-    FOUNDER,
-    LIFE,
-    PER_AGENT_DIMS,
-    Field,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-    uniforms,
-)
+from baldwinlab.models.founders import draw_bits
+from baldwinlab.models.record_means import mean_of_last_generation, mean_of_second_half
+from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
 
 # Generation number of the random numbers for the first states. No lifetime uses this number.
 STATE_GENERATION: Final = 2**32 - 1
 
 States = npt.NDArray[np.int64]
-
-
-def _match_of_second_half(runs: xr.Dataset) -> xr.DataArray:
-    """Return the share of agents with a correct preference over the second half of the run."""
-    second_half = slice(runs.sizes["generation"] // 2, None)
-    return runs["innate_match"].isel(generation=second_half).mean(("generation", "agent"))
 
 
 class TwoStateForager(Model, name="two-state-forager"):
@@ -79,17 +63,14 @@ class TwoStateForager(Model, name="two-state-forager"):
         "evolution": {"generations": 301, "variation": "bit-flips", "mutation_rate": 0.001},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "learns": Variable(PER_AGENT_DIMS, np.int32, "1", "1 if the agent can learn, else 0"),
-        "innate_match": Variable(
-            PER_AGENT_DIMS, np.int32, "1", "1 if the innate preference is correct at birth, else 0"
-        ),
-        "innate_error": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of steps with a wrong innate preference"
-        ),
+        "learns": Variable.flag("1 if the agent can learn, else 0"),
+        "innate_match": Variable.flag("1 if the innate preference is correct at birth, else 0"),
+        "innate_error": Variable.share("share of steps with a wrong innate preference"),
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     innate_trait: ClassVar[str] = "innate_match"
     learned_distance: ClassVar[str] = "innate_error"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     measures: ClassVar[Mapping[str, Measure]] = {
         "learners": Measure(
             "share of agents that can learn in the last generation",
@@ -97,13 +78,9 @@ class TwoStateForager(Model, name="two-state-forager"):
         ),
         "innate-match": Measure(
             "share of agents with a correct innate preference in the second half of the run",
-            _match_of_second_half,
+            mean_of_second_half("innate_match"),
         ),
     }
-
-    @property
-    def learns(self) -> bool:
-        return self.learning
 
     @property
     def steps(self) -> int:
@@ -115,16 +92,11 @@ class TwoStateForager(Model, name="two-state-forager"):
             return "The first state of a life does not depend on that of the parent's life."
         return ""
 
-    def without_learning(self) -> TwoStateForager:
-        return self.model_copy(update={"learning": False})
-
     def n_weights(self) -> int:
         return 2
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        draws = key.uniforms(FOUNDER, (agents, 2))[:, :, 0]
-        is_1: npt.NDArray[np.bool_] = draws < 0.5
-        return is_1[:, None].astype(np.float32)
+        return draw_bits(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]

@@ -61,6 +61,32 @@ class LifeResults(NamedTuple):
     position: npt.NDArray[np.float32] | None = None
     lifetimes: tuple[LifeResults, ...] = ()
 
+    @classmethod
+    def without_cost(
+        cls,
+        energy: npt.NDArray[np.float64],
+        *,
+        learned: npt.NDArray[np.float32] | None,
+        records: Mapping[str, npt.NDArray[Any]],
+    ) -> Self:
+        """Return the results of lifetimes in which learning has no cost.
+
+        Parameters
+        ----------
+        energy : array, float64 [run, agent]
+            Energy gained, or payoff.
+        learned : array, float32 [run, agent, weight], or None
+            First module at death. None if it is not needed.
+        records : Mapping[str, array]
+            Further recorded variables by name, each [run, agent].
+
+        Returns
+        -------
+        LifeResults
+            The results, with a cost of 0.
+        """
+        return cls(energy, np.zeros_like(energy), learned, records)
+
 
 class Model(Part):
     """Model: founders, lifetimes and payoffs that replace those of MiniWorld.
@@ -104,6 +130,9 @@ class Model(Part):
         Name of the record with the number of steps or trials until an agent has learned, or "".
     learning_amount : str
         Name of the setting with the learning rate, the step or the number of trials, or "".
+    settings_without_learning : Mapping[str, Any]
+        Values of settings with which agents do not learn, for example `{"trials": 0}`. Empty for a
+        model without learning, and for a model that overrides `learns` and `without_learning`.
     """
 
     kind: ClassVar[str] = "model"
@@ -123,6 +152,7 @@ class Model(Part):
     learned_distance: ClassVar[str] = ""
     learning_time: ClassVar[str] = ""
     learning_amount: ClassVar[str] = ""
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {}
 
     @property
     def assimilation_obstacle(self) -> str:
@@ -131,8 +161,10 @@ class Model(Part):
 
     @property
     def learns(self) -> bool:
-        """Whether agents learn during their lifetime."""
-        return False
+        """Whether agents learn: whether a setting differs from `settings_without_learning`."""
+        return any(
+            getattr(self, name) != value for name, value in self.settings_without_learning.items()
+        )
 
     @property
     def steps(self) -> int:
@@ -161,7 +193,9 @@ class Model(Part):
         ValueError
             If the model has no lifetime without learning.
         """
-        raise ValueError(f"the model {self.name!r} has no lifetime without learning")
+        if not self.settings_without_learning:
+            raise ValueError(f"the model {self.name!r} has no lifetime without learning")
+        return self.model_copy(update=dict(self.settings_without_learning))
 
     def n_weights(self) -> int:
         """Return the number of entries of a module."""

@@ -25,16 +25,9 @@ class BitStrings(Model, name="bit-strings"):
         "population": {"size": 1000},
         "evolution": {"generations": 50, "variation": "one-point", "mutation_rate": 0.0},
     }
-    records = {
-        "unknown": Variable(
-            ("generation", "agent"), np.int32, "loci", "number of loci with ? at birth"
-        )
-    }
-    learns = property(lambda self: self.guessing)
+    records = {"unknown": Variable.integer("loci", "number of loci with ? at birth")}
+    settings_without_learning = {"guessing": False}
     steps = property(lambda self: self.guesses)
-
-    def without_learning(self):
-        return self.model_copy(update={"guessing": False})
 
     def n_weights(self):
         return self.loci
@@ -59,11 +52,8 @@ class BitStrings(Model, name="bit-strings"):
         succeeded = can_succeed & (used <= self.guesses)
         payoff = np.where(succeeded, 1 + 19 * (self.guesses - used) / self.guesses, 1.0)
         learned = np.where(succeeded[:, :, None], np.float32(1), genomes)
-        return LifeResults(
-            energy=payoff,
-            cost=np.zeros_like(payoff),
-            learned=learned,
-            records={"unknown": unknown.astype(np.int32)},
+        return LifeResults.without_cost(
+            payoff, learned=learned, records={"unknown": unknown.astype(np.int32)}
         )
 
     def oracle(self, genome, luck):

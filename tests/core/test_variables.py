@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
-from baldwinlab.core.variables import record_variables
+from baldwinlab.core.variables import Variable, record_variables
 from baldwinlab.papers.presets import load
 
 DISTANCE = {"evolution": {"fitness": "distance"}}
@@ -52,3 +53,11 @@ def test_the_meaning_of_energy_is_that_of_the_fitness_in_use(
     experiment = load(preset).replace(**changes)
     variable = record_variables(experiment)["energy"]
     assert (variable.meaning, variable.unit) == (meaning, unit)
+
+
+def test_a_variable_of_agents_has_the_dimensions_and_the_type_of_its_kind() -> None:
+    dims = ("generation", "agent")
+    assert Variable.share("share of ?") == Variable(dims, np.float32, "1", "share of ?")
+    assert Variable.flag("1 if right") == Variable(dims, np.int32, "1", "1 if right")
+    assert Variable.integer("loci", "number") == Variable(dims, np.int32, "loci", "number")
+    assert Variable.quantity("x", "x at birth") == Variable(dims, np.float32, "x", "x at birth")

@@ -18,6 +18,7 @@ from baldwinlab.analysis.estimands import estimate
 from baldwinlab.analysis.estimands.estimate import Estimate
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.core.assay_variables import FORKS
+from baldwinlab.core.measures import first_generation
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.controls import find_control
 
@@ -152,9 +153,7 @@ def _find_time_to_level(
     evaluations = totals.sel(generation=mean_fitness["generation"])
     is_reached = mean_fitness >= level
     # Infinity marks a run that does not reach the level.
-    generation_at_level = is_reached.argmax("generation").where(
-        is_reached.any("generation"), np.inf
-    )
+    generation_at_level = first_generation(is_reached, np.inf)
     is_first = is_reached & (is_reached.cumsum("generation") == 1)
     evaluations_at_level = evaluations.where(is_first).max("generation").fillna(np.inf)
     return _finite_median(generation_at_level.values), _finite_median(evaluations_at_level.values)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
 from baldwinlab.models.cell_foragers.grid import GRID_SIZE, N_FOOD_ITEMS
 from baldwinlab.models.cell_foragers.lifetimes import (
@@ -23,17 +22,8 @@ from baldwinlab.models.cell_foragers.lifetimes import (
 )
 from baldwinlab.models.cell_foragers.network import N_ACTION_OUTPUTS, N_INPUTS, Activations, Layers
 from baldwinlab.models.grid_frames import make_foraging_frames
-from baldwinlab.parts import (
-    FOUNDER,
-    PER_AGENT_DIMS,
-    Field,
-    GridView,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-    View,
-)
+from baldwinlab.models.record_means import mean_at
+from baldwinlab.parts import FOUNDER, Field, GridView, LifeResults, Measure, Model, Variable, View
 
 TARGET_OF_LEARNING: Final = {
     "none": NO_TARGET,
@@ -47,16 +37,6 @@ N_PERIODS: Final = 6
 N_ADDITIONAL_OUTPUTS: Final = 2
 # Approximate maximum number of moves in a view.
 MAX_SHOWN_MOVES: Final = 20_000
-
-
-def _mean_gain(generation: int) -> Callable[[xr.Dataset], xr.DataArray]:
-    """Return a function of runs: the mean gain in a generation.
-
-    In shorter runs, it is the gain in the last generation.
-    """
-    return lambda runs: (
-        runs["gain"].isel(generation=min(generation, runs.sizes["generation"] - 1)).mean("agent")
-    )
 
 
 def _view_lifetime(
@@ -114,12 +94,10 @@ class CellForagers(Model, name="cell-foragers"):
     }
     payoff: ClassVar[str] = "food eaten per environment"
     learning_amount: ClassVar[str] = "learning_rate"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning_rate": 0.0}
     records: ClassVar[Mapping[str, Variable]] = {
-        "gain": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
-            "items",
-            "food per environment in the last sixth of life minus that in the first",
+        "gain": Variable.quantity(
+            "items", "food per environment in the last sixth of life minus that in the first"
         ),
     }
     views: ClassVar[Mapping[str, View]] = {
@@ -132,19 +110,16 @@ class CellForagers(Model, name="cell-foragers"):
         )
     }
     measures: ClassVar[Mapping[str, Measure]] = {
-        "gain-0": Measure("gain within life in generation 0, items an environment", _mean_gain(0)),
-        "gain-10": Measure(
-            "gain within life in generation 10, items an environment", _mean_gain(10)
-        ),
-        "gain-20": Measure(
-            "gain within life in generation 20, items an environment", _mean_gain(20)
-        ),
-        "gain-50": Measure(
-            "gain within life in generation 50, items an environment", _mean_gain(50)
-        ),
+        **{
+            f"gain-{generation}": Measure(
+                f"gain within life in generation {generation}, items an environment",
+                mean_at("gain", generation),
+            )
+            for generation in (0, 10, 20, 50)
+        },
         "gain-falls": Measure(
             "gain within life in generation 10 minus that in generation 50",
-            lambda runs: _mean_gain(10)(runs) - _mean_gain(50)(runs),
+            lambda runs: mean_at("gain", 10)(runs) - mean_at("gain", 50)(runs),
         ),
     }
 
@@ -165,9 +140,6 @@ class CellForagers(Model, name="cell-foragers"):
         """Return the number of outputs: two for the action, and two for additional targets."""
         has_additional_outputs = self.learning in ("prediction", "random-targets")
         return N_ACTION_OUTPUTS + (N_ADDITIONAL_OUTPUTS if has_additional_outputs else 0)
-
-    def without_learning(self) -> CellForagers:
-        return self.model_copy(update={"learning_rate": 0.0})
 
     def n_weights(self) -> int:
         return (N_INPUTS + 1) * self.hidden_units + (self.hidden_units + 1) * self.outputs
@@ -199,9 +171,7 @@ class CellForagers(Model, name="cell-foragers"):
         gain = mean_eaten_last - mean_eaten_first
         fitness = eaten.sum(axis=-1) / self.environments
         records = {"gain": gain.astype(np.float32)}
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=results.learned, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=results.learned, records=records)
 
     def forage(
         self,

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.measures import first_generation
 from baldwinlab.engine import poison
 from baldwinlab.models.cue_learners.genes import draw_allele
 from baldwinlab.models.cue_learners.lifetimes import (
@@ -17,34 +18,24 @@ from baldwinlab.models.cue_learners.lifetimes import (
     Units,
     simulate_lifetimes,
 )
-from baldwinlab.parts import (
-    FOUNDER,
-    PER_AGENT_DIMS,
-    Field,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-)
+from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 
-def _first_generation(condition: xr.DataArray) -> xr.DataArray:
+def _restricted_time(condition: xr.DataArray) -> xr.DataArray:
     """Return the first generation in which a condition is true, or the number of generations."""
-    first_generation = condition.argmax("generation")
-    is_ever_true = condition.any("generation")
-    return first_generation.where(is_ever_true, condition.sizes["generation"]).astype(np.float64)
+    return first_generation(condition, condition.sizes["generation"]).astype(np.float64)
 
 
 def _time_to_midpoint(runs: xr.Dataset) -> xr.DataArray:
     """Return the first generation whose average agent is above the midpoint."""
-    return _first_generation(runs["beyond"].astype(np.float64).mean("agent") > 0)
+    return _restricted_time(runs["beyond"].astype(np.float64).mean("agent") > 0)
 
 
 def _time_to_half(runs: xr.Dataset) -> xr.DataArray:
     """Return the first generation in which half of the agents learn to eat by color."""
     # Agents that eat by color at death but not at birth.
     has_learned = runs["by_colour"] * (1 - runs["born_so"])
-    return _first_generation(has_learned.mean("agent") >= 0.5)
+    return _restricted_time(has_learned.mean("agent") >= 0.5)
 
 
 class CueLearners(Model, name="cue-learners"):
@@ -68,23 +59,15 @@ class CueLearners(Model, name="cue-learners"):
     }
     payoff: ClassVar[str] = "food minus poison eaten, plus half the number of items"
     learning_amount: ClassVar[str] = "learning_rate"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     records: ClassVar[Mapping[str, Variable]] = {
-        "beyond": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
+        "beyond": Variable.quantity(
             "items",
-            (
-                "food minus poison eaten, above the midpoint between eating by smell and "
-                "eating by color"
-            ),
+            "food minus poison eaten, above the midpoint between eating by smell and "
+            "eating by color",
         ),
-        "by_colour": Variable(
-            PER_AGENT_DIMS,
-            np.int32,
-            "1",
-            "1 if the agent eats by color at death, independent of smell",
-        ),
-        "born_so": Variable(PER_AGENT_DIMS, np.int32, "1", "1 if the agent eats by color at birth"),
+        "by_colour": Variable.flag("1 if the agent eats by color at death, independent of smell"),
+        "born_so": Variable.flag("1 if the agent eats by color at birth"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "time": Measure(
@@ -105,19 +88,12 @@ class CueLearners(Model, name="cue-learners"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.learning
-
-    @property
     def assimilation_obstacle(self) -> str:
         return "The meaning of a color changes between lives."
 
     @property
     def steps(self) -> int:
         return self.items
-
-    def without_learning(self) -> CueLearners:
-        return self.model_copy(update={"learning": False})
 
     def n_weights(self) -> int:
         """Return the number of genes: unit kinds, link strengths and Hebbian flags.
@@ -165,6 +141,4 @@ class CueLearners(Model, name="cue-learners"):
             "born_so": results.innate_by_color,
         }
         payoff = results.eaten + self.items / 2
-        return LifeResults(
-            energy=payoff, cost=np.zeros_like(payoff), learned=learned, records=records
-        )
+        return LifeResults.without_cost(payoff, learned=learned, records=records)

@@ -17,15 +17,7 @@ from baldwinlab.models.digit_readers.training import (
 )
 from baldwinlab.models.digit_readers.variation import LEVEL_STEP, MAX_WEIGHT, N_LEVELS
 from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import (
-    FOUNDER,
-    PER_AGENT_DIMS,
-    Field,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-)
+from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 
 class DigitReaders(Model, name="digit-readers"):
@@ -70,21 +62,15 @@ class DigitReaders(Model, name="digit-readers"):
     }
     payoff: ClassVar[str] = "share of digits classified correctly"
     records: ClassVar[Mapping[str, Variable]] = {
-        "innate_error": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of digits misclassified at birth"
-        ),
-        "error": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of digits misclassified at the end of life"
-        ),
-        "used": Variable(
-            PER_AGENT_DIMS,
-            np.int32,
-            "trials",
-            "number of trials in the lifetime, plus 1 for the test at its end",
+        "innate_error": Variable.share("share of digits misclassified at birth"),
+        "error": Variable.share("share of digits misclassified at the end of life"),
+        "used": Variable.integer(
+            "trials", "number of trials in the lifetime, plus 1 for the test at its end"
         ),
     }
     clock: ClassVar[str] = "used"
     learning_amount: ClassVar[str] = "learning_rate"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"trials": 0}
     measures: ClassVar[Mapping[str, Measure]] = {
         "innate-error": Measure(
             "share of digits misclassified at birth in the last generation",
@@ -97,15 +83,8 @@ class DigitReaders(Model, name="digit-readers"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.trials > 0
-
-    @property
     def steps(self) -> int:
         return max(1, self.trials)
-
-    def without_learning(self) -> DigitReaders:
-        return self.model_copy(update={"trials": 0})
 
     def n_weights(self) -> int:
         return (N_PIXELS + 1) * self.hidden_units + (self.hidden_units + 1) * N_DIGITS
@@ -151,9 +130,8 @@ class DigitReaders(Model, name="digit-readers"):
         fitness = 1 - final_error
         # The test at the end of a lifetime counts as an evaluation.
         n_evaluations = n_trials + 1
-        return LifeResults(
-            energy=fitness,
-            cost=np.zeros_like(fitness),
+        return LifeResults.without_cost(
+            fitness,
             learned=weights,
             records={
                 "innate_error": innate_error.astype(np.float32),

@@ -38,8 +38,9 @@ from baldwinlab.models.erl.simulation import (
     simulate_population,
 )
 from baldwinlab.models.erl.world import MAX_CARNIVORES, N_COUNTS, ErlWorld
+from baldwinlab.models.founders import draw_bits
 from baldwinlab.models.record_means import mean_of_last_generation
-from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
 def _survives(runs: xr.Dataset) -> xr.DataArray:
@@ -145,24 +146,15 @@ class ErlPopulations(Model, name="erl-populations"):
     }  # fmt: skip
     payoff: ClassVar[str] = "steps survived"
     records: ClassVar[Mapping[str, Variable]] = {
-        "extinct": Variable(
-            PER_AGENT_DIMS,
-            np.int32,
-            "",
-            "1 if the population died out before the last step, else 0",
+        "extinct": Variable.integer(
+            "", "1 if the population died out before the last step, else 0"
         ),
-        "born": Variable(PER_AGENT_DIMS, np.int32, "agents", "number of births"),
-        "living": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
-            "agents",
-            "number of living agents, mean over the survived steps",
+        "born": Variable.integer("agents", "number of births"),
+        "living": Variable.quantity(
+            "agents", "number of living agents, mean over the survived steps"
         ),
-        "hunters": Variable(
-            PER_AGENT_DIMS,
-            np.float32,
-            "carnivores",
-            "number of carnivores, mean over the survived steps",
+        "hunters": Variable.quantity(
+            "carnivores", "number of carnivores, mean over the survived steps"
         ),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
@@ -201,11 +193,7 @@ class ErlPopulations(Model, name="erl-populations"):
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
         """Draw the bits of all founders of each population, as one row per population."""
-        # [population, bit]: the first of four numbers.
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[..., 0]
-        bits: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)
-        # A genome has one module.
-        return bits[:, None]
+        return draw_bits(key, agents, self.n_weights())
 
     def rules(self) -> Rules:
         """Return the numbers of the world for compiled code."""
@@ -279,6 +267,4 @@ class ErlPopulations(Model, name="erl-populations"):
             "living": mean_agents.astype(np.float32),
             "hunters": mean_carnivores.astype(np.float32),
         }
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=None, records=records)

@@ -31,22 +31,21 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
+from baldwinlab.core.measures import first_generation
 from baldwinlab.models.lattice_walkers.landscape import (
     Fitness,
     average_neighborhood,
     climb,
     make_landscape,
 )
-from baldwinlab.parts import PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
 def _restricted_time(runs: xr.Dataset) -> xr.DataArray:
     """Return the mean generation of the first visit to the peak, or the number of generations."""
     # The agents with even numbers are populations, and the others are mutants.
     at_peak = runs["at_peak"].isel(agent=slice(None, None, 2)) > 0
-    n_generations = runs.sizes["generation"]
-    first = at_peak.argmax("generation").where(at_peak.any("generation"), n_generations)
-    return first.mean("agent")
+    return first_generation(at_peak, runs.sizes["generation"]).mean("agent")
 
 
 class LatticeWalkers(Model, name="lattice-walkers"):
@@ -86,27 +85,20 @@ class LatticeWalkers(Model, name="lattice-walkers"):
         "record": {"genome_every": 100},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "position": Variable(PER_AGENT_DIMS, np.int32, "positions", "position at birth"),
-        "innate": Variable(PER_AGENT_DIMS, np.float32, "fitness", "fitness without plasticity"),
-        "at_peak": Variable(
-            PER_AGENT_DIMS, np.int32, "1", "1 if the position at birth has the highest fitness"
-        ),
-        "climbed": Variable(
-            PER_AGENT_DIMS, np.int32, "positions", "distance between birth and death"
-        ),
+        "position": Variable.integer("positions", "position at birth"),
+        "innate": Variable.quantity("fitness", "fitness without plasticity"),
+        "at_peak": Variable.flag("1 if the position at birth has the highest fitness"),
+        "climbed": Variable.integer("positions", "distance between birth and death"),
     }
     learned_distance: ClassVar[str] = "climbed"
     learning_amount: ClassVar[str] = "learning_steps"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": "none"}
     measures: ClassVar[Mapping[str, Measure]] = {
         "time": Measure(
             "generations until a population reaches the highest peak, at most those of the run",
             _restricted_time,
         ),
     }
-
-    @property
-    def learns(self) -> bool:
-        return self.plasticity != "none"
 
     @property
     def assimilation_obstacle(self) -> str:
@@ -120,9 +112,6 @@ class LatticeWalkers(Model, name="lattice-walkers"):
                 f"lattice_walkers.roughness = {self.roughness:g} must be less than "
                 f"1 + lattice_walkers.slope = {1 + self.slope:g}, so that fitness is positive"
             )
-
-    def without_learning(self) -> LatticeWalkers:
-        return self.model_copy(update={"plasticity": "none"})
 
     def n_weights(self) -> int:
         return 1
@@ -152,9 +141,8 @@ class LatticeWalkers(Model, name="lattice-walkers"):
             for row, run in enumerate(runs)
         ]
         energy, learned, *records = (np.stack(values) for values in zip(*results, strict=True))
-        return LifeResults(
-            energy=energy,
-            cost=np.zeros_like(energy),
+        return LifeResults.without_cost(
+            energy,
             learned=learned[:, :, None].astype(np.float32),
             records={
                 name: values.astype(variable.dtype)

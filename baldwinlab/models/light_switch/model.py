@@ -10,18 +10,9 @@ import numpy.typing as npt
 
 from baldwinlab.core.deferred import xr
 from baldwinlab.engine import poison
+from baldwinlab.models.founders import draw_bits
 from baldwinlab.models.light_switch.lifetimes import N_INPUTS, Arena, Synapses, simulate_lifetimes
-from baldwinlab.parts import (
-    FOUNDER,
-    LIFE,
-    PER_AGENT_DIMS,
-    Field,
-    LifeResults,
-    Measure,
-    Model,
-    Variable,
-    uniforms,
-)
+from baldwinlab.parts import LIFE, Field, LifeResults, Measure, Model, Variable, uniforms
 
 # Number of bits of a gene, which belongs to a neuron or to a synapse.
 BITS_PER_GENE: Final = 5
@@ -93,12 +84,11 @@ class LightSwitch(Model, name="light-switch"):
         "record": {"genome_every": 10},
     }
     payoff: ClassVar[str] = "share of life under the lit lamp"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": False}
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     records: ClassVar[Mapping[str, Variable]] = {
-        "score": Variable(PER_AGENT_DIMS, np.float32, "1", "share of steps under the lit lamp"),
-        "changed": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of steps under the lit lamp in a changed world"
-        ),
+        "score": Variable.share("share of steps under the lit lamp"),
+        "changed": Variable.share("share of steps under the lit lamp in a changed world"),
     }
     measures: ClassVar[Mapping[str, Measure]] = {
         "changed": Measure(
@@ -126,9 +116,6 @@ class LightSwitch(Model, name="light-switch"):
     def steps(self) -> int:
         return self.steps_per_life
 
-    def without_learning(self) -> LightSwitch:
-        return self.model_copy(update={"plasticity": False})
-
     @property
     def synapses(self) -> int:
         return self.neurons * (N_INPUTS + self.neurons)
@@ -148,11 +135,7 @@ class LightSwitch(Model, name="light-switch"):
         return BITS_PER_GENE * self.n_genes + n_input_signs
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        # [agent, bit]: the first of four numbers.
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[..., 0]
-        bits: npt.NDArray[np.float32] = (draws < 0.5).astype(np.float32)
-        # A genome has one module.
-        return bits[:, None]
+        return draw_bits(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -183,7 +166,7 @@ class LightSwitch(Model, name="light-switch"):
             "score": score.astype(np.float32),
             "changed": changed_score.astype(np.float32),
         }
-        return LifeResults(energy=score, cost=np.zeros(shape), learned=None, records=records)
+        return LifeResults.without_cost(score, learned=None, records=records)
 
     def _decode_synapses(
         self, seed: int, runs: Sequence[int], generation: int, bits: npt.NDArray[np.int64]

@@ -44,7 +44,7 @@ from baldwinlab.models.neat.balancing import (
 )
 from baldwinlab.models.neat.cart_pole import STATE_SIZE, WORKSPACE_ROWS
 from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, record_networks
-from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 # Initial state. The angle of the long pole is 0.07 rad.
 INITIAL_STATE: Final = (0.0, 0.0, 0.07, 0.0, 0.0, 0.0)
@@ -156,9 +156,7 @@ class NeatPoles(Poles, name="neat-poles"):
     }
     payoff: ClassVar[str] = "steps balanced"
     records: ClassVar[Mapping[str, Variable]] = {
-        "solves": Variable(
-            PER_AGENT_DIMS, np.int32, "", "1 if both poles stayed upright for all steps, else 0"
-        ),
+        "solves": Variable.integer("", "1 if both poles stayed upright for all steps, else 0"),
         **NETWORK_RECORDS,
     }
     measures: ClassVar[Mapping[str, Measure]] = measure_solutions(lambda runs: runs["solves"] == 1)
@@ -173,6 +171,4 @@ class NeatPoles(Poles, name="neat-poles"):
         fitness = n_steps.astype(np.float64)
         has_solved = n_steps == self.max_steps
         records = {"solves": has_solved.astype(np.int32), **record_networks(graphs)}
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=None, records=records)

@@ -44,7 +44,7 @@ from baldwinlab.models.neat.balancing import N_UNREST_STEPS
 from baldwinlab.models.neat.cart_pole import CART_POSITION, LONG_ANGLE, SHORT_ANGLE
 from baldwinlab.models.neat.double_pole import INITIAL_STATE, Poles
 from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, record_networks
-from baldwinlab.parts import PER_AGENT_DIMS, Field, LifeResults, Measure, Variable
+from baldwinlab.parts import Field, LifeResults, Measure, Variable
 
 # Number of start states from which a solution must balance.
 MIN_BALANCED_STARTS: Final = 200
@@ -93,23 +93,14 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
     }
     payoff: ClassVar[str] = "Gruau's fitness"
     records: ClassVar[Mapping[str, Variable]] = {
-        "balanced": Variable(
-            PER_AGENT_DIMS, np.int32, "steps", "steps balanced in the trial for fitness"
-        ),
-        "proven": Variable(
-            PER_AGENT_DIMS,
-            np.int32,
+        "balanced": Variable.integer("steps", "steps balanced in the trial for fitness"),
+        "proven": Variable.integer(
             "steps",
-            ("steps that the best network of the generation balanced in the longer trial, else 0"),
+            "steps that the best network of the generation balanced in the longer trial, else 0",
         ),
-        "generalises": Variable(
-            PER_AGENT_DIMS,
-            np.int32,
+        "generalises": Variable.integer(
             "",
-            (
-                "number of start states, of 625, from which it balances after the longer "
-                "trial, else 0"
-            ),
+            "number of start states, of 625, from which it balances after the longer trial, else 0",
         ),
         **NETWORK_RECORDS,
     }
@@ -146,6 +137,4 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
             "generalises": n_balanced_starts,
             **record_networks(graphs),
         }
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=None, records=records)

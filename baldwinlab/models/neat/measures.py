@@ -21,14 +21,12 @@ from baldwinlab.evolution.neat.genome import (
     SPECIES,
     TARGET,
 )
-from baldwinlab.parts import PER_AGENT_DIMS, Measure, Variable
+from baldwinlab.parts import Measure, Variable
 
 NETWORK_RECORDS: Final[Mapping[str, Variable]] = {
-    "hidden": Variable(PER_AGENT_DIMS, np.int32, "nodes", "hidden nodes"),
-    "enabled": Variable(PER_AGENT_DIMS, np.int32, "links", "enabled links"),
-    "species": Variable(
-        PER_AGENT_DIMS, np.int32, "", "number of the species, in the order in which they arose"
-    ),
+    "hidden": Variable.integer("nodes", "hidden nodes"),
+    "enabled": Variable.integer("links", "enabled links"),
+    "species": Variable.integer("", "number of the species, in the order in which they arose"),
 }
 
 # Function that returns for each agent of the runs whether it solves the task.

@@ -31,7 +31,7 @@ from baldwinlab.evolution.neat.genome import (
     require_neat,
 )
 from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, record_networks
-from baldwinlab.parts import FOUNDER, PER_AGENT_DIMS, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
 
 QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
 CORRECT_ANSWERS: Final = (0, 1, 1, 0)
@@ -66,9 +66,7 @@ class NeatXor(Model, name="neat-xor"):
         "record": {"genome_every": 10},
     }
     records: ClassVar[Mapping[str, Variable]] = {
-        "right": Variable(
-            PER_AGENT_DIMS, np.int32, "answers", "number of correct answers, of four"
-        ),
+        "right": Variable.integer("answers", "number of correct answers, of four"),
         **NETWORK_RECORDS,
     }
 
@@ -110,9 +108,7 @@ class NeatXor(Model, name="neat-xor"):
         total_error = (errors[..., 0] + errors[..., 1]) + (errors[..., 2] + errors[..., 3])
         fitness = (len(QUESTIONS) - total_error) ** 2
         records = {"right": n_right, **record_networks(graphs)}
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=None, records=records)
 
 
 @jit_entry_point

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import poison
+from baldwinlab.models.founders import draw_bits
 from baldwinlab.models.plastic_prisoners.matches import compute_mean_payoffs, compute_payoffs
 from baldwinlab.models.plastic_prisoners.measures import (
     compare_with_rival,
@@ -28,7 +29,6 @@ from baldwinlab.models.plastic_prisoners.strategies import (
     number_genomes,
 )
 from baldwinlab.parts import (
-    FOUNDER,
     PER_AGENT_DIMS,
     Field,
     LifeResults,
@@ -102,6 +102,7 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     }
     alleles: ClassVar[Mapping[str, float]] = {"0": 0.0, "1": 1.0}
     learned_distance: ClassVar[str] = "plasticity"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"learning": False}
     views: ClassVar[Mapping[str, View]] = {
         "payoffs": View(
             "Payoffs between the most frequent genomes.",
@@ -144,10 +145,6 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.learning
-
-    @property
     def steps(self) -> int:
         return self.rounds
 
@@ -157,18 +154,11 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
                 "population.size = 1 must be at least 2, as a prisoner's payoff is against others"
             )
 
-    def without_learning(self) -> PlasticPrisoners:
-        return self.model_copy(update={"learning": False})
-
     def n_weights(self) -> int:
         return 2 * len(PAIRS)
 
     def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        # [agent, bit]: the first of four numbers.
-        draws = key.uniforms(FOUNDER, (agents, self.n_weights()))[..., 0]
-        bits = np.asarray(draws < 0.5, np.float32)
-        # A genome has one module.
-        return bits[:, None]
+        return draw_bits(key, agents, self.n_weights())
 
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
@@ -183,6 +173,4 @@ class PlasticPrisoners(Model, name="plastic-prisoners"):
             compute_mean_payoffs(payoffs, counts, fitness_of_genome)
             fitness[row] = fitness_of_genome[population]
         records = {"strategy": STRATEGY_OF_GENOME[genome_numbers]}
-        return LifeResults(
-            energy=fitness, cost=np.zeros_like(fitness), learned=None, records=records
-        )
+        return LifeResults.without_cost(fitness, learned=None, records=records)

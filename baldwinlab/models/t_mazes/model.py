@@ -27,7 +27,6 @@ from baldwinlab.models.t_mazes.trips import (
 from baldwinlab.parts import (
     FOUNDER,
     LIFE,
-    PER_AGENT_DIMS,
     Field,
     GridView,
     LifeResults,
@@ -158,11 +157,10 @@ class TMazes(Model, name="t-mazes"):
         "record": {"genome_every": 10},
     }
     payoff: ClassVar[str] = "reward gained in a lifetime"
+    settings_without_learning: ClassVar[Mapping[str, Any]] = {"plasticity": False}
     records: ClassVar[Mapping[str, Variable]] = {
-        "high": Variable(
-            PER_AGENT_DIMS, np.float32, "1", "share of trips that reach the high reward"
-        ),
-        "crashed": Variable(PER_AGENT_DIMS, np.float32, "1", "share of trips that end in a crash"),
+        "high": Variable.share("share of trips that reach the high reward"),
+        "crashed": Variable.share("share of trips that end in a crash"),
     }
     views: ClassVar[Mapping[str, View]] = {
         "trips": View(
@@ -181,10 +179,6 @@ class TMazes(Model, name="t-mazes"):
     }
 
     @property
-    def learns(self) -> bool:
-        return self.plasticity
-
-    @property
     def assimilation_obstacle(self) -> str:
         return "The end with the high reward changes within and between lives."
 
@@ -196,9 +190,6 @@ class TMazes(Model, name="t-mazes"):
         n_ways = 2 if self.homing else 1
         # The end and home are two more positions.
         return self.trips * (n_positions_per_way * n_ways + 2)
-
-    def without_learning(self) -> TMazes:
-        return self.model_copy(update={"plasticity": False})
 
     @property
     def neurons(self) -> int:
@@ -237,9 +228,7 @@ class TMazes(Model, name="t-mazes"):
         rewards = total_reward(counts[:, :, 0])
         shares = {"high": counts[..., 0, HIGH], "crashed": counts[..., 0, CRASHES]}
         records = {name: (count / self.trips).astype(np.float32) for name, count in shares.items()}
-        return LifeResults(
-            energy=rewards, cost=np.zeros_like(rewards), learned=results.learned, records=records
-        )
+        return LifeResults.without_cost(rewards, learned=results.learned, records=records)
 
     def explore(
         self,
