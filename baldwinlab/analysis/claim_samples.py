@@ -139,7 +139,8 @@ class Samples:
             return xr.DataArray(np.empty(0), {"run": np.empty(0, np.int64)})
         runs = _drop_gaps(self._data.sel(condition=condition))
         values = measure_runs(measures[measure].of, runs)
-        return values.dropna("run").astype(np.float64)
+        # A ratio to a change of 0 is infinite: it has no value.
+        return values.where(np.isfinite(values)).dropna("run").astype(np.float64)
 
 
 def _drop_gaps(runs: xr.Dataset) -> xr.Dataset:

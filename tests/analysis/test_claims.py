@@ -24,6 +24,7 @@ from baldwinlab.experiment import Experiment
 from baldwinlab.papers import load
 from baldwinlab.papers.paper import open_paper
 from baldwinlab.papers.presets import paper
+from baldwinlab.parts import Measure
 from tests.analysis.statistics.studies import AS_THE_PAPER, RUNS, study
 
 Eaten = Mapping[str, Sequence[float]]
@@ -490,3 +491,15 @@ def test_a_claim_states_the_number_of_runs_without_a_value(
     assert record["note"] == "2 of 6 runs of guessing have no value"
     assert record["comparisons"][-1]["unused_runs"] == {"guessing": 2}
     assert record["comparisons"][-1]["n_a"] == 4
+
+
+def test_a_claim_counts_no_run_whose_measure_is_infinite(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    of_strings(tmp_path, 'measure = "take-off", rule = "within", bound = [0, 0]', guessing=SPREAD)
+    source = open_paper(tmp_path / "strings")
+    # A ratio to a change of 0, in two of the runs.
+    infinite = Measure("ratio", lambda runs: (0.0 * runs["run"]).where(runs["run"] > 1, -np.inf))
+    monkeypatch.setattr(type(source), "measures", lambda paper, name: {"take-off": infinite})
+    (result,) = evaluate_claims(strings(guessing=SPREAD), source=source)
+    assert result.record()["note"] == "2 of 6 runs of guessing have no value"

@@ -44,7 +44,7 @@ def short_multiverse(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @contextmanager
 def interrupt_half_way(
-    description: str, total: int, unit: str = ""
+    description: str, total: int, unit: str = "", outcome: object = None
 ) -> Iterator[Callable[[int], None]]:
     result = [0]
 

@@ -68,7 +68,7 @@ def test_with_reduced_motion_a_lifetime_starts_with_a_click(
     with lab_server.context(browser, reduced_motion="reduce") as context:
         page = context.new_page()
         page.goto("/")
-        expect(page.locator("[data-ready]")).to_have_count(1)
+        expect(page.locator("[data-ready]")).to_have_count(2)
         expect(page.get_by_test_id("play")).to_have_attribute("data-playing", "false")
         expect(page.get_by_test_id("step")).to_have_text("0 / 299")
         page.get_by_test_id("play").click()

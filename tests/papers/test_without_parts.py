@@ -22,7 +22,7 @@ MEASURE = """
             lambda runs: runs["unknown"].isel(generation=-1).mean("agent"),
         )
     }
-    learns = property"""
+    steps = property"""
 PAPER = """
 name = "strings"
 title = "On strings"
@@ -73,7 +73,7 @@ def part(tmp_path: Path) -> Path:
     text = EXAMPLE.read_text().replace(
         "import FOUNDER, LIFE, Field", "import FOUNDER, LIFE, Measure, Field"
     )
-    (tmp_path / "strings.py").write_text(text.replace("\n    learns = property", MEASURE))
+    (tmp_path / "strings.py").write_text(text.replace("\n    steps = property", MEASURE))
     return tmp_path / "strings.py"
 
 
@@ -138,8 +138,9 @@ def test_with_the_part_all_claims_are_evaluated(
     part_option = ("--part", str(part))
     assert command("report", str(results), *part_option).code == 0
     study = str(results / "strings")
-    assert command("phylogeny", study, "--out", str(tmp_path / "x.csv"), *part_option).code == 0
-    assert command("crate", study, *part_option).code == 0
+    lineages = ("--format", "phylogeny", "--out", str(tmp_path / "lineages.csv"))
+    assert command("export", study, *lineages, *part_option).code == 0
+    assert command("export", study, "--format", "ro-crate", *part_option).code == 0
     assert "not evaluated" not in command("report", study, "--claims", *part_option).out
     systems = json.loads((results / "papers.json").read_text())["papers"][0]["systems"]
     assert [(system["condition"], system["control"]) for system in systems] == [

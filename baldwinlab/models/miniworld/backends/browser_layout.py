@@ -7,7 +7,7 @@ the leaves of the tuples.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Final, get_type_hints
 
 import numpy as np
@@ -40,6 +40,7 @@ from baldwinlab.models.miniworld.backends.browser_leaves import (
     setting_source,
     type_code,
 )
+from baldwinlab.models.miniworld.birth import CHILD_VALUES
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward
 from baldwinlab.models.miniworld.regions import item_kinds, item_regions
 from baldwinlab.models.miniworld.state import ARRAYS
@@ -231,7 +232,7 @@ class ModuleLayout:
         state = self.state
         leaves = array_leaves("", ARRAYS)
         leaves |= array_leaves("lookup.", type(state.lookup).part.arrays)
-        leaves |= array_leaves("population.", type(state.population).part.arrays)
+        leaves |= self._mortality_leaves()
         leaves |= array_leaves("control.", type(state.control).part.arrays)
         paths = {"network": "network.kind", "rule": "learning.rule", "body": "motor.body"}
         for name, path in paths.items():
@@ -245,6 +246,17 @@ class ModuleLayout:
                 )
         return leaves
 
+    def _mortality_leaves(self) -> dict[str, Any]:
+        """Return the leaves of `State.population`, which lets agents die and be born."""
+        population = self.state.population
+        leaves = array_leaves("population.", type(population).part.arrays)
+        values = type(population).part.values
+        # With a diet, the eaten regions would change with those that a reader adds.
+        if "eaten_regions" in values and self.experiment.eats.items is None:
+            leaves["population.eaten_regions"] = {"type": "i8", "shape": ["regions"], "fill": 1}
+        derived = {name: derive for name, derive in CHILD_VALUES.items() if name in values}
+        return leaves | self._derived_leaves("population.", population, derived)
+
     def _part_leaves(self, prefix: str, values: Any, path: str, part: Any) -> dict[str, Any]:
         """Return the leaves of a part: fields, derived values and arrays.
 
@@ -255,7 +267,15 @@ class ModuleLayout:
         for name in numeric_fields(type(part)):
             source = setting_source(f"{table}.{table_name(type(part).name)}.{name}")
             leaves[prefix + name] = {"type": type_code(getattr(values, name)), "value": source}
-        for name, derive in type(part).derived.items():
+        leaves |= self._derived_leaves(prefix, values, type(part).derived)
+        return leaves | array_leaves(prefix, type(part).arrays)
+
+    def _derived_leaves(
+        self, prefix: str, values: Any, derived: Mapping[str, Callable[[Any, Any], Any]]
+    ) -> dict[str, Any]:
+        """Return the leaves of values that the experiment determines."""
+        leaves = {}
+        for name, derive in derived.items():
             value = getattr(values, name)
             if derive is FeedForward.derived["sizes"]:
                 leaves[prefix + name] = self._layer_sizes()
@@ -276,7 +296,7 @@ class ModuleLayout:
                     "type": type_code(value),
                     "value": DERIVED_SOURCES.get(derive, plain_value(value)),
                 }
-        return leaves | array_leaves(prefix, type(part).arrays)
+        return leaves
 
     def _population_leaves(self) -> dict[str, Any]:
         experiment = self.experiment
