@@ -285,9 +285,10 @@ def _describe_attribute(owner: type, match: re.Match[str]) -> str:
         shape = {"agent": f"{rows}, lane", "world": f"world, {rows}"}.get(array.owner, rows)
         text += f" : {array.dtype} [{shape}]"
     defaults = {**vars(owner), **getattr(owner, "_field_defaults", {})}
-    default = defaults.get(first_name, property())
-    if match[2] and (default is None or isinstance(default, (bool, int, float, str, tuple))):
-        text += f", default {default!r}"
+    if match[2] and first_name in defaults:
+        default = defaults[first_name]
+        if default is None or isinstance(default, (bool, int, float, str, tuple)):
+            text += f", default {default!r}"
     return text
 
 

@@ -53,7 +53,7 @@ class Variable(NamedTuple):
         meaning : str
             Meaning, a noun phrase.
         """
-        return cls(PER_AGENT_DIMS, np.float32, "1", meaning)
+        return cls.quantity("1", meaning)
 
     @classmethod
     def flag(cls, meaning: str) -> Self:
@@ -64,7 +64,7 @@ class Variable(NamedTuple):
         meaning : str
             Meaning, a noun phrase.
         """
-        return cls(PER_AGENT_DIMS, np.int32, "1", meaning)
+        return cls.integer("1", meaning)
 
     @classmethod
     def integer(cls, unit: str, meaning: str) -> Self:

@@ -34,7 +34,7 @@ def move_walker(part: Any, agent: Any, naive: Any) -> None:
     naive.advance(agent, distance)
 
 
-def move_walls(part: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
+def compute_walls(part: Any, x: Any, y: Any, dx: Any, dy: Any) -> Any:
     """Compute the hooks in plain Python.
 
     A line crosses a wall unless it is on one side of a strip, or all corners of the wall are on

@@ -80,7 +80,8 @@ from tests.oracles import (
     variation,
 )
 
-# Part -> oracle, with the arguments that `api/checks/signatures.py` lists for its kind.
+# Part -> oracle, with the arguments that `api/checks/signatures.py` lists for its kind. Its name
+# is a verb and the name of the part.
 BUILT_IN_ORACLES: Final[Mapping[Any, Callable[..., Any]]] = {
     ABCD: hebbian.apply_abcd,
     BestCopies: selection.choose_best_copies,
@@ -157,7 +158,7 @@ BUILT_IN_ORACLES: Final[Mapping[Any, Callable[..., Any]]] = {
     Tournament: selection.choose_tournament,
     Truncation: selection.choose_truncation,
     Walker: bodies.move_walker,
-    Walls: bodies.move_walls,
+    Walls: bodies.compute_walls,
 }
 
 

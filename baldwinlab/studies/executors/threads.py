@@ -56,6 +56,7 @@ def run_on_threads(
         with defer_interruptions():
             stop.set()
             pool.shutdown(wait=False, cancel_futures=True)
+        # Only this wait can be interrupted. All tasks end soon, because `stop` is set.
         pool.shutdown()
 
 

@@ -16,6 +16,7 @@ from baldwinlab.api.checks.signatures import (
     unverified_hooks,
     verified_hooks,
 )
+from baldwinlab.experiment import registry
 from baldwinlab.parts.loading import load_file, parts_in
 from tests.oracles.parts import BUILT_IN_ORACLES, use_oracles
 
@@ -81,6 +82,13 @@ def test_every_oracle_of_a_built_in_part_has_the_arguments_of_its_kind() -> None
     with use_oracles():
         for part in BUILT_IN_ORACLES:
             require_signature(part)
+    # Of the features of worlds, only walls have an oracle.
+    kinds = registry.BUILT_IN.keys() - {"model", "world feature"}
+    parts = {
+        registry.find_class(kind, name) for kind in kinds for name in registry.package_parts(kind)
+    }
+    # The parts "none" do nothing.
+    assert {part.name for part in parts - {*BUILT_IN_ORACLES}} == {"none"}
 
 
 def test_an_oracle_that_is_not_a_static_method_is_refused(write_part: Write) -> None:
