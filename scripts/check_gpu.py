@@ -3,8 +3,8 @@
     python -m scripts.check_gpu [--speeds]
 
 The script simulates every kind of experiment on both, each kind in a process of its own. Then it
-runs the study of the paper on both, and compares all record files byte by byte. It exits with
-status 1 if a bit differs. With `--speeds`, it also prints agent-steps per second of complete
+runs the study of the paper on both, side by side, and compares all record files byte by byte. It
+exits with status 1 if a bit differs. With `--speeds`, it also prints agent-steps per second of complete
 generations, without compilation, for several numbers of worlds.
 """
 
@@ -142,18 +142,21 @@ def read(path: Path) -> bytes | None:
     return path.read_bytes() if path.exists() else None
 
 
+def run_study(folder: Path, backend: str, options: Mapping[str, Any]) -> None:
+    run(papers.load().experiments(), out=folder, backend=backend, **options)
+
+
 def compare_studies(
     folder: Path, backends: Sequence[str] = ("cpu", "cuda"), **options: Any
 ) -> bool:
-    """Run the paper's study on two backends. Print the results, and return whether they agree.
+    """Run the paper's study on two backends side by side, and compare the record files.
 
-    `options` are arguments of `baldwinlab.run`.
+    Print the results, and return whether they agree. `options` are arguments of `baldwinlab.run`.
     """
     folders = [folder / f"{number}-{backend}" for number, backend in enumerate(backends)]
-    for backend, study in zip(backends, folders, strict=True):
-        start_time = time.perf_counter()
-        run(papers.load().experiments(), out=study, backend=backend, **options)
-        print(f"study on {backend}: {time.perf_counter() - start_time:.1f} s", flush=True)
+    # The CPU simulates while the kernels of the GPU are compiled.
+    with ProcessPoolExecutor(len(backends), mp_context=get_context("spawn")) as pool:
+        list(pool.map(run_study, folders, backends, [options] * len(backends)))
     different, count = list_different_files(*folders)
     if different:
         names = ", ".join(different[:3]) + (" and others" if len(different) > 3 else "")

@@ -114,8 +114,8 @@ def test_memory_is_estimated_within_a_factor_of_two(
         "of_simulate": lambda: memory.estimate_simulation(experiment),
         "of_replay": lambda: memory.estimate_replay(experiment),  # type: ignore[arg-type]
     }
-    # The first process may compile, which takes more memory than most simulations.
-    measured = min(measure_peak_memory(task, experiment) for _ in range(2))
+    # The first process may compile, before or while the memory is measured.
+    _, measured = (measure_peak_memory(task, experiment) for _ in range(2))
     # The estimate includes the memory of the compiler.
     assert measured / 2 < estimates[task]().memory < 2 * measured + memory.ENGINE_BYTES
 
