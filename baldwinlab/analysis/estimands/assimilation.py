@@ -14,28 +14,12 @@ from baldwinlab.analysis.estimands.windows import split_ends
 
 
 def measure_assimilation(distance: xr.DataArray, last: int) -> xr.DataArray:
-    """Return the share of the learned distance that is gone.
+    """Return the share of the learned distance that is gone, by run.
 
     A = 1 - d_last / d_first, with the mean distances in the last and in the first generations. The
     distance is on the scale of the trait: bits, undefined alleles, or weights. Therefore A does not
-    change if a constant is added to fitness.
-
-    Parameters
-    ----------
-    distance : xr.DataArray
-        Mean distance over agents (run, generation), 0 or more.
-    last : int
-        Number of generations in each window.
-
-    Returns
-    -------
-    xr.DataArray
-        Shares (run): 1 if nothing remains to be learned, 0 without a change, and below 0 if the
-        distance grows. NaN if the first distance is 0.
-
-    References
-    ----------
-    Waddington 1953.
+    change if a constant is added to fitness. It is 1 if nothing remains to be learned, and below 0
+    if the distance grows. It is NaN if the first distance is 0. See Waddington 1953.
     """
     first, final = (window.mean("generation") for window in split_ends(distance, last))
     return 1 - final / first.where(first > 0)

@@ -24,20 +24,10 @@ FINAL_SHARE: Final = 0.9
 
 
 def find_learning_time(performance: xr.DataArray, ends: xr.DataArray) -> xr.DataArray:
-    """Return the time until the performance reaches 90 % of its final value.
+    """Return the end of the first window of life with 90 % of the last window's performance.
 
-    Parameters
-    ----------
-    performance : xr.DataArray
-        Performance (..., window): for example the items eaten per step in each window of life.
-    ends : xr.DataArray
-        Steps at the ends of the windows (window).
-
-    Returns
-    -------
-    xr.DataArray
-        End of the first window with 90 % of the performance of the last window, in steps. NaN
-        if the performance of the last window is not above 0.
+    `performance` (..., window) is, for example, the items eaten per step, and `ends` are in steps.
+    The time is NaN if the performance of the last window is not above 0.
     """
     final = performance.isel(window=-1)
     is_reached = performance >= FINAL_SHARE * final
@@ -46,20 +36,7 @@ def find_learning_time(performance: xr.DataArray, ends: xr.DataArray) -> xr.Data
 
 
 def measure_foraging_times(within_life: xr.Dataset, steps: int) -> xr.DataArray:
-    """Return the learning time of the average agent from the stored assay `within-life`.
-
-    Parameters
-    ----------
-    within_life : xr.Dataset
-        The stored assay.
-    steps : int
-        Number of steps of a lifetime.
-
-    Returns
-    -------
-    xr.DataArray
-        Times (run, generation), in steps.
-    """
+    """Return the learning time of the average agent from the assay `within-life`, in steps."""
     names = [str(name) for name in within_life["newborns"].values if name != RANDOM_NEWBORNS]
     eaten = within_life["eaten_in_window"].sel(newborns=names).mean("agent")
     starts = eaten["window"].values
@@ -71,22 +48,10 @@ def measure_foraging_times(within_life: xr.Dataset, steps: int) -> xr.DataArray:
 
 
 def measure_savings(times: xr.DataArray, last: int) -> xr.DataArray:
-    """Return the share of the learning time that is saved.
+    """Return the share of the learning time that is saved, by run; NaN without a time.
 
     1 - t_last / t_first, with the mean times in the last and in the first generations. An agent
     that does not reach its goal has the lifetime as its time.
-
-    Parameters
-    ----------
-    times : xr.DataArray
-        Mean learning times over agents (run, generation), in steps or trials.
-    last : int
-        Number of generations in each window.
-
-    Returns
-    -------
-    xr.DataArray
-        Shares (run), above 0 if evolution shortens learning. NaN without a time.
     """
     first, final = (window.mean("generation") for window in split_ends(times, last))
     return 1 - final / first.where(first > 0)

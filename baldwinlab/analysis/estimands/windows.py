@@ -9,18 +9,8 @@ import xarray as xr
 def split_ends(values: xr.DataArray, last: int) -> tuple[xr.DataArray, xr.DataArray]:
     """Return the values in the first and in the last generations.
 
-    Parameters
-    ----------
-    values : xr.DataArray
-        Values with the dimension `generation`. Not all generations need values.
-    last : int
-        Number of generations in each window. In a run of fewer than twice as many generations, each
-        window has half of them, so that the windows do not overlap.
-
-    Returns
-    -------
-    tuple of xr.DataArray
-        Values in the first and in the last window.
+    Not all generations need values. In a run of fewer than twice as many generations, each window
+    has half of them, so that the windows do not overlap.
     """
     generation = values["generation"].astype(np.int64)
     n_generations = int(generation.max() - generation.min()) + 1

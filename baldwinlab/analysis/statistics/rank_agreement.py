@@ -36,18 +36,7 @@ class RankAgreement(NamedTuple):
 
 
 def measure_agreement(values: Sample) -> RankAgreement:
-    """Rank the objects of each judge, and measure the agreement of the judges.
-
-    Parameters
-    ----------
-    values
-        Finite values, [judge, object].
-
-    Returns
-    -------
-    RankAgreement
-        Ranks, W and its p-value.
-    """
+    """Rank the objects of each judge in values [judge, object], and measure the agreement."""
     ranks = stats.rankdata(-values, axis=1)
     n_judges, n_objects = ranks.shape
     sums = ranks.sum(axis=0)

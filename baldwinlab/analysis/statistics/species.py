@@ -16,23 +16,10 @@ from baldwinlab.analysis.statistics.fitness import hold_last
 def compute_species_curves(
     data: xr.Dataset, names: Sequence[str], curves: Iterable[str]
 ) -> dict[str, dict[str, xr.DataArray]]:
-    """Compute curves of each species.
+    """Compute curves of each species, by name of the curve and of the species.
 
-    Parameters
-    ----------
-    data
-        Dataset with `energy`, `species` and, for the survivors, `alive`.
-    names
-        Names of the species, in the order of their indices.
-    curves
-        Names of curves, as `list_species_curves` returns them. "composition" is the share of the
-        species in all agents.
-
-    Returns
-    -------
-    dict of str to dict of str to xarray.DataArray
-        Curves without the dimension `agent`, by name of the curve and of the species. The fitness
-        of a species without agents is NaN.
+    `curves` are names that `list_species_curves` returns. "composition" is the share of the species
+    in all agents. The fitness of a species without agents is NaN.
     """
     return {
         curve: {

@@ -13,25 +13,9 @@ SUMMARY_COLUMNS = ("condition", "measure", *statistics.Summary._fields)
 
 
 def summarize_conditions(dataset: xr.Dataset, last: int = 10) -> list[dict[str, Any]]:
-    """Summarize best, mean and share of the last generations for each condition.
+    """Summarize best, mean and share of the last generations for each condition that has runs.
 
-    Parameters
-    ----------
-    dataset
-        Dataset with the dimensions (condition, run, generation, agent); missing runs are NaN.
-    last
-        Number of final generations over which each run is averaged, at least 1.
-
-    Returns
-    -------
-    list of dict
-        One row per condition and measure, with the keys `SUMMARY_COLUMNS`. A condition without
-        runs has no rows.
-
-    Raises
-    ------
-    ValueError
-        If `last` is below 1.
+    The result has one row per condition and measure, with the keys `SUMMARY_COLUMNS`.
     """
     finals = {measure: fitness.final(dataset, measure, last) for measure in fitness.MEASURES}
     rows = []

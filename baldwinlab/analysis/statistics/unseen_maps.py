@@ -12,20 +12,10 @@ VARIABLE = "unseen maps"
 
 
 def add_unseen_maps(data: xr.Dataset, assays: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Add the mean fitness on unseen maps to the runs of a study.
+    """Add the mean fitness on unseen maps, from the assay of that name by condition, to the runs.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs, with the dimensions (condition, run, generation, agent).
-    assays : mapping of str to xr.Dataset
-        The stored assay `unseen-maps` by condition.
-
-    Returns
-    -------
-    xr.Dataset
-        The runs, with the variable `VARIABLE` (condition, run). It is NaN without an assay. The
-        dataset is unchanged if no assay is stored.
+    `VARIABLE` (condition, run) is NaN without an assay. The dataset is unchanged if no assay is
+    stored.
     """
     if not assays:
         return data
@@ -37,18 +27,7 @@ def add_unseen_maps(data: xr.Dataset, assays: Mapping[str, xr.Dataset]) -> xr.Da
 
 
 def get_unseen_maps(data: xr.Dataset) -> xr.DataArray:
-    """Return the mean fitness on unseen maps.
-
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs of a study.
-
-    Returns
-    -------
-    xr.DataArray
-        Fitness (condition, run); NaN without the assay.
-    """
+    """Return the mean fitness on unseen maps (condition, run); NaN without the assay."""
     return data[VARIABLE] if VARIABLE in data else _make_undefined(data)
 
 
