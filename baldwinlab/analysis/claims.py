@@ -20,6 +20,7 @@ from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
 from baldwinlab.analysis.statistics.contrasts import COMPARISON_COLUMNS, Contrast
 from baldwinlab.analysis.statistics.csv import to_csv
+from baldwinlab.analysis.statistics.fitness import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.analysis.statistics.power import level_of_next_test, levels_of_tests
 from baldwinlab.analysis.statistics.proportions import estimate_probability
 from baldwinlab.analysis.statistics.rules import (
@@ -34,7 +35,6 @@ from baldwinlab.analysis.statistics.sample_sizes import (
     smallest_corrected_p,
 )
 from baldwinlab.analysis.statistics.stability import direction_stability
-from baldwinlab.analysis.statistics.summary import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.analysis.statistics.survival import compare_survival
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.papers.claims import (

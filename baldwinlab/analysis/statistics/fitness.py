@@ -14,7 +14,7 @@ Share: N. Le (2019), section "The Emergence of Intelligent Foraging".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
 from typing import Any
 
@@ -22,11 +22,15 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.analysis import statistics
 from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment.outcome import FITNESS
 
 AgentValues = npt.NDArray[Any]  # [generation, agent]
 Curve = Callable[[xr.Dataset], xr.DataArray]
+SUMMARY_COLUMNS = ("condition", "measure", *statistics.Summary._fields)
+VARIABLE = "unseen maps"
+"""Name of the variable in the dataset of a study."""
 
 
 def _prefer_cached(measure: Curve) -> Curve:
@@ -181,3 +185,79 @@ def largest_gain(dataset: xr.Dataset) -> xr.DataArray:
     if "food_eaten" in dataset:
         return gain(dataset).max(("generation", "agent"))
     return best(dataset).max("generation")
+
+
+def compute_species_curves(
+    data: xr.Dataset, names: Sequence[str], curves: Iterable[str]
+) -> dict[str, dict[str, xr.DataArray]]:
+    """Compute curves of each species, by name of the curve and of the species.
+
+    `curves` are names that `list_species_curves` returns. "composition" is the share of the species
+    in all agents. The fitness of a species without agents is NaN.
+    """
+    return {
+        curve: {
+            name: hold_last(_compute_curve(data, curve, index)) for index, name in enumerate(names)
+        }
+        for curve in curves
+    }
+
+
+def _compute_curve(data: xr.Dataset, curve: str, index: int) -> xr.DataArray:
+    """Return a curve of the species with an index."""
+    is_member = data["species"] == index
+    n_agents = data["species"].notnull().sum("agent")
+    energy = data["energy"].where(is_member)
+    if curve == "mean":
+        return energy.mean("agent")
+    if curve == "share":
+        is_above = (energy > 0).where(energy.notnull())
+        return is_above.mean("agent").assign_attrs(valid_max=1.0)
+    if curve == "composition":
+        return (is_member.sum("agent") / n_agents.where(n_agents > 0)).assign_attrs(valid_max=1.0)
+    counted = is_member if curve == "size" else data["alive"].where(is_member)
+    counts = counted.sum("agent").where(n_agents > 0)
+    return counts.assign_attrs(valid_max=float(n_agents.max()))
+
+
+def summarize_conditions(dataset: xr.Dataset, last: int = 10) -> list[dict[str, Any]]:
+    """Summarize best, mean and share of the last generations for each condition that has runs.
+
+    The result has one row per condition and measure, with the keys `SUMMARY_COLUMNS`.
+    """
+    finals = {measure: final(dataset, measure, last) for measure in MEASURES}
+    rows = []
+    for condition in dataset["condition"].values:
+        for measure, values in finals.items():
+            sample = values.sel(condition=condition).dropna("run").values
+            if sample.size:
+                row = {"condition": str(condition), "measure": measure}
+                rows.append(row | statistics.summarize(sample)._asdict())
+    return rows
+
+
+def add_unseen_maps(data: xr.Dataset, assays: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Add the mean fitness on unseen maps, from the assay of that name by condition, to the runs.
+
+    `VARIABLE` (condition, run) is NaN without an assay. The dataset is unchanged if no assay is
+    stored.
+    """
+    if not assays:
+        return data
+    values = _make_undefined(data)
+    for condition, assay in assays.items():
+        means = assay["energy"].mean("map")
+        values.loc[{"condition": condition, "run": means["run"].values}] = means.values
+    return data.assign({VARIABLE: values})
+
+
+def get_unseen_maps(data: xr.Dataset) -> xr.DataArray:
+    """Return the mean fitness on unseen maps (condition, run); NaN without the assay."""
+    return data[VARIABLE] if VARIABLE in data else _make_undefined(data)
+
+
+def _make_undefined(data: xr.Dataset) -> xr.DataArray:
+    """Return an array (condition, run) of NaN."""
+    shape = (data.sizes["condition"], data.sizes["run"])
+    coordinates = {"condition": data["condition"].values, "run": data["run"].values}
+    return xr.DataArray(np.full(shape, np.nan), coordinates)

@@ -17,7 +17,7 @@ from baldwinlab.analysis.statistics.contrast_table import (
 )
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, final_values
 from baldwinlab.analysis.statistics.csv import finite_or_none
-from baldwinlab.analysis.statistics.species import compute_species_curves
+from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
 from baldwinlab.core.deferred import xr
