@@ -17,7 +17,6 @@ from baldwinlab.analysis.assays.panels import (
     NEWBORN_STYLES,
     draw_curve,
     draw_legend,
-    label_generations,
     label_rows,
     list_handles,
     make_grid,
@@ -42,6 +41,7 @@ from baldwinlab.analysis.figures.style import (
     MARKERS,
     SeriesStyle,
     choose_style,
+    label_generations,
     spread_points,
     styled,
 )

@@ -20,7 +20,7 @@ from baldwinlab.analysis.assays.section_figures import draw_assay_figures, name_
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report.embedding import save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
-from baldwinlab.analysis.statistics.csv import finite_or_none, to_csv
+from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined, to_csv
 from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.papers.texts import Inference
 
@@ -190,7 +190,7 @@ def write_analysis(analysis: Analysis, directory: Path) -> None:
     record = {
         "last": analysis.last,
         "conditions": {result.condition: _condition_record(result) for result in analysis.results},
-        "numbers": [_to_json(vars(number)) for number in analysis.numbers],
+        "numbers": [replace_undefined(vars(number)) for number in analysis.numbers],
     }
     write_json(directory / "baldwin.json", record)
     write_atomically(directory / "baldwin.csv", to_csv(CSV_COLUMNS, [*_iterate_csv_rows(analysis)]))
@@ -212,19 +212,11 @@ def _answer_record(answer: Answer) -> dict[str, Any]:
         **vars(criterion),
         "rule": load_rules()[criterion.rule],
         "verdict": answer.verdict,
-        **_to_json(numbers),
+        **replace_undefined(numbers),
         "left_out": answer.left_out,
         "p_holm": finite_or_none(answer.p_holm),
         "smallest_p_holm": finite_or_none(answer.smallest_p_holm),
         "too_few_runs": answer.has_too_few_runs,
-    }
-
-
-def _to_json(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Replace undefined numbers by None."""
-    return {
-        name: finite_or_none(value) if isinstance(value, float) else value
-        for name, value in values.items()
     }
 
 

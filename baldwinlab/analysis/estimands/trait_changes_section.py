@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays.panels import (
     draw_curve,
-    label_generations,
     label_rows,
     list_handles,
     make_grid,
@@ -26,7 +25,14 @@ from baldwinlab.analysis.estimands.trait_changes import (
     TraitChanges,
     average_changes,
 )
-from baldwinlab.analysis.figures.style import BLACK, BLUE, ORANGE, SeriesStyle, styled
+from baldwinlab.analysis.figures.style import (
+    BLACK,
+    BLUE,
+    ORANGE,
+    SeriesStyle,
+    label_generations,
+    styled,
+)
 from baldwinlab.analysis.palette import MID_GRAY, PURPLE
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render

@@ -21,13 +21,12 @@ from baldwinlab.analysis.multiverse.sentences import (
     VERDICT_PHRASES,
     compose_sentences,
     describe_combinations,
-    join_names,
 )
 from baldwinlab.analysis.palette import DARK_GRAY, MID_GRAY, VERDICT_COLORS
 from baldwinlab.analysis.report.content import format_range
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
-from baldwinlab.analysis.statistics.numbers import format_number, format_signed
+from baldwinlab.analysis.statistics.numbers import format_number, format_signed, join_names
 from baldwinlab.analysis.statistics.rules import HOLDS, NOT_EVALUATED, VERDICT_MARKS, Verdict
 from baldwinlab.papers import load
 

@@ -14,6 +14,14 @@ def finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def replace_undefined(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a record for JSON: `finite_or_none` of its numbers."""
+    return {
+        name: finite_or_none(value) if isinstance(value, float) else value
+        for name, value in values.items()
+    }
+
+
 def to_csv(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> bytes:
     """Write a table as CSV in UTF-8, with a header and full precision.
 

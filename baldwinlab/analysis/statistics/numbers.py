@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from baldwinlab.analysis.statistics.comparisons import Comparison
 
@@ -43,3 +44,9 @@ def format_interval(numbers: Comparison) -> str:
     if math.isnan(numbers.low):
         return ""
     return f"[{format_number(numbers.low)}, {format_number(numbers.high)}]"
+
+
+def join_names(names: Sequence[str]) -> str:
+    """Return a list in words, such as "C1, C2 and C3"."""
+    *preceding, last = names or [""]
+    return f"{', '.join(preceding)} and {last}" if preceding else last

@@ -18,7 +18,12 @@ from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrast_table import AGENT_NAMES, SUMMARY_MEASURE
 from baldwinlab.analysis.statistics.contrasts import Contrasts
-from baldwinlab.analysis.statistics.numbers import format_number, format_p_value, format_signed
+from baldwinlab.analysis.statistics.numbers import (
+    format_number,
+    format_p_value,
+    format_signed,
+    join_names,
+)
 from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.sweeps import analysis, figures
 from baldwinlab.analysis.sweeps.analysis import Response
@@ -46,7 +51,7 @@ def write_sweep_report(
 
     `directory`: figures are written to its folder `figures`.
     """
-    title = f"{finals.attrs['base']}: sweep of {_join_names(finals.attrs['fields'])}"
+    title = f"{finals.attrs['base']}: sweep of {join_names(finals.attrs['fields'])}"
     lead = f"The value of a run is its average over the last {last} generations."
     sections = [make_section(directory, finals, provenance, contrasts, links)]
     return write_page(title, lead, sections, out, directory / "figures")
@@ -90,10 +95,6 @@ def make_section(
     return Section(anchor="responses", title="Responses", body=body)
 
 
-def _join_names(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
 def summarize_design(finals: xr.Dataset) -> list[tuple[str, str]]:
     """Return the design of a sweep, as pairs of a heading and a text."""
     fields = [
@@ -132,7 +133,7 @@ def draw_figures(finals: xr.Dataset) -> Iterator[ReportFigure]:
         name="responses",
         title="Response to each field",
         caption=_describe_curves(finals),
-        alternative=f"Fitness by {_join_names(finals.attrs['fields'])}. {ranges}",
+        alternative=f"Fitness by {join_names(finals.attrs['fields'])}. {ranges}",
         figure=figures.draw_response_curves(finals),
         table=analysis.tabulate_points(finals),
     )
