@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from baldwinlab.api.checks import check_part
     from baldwinlab.api.compete import compete
     from baldwinlab.api.freezer import freeze
+    from baldwinlab.api.frozen_genomes import replay_genome_file
     from baldwinlab.api.gallery import compare_papers, reproduce_all
     from baldwinlab.api.integrations.gymnasium import single_env, vector_env
     from baldwinlab.api.integrations.optimizers import make_problem
     from baldwinlab.api.integrations.pettingzoo import parallel_env
     from baldwinlab.api.load import load, read_experiment
-    from baldwinlab.api.replay_genomes import replay_genome_file
     from baldwinlab.api.reproduce import reproduce
     from baldwinlab.api.run import run
     from baldwinlab.api.study import Study, open_study
@@ -110,7 +110,7 @@ _MODULE_BY_NAME = {
     "parallel_env": "api.integrations.pettingzoo",
     "read_experiment": "api.load",
     "replay": "simulation.replay",
-    "replay_genome_file": "api.replay_genomes",
+    "replay_genome_file": "api.frozen_genomes",
     "reproduce": "api.reproduce",
     "reproduce_all": "api.gallery",
     "reproduce_atlas": "api.atlas.reproduce",

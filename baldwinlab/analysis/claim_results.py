@@ -10,7 +10,7 @@ from typing import Any
 
 from baldwinlab.analysis import statistics
 from baldwinlab.analysis.statistics.contrasts import explain_verdict
-from baldwinlab.analysis.statistics.csv import finite_or_none
+from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined
 from baldwinlab.analysis.statistics.power import (
     describe_required_runs,
     interval_runs,
@@ -117,7 +117,7 @@ class Finding:
 
     def record(self) -> dict[str, Any]:
         """Return the finding for JSON, with null for undefined numbers."""
-        numbers = {name: finite_or_none(value) for name, value in self.numbers._asdict().items()}
+        numbers = replace_undefined(self.numbers._asdict())
         low = numbers.pop("low")
         high = numbers.pop("high")
         comparison = self.comparison

@@ -10,8 +10,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics.fitness import get_unseen_maps
 from baldwinlab.analysis.statistics.survival import Survival
-from baldwinlab.analysis.statistics.unseen_maps import get_unseen_maps
 from baldwinlab.core.measures import measure_runs
 from baldwinlab.papers import load
 from baldwinlab.papers.claims import (

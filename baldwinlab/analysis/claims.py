@@ -20,6 +20,7 @@ from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.claim_samples import ClaimSource, Samples
 from baldwinlab.analysis.statistics.contrasts import COMPARISON_COLUMNS, Contrast
 from baldwinlab.analysis.statistics.csv import to_csv
+from baldwinlab.analysis.statistics.fitness import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.analysis.statistics.power import level_of_next_test, levels_of_tests
 from baldwinlab.analysis.statistics.proportions import estimate_probability
 from baldwinlab.analysis.statistics.rules import (
@@ -34,7 +35,6 @@ from baldwinlab.analysis.statistics.sample_sizes import (
     smallest_corrected_p,
 )
 from baldwinlab.analysis.statistics.stability import direction_stability
-from baldwinlab.analysis.statistics.summary import SUMMARY_COLUMNS, summarize_conditions
 from baldwinlab.analysis.statistics.survival import compare_survival
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.papers.claims import (
@@ -202,13 +202,7 @@ def _measure_comparison(comparison: ClaimComparison, samples: Samples) -> statis
     if comparison.measure == "most" or comparison.rule in RUN_STATISTICS:
         # A mean or an extreme of all runs has no interval.
         summarize = RUN_STATISTICS.get(comparison.rule, np.max)
-        return _describe_single_sample(
-            n_runs=values.size,
-            median=median,
-            effect=float(summarize(values)),
-            low=nan,
-            high=nan,
-        )
+        return _describe_single_sample(values.size, median, effect=float(summarize(values)))
     if comparison.rule in PROBABILITY_RULES:
         probability, low, high = estimate_probability(values.values)
         return _describe_single_sample(
@@ -221,7 +215,7 @@ def _measure_comparison(comparison: ClaimComparison, samples: Samples) -> statis
 
 
 def _describe_single_sample(
-    n_runs: int, median: float, effect: float, low: float, high: float
+    n_runs: int, median: float, effect: float, low: float = nan, high: float = nan
 ) -> statistics.Comparison:
     """Return the fields of a comparison without a second sample. The others are NaN."""
     return statistics.Comparison(
@@ -240,8 +234,7 @@ def _describe_single_sample(
 
 def _undefined_comparison(n_a: int, n_b: int) -> statistics.Comparison:
     """Return a comparison whose fields are NaN, except for the sizes of the samples."""
-    sample_a = _describe_single_sample(n_runs=n_a, median=nan, effect=nan, low=nan, high=nan)
-    return sample_a._replace(n_b=n_b)
+    return _describe_single_sample(n_a, median=nan, effect=nan)._replace(n_b=n_b)
 
 
 def _compare_conditions(comparison: ClaimComparison, samples: Samples) -> statistics.Comparison:

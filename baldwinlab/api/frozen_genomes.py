@@ -1,10 +1,10 @@
-"""Genome files with the experiment in which their agents are simulated."""
+"""Genome files with the experiment in which their agents are simulated, and their replay."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,13 +12,14 @@ from baldwinlab.api.load import load_installed_parts
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.files import DATA_FILE, read_bytes
+from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.suggestions import suggest
 from baldwinlab.evolution import Genome
 from baldwinlab.evolution.finite import find_faulty_gene
 from baldwinlab.evolution.genes import require_genes_in_range
 from baldwinlab.evolution.genome_file import StoredGenomes, arrange_genomes, decode_genomes
 from baldwinlab.experiment import BaseExperiment, Experiment, assign
-from baldwinlab.experiment.toml import from_toml
+from baldwinlab.experiment.toml import format_assignments, from_toml
 from baldwinlab.papers.presets import factors, load
 from baldwinlab.simulation.replay import replay_genomes
 
@@ -193,4 +194,61 @@ def replay_frozen(
         generation=origin.generation if generation is None else generation,
         world=world,
         force=force,
+    )
+
+
+@check_numbers
+def replay_genome_file(
+    genome: str | Path,
+    *,
+    experiment: str | None = None,
+    map: str | None = None,
+    set: Mapping[str, Any] | None = None,
+    seed: int | None = None,
+    run: int | None = None,
+    generation: int | None = None,
+    world: int = 0,
+    force: bool = False,
+) -> xr.Dataset:
+    """Simulate one lifetime of the agents of a genome file, and record every step.
+
+    Parameters
+    ----------
+    genome
+        A genome file of `freeze` (.nc), or an array of NumPy (.npy).
+    experiment
+        A preset or an experiment file. By default the experiment of the genome file; a .npy file
+        has none.
+    map
+        Name of a map, which replaces the world of the experiment.
+    set
+        Settings that change, such as {"lifetime.steps": 500} or {"lifetime": {"steps": 500}}.
+    seed, run, generation
+        The random numbers of the lifetime, each 0 to 2**31 - 1. By default those of the origin of
+        the genomes. A file with several runs needs `run`.
+    world
+        Number of a world of the population, from 0. The trace has the agents of this world.
+    force
+        Run even if less memory is free than the estimate.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of `baldwinlab.core.variables.TRACE_VARIABLES`, with the dimensions `step` and
+        `agent`. The trace of a whole population in its experiment is bit-identical to that of its
+        stored lifetime.
+
+    Raises
+    ------
+    ArgumentError
+        A number is out of range.
+    RefusedError
+        The file cannot be read or does not fit the experiment, a .npy file has no experiment, `run`
+        is missing, the model has no world, or too little memory is free.
+    ExperimentError
+        There is no such preset, map or setting.
+    """
+    frozen = read_frozen(Path(genome), experiment, map, format_assignments(set or {}))
+    return replay_frozen(
+        frozen, seed=seed, run=run, generation=generation, world=world, force=force
     )

@@ -7,14 +7,13 @@ from typing import Any
 
 from baldwinlab import papers
 from baldwinlab.api.load import load_installed_parts
-from baldwinlab.api.planned_reproduction import are_foragers
 from baldwinlab.api.publish.gallery import (
     GALLERY_FILE,
     describe_table,
     explain_omissions,
     publish_gallery,
 )
-from baldwinlab.api.reproduce import reproduce
+from baldwinlab.api.reproduce import are_foragers, reproduce
 from baldwinlab.core import console
 from baldwinlab.core.numbers import check_numbers
 from baldwinlab.core.output_paths import REPORT_MARK, require_writable

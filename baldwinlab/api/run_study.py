@@ -1,4 +1,4 @@
-"""Create or open a study and run its missing runs, with a progress bar."""
+"""Create, open or extend a study and run its missing runs, with a progress bar."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from baldwinlab.api.interruptions import report_progress_on_error
 from baldwinlab.api.run_options import RunOptions, exclude_remote_memory
 from baldwinlab.core import console
 from baldwinlab.core.file_writing import write_atomically
-from baldwinlab.core.numbers import SEED_LIMIT, require_whole_number
+from baldwinlab.core.numbers import SEED_LIMIT, check_numbers, require_whole_number
 from baldwinlab.core.output_paths import is_study
 from baldwinlab.core.resources import NO_NEED, Need, require_resources
 from baldwinlab.core.sparkline import FitnessCurves
@@ -28,7 +28,7 @@ from baldwinlab.papers import Paper, presets, save_copy
 from baldwinlab.simulation import memory
 from baldwinlab.studies.checkpoints import Interval
 from baldwinlab.studies.cleanup import remove_if_refused
-from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.creation import create_study, extend_experiments, extend_study
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.record_files import condition_folder, list_stored_runs
 from baldwinlab.studies.run import count_agent_steps, find_missing_runs, run_study
@@ -225,3 +225,44 @@ def _describe_stored_runs(study: StudyStore, runs: int) -> str:
         len(requested_runs.intersection(study.runs(condition))) for condition in study.experiments
     )
     return f"{n_stored} of {runs * len(study.experiments)} runs are stored in {study.location}"
+
+
+@check_numbers
+def extend(
+    study: StudyStore,
+    options: RunOptions,
+    *,
+    generations: int | None = None,
+    runs: int | None = None,
+) -> StudyStore:
+    """Run a stored study further, with more generations, more runs, or both.
+
+    The stored generations do not change. The result is bit-identical to that of one long run.
+
+    `generations`: by default the stored number. `runs`: number of runs of each condition. By
+    default the largest stored number. Raises `StudyError` if the study has more generations, or is
+    a sweep or a multiverse.
+    """
+    if runs is None:
+        study.require_runs()
+        # A condition without runs does not count.
+        last_run = max(max(study.runs(name), default=0) for name in study.experiments)
+        runs = last_run + 1 - study.first_run
+    experiments = study.experiments
+    if generations is not None:
+        experiments = extend_experiments(study, generations)
+    request = StudyRequest(
+        list(experiments.values()),
+        study.directory,
+        runs=runs,
+        seed=study.seed,
+        kind=study.kind,
+        factors=study.factors,
+        first_run=study.first_run,
+    )
+    # The study changes only if the request is not refused.
+    require_request(request, options)
+    if generations is not None:
+        extend_study(study, generations)
+        console.info(f"{study.location}: {generations} generations")
+    return run_missing(request, options)

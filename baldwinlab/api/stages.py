@@ -9,8 +9,11 @@ from itertools import product
 from pathlib import Path
 from types import MappingProxyType
 
-from baldwinlab.analysis.stages.tuning import choose_values, measure_medians
-from baldwinlab.api.remaining_time import RemainingTime
+import numpy as np
+import xarray as xr
+
+from baldwinlab.analysis.statistics import fitness
+from baldwinlab.api.interruptions import RemainingTime
 from baldwinlab.api.report import report
 from baldwinlab.api.run_assays import run_missing_assays
 from baldwinlab.api.run_options import RunOptions
@@ -49,6 +52,9 @@ from baldwinlab.studies.assays.unseen_maps import N_LIVES
 from baldwinlab.studies.open import open_conditions
 from baldwinlab.studies.run import count_agent_steps
 from baldwinlab.studies.store import StudyStore
+
+LAST_GENERATIONS = 10
+"""Number of final generations over which a run is averaged."""
 
 
 @dataclass(frozen=True)
@@ -205,3 +211,22 @@ def _count_missing_steps(request: StudyRequest, is_assayed: bool) -> int:
             n_assayed = 0 if path.exists() and not n_missing else request.runs
             steps += n_assayed * experiment.agent_steps * N_LIVES
     return steps
+
+
+def measure_medians(data: xr.Dataset) -> dict[str, float]:
+    """Compute the median over runs of the mean fitness in the last generations.
+
+    `data`: the runs with one value of the setting, (condition, run, generation, agent).
+    """
+    medians = fitness.final(data, "mean", LAST_GENERATIONS).median("run")
+    return {str(name): float(medians.sel(condition=name)) for name in data["condition"].values}
+
+
+def choose_values(medians: Mapping[float, Mapping[str, float]]) -> dict[str, float]:
+    """Choose the value with the largest median for each condition."""
+    values = sorted(medians)
+    conditions = list(medians[values[0]])
+    return {
+        name: values[int(np.argmax([medians[value][name] for value in values]))]
+        for name in conditions
+    }

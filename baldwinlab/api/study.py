@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from baldwinlab import papers
-from baldwinlab.api.extend import extend
 from baldwinlab.api.load import load_installed_parts
 from baldwinlab.api.run_assays import require_branch_length, run_missing_assays
 from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_study import extend
 from baldwinlab.api.study_exports import StudyExports
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.files import is_local, parse_location
@@ -32,8 +32,19 @@ from baldwinlab.studies.store import StudyStore
 if TYPE_CHECKING:
     import pandas as pd
 
+from base64 import b64encode
+from collections.abc import Sequence
+from html import escape
+
+from baldwinlab.core.errors import BaldwinLabError
+from baldwinlab.studies.open import open_sample
+
 MAX_LISTED_CONDITIONS: Final = 10
 """Maximum number of conditions in the text of a study. A sweep may have thousands."""
+CAPTION: Final = (
+    "Fitness of the best and of the average agent, by generation: means over runs, with their 95 % "
+    "intervals"
+)
 
 
 class Study(StudyExports):
@@ -300,7 +311,7 @@ class Study(StudyExports):
     def _repr_html_(self) -> str:
         """Return the text of the study and the curves of its first conditions, for notebooks."""
         # Imported late: loading the figures takes a while.
-        from baldwinlab.api.study_html import render_study
+        from baldwinlab.api.study import render_study
 
         return render_study(repr(self), self._store, self.conditions[:MAX_LISTED_CONDITIONS])
 
@@ -329,3 +340,31 @@ def open_study(directory: str | Path) -> Study:
     """
     load_installed_parts()
     return Study(StudyStore(parse_location(directory)))
+
+
+def render_study(text: str, study: StudyStore, conditions: Sequence[str]) -> str:
+    """Return the HTML of a study for a notebook.
+
+    `conditions`: the conditions whose curves are drawn. Conditions without runs are left out.
+    Returns the text and the curves, or the reason why the curves cannot be drawn.
+    """
+    try:
+        curves = _draw_curves(study, [name for name in conditions if study.runs(name)])
+    except BaldwinLabError as error:
+        curves = f"<p>{escape(str(error))}</p>"
+    return f"<div><pre>{escape(text)}</pre>{curves}</div>"
+
+
+def _draw_curves(study: StudyStore, conditions: Sequence[str]) -> str:
+    """Return the curves as an image element of HTML, or "" if there are no conditions."""
+    if not conditions:
+        return ""
+    # Imported late: loading the figures takes a while.
+    from baldwinlab.analysis.figures import draw_fitness_curves, to_svg
+
+    figure = draw_fitness_curves(open_sample(study, conditions))
+    image = b64encode(to_svg(figure)).decode()
+    return (
+        f'<img alt="{CAPTION}" title="{CAPTION}" style="max-width: 100%" '
+        f'src="data:image/svg+xml;base64,{image}">'
+    )

@@ -24,8 +24,7 @@ from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.core.files import is_local
 from baldwinlab.core.lab_address import DEFAULT_LAB_PORT, LAB_HOST
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab.access import Access
-from baldwinlab.lab.token_file import load_token
+from baldwinlab.lab.access import Access, load_token
 from baldwinlab.simulation.compilation import compile_experiments
 
 DEFAULT_FOLDER = Path("results")

@@ -6,9 +6,9 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from baldwinlab.api.extend import extend
 from baldwinlab.api.run import run_loaded
 from baldwinlab.api.run_options import RunOptions
+from baldwinlab.api.run_study import extend
 from baldwinlab.cli.options import (
     HIDE_DEFAULT,
     LOCATION,

@@ -42,6 +42,7 @@ from baldwinlab.parts.networks import forward, links
 from baldwinlab.simulation.recorder import Series, record_batch
 from baldwinlab.simulation.reevaluation import collect_outcomes, make_batch
 from baldwinlab.simulation.replay import recompute_genomes
+from baldwinlab.studies.assays.descent import list_children
 
 # With more inputs, the container has no table of all input combinations.
 MAX_TABLE_INPUTS = 4
@@ -187,7 +188,7 @@ def _read_relatives(start: StartData, generation: int, agent: int) -> dict[str, 
     parents = start.parents.values
     children: list[int] = []
     if generation + 1 < len(parents):
-        children = np.flatnonzero((parents[generation + 1] == agent).any(axis=1)).tolist()
+        children = list_children(parents[generation + 1], agent)
     return {
         "parents": _read_pair(parents[generation], agent),
         "teachers": None,
@@ -325,8 +326,7 @@ def _find_relatives(
         parents = _read_pair(parent_pairs, agent)
         teachers = _read_pair(find_teachers(settings[0], key, parent_pairs), agent)
     if fitness is not None and key.generation + 1 < experiment.evolution.generations:
-        parent_pairs = _find_parents_of_children(life, start, fitness)
-        children = np.flatnonzero((parent_pairs == agent).any(axis=1)).tolist()
+        children = list_children(_find_parents_of_children(life, start, fitness), agent)
     return {"parents": parents, "teachers": teachers, "children": children}
 
 

@@ -7,16 +7,15 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from starlette.requests import Request
-from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.lab import Lab, MissingError, binary_frames, model_displays, study_access
-from baldwinlab.lab.concurrency import QueuedResponse
+from baldwinlab.lab import Lab, MissingError, binary_frames, model_displays
+from baldwinlab.lab.concurrency import CONTAINER, queue_content
 from baldwinlab.lab.life_query import MAX_RESPONSE_BYTES
-from baldwinlab.lab.query import Query, read_number, read_text
+from baldwinlab.lab.query import Query, read_number
+from baldwinlab.lab.study_access import find_run
 from baldwinlab.simulation.reevaluation import iterate_genomes
 from baldwinlab.simulation.replay import recompute_genomes
 
@@ -24,14 +23,11 @@ from baldwinlab.simulation.replay import recompute_genomes
 def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
-    async def alleles(request: Request) -> Response:
-        query = request.query_params
-        pack = pack_live_frequencies if "live" in query else pack_stored_frequencies
-        return QueuedResponse(
-            lab, lambda: Response(pack(lab, query), media_type="application/octet-stream")
-        )
+    def pack(query: Query) -> bytes:
+        is_live = "live" in query
+        return (pack_live_frequencies if is_live else pack_stored_frequencies)(lab, query)
 
-    return [Route("/api/alleles", alleles)]
+    return [Route("/api/alleles", queue_content(lab, pack, CONTAINER))]
 
 
 def pack_stored_frequencies(lab: Lab, query: Query) -> bytes:
@@ -42,16 +38,12 @@ def pack_stored_frequencies(lab: Lab, query: Query) -> bytes:
     Raise StudyError and ValueError as `find_life`, and MissingError if the model declares no
     alleles.
     """
-    study = study_access.find_study(lab, read_text(query, "study"))
-    name = read_text(query, "condition")
-    run = read_number(query, "run")
-    experiment = study_access.find_condition(study, name)
-    study.require_parts(name)
+    study, experiment, run = find_run(lab, query)
+    study.require_parts(experiment.name)
     _require_alleles(experiment, experiment.evolution.generations)
-    study_access.require_run(lab, study, name, run)
 
     def make() -> bytes:
-        genomes = iterate_genomes(experiment, study.record(name, run))
+        genomes = iterate_genomes(experiment, study.record(experiment.name, run))
         frequencies = compute_allele_frequencies(experiment, genomes)
         return binary_frames.pack(
             _make_header(experiment, first_generation=0), {"share": frequencies}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import ctypes
+import sys
+from collections.abc import Awaitable, Callable
 from typing import Final
 
 import anyio
@@ -12,12 +14,14 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from baldwinlab.lab import Lab
-from baldwinlab.lab.memory import release_memory
+from baldwinlab.lab.query import Query
 
 # Seconds to receive a chunk of a response, or a message of a websocket.
 CLIENT_TIMEOUT: Final = 5.0
 # Bytes of a response that the server writes before the client reads them.
 CHUNK_BYTES: Final = 2**17
+# The media type of a container, see `binary_frames`.
+CONTAINER: Final = "application/octet-stream"
 
 
 class QueuedResponse(Response):
@@ -40,6 +44,19 @@ class QueuedResponse(Response):
             # The memory can be released only after the last reference is deleted.
             del response
             release_memory()
+
+
+def queue_content(
+    lab: Lab, load: Callable[[Query], bytes], media_type: str = "application/json"
+) -> Callable[[Request], Awaitable[Response]]:
+    """Return an endpoint whose queued responses have the content that `load` returns."""
+
+    async def respond(request: Request) -> Response:
+        return QueuedResponse(
+            lab, lambda: Response(load(request.query_params), media_type=media_type)
+        )
+
+    return respond
 
 
 class UnreadResponseError(Exception):
@@ -88,3 +105,14 @@ async def _send_in_time(send: Send, message: Message) -> None:
             await send(message)
     except TimeoutError:
         raise UnreadResponseError from None
+
+
+def release_memory() -> None:
+    """Return free memory to the operating system.
+
+    On Linux, the allocator of the C library does not return freed small blocks by itself.
+    """
+    if sys.platform == "linux":
+        # Not every C library has malloc_trim.
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", lambda bytes_to_keep: None)
+        trim(0)

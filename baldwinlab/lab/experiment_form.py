@@ -15,9 +15,9 @@ from baldwinlab.experiment.factors import Factors
 from baldwinlab.lab import Lab
 from baldwinlab.lab.freezer import require_usable_founders
 from baldwinlab.lab.limits import check_size
+from baldwinlab.lab.model_displays import describe_species
 from baldwinlab.lab.query import read_body, read_body_number
 from baldwinlab.lab.schema import make_schema
-from baldwinlab.lab.species import describe_species
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.models.miniworld.description import list_topics
 from baldwinlab.simulation.simulate import check_seed

@@ -1,8 +1,9 @@
-"""The history of one run: fitness in each generation, and the ancestors of an agent."""
+"""The history of one run: fitness in each generation, and the relatives of an agent."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -14,11 +15,19 @@ from starlette.routing import BaseRoute, Route
 from baldwinlab.lab import Lab, life_query, study_access
 from baldwinlab.lab.concurrency import QueuedResponse
 from baldwinlab.lab.life_query import Life
-from baldwinlab.lab.query import Query, read_number, read_text
-from baldwinlab.simulation.simulate import simulate_histories
-from baldwinlab.studies.assays.descent import Parents, list_ancestors, trace_fitter_parents
+from baldwinlab.lab.query import Query, read_number
+from baldwinlab.studies.assays.descent import (
+    Parents,
+    list_ancestors,
+    list_children,
+    trace_fitter_parents,
+)
 
 Counts = npt.NDArray[np.int32]
+# The number of generations before that of the agent.
+MAX_DEPTH: Final = 4
+# All ancestors of an agent at the largest depth.
+MAX_AGENTS_PER_GENERATION: Final = 2**MAX_DEPTH
 
 
 def make_routes(lab: Lab) -> list[BaseRoute]:
@@ -29,19 +38,32 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
             lab, lambda: JSONResponse(load_fitness_curve(lab, request.query_params))
         )
 
-    async def descent(request: Request) -> Response:
-        query = request.query_params
-        life = await run_in_threadpool(life_query.find_life, lab, query)
-        agent = read_number(query, "agent")
-        life_query.require_agent(life.experiment, agent)
+    async def ancestors(request: Request) -> Response:
+        return await _queue_descent(lab, request, trace_ancestor_line)
 
-        def respond() -> Response:
-            parents, eaten = load_history(lab, query, life)
-            return JSONResponse(trace_ancestor_line(life.key.generation, agent, parents, eaten))
+    async def lineage(request: Request) -> Response:
+        return await _queue_descent(lab, request, make_tree)
 
-        return QueuedResponse(lab, respond)
+    endpoints = {"run": run, "ancestors": ancestors, "lineage": lineage}
+    return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
 
-    return [Route("/api/run", run), Route("/api/ancestors", descent)]
+
+async def _queue_descent(
+    lab: Lab,
+    request: Request,
+    describe: Callable[[int, int, Parents, Counts], dict[str, Any]],
+) -> Response:
+    """Return a queued response with the relatives of an agent, as `describe` returns them."""
+    query = request.query_params
+    life = await run_in_threadpool(life_query.find_life, lab, query)
+    agent = read_number(query, "agent")
+    life_query.require_agent(life.experiment, agent)
+
+    def respond() -> Response:
+        parents, eaten = load_history(lab, query, life)
+        return JSONResponse(describe(life.key.generation, agent, parents, eaten))
+
+    return QueuedResponse(lab, respond)
 
 
 def load_fitness_curve(lab: Lab, query: Query) -> dict[str, Any]:
@@ -52,12 +74,8 @@ def load_fitness_curve(lab: Lab, query: Query) -> dict[str, Any]:
     # This import takes time.
     from baldwinlab.analysis.statistics.fitness import gain
 
-    study = study_access.find_study(lab, read_text(query, "study"))
-    name = read_text(query, "condition")
-    run = read_number(query, "run")
-    study_access.find_condition(study, name)
-    study_access.require_run(lab, study, name, run)
-    record = study.read(name, run, genomes=False)
+    study, experiment, run = study_access.find_run(lab, query)
+    record = study.read(experiment.name, run, genomes=False)
     fitness = gain(record)
     return {
         "measure": "food eaten" if "food_eaten" in record else "fitness",
@@ -99,7 +117,7 @@ def load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
     The shapes are [generation, agent, 2] and [generation, agent].
     """
     experiment = life.experiment
-    seed, run, generation = life.key
+    _, run, generation = life.key
     if "study" in query:
         study = study_access.find_study(lab, query["study"])
         record = study.read(experiment.name, run, genomes=False)
@@ -107,10 +125,56 @@ def load_history(lab: Lab, query: Query, life: Life) -> tuple[Parents, Counts]:
     if "live" in query:
         history = lab.live.find_run(query["live"]).find_history(run, generation)
     else:
-        n_generations = generation + 1
-        # The page needs no genomes, so the run saves as few as possible.
-        shortened = experiment.replace(
-            evolution={"generations": n_generations}, record={"genome_every": n_generations}
-        )
-        (history,) = simulate_histories(shortened, seed, runs=[run])
+        history = life_query.simulate_until(experiment, life.key)
     return history.parents, history.recorded_values("food_eaten")
+
+
+def make_tree(generation: int, agent: int, parents: Parents, eaten: Counts) -> dict[str, Any]:
+    """Return the lineage tree of an agent.
+
+    `parents`: [generation, agent, 2]. `eaten`: the number of items that each agent ate [generation,
+    agent].
+
+    The tree has these entries:
+
+    - rows: for each generation, its number, its agents and what they ate. The agent is the
+      first one of its generation, and its siblings follow. They share a parent with it.
+    - links: the generation, the child and the parent of each link between the rows.
+    - omitted: the number of siblings and children that are left out.
+    """
+    ancestors = list_ancestors(parents, generation, agent)[: MAX_DEPTH + 1]
+    agents_by_generation = {generation - age: group.tolist() for age, group in enumerate(ancestors)}
+    siblings = _list_siblings(parents[generation], agent)
+    agents_by_generation[generation] = [agent, *siblings[: MAX_AGENTS_PER_GENERATION - 1]]
+    children = list[int]()
+    if generation + 1 < len(parents):
+        children = list_children(parents[generation + 1], agent)
+        agents_by_generation[generation + 1] = children[:MAX_AGENTS_PER_GENERATION]
+    n_shown = sum(len(agents_by_generation.get(row, [])) for row in (generation, generation + 1))
+    links = [
+        [row, child, parent]
+        for row, agents in agents_by_generation.items()
+        for child in agents
+        for parent in np.unique(parents[row, child]).tolist()
+        if parent in agents_by_generation.get(row - 1, [])
+    ]
+    return {
+        "rows": [
+            {"generation": row, "agents": agents, "eaten": eaten[row, agents].tolist()}
+            for row, agents in sorted(agents_by_generation.items())
+            if agents
+        ],
+        "links": links,
+        "omitted": 1 + len(siblings) + len(children) - n_shown,
+    }
+
+
+def _list_siblings(parents: Parents, agent: int) -> list[int]:
+    """Return the agents that share a parent with an agent; those that share both come first."""
+    if parents[agent].min() < 0:
+        return []
+    n_shared = np.isin(parents, parents[agent]).sum(axis=1)
+    n_shared[agent] = 0
+    order = np.argsort(-n_shared, kind="stable")
+    siblings: list[int] = order[n_shared[order] > 0].tolist()
+    return siblings

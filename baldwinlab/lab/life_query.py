@@ -15,7 +15,7 @@ from baldwinlab.evolution import GenerationKey, Genome
 from baldwinlab.evolution.species import SpeciesIndices
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab, MissingError, study_access
-from baldwinlab.lab.concurrency import QueuedResponse
+from baldwinlab.lab.concurrency import CONTAINER, queue_content
 from baldwinlab.lab.presets import load_preset
 from baldwinlab.lab.query import Query, read_number, read_text
 from baldwinlab.simulation.history import History
@@ -82,11 +82,10 @@ async def queue_container(
     span = read_span(query, n_steps, estimate_bytes_per_step(life.experiment))
     cache_key = (request.url.path, tuple(sorted(query.items())), life.experiment, life.key)
 
-    def respond() -> Response:
-        container = lab.cache.get(cache_key, lambda: make(life, span))
-        return Response(container, media_type="application/octet-stream")
+    def load(query: Query) -> bytes:
+        return lab.cache.get(cache_key, lambda: make(life, span))
 
-    return QueuedResponse(lab, respond)
+    return await queue_content(lab, load, CONTAINER)(request)
 
 
 def read_span(query: Query, n_steps: int, bytes_per_step: int) -> Span:
@@ -172,16 +171,12 @@ def find_life_of_any_model(lab: Lab, query: Query) -> Life:
 
 
 def _find_stored_life(lab: Lab, query: Query, generation: int) -> Life:
-    study = study_access.find_study(lab, query["study"])
-    name = read_text(query, "condition")
-    run = read_number(query, "run")
-    experiment = study_access.find_condition(study, name)
-    study.require_parts(name)
+    study, experiment, run = study_access.find_run(lab, query)
+    study.require_parts(experiment.name)
     require_generation(experiment, generation)
-    study_access.require_run(lab, study, name, run)
 
     def load_start_data() -> StartData:
-        record = study.record(name, run)
+        record = study.record(experiment.name, run)
         genomes = restore_genomes(experiment, record, generation)
         species = None
         if experiment.population.species:
@@ -205,13 +200,19 @@ def _make_recomputed_life(
     return Life(experiment, key, load_start_data)
 
 
-def simulate_species(experiment: Experiment, key: GenerationKey) -> StartData:
-    """Simulate a run with species up to a generation, and return the data that it starts with."""
+def simulate_until(experiment: Experiment, key: GenerationKey) -> History:
+    """Simulate a run up to and including a generation, with as few saved genomes as possible."""
     n_generations = key.generation + 1
     shortened = experiment.replace(
         evolution={"generations": n_generations}, record={"genome_every": n_generations}
     )
     (history,) = simulate_histories(shortened, key.seed, [key.run])
+    return history
+
+
+def simulate_species(experiment: Experiment, key: GenerationKey) -> StartData:
+    """Simulate a run with species up to a generation, and return the data that it starts with."""
+    history = simulate_until(experiment, key)
     require_simulated(experiment, key.run, key.generation, history.n_generations)
     return _read_history(history, key.generation, history.last_genome)
 

@@ -28,14 +28,12 @@ from baldwinlab.experiment import Experiment, validate
 from baldwinlab.experiment.outcome import describe_experiment_measures
 from baldwinlab.experiment.species_measures import list_species_curves
 from baldwinlab.lab import Lab, MissingError
-from baldwinlab.lab.concurrency import CLIENT_TIMEOUT
+from baldwinlab.lab.concurrency import CLIENT_TIMEOUT, release_memory
 from baldwinlab.lab.freezer import require_usable_founders
 from baldwinlab.lab.limits import check_size, estimate_memory
 from baldwinlab.lab.live_run import LiveRun, read_seconds
-from baldwinlab.lab.memory import release_memory
-from baldwinlab.lab.model_displays import read_alleles
+from baldwinlab.lab.model_displays import describe_species, read_alleles
 from baldwinlab.lab.query import read_body, read_body_number
-from baldwinlab.lab.species import describe_species
 from baldwinlab.papers import presets
 from baldwinlab.simulation.simulate import check_seed
 from baldwinlab.studies.creation import create_study

@@ -186,7 +186,7 @@ class LiveRun:
     def _measure_species(self, generations: npt.NDArray[np.int64]) -> dict[str, xr.DataArray]:
         """Return the measures of each species [run, generation], such as `mean:predators`."""
         # This import takes time.
-        from baldwinlab.analysis.statistics.species import compute_species_curves
+        from baldwinlab.analysis.statistics.fitness import compute_species_curves
 
         curves = list_species_curves(self.experiment)
         if not curves:

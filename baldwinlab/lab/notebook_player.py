@@ -17,7 +17,7 @@ from baldwinlab.analysis.traces import has_appearance, read_appearance
 from baldwinlab.api.load import read_experiment
 from baldwinlab.core.deferred import xr
 from baldwinlab.lab import binary_frames, single_page
-from baldwinlab.lab.species import describe_species
+from baldwinlab.lab.model_displays import describe_species
 
 # The player shows the beginning of a longer lifetime.
 MAX_AGENT_STEPS: Final = 1_000_000

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
+from functools import partial
 from typing import Final
 
 from starlette.requests import Request
@@ -11,11 +11,10 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab.lab import Lab
-from baldwinlab.lab.concurrency import QueuedResponse
+from baldwinlab.lab.concurrency import QueuedResponse, queue_content
 from baldwinlab.lab.downloads import make_attachment
 from baldwinlab.lab.query import Query, read_text
-from baldwinlab.lab.study_access import find_condition, find_study, require_inside
-from baldwinlab.studies.records import StudyError
+from baldwinlab.lab.study_access import find_condition, find_study, read_versions
 
 MEDIA_TYPES: Final = {
     "svg": "image/svg+xml",
@@ -28,24 +27,6 @@ MEDIA_TYPES: Final = {
 def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
-    async def run_curves(request: Request) -> Response:
-        query = request.query_params
-        study = read_text(query, "study")
-        condition = read_text(query, "condition")
-        measure = read_text(query, "measure")
-        return QueuedResponse(
-            lab,
-            lambda: Response(
-                load_run_curves(lab, study, condition, measure), media_type="application/json"
-            ),
-        )
-
-    async def reaction_norms(request: Request) -> Response:
-        study = read_text(request.query_params, "study")
-        return QueuedResponse(
-            lab, lambda: Response(load_reaction_norms(lab, study), media_type="application/json")
-        )
-
     async def figure(request: Request) -> Response:
         query = request.query_params
         conditions = query.getlist("condition")
@@ -53,8 +34,8 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
 
     return [
         Route("/api/results/figure", figure),
-        Route("/api/results/runs", run_curves),
-        Route("/api/results/reaction", reaction_norms),
+        Route("/api/results/runs", queue_content(lab, partial(load_run_curves, lab))),
+        Route("/api/results/reaction", queue_content(lab, partial(load_reaction_norms, lab))),
     ]
 
 
@@ -74,7 +55,7 @@ def _make_figure_response(lab: Lab, query: Query, conditions: list[str]) -> Resp
     return make_attachment(file.content, MEDIA_TYPES[file_format], file.name)
 
 
-def load_run_curves(lab: Lab, name: str, condition: str, measure: str) -> bytes:
+def load_run_curves(lab: Lab, query: Query) -> bytes:
     """Return the curve of each run of a condition, as JSON.
 
     Raise MissingError, and StudyError and ValueError as `lab_results.read_run_curves`.
@@ -82,17 +63,17 @@ def load_run_curves(lab: Lab, name: str, condition: str, measure: str) -> bytes:
     # This import takes a second, which would delay the first page.
     from baldwinlab.api.publish import lab_results
 
-    study = find_study(lab, name)
-    find_condition(study, condition)
-    record_paths = [file.path for file in study.files(condition)]
-    versions = _read_file_versions(lab, record_paths)
+    study = find_study(lab, read_text(query, "study"))
+    condition = find_condition(study, read_text(query, "condition")).name
+    measure = read_text(query, "measure")
+    versions = read_versions(lab.root, [file.path for file in study.files(condition)])
     return lab.cache.get(
         ("runs", study.directory, condition, measure, versions),
         lambda: json.dumps(lab_results.read_run_curves(study, condition, measure)).encode(),
     )
 
 
-def load_reaction_norms(lab: Lab, name: str) -> bytes:
+def load_reaction_norms(lab: Lab, query: Query) -> bytes:
     """Return the reaction norms of a study, as JSON. They are empty if the assay is not stored.
 
     Raise StudyError, and ValueError for a damaged assay.
@@ -100,22 +81,10 @@ def load_reaction_norms(lab: Lab, name: str) -> bytes:
     # This import takes a second, which would delay the first page.
     from baldwinlab.api.publish import lab_results
 
-    study = find_study(lab, name)
+    study = find_study(lab, read_text(query, "study"))
     folder = study.directory / "assays" / "reaction"
-    versions = _read_file_versions(lab, [folder, *sorted(folder.rglob("*.nc"))])
+    versions = read_versions(lab.root, [folder, *sorted(folder.rglob("*.nc"))])
     return lab.cache.get(
         ("reaction", study.directory, versions),
         lambda: json.dumps(lab_results.read_reaction_norms(study)).encode(),
     )
-
-
-def _read_file_versions(lab: Lab, paths: list[Path]) -> tuple[tuple[Path, int], ...]:
-    """Return the existing paths with their modification times, in nanoseconds.
-
-    Raise StudyError for a path outside the served folder, and for a special file such as a pipe.
-    """
-    for path in paths:
-        require_inside(lab.root, path)
-        if path.exists() and not (path.is_file() or path.is_dir()):
-            raise StudyError(f"{path} is not a file")
-    return tuple((path, path.stat().st_mtime_ns) for path in paths if path.exists())

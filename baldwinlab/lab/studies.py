@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from typing import Any
 
 from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import JSONResponse
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab import papers
@@ -14,14 +15,15 @@ from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.core.files import quote_path
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.lab import Lab, MissingError
-from baldwinlab.lab.concurrency import QueuedResponse
+from baldwinlab.lab.concurrency import queue_content
 from baldwinlab.lab.missing_parts import describe_missing_parts
 from baldwinlab.lab.model_displays import read_alleles, read_views
-from baldwinlab.lab.query import read_text
+from baldwinlab.lab.query import Query, read_text
 from baldwinlab.lab.study_access import (
     find_condition,
     find_study,
     list_study_names,
+    read_versions,
     require_inside,
 )
 from baldwinlab.studies.claims_file import CLAIMS_FILE, read_claims
@@ -43,25 +45,11 @@ def make_routes(lab: Lab) -> list[BaseRoute]:
         condition = find_condition(study, read_text(request.query_params, "condition"))
         return JSONResponse(condition.to_dict())
 
-    async def all_results(request: Request) -> Response:
-        name = read_text(request.query_params, "study")
-        return QueuedResponse(
-            lab, lambda: Response(load_results(lab, name), media_type="application/json")
-        )
-
-    async def typical_run(request: Request) -> Response:
-        name = read_text(request.query_params, "study")
-        condition = read_text(request.query_params, "condition")
-        return QueuedResponse(
-            lab,
-            lambda: Response(load_typical_run(lab, name, condition), media_type="application/json"),
-        )
-
     endpoints = {
         "studies": studies,
         "experiment": experiment,
-        "results": all_results,
-        "typical": typical_run,
+        "results": queue_content(lab, lambda query: load_results(lab, read_text(query, "study"))),
+        "typical": queue_content(lab, partial(load_typical_run, lab)),
     }
     return [Route(f"/api/{name}", endpoint) for name, endpoint in endpoints.items()]
 
@@ -146,19 +134,16 @@ def _read_paper(study: StudyStore) -> tuple[str, str]:
         return "", ""
 
 
-def load_typical_run(lab: Lab, name: str, condition: str) -> bytes:
+def load_typical_run(lab: Lab, query: Query) -> bytes:
     """Return the typical run of a condition, as JSON.
 
     Raise StudyError as `find_study`, and for a damaged record.
     """
-    study = find_study(lab, name)
-    find_condition(study, condition)
-    record_paths = [file.path for file in study.files(condition)]
-    if not record_paths:
+    study = find_study(lab, read_text(query, "study"))
+    condition = find_condition(study, read_text(query, "condition")).name
+    versions = read_versions(lab.root, [file.path for file in study.files(condition)])
+    if not versions:
         raise MissingError(f"{study.location} has no run of {condition}")
-    for path in record_paths:
-        require_inside(lab.root, path)
-    modification_times = tuple(path.stat().st_mtime_ns for path in record_paths)
 
     def make() -> bytes:
         # This import takes time.
@@ -167,7 +152,7 @@ def load_typical_run(lab: Lab, name: str, condition: str) -> bytes:
         run = typical_run(open_sample(study, [condition]), condition)
         return json.dumps({"run": run}).encode()
 
-    return lab.cache.get(("typical", study.directory, condition, modification_times), make)
+    return lab.cache.get(("typical", study.directory, condition, versions), make)
 
 
 def load_results(lab: Lab, name: str) -> bytes:
@@ -186,11 +171,10 @@ def load_results(lab: Lab, name: str) -> bytes:
     claims_path = study.directory / CLAIMS_FILE
     cache_path = study.directory / results_cache.CACHE_FILE
     sweep_path = study.directory / sweeps.SWEEP_FILE_NAME
-    for path in (*record_paths, claims_path, cache_path, sweep_path):
+    for path in (cache_path, sweep_path):
         require_inside(lab.root, path)
     # The results depend on these files only.
-    source_paths = (*record_paths, claims_path)
-    versions = tuple((path, path.stat().st_mtime_ns) for path in source_paths if path.exists())
+    versions = read_versions(lab.root, [*record_paths, claims_path])
 
     def make() -> bytes:
         results = results_cache.load_cached_results(study) or lab_results.compute_results(study)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import Lab, MissingError
+from baldwinlab.lab.query import Query, read_number, read_text
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 
@@ -63,6 +64,21 @@ def _open_study(root: Path, directory: Path, modification_time: int) -> StudySto
     return study
 
 
+def read_versions(root: Path, paths: Iterable[Path]) -> tuple[tuple[Path, int], ...]:
+    """Return the existing paths with their modification times, in nanoseconds.
+
+    Raise StudyError for a path outside the served folder, and for a special file such as a pipe.
+    """
+    versions = []
+    for path in paths:
+        require_inside(root, path)
+        if path.exists():
+            if not (path.is_file() or path.is_dir()):
+                raise StudyError(f"{path} is not a file")
+            versions.append((path, path.stat().st_mtime_ns))
+    return tuple(versions)
+
+
 def require_inside(root: Path, path: Path) -> None:
     """Raise StudyError if a path, after resolving links, is outside the served folder."""
     if not path.resolve().is_relative_to(root):
@@ -75,6 +91,15 @@ def find_condition(study: StudyStore, name: str) -> Experiment:
         return study.experiment(name)
     except StudyError as error:
         raise MissingError(str(error)) from None
+
+
+def find_run(lab: Lab, query: Query) -> tuple[StudyStore, Experiment, int]:
+    """Return the study, the condition and the number of the stored run that a query names."""
+    study = find_study(lab, read_text(query, "study"))
+    condition = find_condition(study, read_text(query, "condition"))
+    run = read_number(query, "run")
+    require_run(lab, study, condition.name, run)
+    return study, condition, run
 
 
 def require_run(lab: Lab, study: StudyStore, name: str, run: int) -> None:

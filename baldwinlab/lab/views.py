@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
-from starlette.requests import Request
-from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from baldwinlab.core.suggestions import did_you_mean
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import BaseExperiment
-from baldwinlab.lab import (
-    Lab,
-    MissingError,
-    binary_frames,
-    life_query,
-    model_displays,
-    study_access,
-)
-from baldwinlab.lab.concurrency import QueuedResponse
+from baldwinlab.lab import Lab, MissingError, binary_frames, life_query, model_displays
+from baldwinlab.lab.concurrency import CONTAINER, queue_content
 from baldwinlab.lab.query import Query, read_number, read_text
+from baldwinlab.lab.study_access import find_run
 from baldwinlab.parts.views import GridView, MatrixView, View, ViewData, arrays_of
 from baldwinlab.simulation.reevaluation import restore_genomes
 
@@ -28,13 +21,7 @@ from baldwinlab.simulation.reevaluation import restore_genomes
 def make_routes(lab: Lab) -> list[BaseRoute]:
     """Return the routes of this module."""
 
-    async def view(request: Request) -> Response:
-        query = request.query_params
-        return QueuedResponse(
-            lab, lambda: Response(pack_view(lab, query), media_type="application/octet-stream")
-        )
-
-    return [Route("/api/view", view)]
+    return [Route("/api/view", queue_content(lab, partial(pack_view, lab), CONTAINER))]
 
 
 def pack_view(lab: Lab, query: Query) -> bytes:
@@ -45,21 +32,17 @@ def pack_view(lab: Lab, query: Query) -> bytes:
     Raise StudyError and ValueError as `find_life`, MissingError for an unknown view or agent, and
     ValueError for data that is inconsistent or too large for one response.
     """
-    study = study_access.find_study(lab, read_text(query, "study"))
-    name = read_text(query, "condition")
-    run = read_number(query, "run")
-    experiment = study_access.find_condition(study, name)
-    study.require_parts(name)
+    study, experiment, run = find_run(lab, query)
+    study.require_parts(experiment.name)
     view = _find_view(experiment, read_text(query, "view"))
     generation = read_number(query, "generation")
     requested_agent = read_number(query, "agent", 0) if "agent" in query else None
     life_query.require_generation(experiment, generation)
     if requested_agent is not None:
         life_query.require_agent(experiment, requested_agent)
-    study_access.require_run(lab, study, name, run)
 
     def make() -> bytes:
-        record = study.record(name, run)
+        record = study.record(experiment.name, run)
         genomes = restore_genomes(experiment, record, generation)
         fittest_agent = int(record.energy.values[generation].argmax())
         agent = fittest_agent if requested_agent is None else requested_agent

@@ -33,7 +33,6 @@ from baldwinlab.core.numbers import SEED_LIMIT
 from baldwinlab.core.suggestions import list_names, suggest
 from baldwinlab.experiment import Experiment, ExperimentError, merge, validate
 from baldwinlab.experiment.factors import Factors
-from baldwinlab.papers.cards import PaperCard, read_card
 from baldwinlab.papers.claims import (
     Claim,
     read_claims,
@@ -44,7 +43,9 @@ from baldwinlab.papers.texts import (
     DEFAULT_FIGURES,
     Assay,
     Figure,
+    PaperCard,
     ReportTexts,
+    read_card,
     read_texts,
 )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from baldwinlab.lab.lineage import MAX_AGENTS_PER_GENERATION, MAX_DEPTH, make_tree
+from baldwinlab.lab.history import MAX_AGENTS_PER_GENERATION, MAX_DEPTH, make_tree
 from baldwinlab.studies.store import StudyStore
 from tests.lab.client import SMALL, LabServer, get_error, get_json
 

@@ -13,7 +13,7 @@ from baldwinlab.lab.agent_inspector import inspect_agent
 from baldwinlab.lab.export import render_live_page
 from baldwinlab.lab.life_query import Life, Span, StartData
 from baldwinlab.lab.live_run import LiveRun
-from baldwinlab.lab.species import describe_species
+from baldwinlab.lab.model_displays import describe_species
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate

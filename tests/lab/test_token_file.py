@@ -8,7 +8,7 @@ from pathlib import Path
 import platformdirs
 import pytest
 
-from baldwinlab.lab.token_file import load_token
+from baldwinlab.lab.access import load_token
 
 
 @pytest.fixture

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from baldwinlab.api.checks.fields import check_views
 from baldwinlab.api.checks.findings import FailsError
 from baldwinlab.api.checks.fixture import group_parts
-from baldwinlab.api.checks.views import check_views
 from baldwinlab.models.nk_climbers import NKClimbers
 from baldwinlab.parts import GridView, MatrixView, PathView, View
 from baldwinlab.parts.views import ViewData, arrays_of

@@ -20,9 +20,8 @@ from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.simulation import memory
 from baldwinlab.simulation.simulate import simulate_histories
 from baldwinlab.studies import record_writer, records
-from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.creation import create_study, extend_study
 from baldwinlab.studies.executors import THREADS
-from baldwinlab.studies.extension import extend_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.progress import ProgressFile
 from baldwinlab.studies.records import DamagedRecordError, StudyError

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.extension import extend_study
+from baldwinlab.studies.creation import create_study, extend_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.run import find_missing_runs, run_study

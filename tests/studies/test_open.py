@@ -15,8 +15,7 @@ from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation import memory
 from baldwinlab.studies import file_content, record_writer, recorded_arrays
-from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.extension import extend_study
+from baldwinlab.studies.creation import create_study, extend_study
 from baldwinlab.studies.lazy_runs import make_empty_dataset
 from baldwinlab.studies.open import concat_conditions, open_conditions, open_runs
 from baldwinlab.studies.records import DamagedRecordError, StudyError

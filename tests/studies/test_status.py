@@ -14,8 +14,7 @@ from pathlib import Path
 import pytest
 
 from baldwinlab.studies import progress
-from baldwinlab.studies.creation import create_study
-from baldwinlab.studies.extension import extend_study
+from baldwinlab.studies.creation import create_study, extend_study
 from baldwinlab.studies.progress import ProcessProgress, ProgressFile, read_progress
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.status import read_status

@@ -17,9 +17,8 @@ from baldwinlab.models.miniworld.backends.choice import CPU
 from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.assays.storage import read_assays
 from baldwinlab.studies.checkpoints import Interval, checkpoint_path
-from baldwinlab.studies.creation import create_study
+from baldwinlab.studies.creation import create_study, extend_study
 from baldwinlab.studies.executors import THREADS
-from baldwinlab.studies.extension import extend_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.run import find_missing_runs, plan_tasks, run_study

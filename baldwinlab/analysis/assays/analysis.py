@@ -15,7 +15,6 @@ import numpy as np
 import xarray as xr
 
 from baldwinlab.analysis import statistics
-from baldwinlab.analysis.assays.controls import evolves_and_learns
 from baldwinlab.analysis.assays.criteria import (
     CONTROL_LAST,
     INNATE_LAST,
@@ -35,6 +34,7 @@ from baldwinlab.analysis.assays.values import (
     Quantity,
     compute_quantities,
     drop_labels,
+    evolves_and_learns,
     parse_experiments,
     read_factors,
 )

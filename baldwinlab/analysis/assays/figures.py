@@ -14,9 +14,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays.panels import (
+    NEWBORN_STYLES,
     draw_curve,
     draw_legend,
-    label_generations,
     label_rows,
     list_handles,
     make_grid,
@@ -26,7 +26,9 @@ from baldwinlab.analysis.assays.reaction import make_reaction_panels
 from baldwinlab.analysis.assays.values import (
     Assays,
     compute_share,
+    count_steps,
     mean_fitness,
+    parse_generation,
     read_factors,
     weight_distances,
 )
@@ -39,10 +41,12 @@ from baldwinlab.analysis.figures.style import (
     MARKERS,
     SeriesStyle,
     choose_style,
+    label_generations,
     spread_points,
     styled,
 )
 from baldwinlab.analysis.palette import LIFE_COLORS
+from baldwinlab.core.assay_variables import RANDOM_NEWBORNS
 
 LIFE_NAMES: Final = {
     "on": "learning on",
@@ -57,6 +61,8 @@ LIFE_STYLES: Final = {
 # Vertical spread of the points of a kind of modules, and half of its median line, in rows.
 POINT_SPREAD: Final = 0.4
 HALF_MEDIAN_LINE: Final = 0.32
+# Number of time steps to which a meal rate refers.
+RATE_STEPS: Final = 100
 
 
 @styled
@@ -240,3 +246,86 @@ def draw_descent(assays: Assays, names: Sequence[str], unit: str) -> Figure:
             label_generations(axes)
     draw_legend(figure, styles, {condition.learner for condition in factors.values()})
     return figure
+
+
+@styled
+def draw_norms(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+    """Draw fitness by the multiple of the amount of learning.
+
+    The figure has one panel per condition, one line per generation.
+    """
+    figure, grid = make_grid(assays["reaction-norms"], names, rows=1, height=2.3)
+    for (axes,), name in zip(grid, names, strict=True):
+        data = assays["reaction-norms"][name]
+        fitness = data["energy"].mean("agent")
+        labels = [f"{factor:g}" for factor in data["factor"].values]
+        # Factors are powers of 2 except 0, so that their order is their position.
+        positions = fitness.assign_coords(factor=np.arange(len(labels)))
+        generations = data["generation"].values.tolist()
+        for generation, style in zip(generations, NEWBORN_STYLES, strict=False):
+            norm = positions.sel(generation=generation)
+            draw_curve(axes, norm, style, f"generation {generation}", "factor")
+        axes.set_xticks(range(len(labels)), labels)
+        axes.set_xlabel("multiple of the amount of learning")
+    label_rows(grid, unit)
+    figure.legend(handles=list_handles(grid[:, 0]), loc="outside upper center", ncols=4)
+    return figure
+
+
+@styled
+def draw_within_life(assays: Assays, names: Sequence[str], unit: str) -> Figure:
+    """Draw the items eaten by step of a lifetime, and the share of agents with a first meal.
+
+    `unit`: label of fitness. Not used. The figure has two panels per condition.
+    """
+    figure, grid = make_grid(assays["within-life"], names, rows=2, height=2.3)
+    for (top, bottom), name in zip(grid, names, strict=True):
+        data = assays["within-life"][name]
+        n_steps = count_steps(data)
+        for newborns, style in zip(_sort_newborns(data), NEWBORN_STYLES, strict=False):
+            selected = data.sel(newborns=newborns)
+            meal_rate = _compute_meal_rate(selected["eaten_in_window"].mean("agent"), n_steps)
+            draw_curve(top, meal_rate, style, newborns, "window")
+            _draw_first_meals(bottom, selected["first_meal"].values.ravel(), n_steps, style)
+        start_at_zero(top)
+        bottom.set(ylim=(0, 1.03), xlabel="step of the lifetime")
+        top.set_xlim(0, n_steps)
+    label_rows(
+        grid,
+        f"items eaten by an\nagent in {RATE_STEPS} steps",
+        "share of agents with\na first meal",
+    )
+    figure.legend(handles=list_handles(grid[:, 0]), loc="outside upper center", ncols=4)
+    return figure
+
+
+def _draw_first_meals(
+    axes: Axes, first_meals: np.ndarray, n_steps: int, style: SeriesStyle
+) -> None:
+    """Draw the share of agents that have eaten, by step."""
+    # An agent that never eats has no first meal (NaN).
+    times = np.sort(first_meals[np.isfinite(first_meals)])
+    shares = np.arange(1, times.size + 1) / first_meals.size
+    final_share = times.size / first_meals.size
+    axes.step(
+        [0, *times, n_steps],
+        [0, *shares, final_share],
+        where="post",
+        color=style.color,
+        ls=style.line,
+    )
+
+
+def _sort_newborns(data: xr.Dataset) -> list[str]:
+    """Return the kinds of newborns: random genomes first, then by generation."""
+    names = [str(name) for name in data["newborns"].values]
+    evolved = sorted((name for name in names if name != RANDOM_NEWBORNS), key=parse_generation)
+    return [name for name in names if name == RANDOM_NEWBORNS] + evolved
+
+
+def _compute_meal_rate(eaten: xr.DataArray, n_steps: int) -> xr.DataArray:
+    """Return items per 100 steps at the middle of each window. The last window may be shorter."""
+    starts = eaten["window"].values
+    ends = np.append(starts[1:], n_steps)
+    widths = xr.DataArray(ends - starts, dims="window")
+    return (eaten * RATE_STEPS / widths).assign_coords(window=(starts + ends) / 2)

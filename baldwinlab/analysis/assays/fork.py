@@ -18,21 +18,11 @@ EFFECTS: Final = ("history", "regime", "interaction")
 
 
 def compute_effects(fork: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Return the effects of each run, on means over agents at the end of the branches.
+    """Return the effects of each run by name, on means over agents at the end of the branches.
 
-    Parameters
-    ----------
-    fork : xr.Dataset
-        The stored assay `fork` or `fork-mode` of one condition.
-
-    Returns
-    -------
-    dict of str to xr.DataArray
-        Effects (run, generation) by name, for example "fork: history, innate fitness".
-
-        - history: learner minus control, in the branches with learning off.
-        - regime: learning on minus off, averaged over the histories.
-        - interaction: the effect of the regime on the learner minus that on the control.
+    - history: learner minus control, in the branches with learning off.
+    - regime: learning on minus off, averaged over the histories.
+    - interaction: the effect of the regime on the learner minus that on the control.
     """
     return {
         name_quantity(effect, measure): values

@@ -11,7 +11,6 @@ import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.assays.values import read_factors
 from baldwinlab.analysis.figures.style import (
@@ -82,12 +81,6 @@ def start_at_zero(axes: Axes) -> None:
     """Let the vertical axis start slightly below 0."""
     top = axes.get_ylim()[1] if axes.dataLim.y1 > 0 else 1.0
     axes.set_ylim(-0.025 * top, top)
-
-
-def label_generations(axes: Axes) -> None:
-    """Label the horizontal axis with whole generations."""
-    axes.set_xlabel("generation")
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
 
 
 def label_rows(grid: np.ndarray, *labels: str) -> None:

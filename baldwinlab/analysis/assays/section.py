@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from baldwinlab.analysis.assays import canalization, fork, headlines, reaction_norms, sentences
-from baldwinlab.analysis.assays.analysis import Analysis, Number, evaluate_assays
+from baldwinlab.analysis import statistics
+from baldwinlab.analysis.assays import canalization, fork, reaction_norms, sentences
+from baldwinlab.analysis.assays.analysis import (
+    Analysis,
+    Answer,
+    ConditionResult,
+    Number,
+    evaluate_assays,
+)
 from baldwinlab.analysis.assays.criteria import load_rules
-from baldwinlab.analysis.assays.records import write_analysis
 from baldwinlab.analysis.assays.section_figures import draw_assay_figures, name_measure
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.report.embedding import save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
+from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined, to_csv
+from baldwinlab.core.file_writing import write_atomically, write_json
 from baldwinlab.papers.texts import Inference
 
 SECTION_TITLE: Final = "Is there a Baldwin effect?"
@@ -22,6 +30,20 @@ PHASE_TITLES: Final = {
     2: "Innate fitness",
     None: "Mechanism",
 }
+CSV_COLUMNS: Final = (
+    "condition",
+    "quantity",
+    "when",
+    "against",
+    "runs",
+    "left_out",
+    "median",
+    "low",
+    "high",
+    "p",
+    "p_holm",
+    "verdict",
+)
 
 
 def make_section(
@@ -43,7 +65,7 @@ def make_section(
     assay_figures = draw_assay_figures(assays, analysis)
     paper_comparison = ""
     if inference is not None and analysis.results and analysis.is_foraging:
-        paper_comparison = headlines.compare_with_paper(analysis, inference)
+        paper_comparison = sentences.compare_with_paper(analysis, inference)
     body = render(
         "assays/section.html",
         analysis=analysis,
@@ -78,8 +100,8 @@ def _compose_headlines(analysis: Analysis) -> dict[str, tuple[str, str]]:
     """Return a description of each condition and its headline."""
     return {
         result.condition: (
-            headlines.describe_condition(result),
-            headlines.compose_headline(result, analysis.terms),
+            sentences.describe_condition(result),
+            sentences.compose_headline(result, analysis.terms),
         )
         for result in analysis.results
     }
@@ -158,3 +180,69 @@ def _tabulate(analysis: Analysis, measures: Mapping[str, Sequence[str]]) -> list
         for measure, columns in measures.items()
         if all((condition, when, quantity) in numbers for quantity in columns)
     ]
+
+
+def write_analysis(analysis: Analysis, directory: Path) -> None:
+    """Write `baldwin.json` and `baldwin.csv`, each atomically.
+
+    `analysis`: `baldwin.csv` has one row per number and per comparison.
+    """
+    record = {
+        "last": analysis.last,
+        "conditions": {result.condition: _condition_record(result) for result in analysis.results},
+        "numbers": [replace_undefined(vars(number)) for number in analysis.numbers],
+    }
+    write_json(directory / "baldwin.json", record)
+    write_atomically(directory / "baldwin.csv", to_csv(CSV_COLUMNS, [*_iterate_csv_rows(analysis)]))
+
+
+def _condition_record(result: ConditionResult) -> dict[str, Any]:
+    return {
+        "control": result.control or None,
+        "phase_1": result.phase_verdict(1),
+        "phase_2": result.phase_verdict(2),
+        "criteria": [_answer_record(answer) for answer in result.answers],
+    }
+
+
+def _answer_record(answer: Answer) -> dict[str, Any]:
+    criterion = answer.criterion
+    numbers = answer.numbers._asdict() if answer.numbers else {}
+    return {
+        **vars(criterion),
+        "rule": load_rules()[criterion.rule],
+        "verdict": answer.verdict,
+        **replace_undefined(numbers),
+        "left_out": answer.left_out,
+        "p_holm": finite_or_none(answer.p_holm),
+        "smallest_p_holm": finite_or_none(answer.smallest_p_holm),
+        "too_few_runs": answer.has_too_few_runs,
+    }
+
+
+def _iterate_csv_rows(analysis: Analysis) -> Iterator[dict[str, Any]]:
+    for number in analysis.numbers:
+        row = vars(number) | {"quantity": number.measure}
+        yield {name: row.get(name, "") for name in CSV_COLUMNS}
+    for result in analysis.results:
+        for answer in result.answers:
+            if answer.numbers:
+                yield _make_answer_row(result.condition, answer, answer.numbers)
+
+
+def _make_answer_row(condition: str, answer: Answer, pairs: statistics.Pairs) -> dict[str, Any]:
+    quantity, when = answer.criterion.a
+    return {
+        "condition": condition,
+        "quantity": quantity,
+        "when": when,
+        "against": ", ".join(answer.criterion.b),
+        "runs": pairs.n,
+        "left_out": answer.left_out,
+        "median": pairs.effect,
+        "low": pairs.low,
+        "high": pairs.high,
+        "p": pairs.p,
+        "p_holm": answer.p_holm,
+        "verdict": answer.verdict,
+    }

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 import xarray as xr
 from matplotlib.figure import Figure
 
-from baldwinlab.analysis.assays import figures, reaction_norms_figure, within_life_figure
+from baldwinlab.analysis.assays import figures
 from baldwinlab.analysis.assays.analysis import Analysis
 from baldwinlab.analysis.assays.phrases import Terms, fill_terms
 from baldwinlab.analysis.assays.reaction_norms import PARAMETERS, QUANTITY_PREFIX
@@ -97,7 +97,7 @@ ASSAY_FIGURES: Final = (
             "an agent eats in 100 steps, by step of its lifetime. Bottom: share of the agents of "
             f"all runs that have had their first meal. {BANDS_NOTE}"
         ),
-        draw=within_life_figure.draw_within_life,
+        draw=figures.draw_within_life,
         measures=("eaten in life", "first meal"),
     ),
     AssayFigure(
@@ -133,7 +133,7 @@ ASSAY_FIGURES: Final = (
             "setting of the study. Genetic assimilation raises the fitness at 0 and makes the "
             f"line flat. {BANDS_NOTE}"
         ),
-        draw=reaction_norms_figure.draw_norms,
+        draw=figures.draw_norms,
         measures=tuple(f"{QUANTITY_PREFIX}{name}" for name in PARAMETERS),
     ),
     AssayFigure(

@@ -22,7 +22,7 @@ from baldwinlab.core.assay_variables import (
     RANDOM_NEWBORNS,
     UNCHANGED_SETTING,
 )
-from baldwinlab.experiment import Experiment
+from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.toml import from_toml
 
@@ -241,3 +241,16 @@ QUANTITIES_BY_ASSAY: Final[Mapping[str, Callable[[xr.Dataset, int], Iterator[Qua
     "fork": _fork_quantities,
     "fork-mode": _fork_mode_quantities,
 }
+
+
+def evolves_and_learns(experiment: BaseExperiment, innate: xr.Dataset | None) -> bool:
+    """Return whether a condition evolves and learns.
+
+    A model other than MiniWorld may not be loaded. Then the stored assay `innate` shows whether the
+    condition learns.
+    """
+    if experiment.evolution.inheritance == "none":
+        return False
+    if isinstance(experiment, Experiment):
+        return experiment.learns
+    return innate is not None and bool(innate["energy"].sel(life="on").notnull().any())

@@ -1,17 +1,20 @@
-"""Grids of the cells of a map for the page: colored cells with links to their curves."""
+"""Grids of the cells of a map for the page: colored cells with links to their curves.
+
+The curves of a cell are inline SVG. A run is drawn generation by generation when it is shown.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 from matplotlib import colormaps
 from matplotlib.colors import to_hex
 
-from baldwinlab.analysis.atlas.cell_curves import draw_panels
 from baldwinlab.analysis.atlas.figures import COLORMAP, choose_outcome, is_light
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.outcomes import OUTCOMES
@@ -28,6 +31,11 @@ LETTERS: Final = {
     "fork_history": "history",
     "fork_regime": "regime",
 }
+WIDTH: Final = 420
+HEIGHT: Final = 130
+MARGIN: Final = 6
+
+Floats = npt.NDArray[np.float64]
 
 
 def describe_cells(
@@ -99,3 +107,52 @@ def arrange_grids(
                 for row in outcomes[rows].values.tolist()
             ],
         }
+
+
+class CurvePanel(NamedTuple):
+    """A panel of curves over the generations."""
+
+    title: str
+    # Range of the vertical axis.
+    low: float
+    high: float
+    # "kind" ("run", "mean", "control" or "replay") and "points" of each line.
+    lines: list[dict[str, Any]]
+
+
+def draw_panels(cell: xr.Dataset) -> list[CurvePanel]:
+    """Return the panels of a cell: the learned distance and the innate trait."""
+    panels = []
+    if "distance" in cell and bool(cell["distance"].notnull().any()):
+        panels.append(_draw_panel("learned distance", cell["distance"]))
+    trait = cell["innate_trait"]
+    panels.append(_draw_panel("innate trait", trait, cell["control_innate_trait"]))
+    return panels
+
+
+def _draw_panel(
+    title: str, values: xr.DataArray, control: xr.DataArray | None = None
+) -> CurvePanel:
+    curves = {"mean": values.mean("run").values}
+    if control is not None:
+        curves["control"] = control.mean("run").values
+    first_run = values.isel(run=0).values
+    curves["replay"] = first_run
+    stacked = np.concatenate([curve[np.isfinite(curve)] for curve in curves.values()])
+    low, high = (float(stacked.min()), float(stacked.max())) if stacked.size else (0.0, 1.0)
+    generations = values["generation"].values.astype(np.float64)
+    lines = [
+        {"kind": kind, "points": _project(generations, curve, low, high)}
+        for kind, curve in curves.items()
+    ]
+    return CurvePanel(title, low, high, lines)
+
+
+def _project(generations: Floats, curve: Floats, low: float, high: float) -> str:
+    """Return the points of a polyline."""
+    length = generations[-1] - generations[0] or 1.0
+    x = MARGIN + (WIDTH - 2 * MARGIN) * (generations - generations[0]) / length
+    y = HEIGHT - MARGIN - (HEIGHT - 2 * MARGIN) * (curve - low) / ((high - low) or 1.0)
+    return " ".join(
+        f"{column:.0f},{row:.0f}" for column, row in zip(x, y, strict=True) if np.isfinite(row)
+    )

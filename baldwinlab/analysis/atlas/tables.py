@@ -11,7 +11,7 @@ import xarray as xr
 from baldwinlab.analysis.atlas.laws import Law
 from baldwinlab.analysis.atlas.outcomes import OUTCOMES
 from baldwinlab.analysis.atlas.statistics import estimate_mean
-from baldwinlab.analysis.statistics.csv import finite_or_none
+from baldwinlab.analysis.statistics.csv import finite_or_none, replace_undefined
 
 RESIDUAL: Final = "residual"
 COLUMNS: Final = ("map", "cell", "settings", "outcome", "mean", "low", "high", "runs", "law")
@@ -56,10 +56,7 @@ def tabulate(name: str, outcomes: xr.Dataset, law: Law | None) -> list[dict[str,
                     "cell": f"point-{number:04d}",
                     "settings": settings,
                     "outcome": outcome,
-                    "mean": finite_or_none(interval.mean),
-                    "low": finite_or_none(interval.low),
-                    "high": finite_or_none(interval.high),
-                    "runs": interval.runs,
+                    **replace_undefined(interval._asdict()),
                     "law": finite_or_none(float(prediction.sel(cell)))
                     if prediction is not None and outcome == RESIDUAL
                     else None,

@@ -131,25 +131,10 @@ SCHEMES: Final = (*RANK_SCHEMES, *PROPORTIONAL_SCHEMES, MUTANT_FIXATION)
 
 
 def expect_offspring(fitness: xr.DataArray, experiment: BaseExperiment) -> xr.DataArray:
-    """Return the expected number of offspring of each agent.
+    """Return the expected number of offspring of each agent, with the mean 1 over agents.
 
-    Parameters
-    ----------
-    fitness : xr.DataArray
-        Fitness, with the dimension `agent`.
-    experiment : BaseExperiment
-        Experiment with the selection scheme and the elite.
-
-    Returns
-    -------
-    xr.DataArray
-        Expected number of offspring, with the mean 1 over agents. NaN if the fitness of an agent
-        of the population is NaN.
-
-    Raises
-    ------
-    KeyError
-        The selection scheme is not in `SCHEMES`.
+    It is NaN if the fitness of an agent of the population is NaN. Raises KeyError if the selection
+    scheme is not in `SCHEMES`.
     """
     n_agents = fitness.sizes["agent"]
     elite = experiment.evolution.elite

@@ -28,19 +28,10 @@ PARTS: Final = ("selection without learning", "added by learning", "drift", "tra
 
 
 def count_offspring(parents: xr.DataArray) -> xr.DataArray:
-    """Return the realized number of offspring of each agent of the previous generation.
+    """Return the realized number of offspring of each agent, whose mean is 1.
 
-    A child is half an offspring of each of its two parents.
-
-    Parameters
-    ----------
-    parents : xr.DataArray
-        Stored parents (..., agent, parent) of one generation.
-
-    Returns
-    -------
-    xr.DataArray
-        Numbers of offspring (..., agent). Their mean is 1.
+    `parents` (..., agent, parent) are those of the next generation. A child is half an offspring of
+    each of its two parents.
     """
 
     def count(numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
@@ -60,20 +51,7 @@ def count_offspring(parents: xr.DataArray) -> xr.DataArray:
 
 
 def mean_of_parents(trait: xr.DataArray, parents: xr.DataArray) -> xr.DataArray:
-    """Return the mean trait of the two parents of each child.
-
-    Parameters
-    ----------
-    trait : xr.DataArray
-        Trait (..., agent) of the parents' generation.
-    parents : xr.DataArray
-        Stored parents (..., agent, parent) of the children's generation.
-
-    Returns
-    -------
-    xr.DataArray
-        Means of parents (..., agent), by child.
-    """
+    """Return the mean trait of the two parents (..., agent, parent) of each child."""
     means: xr.DataArray = xr.apply_ufunc(
         lambda values, numbers: values[numbers].mean(axis=-1),
         trait,
@@ -89,22 +67,10 @@ def mean_of_parents(trait: xr.DataArray, parents: xr.DataArray) -> xr.DataArray:
 def pair_generations(
     trait: xr.DataArray, parents: xr.DataArray, candidates: xr.DataArray
 ) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
-    """Return generations and their next ones, where both have a trait.
+    """Return the traits of parents and of their children, and the parents of the children.
 
-    Parameters
-    ----------
-    trait : xr.DataArray
-        Trait (run, generation, agent). Generations may be missing.
-    parents : xr.DataArray
-        Stored parents (run, generation, agent, parent).
-    candidates : xr.DataArray
-        Generations of parents to include.
-
-    Returns
-    -------
-    tuple of xr.DataArray
-        The trait of the parents' generation, the trait of the children's generation, and the
-        parents of the children. The coordinate `generation` is that of the parents' generation.
+    Only those of the candidate generations are returned in which both have a trait. The coordinate
+    `generation` is that of the parents' generation.
     """
     # Sums of float32 values would be exact only to seven digits.
     trait = trait.astype(np.float64)
@@ -126,35 +92,17 @@ def partition_change(
     offspring_off: xr.DataArray,
     offspring_on: xr.DataArray,
 ) -> xr.Dataset:
-    """Partition the change of a trait's mean in every generation.
+    """Partition the change of the mean of an innate trait z in every generation (Price 1970).
 
-    Parameters
-    ----------
-    trait : xr.DataArray
-        Innate trait z (run, generation, agent).
-    parents : xr.DataArray
-        Stored parents (run, generation, agent, parent).
-    offspring_off, offspring_on : xr.DataArray
-        Expected numbers of offspring (run, generation, agent) with learning off and on. Generations
-        may be missing.
+    `parents` are stored parents (run, generation, agent, parent). The expected numbers of offspring
+    with learning off and on may lack generations. The result has "change" and the four parts of
+    `PARTS`, which add up to the change:
 
-    Returns
-    -------
-    xr.Dataset
-        "change" and the four parts of `PARTS` (run, generation), in the unit of the trait, for
-        generations with numbers of offspring and with a trait in the next generation.
-
-        - selection without learning: Cov(w_off, z) / mean w_off, w_off expected.
-        - added by learning: the same with w_on, minus the first part.
-        - drift: the same with the realized number of offspring, minus that with w_on.
-        - transmission: mean over children of z minus the mean of the parents' z, which is
-          E(W (z_child - z)) / mean W with the realized number of offspring W.
-
-        The parts add up to the change.
-
-    References
-    ----------
-    Price 1970.
+    - selection without learning: Cov(w_off, z) / mean w_off, w_off expected.
+    - added by learning: the same with w_on, minus the first part.
+    - drift: the same with the realized number of offspring, minus that with w_on.
+    - transmission: mean over children of z minus the mean of the parents' z, which is
+      E(W (z_child - z)) / mean W with the realized number of offspring W.
     """
     before, after, parents_after = pair_generations(trait, parents, offspring_off["generation"])
     starts = before["generation"]

@@ -30,28 +30,11 @@ from baldwinlab.analysis.estimands.selection_differentials import covariance
 def estimate_heritability(trait: xr.DataArray, parents: xr.DataArray) -> xr.Dataset:
     """Estimate the heritability of a trait, and compare the breeder's equation with the response.
 
-    h2 is the slope of the regression of children on the mean of their parents. The additive
-    variance is V_A = h2 V_P, with the variance V_P of the trait in the parents' generation.
-    The breeder's equation predicts the response R = h2 S, with S = Cov(W, z) / mean W and the
-    realized number of offspring W.
-
-    Parameters
-    ----------
-    trait : xr.DataArray
-        Trait z (run, generation, agent).
-    parents : xr.DataArray
-        Stored parents (run, generation, agent, parent).
-
-    Returns
-    -------
-    xr.Dataset
-        "heritability" (1), "additive variance" (square of the trait's unit), "differential",
-        "predicted response" and "response" (unit of the trait), by run and generation of the
-        parents. The heritability is NaN if the means of parents do not vary.
-
-    References
-    ----------
-    Falconer and Mackay 1996, chapters 10 and 11.
+    h2 is the slope of the regression of children on the mean of their parents. It is NaN if the
+    means of parents do not vary. The additive variance is V_A = h2 V_P, with the variance V_P of
+    the trait in the parents' generation. The breeder's equation predicts the response R = h2 S,
+    with S = Cov(W, z) / mean W and the realized number of offspring W. See Falconer and Mackay
+    1996, chapters 10 and 11. `parents` are stored parents (run, generation, agent, parent).
     """
     before, after, parents_after = pair_generations(trait, parents, trait["generation"])
     midparent = mean_of_parents(before, parents_after)
@@ -72,25 +55,10 @@ def estimate_heritability(trait: xr.DataArray, parents: xr.DataArray) -> xr.Data
 def correlate_distances(genotypes: xr.DataArray, phenotypes: xr.DataArray) -> xr.DataArray:
     """Return the correlation of distances between genotypes and between phenotypes.
 
-    It is the statistic of Mantel's test: Pearson's correlation over all pairs of agents. Mayley
-    names a high correlation as a condition of genetic assimilation.
-
-    Parameters
-    ----------
-    genotypes : xr.DataArray
-        Genotypes (..., agent, gene). For bits, the squared Euclidean distance is the Hamming
-        distance.
-    phenotypes : xr.DataArray
-        Phenotypes (..., agent, feature).
-
-    Returns
-    -------
-    xr.DataArray
-        Correlation of Euclidean distances (...). NaN if all distances are equal.
-
-    References
-    ----------
-    Mantel 1967; Mayley 1996.
+    It is the statistic of Mantel's test (1967): Pearson's correlation over all pairs of agents.
+    Mayley (1996) names a high correlation as a condition of genetic assimilation. For bits, the
+    squared Euclidean distance is the Hamming distance. The result is NaN if all distances are
+    equal.
     """
     correlation: xr.DataArray = xr.apply_ufunc(
         _correlate_pairs,

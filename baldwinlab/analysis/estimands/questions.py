@@ -12,7 +12,11 @@ import xarray as xr
 
 from baldwinlab.analysis.assays.fork import compute_effects, name_quantity
 from baldwinlab.analysis.assays.values import drop_labels
-from baldwinlab.analysis.estimands.assimilation import measure_assimilation
+from baldwinlab.analysis.estimands.assimilation import (
+    measure_assimilation,
+    measure_foraging_times,
+    measure_savings,
+)
 from baldwinlab.analysis.estimands.estimate import (
     IMPOSSIBLE,
     MEASURED,
@@ -21,7 +25,6 @@ from baldwinlab.analysis.estimands.estimate import (
     Measurability,
 )
 from baldwinlab.analysis.estimands.expected_offspring import SCHEMES
-from baldwinlab.analysis.estimands.savings import measure_foraging_times, measure_savings
 from baldwinlab.analysis.estimands.selection_differentials import (
     average_difference,
     compute_differentials,

@@ -28,39 +28,15 @@ SMALLEST_RELATIVE_SD = 1e-9
 def covariance(weights: xr.DataArray, trait: xr.DataArray) -> xr.DataArray:
     """Return the covariance of relative fitness and a trait over agents.
 
-    Cov(w / mean w, z) = mean(w z) / mean w - mean z, the first term of Price's equation.
-
-    Parameters
-    ----------
-    weights : xr.DataArray
-        Fitness w, with the dimension `agent`: expected or realized numbers of offspring.
-    trait : xr.DataArray
-        Trait z, with the dimension `agent`.
-
-    Returns
-    -------
-    xr.DataArray
-        Covariance, in the unit of the trait.
+    Cov(w / mean w, z) = mean(w z) / mean w - mean z, the first term of Price's equation. The
+    fitness w is an expected or a realized number of offspring.
     """
     deviation = trait - trait.mean("agent")
     return (weights * deviation).mean("agent") / weights.mean("agent")
 
 
 def standardize(differential: xr.DataArray, trait: xr.DataArray) -> xr.DataArray:
-    """Return a differential in units of the trait's standard deviation over agents.
-
-    Parameters
-    ----------
-    differential : xr.DataArray
-        Selection differential, in the unit of the trait.
-    trait : xr.DataArray
-        Trait, with the dimension `agent`.
-
-    Returns
-    -------
-    xr.DataArray
-        Differential / SD, NaN where the trait does not vary.
-    """
+    """Return a differential in units of the trait's SD over agents; NaN where it does not vary."""
     sd = trait.std("agent")
     smallest_sd = SMALLEST_RELATIVE_SD * abs(trait).max("agent")
     return differential / sd.where(sd > smallest_sd)
@@ -69,29 +45,12 @@ def standardize(differential: xr.DataArray, trait: xr.DataArray) -> xr.DataArray
 def compute_differentials(
     innate: xr.Dataset, trait: xr.DataArray, experiment: BaseExperiment
 ) -> xr.Dataset:
-    """Compute the selection differentials with learning on and off.
+    """Compute the selection differentials with learning "on" and "off", and their "difference".
 
-    S = Cov(w / mean w, z) / SD(z). The fitness w is the expected number of offspring of an agent
-    under the selection scheme of the experiment, from its fitness with learning on or off.
-
-    Parameters
-    ----------
-    innate : xr.Dataset
-        The stored assay `innate` of a condition that learns.
-    trait : xr.DataArray
-        Innate trait z (run, generation, agent).
-    experiment : BaseExperiment
-        Experiment of the condition.
-
-    Returns
-    -------
-    xr.Dataset
-        "on", "off" and "difference", on minus off (run, generation), in standard deviations per
-        generation. NaN where the trait does not vary.
-
-    References
-    ----------
-    Robertson 1966; Lande and Arnold 1983.
+    S = Cov(w / mean w, z) / SD(z) (Robertson 1966; Lande and Arnold 1983). The fitness w is the
+    expected number of offspring of an agent under the selection scheme of the experiment, from its
+    fitness with learning on or off in the assay `innate`. The innate trait z is (run, generation,
+    agent).
     """
     differentials = {}
     for life in ("on", "off"):
@@ -121,12 +80,5 @@ def is_sign_informative(experiment: BaseExperiment, is_innate_fitness: bool) -> 
 
     If selection reads only ranks, S_off of innate fitness is the largest possible, so that S_on
     cannot be larger.
-
-    Parameters
-    ----------
-    experiment : BaseExperiment
-        Experiment of the condition, with the selection scheme.
-    is_innate_fitness : bool
-        Whether the trait is the fitness without learning.
     """
     return not (is_innate_fitness and experiment.evolution.selection in RANK_SCHEMES)

@@ -69,26 +69,10 @@ def measure_changes(
 ) -> TraitChanges:
     """Partition the changes of the innate trait, and predict them from its heritability.
 
-    Parameters
-    ----------
-    runs : xr.Dataset
-        The runs of the condition (run, generation, agent).
-    innate : xr.Dataset
-        The stored assay `innate`.
-    experiment : BaseExperiment
-        Experiment of the condition, for which `find_obstacle` returns "".
-    genotypes : xr.DataArray, optional
-        Genomes (run, agent, gene) with the coordinate `generation`. The phenotype in the
-        correlation is the fitness with learning.
-
-    Returns
-    -------
-    TraitChanges
-        The values. They have no generation if no two successive generations have the trait.
-
-    References
-    ----------
-    Price 1970; Falconer and Mackay 1996; Mayley 1996.
+    `find_obstacle` returns "" for the experiment. The genotypes are genomes (run, agent, gene) with
+    the coordinate `generation`, and the phenotype of the correlation is the fitness with learning.
+    The values have no generation if no two successive generations have the trait. See Price 1970;
+    Falconer and Mackay 1996; Mayley 1996.
     """
     runs = runs.sel(run=innate["run"])
     trait = _select_trait(runs, innate, experiment)

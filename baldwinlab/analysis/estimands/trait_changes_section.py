@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 
 from baldwinlab.analysis.assays.panels import (
     draw_curve,
-    label_generations,
     label_rows,
     list_handles,
     make_grid,
@@ -26,7 +25,14 @@ from baldwinlab.analysis.estimands.trait_changes import (
     TraitChanges,
     average_changes,
 )
-from baldwinlab.analysis.figures.style import BLACK, BLUE, ORANGE, SeriesStyle, styled
+from baldwinlab.analysis.figures.style import (
+    BLACK,
+    BLUE,
+    ORANGE,
+    SeriesStyle,
+    label_generations,
+    styled,
+)
 from baldwinlab.analysis.palette import MID_GRAY, PURPLE
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.sections import Section, render
@@ -54,30 +60,9 @@ def make_section(
     obstacles: Mapping[str, str],
     directory: Path,
 ) -> Section:
-    """Make the section of a report on the changes of innate traits.
+    """Make the section on the changes of innate traits, and write `trait-changes.csv` and figures.
 
-    Writes `trait-changes.csv` and the figures.
-
-    Parameters
-    ----------
-    changes : mapping of str to TraitChanges
-        The changes of each condition.
-    innate : mapping of str to xr.Dataset
-        The stored assay `innate` of these conditions.
-    obstacles : mapping of str to str
-        Why the changes of further conditions are not measured, as sentences.
-    directory : Path
-        Directory of the study.
-
-    Returns
-    -------
-    Section
-        The section.
-
-    Raises
-    ------
-    OSError
-        A file cannot be written.
+    `obstacles` are sentences why the changes of further conditions are not measured.
     """
     rows = [row for name, entry in changes.items() for row in _tabulate(name, entry)]
     write_atomically(directory / CSV_FILE, to_csv(CSV_COLUMNS, rows))
@@ -170,22 +155,7 @@ def _make_figures(
 def draw_partition(
     changes: Mapping[str, TraitChanges], innate: Mapping[str, xr.Dataset], names: Sequence[str]
 ) -> Figure:
-    """Draw the stacked parts of the change of the mean, and the observed change.
-
-    Parameters
-    ----------
-    changes : mapping of str to TraitChanges
-        The changes by condition.
-    innate : mapping of str to xr.Dataset
-        The stored assay `innate` by condition, for the titles.
-    names : sequence of str
-        Conditions to draw.
-
-    Returns
-    -------
-    Figure
-        One panel per condition.
-    """
+    """Draw the stacked parts of the change of the mean, and the observed change."""
     figure, grid = make_grid(innate, names, rows=1, height=2.4)
     for (axes,), name in zip(grid, names, strict=True):
         means = changes[name].values[["change", *PARTS]].mean("run")
@@ -213,22 +183,7 @@ def _stack_parts(axes: Axes, means: xr.Dataset) -> None:
 def draw_response(
     changes: Mapping[str, TraitChanges], innate: Mapping[str, xr.Dataset], names: Sequence[str]
 ) -> Figure:
-    """Draw the predicted and the observed response, and the heritability.
-
-    Parameters
-    ----------
-    changes : mapping of str to TraitChanges
-        The changes by condition.
-    innate : mapping of str to xr.Dataset
-        The stored assay `innate` by condition, for the titles.
-    names : sequence of str
-        Conditions to draw.
-
-    Returns
-    -------
-    Figure
-        Two panels per condition.
-    """
+    """Draw the predicted and the observed response, and the heritability."""
     figure, grid = make_grid(innate, names, rows=2, height=2.0)
     for (top, bottom), name in zip(grid, names, strict=True):
         values = changes[name].values

@@ -35,19 +35,8 @@ class Trait(NamedTuple):
 def select_innate_trait(data: xr.Dataset, innate: xr.Dataset, experiment: BaseExperiment) -> Trait:
     """Return the innate trait on which selection is measured.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs of the condition.
-    innate : xr.Dataset
-        The stored assay `innate`.
-    experiment : BaseExperiment
-        Experiment of the condition. Its model can declare `innate_trait`.
-
-    Returns
-    -------
-    Trait
-        The declared record in the generations and runs of the assay, else innate fitness.
+    It is the record that the model declares as `innate_trait`, in the generations and runs of the
+    assay `innate`, else innate fitness.
     """
     model = experiment.loaded_model
     name = model.innate_trait if model is not None else ""
@@ -62,20 +51,8 @@ def select_learned_distance(
 ) -> Trait | None:
     """Return the distance between birth and the goal of learning, on the scale of the trait.
 
-    Parameters
-    ----------
-    data : xr.Dataset
-        The runs of the condition.
-    innate : xr.Dataset
-        The stored assay `innate`.
-    experiment : BaseExperiment
-        Experiment of the condition. Its model can declare `learned_distance`.
-
-    Returns
-    -------
-    Trait or None
-        Mean over agents of the declared record or share, else of the distance of weights between
-        birth and death. None if the model has neither.
+    It is the mean over agents of the record or share that the model declares as `learned_distance`,
+    else of the distance of weights between birth and death. None if the model has neither.
     """
     model = experiment.loaded_model
     name = model.learned_distance if model is not None else ""

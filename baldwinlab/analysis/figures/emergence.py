@@ -17,11 +17,10 @@ from matplotlib.colors import LinearSegmentedColormap, PowerNorm, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.agent_symbols import AgentSymbol, list_symbol_numbers, list_symbols
 from baldwinlab.analysis.figures.fitness import plotted_conditions
-from baldwinlab.analysis.figures.style import BLUE, FIGURE_WIDTH, GRAY, styled
+from baldwinlab.analysis.figures.style import BLUE, FIGURE_WIDTH, GRAY, label_generations, styled
 from baldwinlab.analysis.figures.world import draw_empty_map
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
@@ -239,6 +238,6 @@ def _draw_share_that_ate(axes: Axes, dataset: xr.Dataset, traces: Sequence[xr.Da
         axes.plot(generation, run_shares, color=GRAY, lw=0.8, ls=":", label="the population above")
         generations = [trace.attrs["generation"] for trace in traces]
         axes.plot(generations, run_shares.sel(generation=generations), "o", color=GRAY, ms=4)
-    axes.set(xlabel="generation", ylabel="share of agents that eat", ylim=(0, 1.02))
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
+    axes.set(ylabel="share of agents that eat", ylim=(0, 1.02))
+    label_generations(axes)
     axes.legend(loc="lower right", ncols=2)

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.figures.style import (
     FIGURE_WIDTH,
     SeriesStyle,
     choose_style,
+    label_generations,
     styled,
     wrap_label,
 )
@@ -118,8 +118,7 @@ def draw_fitness_curves(dataset: xr.Dataset) -> Figure:
     for axes, measure, conditions_on_map in make_panels(figure, dataset):
         for condition in conditions_on_map:
             _draw_curve(axes, tables[measure].sel(condition=condition.name), condition.style)
-        axes.set_xlabel("generation")
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
+        label_generations(axes)
     handles = [
         figure.axes[0].plot(
             [], [], color=style.color, ls=style.line, marker=style.marker, ms=4, label=learner

@@ -11,11 +11,16 @@ import numpy.typing as npt
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.figures.boxes import draw_box
 from baldwinlab.analysis.figures.fitness import plotted_conditions
-from baldwinlab.analysis.figures.style import FIGURE_WIDTH, choose_style, styled, wrap_label
+from baldwinlab.analysis.figures.style import (
+    FIGURE_WIDTH,
+    choose_style,
+    label_generations,
+    styled,
+    wrap_label,
+)
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.curve_intervals import interval_of_mean
 from baldwinlab.experiment.outcome import name_outcome_of
@@ -61,8 +66,7 @@ def draw_shares(shares: xr.Dataset) -> Figure:
             label = str(name)
             axes.plot(generation, average, color=style.color, ls=style.line, lw=1.5, label=label)
         axes.set_ylim(-0.025, 1.025)
-        axes.set_xlabel("generation")
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
+        label_generations(axes)
     for row in panels:
         row[0].set_ylabel("share")
     legend = panels[0, 0].get_legend_handles_labels()

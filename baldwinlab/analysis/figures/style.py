@@ -17,10 +17,12 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 from matplotlib import style
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from baldwinlab.analysis.figures.panels import arrange_panels, merge_layouts, name_groups
 from baldwinlab.analysis.palette import (
@@ -107,6 +109,12 @@ def choose_style(series_index: int) -> SeriesStyle:
 def wrap_label(label: str) -> str:
     """Return the label of an axis in lines that fit next to a panel."""
     return textwrap.fill(label, LABEL_LETTERS)
+
+
+def label_generations(axes: Axes) -> None:
+    """Label the horizontal axis with whole generations."""
+    axes.set_xlabel("generation")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
 
 
 def spread_points(n_points: int) -> np.ndarray:

@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from baldwinlab.analysis.assays.controls import evolves_and_learns
-from baldwinlab.analysis.assays.values import Assays, parse_experiments
+from baldwinlab.analysis.assays.values import Assays, evolves_and_learns, parse_experiments
 from baldwinlab.analysis.estimands import estimate
 from baldwinlab.analysis.estimands.estimate import Estimate
 from baldwinlab.analysis.statistics import fitness

@@ -7,7 +7,7 @@ from typing import Final
 
 from baldwinlab.analysis.multiverse import analysis
 from baldwinlab.analysis.multiverse.records import ClaimText, Multiverse, VariantResult
-from baldwinlab.analysis.statistics.numbers import format_number, format_signed
+from baldwinlab.analysis.statistics.numbers import format_number, format_signed, join_names
 from baldwinlab.analysis.statistics.rules import FAILS, HOLDS, UNDECIDED, Verdict
 
 VERDICT_PHRASES: Final = {HOLDS: "holds", UNDECIDED: "is undecided", FAILS: "does not hold"}
@@ -186,9 +186,3 @@ def _describe_claim(multiverse: Multiverse, claim: str, shares: Sequence[analysi
         f"{largest.share:.0%} with {largest.alternative} and {smallest.share:.0%} with "
         f"{smallest.alternative}."
     )
-
-
-def join_names(names: Sequence[str]) -> str:
-    """Return a list in words, such as "C1, C2 and C3"."""
-    *preceding, last = names or [""]
-    return f"{', '.join(preceding)} and {last}" if preceding else last

@@ -24,7 +24,7 @@ from baldwinlab.analysis.report.sections import (
 )
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrast_table import summarize_contrasts
-from baldwinlab.analysis.statistics.summary import summarize_conditions
+from baldwinlab.analysis.statistics.fitness import summarize_conditions
 from baldwinlab.core.file_writing import write_atomically
 from baldwinlab.papers.claims import KINDS
 

@@ -11,9 +11,9 @@ from baldwinlab.analysis.claim_results import ClaimResult, Finding
 from baldwinlab.analysis.report import phrases
 from baldwinlab.analysis.report.data import Experiments
 from baldwinlab.analysis.statistics import fitness
+from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.analysis.statistics.rules import HOLDS, VERDICTS, Verdict
-from baldwinlab.analysis.statistics.species import compute_species_curves
 from baldwinlab.experiment import BaseExperiment, Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.experiment.species import ACROSS

@@ -14,7 +14,7 @@ import numpy as np
 
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.statistics import Comparison, compare, median_interval
-from baldwinlab.analysis.statistics.csv import finite_or_none
+from baldwinlab.analysis.statistics.csv import replace_undefined
 from baldwinlab.analysis.statistics.false_discovery import q_values
 from baldwinlab.analysis.statistics.hurdle import Hurdle, measure_hurdle
 from baldwinlab.analysis.statistics.samples import Sample
@@ -79,10 +79,7 @@ class NoiseComparison:
         for name, effect in effects.items():
             row |= _make_effect_record(name, effect)
         row["verdict"] = self.verdict
-        return {
-            name: finite_or_none(value) if isinstance(value, float) else value
-            for name, value in row.items()
-        }
+        return replace_undefined(row)
 
 
 def _make_effect_record(name: str, effect: ControlEffect | None) -> dict[str, Any]:

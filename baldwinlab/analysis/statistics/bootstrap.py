@@ -54,20 +54,7 @@ def median_interval(values: Sequence[float] | Sample) -> tuple[float, float]:
 
 
 def resample_medians(values: Sample, generator: np.random.Generator | None = None) -> Sample:
-    """Compute the median of each bootstrap resample.
-
-    Parameters
-    ----------
-    values
-        Finite values, [value].
-    generator
-        Generator of the resamples. Default: a new generator with the seed `SEED`.
-
-    Returns
-    -------
-    Sample
-        The medians, [resample].
-    """
+    """Compute the median of each bootstrap resample, [resample]."""
     if generator is None and values.size <= MAX_CACHED_VALUES:
         n_batches = len([*split_resamples(RESAMPLES, values.size)])
         batches = iter(np.array_split(_draw_first_indices(values.size), n_batches))
@@ -96,15 +83,7 @@ def _draw_first_indices(n_values: int) -> Indices:
 
 
 def split_resamples(n_resamples: int, n_values: int) -> Iterator[int]:
-    """Yield the number of resamples of each batch, which bounds the memory of a batch.
-
-    Parameters
-    ----------
-    n_resamples
-        Number of resamples.
-    n_values
-        Number of values of a resample.
-    """
+    """Yield the number of resamples of each batch, which bounds the memory of a batch."""
     n_rows = max(1, MAX_BATCH_VALUES // n_values)
     for start in range(0, n_resamples, n_rows):
         yield min(n_rows, n_resamples - start)
@@ -113,22 +92,7 @@ def split_resamples(n_resamples: int, n_values: int) -> Iterator[int]:
 def draw_resamples(
     generator: np.random.Generator, n_resamples: int, n_values: int
 ) -> Iterator[Indices]:
-    """Yield batches of resamples. Together they are the resamples of a single draw.
-
-    Parameters
-    ----------
-    generator
-        Generator of the resamples.
-    n_resamples
-        Number of resamples.
-    n_values
-        Number of values of a resample.
-
-    Yields
-    ------
-    Indices
-        Indices of the values of each resample, [resample, value].
-    """
+    """Yield batches of indices [resample, value], which together are those of a single draw."""
     for n_rows in split_resamples(n_resamples, n_values):
         yield generator.integers(0, n_values, (n_rows, n_values))
 

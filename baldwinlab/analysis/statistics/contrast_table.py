@@ -37,10 +37,7 @@ HEADINGS: Final[Mapping[str, str]] = {
 def list_cells(contrasts: Contrasts) -> list[dict[str, str]]:
     """Return the cells of each comparison as text, by the keys of `HEADINGS` and "context".
 
-    Parameters
-    ----------
-    contrasts
-        The comparisons. A common reference is left out, because `pairing` names it.
+    A common reference is left out, because `pairing` names it.
     """
     return [_format_cells(row, contrasts.has_common_reference) for row in contrasts.rows]
 
@@ -61,13 +58,7 @@ def _format_cells(contrast: Contrast, has_common_reference: bool) -> dict[str, s
 
 
 def describe_method(contrasts: Contrasts) -> str:
-    """Return sentences that explain the columns of a table of comparisons.
-
-    Parameters
-    ----------
-    contrasts
-        The comparisons.
-    """
+    """Return sentences that explain the columns of a table of comparisons."""
     return (
         f"The value of a run is its average over the last {contrasts.last} generations. The effect "
         "is the difference between the medians of the runs, with its 95 % bootstrap interval. p is "
@@ -79,29 +70,12 @@ def describe_method(contrasts: Contrasts) -> str:
 
 
 def describe_contrast(contrast: Contrast) -> str:
-    """Return the result of a comparison as a sentence with effect, interval, p-value and runs.
-
-    Parameters
-    ----------
-    contrast
-        The comparison.
-
-    Returns
-    -------
-    str
-        A sentence.
-    """
+    """Return the result of a comparison as a sentence with effect, interval, p-value and runs."""
     return f"{state_verdict(contrast)}: {format_effect(contrast)}, {format_test(contrast)}."
 
 
 def state_verdict(contrast: Contrast) -> str:
-    """Return the verdict of a comparison as a sentence without numbers and without a period.
-
-    Parameters
-    ----------
-    contrast
-        The comparison.
-    """
+    """Return the verdict of a comparison as a sentence without numbers and without a period."""
     outcome = name_outcome_of(contrast.outcome, AGENT_NAMES[contrast.measure])
     condition, reference = contrast.condition, contrast.reference
     if contrast.verdict == TOO_FEW_RUNS:
@@ -112,25 +86,13 @@ def state_verdict(contrast: Contrast) -> str:
 
 
 def format_effect(contrast: Contrast) -> str:
-    """Return the effect of a comparison with its interval, such as "+198 [171, 224]".
-
-    Parameters
-    ----------
-    contrast
-        The comparison.
-    """
+    """Return the effect of a comparison with its interval, such as "+198 [171, 224]"."""
     numbers = contrast.numbers
     return f"{format_signed(numbers.effect)} {format_interval(numbers)}".rstrip()
 
 
 def format_test(contrast: Contrast) -> str:
-    """Return the p-value and the runs, such as "corrected p 1.9e-09, 30 and 30 runs".
-
-    Parameters
-    ----------
-    contrast
-        The comparison.
-    """
+    """Return the p-value and the runs, such as "corrected p 1.9e-09, 30 and 30 runs"."""
     numbers = contrast.numbers
     return f"corrected p {format_p_value(contrast.p_holm)}, {numbers.n_a} and {numbers.n_b} runs"
 
@@ -138,15 +100,7 @@ def format_test(contrast: Contrast) -> str:
 def summarize_contrasts(contrasts: Contrasts) -> list[str]:
     """Return sentences on the comparisons of the average agent: their number, then the largest.
 
-    Parameters
-    ----------
-    contrasts
-        The comparisons.
-
-    Returns
-    -------
-    list of str
-        Sentences. A single comparison has one sentence.
+    A single comparison has one sentence.
     """
     rows = [row for row in contrasts.rows if row.measure == SUMMARY_MEASURE]
     if len(rows) < 2:

@@ -97,13 +97,7 @@ class Contrast(NamedTuple):
         return explain_verdict(self.numbers.low, self.numbers.high, self.p_holm, required)
 
     def row(self) -> dict[str, Any]:
-        """Return the comparison as a row of a table.
-
-        Returns
-        -------
-        dict
-            The values, with the keys `COMPARISON_COLUMNS`.
-        """
+        """Return the comparison as a row of a table, with the keys `COMPARISON_COLUMNS`."""
         labels = {
             "condition_a": self.condition,
             "condition_b": self.reference,
@@ -157,21 +151,8 @@ def explain_verdict(low: float, high: float, p_holm: float, required_runs: str =
 
     An interval is that of a single comparison. The verdict uses the p-value corrected for all
     comparisons, so it can be undecided although the interval excludes 0. A rank test can also be
-    significant although the interval of the medians includes 0.
-
-    Parameters
-    ----------
-    low, high
-        Ends of the 95 % interval of the effect; NaN if it is undefined.
-    p_holm
-        Corrected p-value; NaN if it is undefined.
-    required_runs
-        The result of `describe_required_runs`, or "" for a decided comparison.
-
-    Returns
-    -------
-    str
-        A note, or "" if nothing needs an explanation.
+    significant although the interval of the medians includes 0. `required_runs` is the result of
+    `describe_required_runs`. The result is "" if nothing needs an explanation.
     """
     notes = [required_runs] if required_runs else []
     excludes_zero = low > 0 or high < 0
@@ -184,53 +165,14 @@ def explain_verdict(low: float, high: float, p_holm: float, required_runs: str =
 
 
 def final_values(dataset: xr.Dataset, last: int = 10) -> xr.Dataset:
-    """Average the measures over the last generations of each run.
-
-    Parameters
-    ----------
-    dataset
-        Dataset as `open_runs` returns it, with `energy` as (condition, run, generation, agent).
-    last
-        Number of final generations, at least 1.
-
-    Returns
-    -------
-    xarray.Dataset
-        The averages of `COMPARED_MEASURES`, (condition, run), with the attribute `outcome`.
-
-    Raises
-    ------
-    ValueError
-        If `last` is below 1.
-    """
+    """Average the measures over the last generations of each run, (condition, run)."""
     values = {measure: fitness.final(dataset, measure, last) for measure in COMPARED_MEASURES}
     attributes = {"outcome": fitness.outcome(dataset)}
     return xr.Dataset(values, attrs=attributes).reset_coords(drop=True)
 
 
 def compare_conditions(dataset: xr.Dataset, last: int = 10, baseline: str = "") -> Contrasts:
-    """Compare the conditions of a dataset.
-
-    Parameters
-    ----------
-    dataset
-        Dataset as `open_runs` returns it.
-    last
-        Number of final generations over which each run is averaged, at least 1.
-    baseline
-        The condition with which all others are compared. The default is described in
-        `find_references`.
-
-    Returns
-    -------
-    Contrasts
-        The comparisons, in the order of the study.
-
-    Raises
-    ------
-    ValueError
-        If `last` is below 1.
-    """
+    """Compare the conditions of a dataset: `find_references` explains the baseline."""
     return compare_final_values(final_values(dataset, last), read_factors(dataset), last, baseline)
 
 
@@ -240,25 +182,7 @@ def compare_final_values(
     last: int,
     baseline: str = "",
 ) -> Contrasts:
-    """Compare every condition that has runs with its reference.
-
-    Parameters
-    ----------
-    finals
-        The values of `final_values`.
-    factors
-        The factors of each condition, in the order of the study.
-    last
-        The number of generations over which `finals` are averaged.
-    baseline
-        The condition with which all others are compared. The default is described in
-        `find_references`.
-
-    Returns
-    -------
-    Contrasts
-        The comparisons, with p-values corrected for all comparisons.
-    """
+    """Compare every condition that has runs with its reference, by the values of `final_values`."""
     has_runs = finals["mean"].notnull().any("run")
     factors_with_runs = {
         name: levels for name, levels in factors.items() if bool(has_runs.sel(condition=name))
@@ -285,24 +209,12 @@ def compare_final_values(
 
 
 def find_references(factors: Mapping[str, Factors], baseline: str = "") -> dict[str, str]:
-    """Return the condition with which each condition is compared.
+    """Return the condition with which each condition is compared, except for the references.
 
     Every condition is compared with the baseline, if a baseline is given. Otherwise it is compared
     with the first condition on the same map, and in a multiverse under the same variant. A
     condition that is alone on its map, or has no map, is compared with the first condition of the
     study.
-
-    Parameters
-    ----------
-    factors
-        The factors of each condition, in the order of the study.
-    baseline
-        The name of a condition, or an empty string.
-
-    Returns
-    -------
-    dict
-        The reference by condition. A condition that is its own reference is left out.
     """
     if baseline:
         return {name: baseline for name in factors if name != baseline}
@@ -319,20 +231,7 @@ def find_references(factors: Mapping[str, Factors], baseline: str = "") -> dict[
 
 
 def describe_pairing(pairs: Mapping[str, str], factors: Mapping[str, Factors]) -> str:
-    """Describe which conditions are compared.
-
-    Parameters
-    ----------
-    pairs
-        The reference of each condition, as `find_references` returns it.
-    factors
-        The factors of each condition.
-
-    Returns
-    -------
-    str
-        One or two sentences. Empty if no condition is compared.
-    """
+    """Describe which conditions are compared, or return "" without a comparison."""
     baselines = set(pairs.values())
     if len(baselines) < 2:
         return "".join(f"Each condition is compared with {name}." for name in baselines)
@@ -349,23 +248,7 @@ def describe_pairing(pairs: Mapping[str, str], factors: Mapping[str, Factors]) -
 def planned_tests(
     factors: Mapping[str, Factors], runs: int, baseline: str = ""
 ) -> list[PlannedTest]:
-    """Return the tests that a study of the given conditions will make.
-
-    Parameters
-    ----------
-    factors
-        The factors of each condition, in the order of the study.
-    runs
-        The number of runs of each condition.
-    baseline
-        The condition with which all others are compared. The default is described in
-        `find_references`.
-
-    Returns
-    -------
-    list of PlannedTest
-        The tests.
-    """
+    """Return the tests that a study with the given number of runs per condition will make."""
     n_tests = len(find_references(factors, baseline)) * len(COMPARED_MEASURES)
     return [PlannedTest(runs, runs)] * n_tests
 

@@ -10,35 +10,22 @@ from typing import Any
 
 
 def finite_or_none(value: float) -> float | None:
-    """Return a number, or None if JSON cannot hold it.
-
-    Parameters
-    ----------
-    value
-        Any number.
-
-    Returns
-    -------
-    float or None
-        The number. None for NaN and the infinities, which JSON cannot hold.
-    """
+    """Return a number, or None for NaN and the infinities, which JSON cannot hold."""
     return value if math.isfinite(value) else None
 
 
+def replace_undefined(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a record for JSON: `finite_or_none` of its numbers."""
+    return {
+        name: finite_or_none(value) if isinstance(value, float) else value
+        for name, value in values.items()
+    }
+
+
 def to_csv(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> bytes:
-    """Write a table as CSV.
+    """Write a table as CSV in UTF-8, with a header and full precision.
 
-    Parameters
-    ----------
-    columns
-        The names of the columns, in order.
-    rows
-        A mapping from column to value for each row. A missing value and NaN are empty cells.
-
-    Returns
-    -------
-    bytes
-        UTF-8, with a header. Numbers have full precision.
+    A missing value and NaN are empty cells.
     """
     text = io.StringIO()
     table = csv.DictWriter(text, columns, lineterminator="\n")

@@ -28,22 +28,10 @@ class CurveInterval(NamedTuple):
 
 
 def interval_of_mean(values: xr.DataArray, over: str = "run") -> CurveInterval:
-    """Compute the mean and its 95 % interval by Student's t.
+    """Compute the mean and its 95 % interval by Student's t, which is NaN for a single value.
 
     If no value is negative, the interval is cut off at 0. It is also cut off at the attribute
     `valid_max` of the values, which is 1 for shares. Neither cut changes the coverage.
-
-    Parameters
-    ----------
-    values
-        Values with the dimension `over`; NaN is ignored.
-    over
-        The dimension of the sample.
-
-    Returns
-    -------
-    CurveInterval
-        The mean and its interval. The ends are NaN for a sample of one value.
     """
     count = values.count(over)
     average = values.mean(over)
@@ -58,26 +46,11 @@ def interval_of_mean(values: xr.DataArray, over: str = "run") -> CurveInterval:
 
 
 def interval_of_median(values: xr.DataArray, over: str = "run") -> CurveInterval:
-    """Compute the median and its 95 % interval by the sign test.
+    """Compute the median and its 95 % interval by the sign test, which is NaN below six values.
 
     The interval is valid for any distribution. It reaches from the k-th smallest to the k-th
-    largest value, where k is the 2.5 % quantile of the binomial distribution with probability 1/2.
-
-    Parameters
-    ----------
-    values
-        Values with the dimension `over`; NaN is ignored.
-    over
-        The dimension of the sample.
-
-    Returns
-    -------
-    CurveInterval
-        The median and its interval. The ends are NaN for a sample of fewer than six values.
-
-    References
-    ----------
-    W. R. Thompson, Annals of Mathematical Statistics 7 (1936).
+    largest value, where k is the 2.5 % quantile of the binomial distribution with probability 1/2
+    (W. R. Thompson, Annals of Mathematical Statistics 7, 1936).
     """
     count = values.count(over)
     # NaN is sorted to the end.

@@ -15,23 +15,12 @@ from baldwinlab.analysis.statistics.samples import Sample
 
 
 def equivalence_p(samples: Sample, bound: float) -> Sample:
-    """Compute the p-value of the two one-sided signed-rank tests for each sample of differences.
+    """Compute the p-value of the two one-sided signed-rank tests for samples [sample, pair].
 
     One test shows that the differences are below `bound`, the other that they are above `-bound`.
-    The p-value is the larger of the two.
-
-    Parameters
-    ----------
-    samples
-        Differences with finite values, [sample, pair].
-    bound
-        Smallest effect of interest, fixed before the data are seen. With 0, no sample is
-        equivalent, except for exact ties.
-
-    Returns
-    -------
-    Sample
-        The p-values, [sample]. 0 if all differences of a sample of two or more are 0.
+    The p-value is the larger of the two, and 0 if all differences of a sample of two or more are 0.
+    The bound is fixed before the data are seen. With 0, no sample is equivalent, except for exact
+    ties.
     """
     below, _ = signed_rank_tails(samples - bound)
     _, above = signed_rank_tails(samples + bound)

@@ -17,18 +17,7 @@ from baldwinlab.analysis.statistics.samples import Sample
 
 
 def q_values(p_values: Sequence[float] | Sample) -> Sample:
-    """Compute the q-values of a table of tests by the method of Benjamini and Hochberg.
-
-    Parameters
-    ----------
-    p_values
-        p-values of all tests of the table, 0 to 1; may be empty.
-
-    Returns
-    -------
-    Sample
-        The q-values in the order of `p_values`.
-    """
+    """Compute the q-values of a table of tests by the method of Benjamini and Hochberg."""
     ps = np.asarray(p_values, np.float64)
     # SciPy refuses an empty table.
     return np.asarray(stats.false_discovery_control(ps)) if ps.size else ps
@@ -37,16 +26,7 @@ def q_values(p_values: Sequence[float] | Sample) -> Sample:
 def critical_p_values(p_values: Sequence[float] | Sample) -> Sample:
     """Compute the p-value below which each test is significant, given all other tests.
 
-    Parameters
-    ----------
-    p_values
-        p-values of all tests of the table, 0 to 1; may be empty.
-
-    Returns
-    -------
-    Sample
-        The limits, [test]. A test has a q-value below the level of significance exactly if its
-        p-value is below its limit.
+    A test has a q-value below the level of significance exactly if its p-value is below its limit.
     """
     ps = np.asarray(p_values, np.float64)
     ranks = np.arange(1, ps.size + 1)

@@ -14,7 +14,7 @@ Share: N. Le (2019), section "The Emergence of Intelligent Foraging".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
 from typing import Any
 
@@ -22,11 +22,15 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from baldwinlab.analysis import statistics
 from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment.outcome import FITNESS
 
 AgentValues = npt.NDArray[Any]  # [generation, agent]
 Curve = Callable[[xr.Dataset], xr.DataArray]
+SUMMARY_COLUMNS = ("condition", "measure", *statistics.Summary._fields)
+VARIABLE = "unseen maps"
+"""Name of the variable in the dataset of a study."""
 
 
 def _prefer_cached(measure: Curve) -> Curve:
@@ -46,35 +50,13 @@ def _cache_name(measure: str) -> str:
 
 @_prefer_cached
 def best(dataset: xr.Dataset) -> xr.DataArray:
-    """Compute the fitness of the best agent.
-
-    Parameters
-    ----------
-    dataset
-        Dataset with `energy` as (condition, run, generation, agent).
-
-    Returns
-    -------
-    xarray.DataArray
-        Energy, (condition, run, generation); NaN for missing generations.
-    """
+    """Compute the fitness of the best agent, (condition, run, generation)."""
     return _reduce_agents(dataset["energy"], lambda energy: np.fmax.reduce(energy, axis=-1))
 
 
 @_prefer_cached
 def mean(dataset: xr.Dataset) -> xr.DataArray:
-    """Compute the mean fitness of the agents.
-
-    Parameters
-    ----------
-    dataset
-        Dataset with `energy` as (condition, run, generation, agent).
-
-    Returns
-    -------
-    xarray.DataArray
-        Energy, (condition, run, generation); NaN for missing generations.
-    """
+    """Compute the mean fitness of the agents, (condition, run, generation)."""
     return _reduce_agents(
         dataset["energy"],
         lambda energy: np.where(np.isnan(energy), 0, energy).sum(axis=-1) / _count_agents(energy),
@@ -83,19 +65,9 @@ def mean(dataset: xr.Dataset) -> xr.DataArray:
 
 @_prefer_cached
 def share(dataset: xr.Dataset) -> xr.DataArray:
-    """Compute the share of agents that eat at least one item during their lifetime.
+    """Compute the share of agents that eat at least one item, (condition, run, generation).
 
     For models without food, it is the share of agents with fitness above 0.
-
-    Parameters
-    ----------
-    dataset
-        Dataset with `food_eaten` or `energy` as (condition, run, generation, agent).
-
-    Returns
-    -------
-    xarray.DataArray
-        Share, 0 to 1, (condition, run, generation); NaN for missing generations.
     """
     shares = _reduce_agents(
         gain(dataset), lambda food: (food > 0).sum(axis=-1) / _count_agents(food)
@@ -119,18 +91,8 @@ def _reduce_agents(
 def hold_last(values: xr.DataArray) -> xr.DataArray:
     """Repeat the last value of each run that stopped, until the longest run of its condition ends.
 
-    Without these values, the mean over runs would change whenever a run stops.
-
-    Parameters
-    ----------
-    values
-        Values with the dimension `generation`. Without the coordinate of the number of generations
-        of each run, they are returned unchanged.
-
-    Returns
-    -------
-    xarray.DataArray
-        The values, with the same dimensions.
+    Without these values, the mean over runs would change whenever a run stops. Values without the
+    coordinate of the number of generations of each run are returned unchanged.
     """
     if GENERATION_COUNT not in values.coords or "run" not in values[GENERATION_COUNT].dims:
         return values
@@ -148,30 +110,13 @@ def _count_agents(values: AgentValues) -> AgentValues:
 
 
 def gain(dataset: xr.Dataset) -> xr.DataArray:
-    """Return the number of items that each agent eats, or its fitness in models without food.
-
-    Parameters
-    ----------
-    dataset
-        Dataset with `energy`, and `food_eaten` if a model has food.
-
-    Returns
-    -------
-    xarray.DataArray
-        Items, or energy, with the dimensions of the dataset.
-    """
+    """Return the number of items that each agent eats, or its fitness in models without food."""
     energy = dataset["energy"]
     return dataset["food_eaten"].fillna(energy) if "food_eaten" in dataset else energy
 
 
 def outcome(dataset: xr.Dataset) -> str:
-    """Return the name of the fitness in a dataset, for example "items eaten".
-
-    Parameters
-    ----------
-    dataset
-        Dataset as `open_runs` returns it, or values computed from it.
-    """
+    """Return the name of the fitness in a dataset, for example "items eaten"."""
     return str(dataset.attrs.get("outcome", FITNESS))
 
 
@@ -179,101 +124,30 @@ MEASURES: Mapping[str, Curve] = {"best": best, "mean": mean, "share": share}
 
 
 def cache_measures(dataset: xr.Dataset) -> xr.Dataset:
-    """Compute all measures once, and cache them in the dataset.
+    """Return the dataset with a variable for each of `MEASURES`, which their functions then read.
 
     A report reads the measures about twenty times, and a study may have millions of agents.
-
-    Parameters
-    ----------
-    dataset
-        Dataset with `energy` as (condition, run, generation, agent).
-
-    Returns
-    -------
-    xarray.Dataset
-        The dataset with a variable for each of `MEASURES`. The functions of the measures return
-        the variable instead of computing it.
     """
     curves = {_cache_name(name): measure(dataset) for name, measure in MEASURES.items()}
     return dataset.assign(curves)
 
 
 def final(dataset: xr.Dataset, measure: str, last: int = 10) -> xr.DataArray:
-    """Average a measure over the last generations of each run.
+    """Average one of `MEASURES` over the last generations of each run, (condition, run).
 
-    Parameters
-    ----------
-    dataset
-        Dataset with `energy` as (condition, run, generation, agent).
-    measure
-        "best", "mean" or "share".
-    last
-        Number of final generations, at least 1. A condition with fewer generations is averaged
-        over all of them. Each condition ends with its last stored generation, and a run that
-        stopped ends with its last simulated generation.
-
-    Returns
-    -------
-    xarray.DataArray
-        The average, (condition, run); NaN for missing runs.
-
-    Raises
-    ------
-    KeyError
-        If the measure is unknown.
-    ValueError
-        If `last` is below 1.
+    A condition with fewer generations is averaged over all of them. Each condition ends with its
+    last stored generation, and a run that stopped ends with its last simulated generation.
     """
     return average_last(MEASURES[measure](dataset), last)
 
 
 def average_last(values: xr.DataArray, last: int) -> xr.DataArray:
-    """Average values over the last generations of each run.
-
-    Parameters
-    ----------
-    values
-        Values with the dimensions `run` and `generation`; NaN for missing generations.
-    last
-        Number of final generations, at least 1, as in `final`.
-
-    Returns
-    -------
-    xarray.DataArray
-        The averages, without the dimension `generation`.
-
-    Raises
-    ------
-    ValueError
-        If `last` is below 1.
-    """
+    """Average values over the last generations of each run. `last` is at least 1."""
     return _average_window(values, last, from_end=True)
 
 
 def initial(dataset: xr.Dataset, measure: str, first: int = 10) -> xr.DataArray:
-    """Average a measure over the first generations of each run.
-
-    Parameters
-    ----------
-    dataset
-        Dataset with `energy` as (condition, run, generation, agent).
-    measure
-        "best", "mean" or "share".
-    first
-        Number of initial generations, at least 1.
-
-    Returns
-    -------
-    xarray.DataArray
-        The average, (condition, run); NaN for missing runs.
-
-    Raises
-    ------
-    KeyError
-        If the measure is unknown.
-    ValueError
-        If `first` is below 1.
-    """
+    """Average one of `MEASURES` over the first generations of each run, (condition, run)."""
     return _average_window(MEASURES[measure](dataset), first, from_end=False)
 
 
@@ -294,22 +168,7 @@ def _average_window(values: xr.DataArray, length: int, from_end: bool) -> xr.Dat
 def typical_run(dataset: xr.Dataset, condition: str) -> int:
     """Return the run whose final mean fitness is nearest to the median of all runs.
 
-    Parameters
-    ----------
-    dataset
-        Dataset with `energy` as (condition, run, generation, agent).
-    condition
-        The name of the condition.
-
-    Returns
-    -------
-    int
-        The number of the run.
-
-    Raises
-    ------
-    ValueError
-        If the condition has no run.
+    Raises ValueError if the condition has no run.
     """
     means = final(dataset, "mean").sel(condition=condition).dropna("run")
     if not means.size:
@@ -319,20 +178,86 @@ def typical_run(dataset: xr.Dataset, condition: str) -> int:
 
 
 def largest_gain(dataset: xr.Dataset) -> xr.DataArray:
-    """Return the largest number of items that an agent eats in any generation.
+    """Return the largest number of items that an agent eats in any generation, (condition, run).
 
     For models without food, it is the largest fitness.
-
-    Parameters
-    ----------
-    dataset
-        Dataset with `energy`, and `food_eaten` if a model has food.
-
-    Returns
-    -------
-    xarray.DataArray
-        Items, or energy, (condition, run); NaN for missing runs.
     """
     if "food_eaten" in dataset:
         return gain(dataset).max(("generation", "agent"))
     return best(dataset).max("generation")
+
+
+def compute_species_curves(
+    data: xr.Dataset, names: Sequence[str], curves: Iterable[str]
+) -> dict[str, dict[str, xr.DataArray]]:
+    """Compute curves of each species, by name of the curve and of the species.
+
+    `curves` are names that `list_species_curves` returns. "composition" is the share of the species
+    in all agents. The fitness of a species without agents is NaN.
+    """
+    return {
+        curve: {
+            name: hold_last(_compute_curve(data, curve, index)) for index, name in enumerate(names)
+        }
+        for curve in curves
+    }
+
+
+def _compute_curve(data: xr.Dataset, curve: str, index: int) -> xr.DataArray:
+    """Return a curve of the species with an index."""
+    is_member = data["species"] == index
+    n_agents = data["species"].notnull().sum("agent")
+    energy = data["energy"].where(is_member)
+    if curve == "mean":
+        return energy.mean("agent")
+    if curve == "share":
+        is_above = (energy > 0).where(energy.notnull())
+        return is_above.mean("agent").assign_attrs(valid_max=1.0)
+    if curve == "composition":
+        return (is_member.sum("agent") / n_agents.where(n_agents > 0)).assign_attrs(valid_max=1.0)
+    counted = is_member if curve == "size" else data["alive"].where(is_member)
+    counts = counted.sum("agent").where(n_agents > 0)
+    return counts.assign_attrs(valid_max=float(n_agents.max()))
+
+
+def summarize_conditions(dataset: xr.Dataset, last: int = 10) -> list[dict[str, Any]]:
+    """Summarize best, mean and share of the last generations for each condition that has runs.
+
+    The result has one row per condition and measure, with the keys `SUMMARY_COLUMNS`.
+    """
+    finals = {measure: final(dataset, measure, last) for measure in MEASURES}
+    rows = []
+    for condition in dataset["condition"].values:
+        for measure, values in finals.items():
+            sample = values.sel(condition=condition).dropna("run").values
+            if sample.size:
+                row = {"condition": str(condition), "measure": measure}
+                rows.append(row | statistics.summarize(sample)._asdict())
+    return rows
+
+
+def add_unseen_maps(data: xr.Dataset, assays: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Add the mean fitness on unseen maps, from the assay of that name by condition, to the runs.
+
+    `VARIABLE` (condition, run) is NaN without an assay. The dataset is unchanged if no assay is
+    stored.
+    """
+    if not assays:
+        return data
+    values = _make_undefined(data)
+    for condition, assay in assays.items():
+        means = assay["energy"].mean("map")
+        values.loc[{"condition": condition, "run": means["run"].values}] = means.values
+    return data.assign({VARIABLE: values})
+
+
+def get_unseen_maps(data: xr.Dataset) -> xr.DataArray:
+    """Return the mean fitness on unseen maps (condition, run); NaN without the assay."""
+    return data[VARIABLE] if VARIABLE in data else _make_undefined(data)
+
+
+def _make_undefined(data: xr.Dataset) -> xr.DataArray:
+    """Return an array (condition, run) of NaN."""
+    shape = (data.sizes["condition"], data.sizes["run"])
+    coordinates = {"condition": data["condition"].values, "run": data["run"].values}
+    return xr.DataArray(np.full(shape, np.nan), coordinates)

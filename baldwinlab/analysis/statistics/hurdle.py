@@ -46,17 +46,7 @@ class Hurdle(NamedTuple):
 def measure_hurdle(values: Sample, threshold: float) -> Hurdle:
     """Divide runs by a threshold, and measure both parts of the hurdle model.
 
-    Parameters
-    ----------
-    values
-        Finite values, [run], at least one.
-    threshold
-        A run takes off if its value is above the threshold.
-
-    Returns
-    -------
-    Hurdle
-        Both parts.
+    A run takes off if its value is above the threshold.
     """
     sizes = values[values > threshold]
     share_low, share_high = proportion_interval(sizes.size, values.size)

@@ -50,20 +50,7 @@ class RandomEffects(NamedTuple):
 
 
 def combine_papers(effects: Sample, standard_errors: Sample) -> RandomEffects:
-    """Combine the effects of several papers by a random-effects model.
-
-    Parameters
-    ----------
-    effects
-        Effect of each paper, [paper], at least `MIN_PAPERS`.
-    standard_errors
-        Standard error of each effect, [paper], above 0.
-
-    Returns
-    -------
-    RandomEffects
-        The summary.
-    """
+    """Combine the effects of at least `MIN_PAPERS` papers by a random-effects model."""
     # The import takes seconds.
     from statsmodels.stats.meta_analysis import combine_effects
 

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from baldwinlab.analysis.statistics.comparisons import Comparison
 
 
 def format_number(value: float) -> str:
-    """Return about three digits of a number, or a dash if it is not finite.
-
-    Parameters
-    ----------
-    value
-        The number.
-    """
+    """Return about three digits of a number, or a dash if it is not finite."""
     if not math.isfinite(value):
         return "–"
     if value == 0:
@@ -31,24 +26,12 @@ def _decimals(value: float) -> int:
 
 
 def format_signed(value: float) -> str:
-    """Return a number with its sign.
-
-    Parameters
-    ----------
-    value
-        The number.
-    """
+    """Return a number with its sign."""
     return f"+{format_number(value)}" if value > 0 else format_number(value)
 
 
 def format_p_value(p: float) -> str:
-    """Return a p-value, or a dash if it is NaN.
-
-    Parameters
-    ----------
-    p
-        The p-value.
-    """
+    """Return a p-value, or a dash if it is NaN."""
     if math.isnan(p):
         return "–"
     if p < 0.001:
@@ -57,13 +40,13 @@ def format_p_value(p: float) -> str:
 
 
 def format_interval(numbers: Comparison) -> str:
-    """Return the 95 % interval of the effect, or "" if it is undefined.
-
-    Parameters
-    ----------
-    numbers
-        The comparison.
-    """
+    """Return the 95 % interval of the effect, or "" if it is undefined."""
     if math.isnan(numbers.low):
         return ""
     return f"[{format_number(numbers.low)}, {format_number(numbers.high)}]"
+
+
+def join_names(names: Sequence[str]) -> str:
+    """Return a list in words, such as "C1, C2 and C3"."""
+    *preceding, last = names or [""]
+    return f"{', '.join(preceding)} and {last}" if preceding else last

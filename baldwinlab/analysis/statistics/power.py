@@ -28,18 +28,9 @@ MAX_RUNS = 10_000
 def signed_rank_runs(differences: Sample, level: float) -> int | None:
     """Compute the number of runs that detects the observed effect with a probability of 80 %.
 
-    Parameters
-    ----------
-    differences
-        Finite differences, [pair], at least two.
-    level
-        Two-sided level of the test, corrected for the other tests.
-
-    Returns
-    -------
-    int or None
-        The number of runs, at least the smallest number with which the test can be significant.
-        None if more than `MAX_RUNS` runs are needed.
+    `differences` are at least two finite values, and `level` is corrected for the other tests. The
+    result is None if more than `MAX_RUNS` runs are needed. It is never less than the smallest
+    number of runs with which the test can be significant.
     """
     sums = differences[:, None] + differences
     # By run: probability that the sum with another difference is above 0. A tie counts half.
@@ -63,15 +54,7 @@ def signed_rank_runs(differences: Sample, level: float) -> int | None:
 def level_of_next_test(corrected: Sequence[float] | Sample) -> float:
     """Compute the level of the next test that Holm's method would find significant.
 
-    Parameters
-    ----------
-    corrected
-        The corrected p-values of a family of tests.
-
-    Returns
-    -------
-    float
-        The level of significance, divided by the number of tests that are not significant.
+    It is the level of significance, divided by the number of tests that are not significant.
     """
     n_undecided = int((np.asarray(corrected, np.float64) >= SIGNIFICANCE_LEVEL).sum())
     return SIGNIFICANCE_LEVEL / max(1, n_undecided)
@@ -80,16 +63,8 @@ def level_of_next_test(corrected: Sequence[float] | Sample) -> float:
 def levels_of_tests(corrected: Sequence[float] | Sample) -> Sample:
     """Compute the level at which Holm's method tests each p-value of a family.
 
-    Parameters
-    ----------
-    corrected
-        The corrected p-values of a family of tests.
-
-    Returns
-    -------
-    Sample
-        The level of significance, divided by the number of tests whose p-values are not smaller.
-        Tests that are not significant have the level of `level_of_next_test`.
+    It is the level of significance, divided by the number of tests whose p-values are not smaller.
+    Tests that are not significant have the level of `level_of_next_test`.
     """
     p_values = np.asarray(corrected, np.float64)
     n_not_smaller = (p_values[:, None] <= p_values).sum(axis=1)
@@ -100,22 +75,9 @@ def levels_of_tests(corrected: Sequence[float] | Sample) -> Sample:
 def rank_test_runs(test: PlannedTest, p: float, level: float) -> int | None:
     """Compute the number of runs with which a rank test detects the observed effect.
 
-    The normal score of p grows with the square root of the number of runs.
-
-    Parameters
-    ----------
-    test
-        The test with its sample sizes.
-    p
-        Its two-sided p-value, uncorrected.
-    level
-        Two-sided level of the test, corrected for the other tests.
-
-    Returns
-    -------
-    int or None
-        The number of runs of each condition for a probability of 80 %. None if more than
-        `MAX_RUNS` runs are needed.
+    The normal score of p grows with the square root of the number of runs. `p` is uncorrected, and
+    `level` is corrected for the other tests. The result is the number of runs of each condition for
+    a probability of 80 %, or None if more than `MAX_RUNS` runs are needed.
     """
     score = float(stats.norm.isf(p / 2))
     if score <= 0:
@@ -130,20 +92,9 @@ def rank_test_runs(test: PlannedTest, p: float, level: float) -> int | None:
 def interval_runs(comparison: Comparison, bounds: Sequence[float]) -> int | None:
     """Compute the number of runs whose interval of the observed effect contains no bound.
 
-    The width of an interval decreases with the square root of the number of runs.
-
-    Parameters
-    ----------
-    comparison
-        The comparison, with its effect and interval.
-    bounds
-        Bounds of the effect. An infinite bound is not used.
-
-    Returns
-    -------
-    int or None
-        The number of runs for a probability of 80 %. None if it is undefined or more than
-        `MAX_RUNS`.
+    The width of an interval decreases with the square root of the number of runs. An infinite bound
+    is not used. The result is the number of runs for a probability of 80 %, or None if it is
+    undefined or more than `MAX_RUNS`.
     """
     distance = min(abs(comparison.effect - bound) for bound in bounds if isfinite(bound))
     half_width = (comparison.high - comparison.low) / 2
@@ -157,12 +108,6 @@ def interval_runs(comparison: Comparison, bounds: Sequence[float]) -> int | None
 
 
 def describe_required_runs(required_runs: int | None) -> str:
-    """Describe the number of runs that would decide an undecided question.
-
-    Parameters
-    ----------
-    required_runs
-        The number of runs, or None if no realistic number decides the question.
-    """
+    """Describe the number of runs that would decide a question; None means no realistic number."""
     number = "no realistic number of" if required_runs is None else f"about {required_runs:,}"
     return f"{number} runs would decide this if the effect is the observed one"

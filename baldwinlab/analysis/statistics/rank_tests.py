@@ -58,20 +58,10 @@ def signed_rank(differences: Sample) -> float:
 
 
 def signed_rank_tails(samples: Sample) -> tuple[Sample, Sample]:
-    """Compute both one-sided p-values of Wilcoxon's signed-rank test for each sample.
+    """Compute both one-sided p-values of Wilcoxon's signed-rank test for samples [sample, pair].
 
-    p is exact for up to 13 differences. For more, it is that of SciPy.
-
-    Parameters
-    ----------
-    samples
-        Finite differences of pairs, [sample, pair]. Zeros are ignored.
-
-    Returns
-    -------
-    p_less, p_greater : Sample
-        p-values of the alternatives that differences are below 0 and above 0, [sample]. They are 1
-        if all differences are 0.
+    The alternatives are that differences are below 0 and above 0. p is exact for up to 13
+    differences. For more, it is that of SciPy. Zeros are ignored. p is 1 if all differences are 0.
     """
     if samples.shape[1] <= MAX_EXACT_SIGNS:
         blocks = np.array_split(samples, -(-samples.shape[0] // SAMPLES_PER_BLOCK))

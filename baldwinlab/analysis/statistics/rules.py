@@ -29,21 +29,7 @@ Bound = Any
 
 
 def direction(comparison: Comparison, p_holm: float) -> int:
-    """Return the sign of a significant difference.
-
-    Parameters
-    ----------
-    comparison
-        The comparison of a with b.
-    p_holm
-        Its corrected p-value.
-
-    Returns
-    -------
-    int
-        1 if a is significantly larger, both in the effect and in A12; -1 if a is significantly
-        smaller in both; else 0.
-    """
+    """Return 1 or -1 for a significantly larger or smaller a, in the effect and in A12; else 0."""
     if not p_holm < SIGNIFICANCE_LEVEL:
         return 0
     if comparison.effect > 0 and comparison.a12 > 0.5:
@@ -52,65 +38,20 @@ def direction(comparison: Comparison, p_holm: float) -> int:
 
 
 def greater(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a is significantly larger than b.
-
-    Parameters
-    ----------
-    comparison
-        The comparison of a with b.
-    p_holm
-        Its corrected p-value.
-    bound
-        Not used.
-
-    Returns
-    -------
-    Verdict
-        The claim holds if a is significantly larger, and does not hold if a is significantly
-        smaller.
-    """
+    """Decide the claim that a is significantly larger than b."""
     return {1: HOLDS, 0: UNDECIDED, -1: FAILS}[direction(comparison, p_holm)]
 
 
 def lower(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a is significantly smaller than b.
-
-    Parameters
-    ----------
-    comparison
-        The comparison of a with b.
-    p_holm
-        Its corrected p-value.
-    bound
-        Not used.
-
-    Returns
-    -------
-    Verdict
-        The claim holds if a is significantly smaller, and does not hold if a is significantly
-        larger.
-    """
+    """Decide the claim that a is significantly smaller than b."""
     return {1: FAILS, 0: UNDECIDED, -1: HOLDS}[direction(comparison, p_holm)]
 
 
 def survives_longer(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
     """Decide the claim that a survives longer than b.
 
-    Parameters
-    ----------
-    comparison
-        The comparison of survival times: see `compare_survival`.
-    p_holm
-        The corrected p-value of the log-rank test.
-    bound
-        Not used.
-
-    Returns
-    -------
-    Verdict
-        Undecided, unless the test is significant and its statistic has the sign of the effect,
-        which is the difference of the restricted means. Then the claim holds if the effect is above
-        0.
+    It is undecided, unless the log-rank test is significant and its statistic has the sign of the
+    effect, which is the difference of the restricted means.
     """
     if p_holm < SIGNIFICANCE_LEVEL and comparison.u * comparison.effect > 0:
         return HOLDS if comparison.effect > 0 else FAILS
@@ -118,42 +59,14 @@ def survives_longer(comparison: Comparison, p_holm: float, bound: Bound) -> Verd
 
 
 def zero(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that the effect is exactly 0.
-
-    Parameters
-    ----------
-    comparison
-        The comparison; only `effect` is used.
-    p_holm
-        Not used.
-    bound
-        Not used.
-
-    Returns
-    -------
-    Verdict
-        The claim holds or does not hold.
-    """
+    """Decide the claim that the effect is exactly 0."""
     return HOLDS if comparison.effect == 0 else FAILS
 
 
 def within(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that the effect is between two bounds.
+    """Decide the claim that the effect is between two bounds, by its interval.
 
-    Parameters
-    ----------
-    comparison
-        The comparison; only the interval of the effect is used.
-    p_holm
-        Not used.
-    bound
-        The smallest and the largest value, in the unit of the effect.
-
-    Returns
-    -------
-    Verdict
-        The claim holds if the interval is inside the bounds, and does not hold if it is outside.
-        Otherwise it is undecided. A single run has no interval, so its claim is undecided.
+    A single run has no interval, so its claim is undecided.
     """
     lowest, highest = bound
     if comparison.low >= lowest and comparison.high <= highest:
@@ -162,42 +75,12 @@ def within(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
 
 
 def close(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that the effect is at most `bound` in either direction; see `within`.
-
-    Parameters
-    ----------
-    comparison
-        The comparison; only the interval of the effect is used.
-    p_holm
-        Not used.
-    bound
-        The largest difference, in the unit of the effect.
-
-    Returns
-    -------
-    Verdict
-        The verdict of `within`.
-    """
+    """Decide the claim that the effect is at most `bound` in either direction; see `within`."""
     return within(comparison, p_holm, (-bound, bound))
 
 
 def at_least(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that the effect is at least `bound`; see `within`.
-
-    Parameters
-    ----------
-    comparison
-        The comparison; only the interval of the effect is used.
-    p_holm
-        Not used.
-    bound
-        The smallest value, in the unit of the effect.
-
-    Returns
-    -------
-    Verdict
-        The verdict of `within`.
-    """
+    """Decide the claim that the effect is at least `bound`; see `within`."""
     return within(comparison, p_holm, (bound, math.inf))
 
 
@@ -205,20 +88,7 @@ def number_within(comparison: Comparison, p_holm: float, bound: Bound) -> Verdic
     """Decide the claim that a number without an interval is between two bounds.
 
     The number is the mean, the smallest or the largest value of all runs: see `RUN_STATISTICS`.
-
-    Parameters
-    ----------
-    comparison
-        The comparison; only `effect` is used, which is the number.
-    p_holm
-        Not used.
-    bound
-        The smallest and the largest value, in the unit of the number.
-
-    Returns
-    -------
-    Verdict
-        The claim holds or does not hold. It is undecided if the number is NaN.
+    The claim is undecided if it is NaN.
     """
     lowest, highest = bound
     if math.isnan(comparison.effect):
@@ -227,106 +97,30 @@ def number_within(comparison: Comparison, p_holm: float, bound: Bound) -> Verdic
 
 
 def number_at_most(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a number is at most `bound`; see `number_within`.
-
-    Parameters
-    ----------
-    comparison
-        The comparison; only `effect` is used, which is the number.
-    p_holm
-        Not used.
-    bound
-        The largest value, in the unit of the number.
-
-    Returns
-    -------
-    Verdict
-        The verdict of `number_within`.
-    """
+    """Decide the claim that a number is at most `bound`; see `number_within`."""
     return number_within(comparison, p_holm, (-math.inf, bound))
 
 
 def number_at_least(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a number is at least `bound`; see `number_within`.
-
-    Parameters
-    ----------
-    comparison
-        The comparison; only `effect` is used, which is the number.
-    p_holm
-        Not used.
-    bound
-        The smallest value, in the unit of the number.
-
-    Returns
-    -------
-    Verdict
-        The verdict of `number_within`.
-    """
+    """Decide the claim that a number is at least `bound`; see `number_within`."""
     return number_within(comparison, p_holm, (bound, math.inf))
 
 
 def probability_above(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a probability is above `bound`.
-
-    Parameters
-    ----------
-    comparison
-        The comparison; only the interval of the effect is used, which is the probability.
-    p_holm
-        Not used.
-    bound
-        The probability that the claim compares.
-
-    Returns
-    -------
-    Verdict
-        The claim holds if the interval is above the bound, and does not hold if it is below.
-        Otherwise it is undecided.
-    """
+    """Decide the claim that a probability is above `bound`, by its interval."""
     if comparison.low > bound:
         return HOLDS
     return FAILS if comparison.high < bound else UNDECIDED
 
 
 def probability_below(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a probability is below `bound`; see `probability_above`.
-
-    Parameters
-    ----------
-    comparison
-        The comparison; only the interval of the effect is used, which is the probability.
-    p_holm
-        Not used.
-    bound
-        The probability that the claim compares.
-
-    Returns
-    -------
-    Verdict
-        The opposite of the verdict of `probability_above`.
-    """
+    """Decide the claim that a probability is below `bound`; see `probability_above`."""
     opposites = {HOLDS: FAILS, FAILS: HOLDS, UNDECIDED: UNDECIDED}
     return opposites[probability_above(comparison, p_holm, bound)]
 
 
 def probability_equals(comparison: Comparison, p_holm: float, bound: Bound) -> Verdict:
-    """Decide the claim that a probability does not differ from `bound`.
-
-    Parameters
-    ----------
-    comparison
-        The comparison; only the interval of the effect is used, which is the probability.
-    p_holm
-        Not used.
-    bound
-        The expected probability.
-
-    Returns
-    -------
-    Verdict
-        The claim holds if the interval contains the bound. Otherwise it does not hold.
-    """
+    """Decide the claim that the interval of a probability contains `bound`."""
     return HOLDS if comparison.low <= bound <= comparison.high else FAILS
 
 
@@ -368,19 +162,7 @@ RUN_STATISTICS: Mapping[str, Callable[[Any], Any]] = {
 
 
 def combine_verdicts(verdicts: list[Verdict]) -> Verdict:
-    """Combine the verdicts of the parts of a claim.
-
-    Parameters
-    ----------
-    verdicts
-        The verdicts of all parts.
-
-    Returns
-    -------
-    Verdict
-        Does not hold if any part does not hold; holds if all parts hold; else undecided. Not
-        evaluated if the claim has no part.
-    """
+    """Combine the verdicts of the parts of a claim. A claim without a part is not evaluated."""
     if not verdicts:
         return NOT_EVALUATED
     if FAILS in verdicts:

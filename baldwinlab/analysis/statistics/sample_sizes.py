@@ -62,22 +62,10 @@ class PlannedTest(NamedTuple):
 
 
 def smallest_corrected_p(tests: Sequence[PlannedTest], correct: Correction = holm) -> Sample:
-    """Compute the smallest p-value of each test after the correction for all tests.
+    """Compute the smallest p-value of each test after the correction for all tests, [test].
 
     A larger p-value never makes a corrected p-value smaller. The corrected values of the smallest
     p-values are therefore lower bounds.
-
-    Parameters
-    ----------
-    tests
-        All tests of the family.
-    correct
-        Correction for several tests: `holm` or `q_values`.
-
-    Returns
-    -------
-    Sample
-        The smallest corrected p-values, [test].
     """
     return correct([test.smallest_p for test in tests])
 
@@ -85,17 +73,7 @@ def smallest_corrected_p(tests: Sequence[PlannedTest], correct: Correction = hol
 def required_runs(tests: Sequence[PlannedTest], correct: Correction = holm) -> int:
     """Compute the number of runs per condition with which every test can be significant.
 
-    Parameters
-    ----------
-    tests
-        All tests of the family; their sample sizes are not used.
-    correct
-        Correction for several tests: `holm` or `q_values`.
-
-    Returns
-    -------
-    int
-        The smallest number of runs.
+    The sample sizes of the tests are not used.
     """
     for runs in count(1):
         enlarged = [PlannedTest(runs, runs, test.method) for test in tests]
@@ -107,22 +85,10 @@ def required_runs(tests: Sequence[PlannedTest], correct: Correction = holm) -> i
 def describe_too_few(
     tests: Sequence[PlannedTest], correct: Correction = holm, instruction: str = ""
 ) -> str:
-    """Describe the tests that cannot be significant.
+    """Describe the tests that cannot be significant, or return "" if every test can be.
 
-    Parameters
-    ----------
-    tests
-        All tests of the family.
-    correct
-        Correction for several tests: `holm` or `q_values`.
-    instruction
-        A sentence that says how to add runs, with "{runs}" for the required number.
-
-    Returns
-    -------
-    str
-        Up to three sentences, with the number of runs that is needed, and then the instruction.
-        Empty if every test can be significant.
+    Up to three sentences state the number of runs that is needed. The instruction follows, with
+    this number in the place of "{runs}".
     """
     is_impossible = _is_impossible(tests, correct)
     if not is_impossible.any():

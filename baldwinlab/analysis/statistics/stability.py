@@ -31,19 +31,7 @@ def verdict_stability(
 ) -> float:
     """Compute the share of bootstrap samples of runs with the same verdict.
 
-    Parameters
-    ----------
-    values
-        Finite values, [run], at least one.
-    verdict
-        Verdict on the values.
-    decide
-        Function that returns the verdict on each sample of values [sample, run].
-
-    Returns
-    -------
-    float
-        The share, 0 to 1.
+    `decide` returns the verdict on each sample of values [sample, run].
     """
     batches = draw_resamples(np.random.default_rng(SEED), RESAMPLES, values.size)
     n_equal = sum(list(decide(values[indices])).count(verdict) for indices in batches)
@@ -56,25 +44,7 @@ def direction_stability(
     """Compute the share of bootstrap samples of runs with the same direction of a rank test.
 
     The verdict of a bootstrap sample follows `rules.direction`. The p-values of the Mann-Whitney
-    test are those of the normal approximation.
-
-    Parameters
-    ----------
-    a, b
-        Finite values, [run], at least one each.
-    direction
-        Direction of the significant difference of a and b, as `rules.direction` returns it; 0 for
-        no significant difference.
-    level
-        Level of significance of the uncorrected p-value.
-    is_paired
-        Whether `a[i]` and `b[i]` are a pair, and the test is the signed-rank test. Otherwise it is
-        the Mann-Whitney test.
-
-    Returns
-    -------
-    float
-        The share, 0 to 1.
+    test are those of the normal approximation. `level` is that of the uncorrected p-value.
     """
     if is_paired:
         differences = a - b

@@ -59,26 +59,11 @@ def compare_survival(a: Survival, b: Survival) -> Comparison:
     """Compare two samples with the log-rank test, restricted means, and A12.
 
     A restricted mean is the area under the Kaplan-Meier curve, up to the time at which both curves
-    are defined.
-
-    Parameters
-    ----------
-    a, b
-        The samples, at least one run each.
-
-    Returns
-    -------
-    Comparison
-        `effect` is the difference of the restricted means. Its bootstrap interval is NaN for a
-        sample of one run. `median_a` and `median_b` are the medians of the curves, or NaN if the
-        curve does not fall below 1/2. `u` is the log-rank statistic, above 0 if a survives longer.
-        If the log-rank statistic is undefined, `u` is 0 and `p` is 1. In `a12`, a pair counts half
-        if censoring hides which of the two survives longer.
-
-    Raises
-    ------
-    ValueError
-        If a sample is empty or has a time that is not finite.
+    are defined. In the result, `effect` is the difference of the restricted means. Its bootstrap
+    interval is NaN for a sample of one run. `median_a` and `median_b` are the medians of the
+    curves, or NaN if the curve does not fall below 1/2. `u` is the log-rank statistic, above 0 if a
+    survives longer. If the log-rank statistic is undefined, `u` is 0 and `p` is 1. In `a12`, a pair
+    counts half if censoring hides which of the two survives longer.
     """
     a = _check_survival(a)
     b = _check_survival(b)
@@ -114,19 +99,10 @@ def _check_survival(sample: Survival) -> Survival:
 
 
 def log_rank(a: Survival, b: Survival) -> tuple[float, float]:
-    """Compute the log-rank test.
+    """Return the statistic of the log-rank test, and its two-sided p-value; 0 and 1 if undefined.
 
-    Parameters
-    ----------
-    a, b
-        The samples, at least one run each.
-
-    Returns
-    -------
-    statistic : float
-        Standard normal if the samples have the same distribution; above 0 if a survives longer.
-    p : float
-        The two-sided p-value; 1 if the statistic is undefined.
+    The statistic is standard normal if the samples have the same distribution, and above 0 if a
+    survives longer.
     """
     censored_a = stats.CensoredData.right_censored(a.times, a.censored)
     censored_b = stats.CensoredData.right_censored(b.times, b.censored)
@@ -140,16 +116,8 @@ def log_rank(a: Survival, b: Survival) -> tuple[float, float]:
 def median(sample: Survival) -> float:
     """Compute the median survival time from the Kaplan-Meier curve.
 
-    Parameters
-    ----------
-    sample
-        The sample, at least one run.
-
-    Returns
-    -------
-    float
-        The time at which the curve falls below 1/2, or the middle of the interval in which it
-        equals 1/2. NaN if the curve does not fall below 1/2.
+    It is the time at which the curve falls below 1/2, or the middle of the interval in which it
+    equals 1/2. It is NaN if the curve does not fall below 1/2.
     """
     times, share_alive = _compute_curve(sample, np.ones(sample.times.size))
     times_at_most_half = times[share_alive < 0.5 + ROUNDING_TOLERANCE]
@@ -162,22 +130,10 @@ def median(sample: Survival) -> float:
 def restricted_mean(
     sample: Survival, end_time: float, counts: npt.NDArray[np.int64] | None = None
 ) -> Sample:
-    """Compute the area under the Kaplan-Meier curve up to a time.
+    """Compute the area under the Kaplan-Meier curve up to a time, for each resample.
 
-    Parameters
-    ----------
-    sample
-        The sample, at least one run.
-    end_time
-        The time, in the unit of the sample.
-    counts
-        The number of times that each resample contains each run, [..., run]. By default, each run
-        counts once.
-
-    Returns
-    -------
-    Sample
-        The area of each resample, [...], in the unit of the times.
+    `counts` is the number of times that each resample contains each run, [..., run]. By default,
+    each run counts once.
     """
     run_counts = np.ones(sample.times.size) if counts is None else counts
     times, share_alive = _compute_curve(sample, run_counts)

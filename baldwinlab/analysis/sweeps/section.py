@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,15 +13,21 @@ import xarray as xr
 from baldwinlab.analysis.report import content
 from baldwinlab.analysis.report.embedding import ReportFigure, save_and_inline
 from baldwinlab.analysis.report.phrases import name_measures
-from baldwinlab.analysis.report.replays import Link
+from baldwinlab.analysis.report.replays import MAX_LINKED_LIVES, Link, StoredLife, make_link
 from baldwinlab.analysis.report.sections import Section, render, write_page
 from baldwinlab.analysis.statistics import fitness
-from baldwinlab.analysis.statistics.contrast_table import SUMMARY_MEASURE
+from baldwinlab.analysis.statistics.contrast_table import AGENT_NAMES, SUMMARY_MEASURE
 from baldwinlab.analysis.statistics.contrasts import Contrasts
-from baldwinlab.analysis.statistics.numbers import format_number
+from baldwinlab.analysis.statistics.numbers import (
+    format_number,
+    format_p_value,
+    format_signed,
+    join_names,
+)
+from baldwinlab.analysis.statistics.rules import SIGNIFICANCE_LEVEL
 from baldwinlab.analysis.sweeps import analysis, figures
 from baldwinlab.analysis.sweeps.analysis import Response
-from baldwinlab.analysis.sweeps.sentences import describe_effects, describe_ranges
+from baldwinlab.experiment.outcome import name_outcome_of
 
 DESIGN_DESCRIPTIONS: Final = {
     "grid": "grid: all combinations of the fields' values",
@@ -44,7 +51,7 @@ def write_sweep_report(
 
     `directory`: figures are written to its folder `figures`.
     """
-    title = f"{finals.attrs['base']}: sweep of {_join_names(finals.attrs['fields'])}"
+    title = f"{finals.attrs['base']}: sweep of {join_names(finals.attrs['fields'])}"
     lead = f"The value of a run is its average over the last {last} generations."
     sections = [make_section(directory, finals, provenance, contrasts, links)]
     return write_page(title, lead, sections, out, directory / "figures")
@@ -88,10 +95,6 @@ def make_section(
     return Section(anchor="responses", title="Responses", body=body)
 
 
-def _join_names(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
 def summarize_design(finals: xr.Dataset) -> list[tuple[str, str]]:
     """Return the design of a sweep, as pairs of a heading and a text."""
     fields = [
@@ -130,7 +133,7 @@ def draw_figures(finals: xr.Dataset) -> Iterator[ReportFigure]:
         name="responses",
         title="Response to each field",
         caption=_describe_curves(finals),
-        alternative=f"Fitness by {_join_names(finals.attrs['fields'])}. {ranges}",
+        alternative=f"Fitness by {join_names(finals.attrs['fields'])}. {ranges}",
         figure=figures.draw_response_curves(finals),
         table=analysis.tabulate_points(finals),
     )
@@ -187,3 +190,89 @@ def _tabulate_cells(finals: xr.Dataset, row: str, column: str) -> list[dict[str,
             values = {measure: float(table[cell]) for measure, table in tables.items()}
             cells.append({row: row_group.label, column: column_group.label, **values})
     return cells
+
+
+def describe_effects(finals: xr.Dataset) -> Iterator[str]:
+    """Yield sentences on a sweep whose points are not compared with each other."""
+    if analysis.is_sampled(finals):
+        yield from _describe_correlations(finals)
+    else:
+        yield "This report compares no points by a test."
+
+
+def _describe_correlations(finals: xr.Dataset) -> Iterator[str]:
+    correlations = [
+        correlation
+        for correlation in analysis.compute_correlations(finals)
+        if correlation.measure == SUMMARY_MEASURE and correlation.p_holm < SIGNIFICANCE_LEVEL
+    ]
+    for correlation in correlations:
+        yield (
+            f"{correlation.field} is correlated with {_name_outcome(finals)}: rank correlation "
+            f"{format_signed(correlation.rho)}, corrected p {format_p_value(correlation.p_holm)}, "
+            f"{correlation.points} points."
+        )
+    if not correlations:
+        yield (
+            f"No field of numbers has a significant rank correlation with {_name_outcome(finals)}."
+        )
+
+
+def _name_outcome(finals: xr.Dataset) -> str:
+    return name_outcome_of(fitness.outcome(finals), AGENT_NAMES[SUMMARY_MEASURE])
+
+
+def describe_ranges(finals: xr.Dataset) -> Iterator[str]:
+    """Yield the lowest and the highest mean by each field, with intervals."""
+    for field in finals.attrs["fields"]:
+        responses = [
+            response
+            for response in analysis.compute_responses(finals, field, SUMMARY_MEASURE)
+            if np.isfinite(response.mean)
+        ]
+        if len(responses) > 1:
+            lowest = min(responses, key=attrgetter("mean"))
+            highest = max(responses, key=attrgetter("mean"))
+            yield (
+                f"By {field}, the mean of {_name_outcome(finals)} is between "
+                f"{_format_response(lowest)} and {_format_response(highest)}."
+            )
+
+
+def _format_response(response: Response) -> str:
+    interval = ""
+    if np.isfinite(response.low):
+        interval = f" [{format_number(response.low)}, {format_number(response.high)}]"
+    return f"{format_number(response.mean)}{interval} ({response.group})"
+
+
+def link_points(
+    finals: xr.Dataset, conditions: Sequence[str], generations: Sequence[int]
+) -> list[Link]:
+    """Return links to the last generation of a typical run of points.
+
+    Returns one link per point with runs. Of many points, only those with the lowest and the highest
+    fitness of the average agent.
+    """
+    values = finals[SUMMARY_MEASURE]
+    links = []
+    for point in _select_points(values.mean("run").values):
+        runs = values.isel(point=point).dropna("run")
+        nearest = int(abs(runs - runs.median()).argmin("run"))
+        life = StoredLife(conditions[point], int(runs["run"][nearest]), generations[point] - 1)
+        links.append(make_link([life], _label_point(finals, point)))
+    return links
+
+
+def _select_points(means: np.ndarray) -> list[int]:
+    """Return the linked points in their order. The mean of a point without runs is NaN."""
+    measured = np.flatnonzero(np.isfinite(means))
+    if len(measured) <= MAX_LINKED_LIVES:
+        return measured.tolist()
+    return sorted({int(np.nanargmin(means)), int(np.nanargmax(means))})
+
+
+def _label_point(finals: xr.Dataset, point: int) -> str:
+    values = finals.isel(point=point)
+    fields = finals.attrs["fields"]
+    return ", ".join(f"{field} = {analysis.format_value(values[field].item())}" for field in fields)

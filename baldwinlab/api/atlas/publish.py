@@ -11,7 +11,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from baldwinlab.analysis.atlas.cell_curves import HEIGHT, WIDTH
 from baldwinlab.analysis.atlas.claims import AtlasClaimResult, evaluate_claims
 from baldwinlab.analysis.atlas.figures import (
     LawPoints,
@@ -19,7 +18,7 @@ from baldwinlab.analysis.atlas.figures import (
     draw_laws,
     draw_maps,
 )
-from baldwinlab.analysis.atlas.grids import arrange_grids, describe_cells
+from baldwinlab.analysis.atlas.grids import HEIGHT, WIDTH, arrange_grids, describe_cells
 from baldwinlab.analysis.atlas.laws import LAWS, Law
 from baldwinlab.analysis.atlas.outcomes import MEASURE_PREFIX, compute_outcomes
 from baldwinlab.analysis.atlas.tables import COLUMNS, RESIDUAL, tabulate

@@ -18,8 +18,7 @@ import tomlkit
 
 from baldwinlab._version import __version__
 from baldwinlab.api.atlas.cells import CellTask
-from baldwinlab.api.interruptions import report_progress_on_error
-from baldwinlab.api.remaining_time import RemainingTime
+from baldwinlab.api.interruptions import RemainingTime, report_progress_on_error
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.core import console
 from baldwinlab.core.deferred import xr

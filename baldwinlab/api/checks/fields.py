@@ -1,4 +1,4 @@
-"""Check the fields of parts: they have limits and a meaning, and refuse other values."""
+"""Check the fields of parts, and the views of models."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from typing import Any, Final
 from annotated_types import Ge, Gt, Le, Lt
 
 from baldwinlab.api.checks.findings import FailsError
-from baldwinlab.api.checks.fixture import CHOICE_PATHS, PartGroup
+from baldwinlab.api.checks.fixture import CHOICE_PATHS, PartGroup, is_of_miniworld
+from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.parts.part import Part, compiled_values
+from baldwinlab.parts.views import arrays_of
 
 MUTATION_VALUES: Final[Mapping[str, tuple[Any, Any]]] = {
     "mutation_gate": ("weight", "child"),
@@ -109,3 +111,26 @@ def _table_path(part: type[Part]) -> str:
     if part.kind == "model":
         return table_name(part.name)
     return f"{CHOICE_PATHS[part.kind].rpartition('.')[0]}.{table_name(part.name)}"
+
+
+def check_views(group: PartGroup) -> str:
+    """Check the views of the first and the last newborn."""
+    if is_of_miniworld(group.experiment) or not group.experiment.model_part.views:
+        return "it declares none"
+    model = group.experiment.model_part
+    key = GenerationKey(group.seed, 0, 0)
+    genomes = draw_genomes(group.experiment, key)
+    for name, view in model.views.items():
+        for agent in (0, len(genomes) - 1):
+            copy = genomes.copy()
+            try:
+                first, second = (
+                    arrays_of(view.make_data(model, key, copy, agent)) for _ in range(2)
+                )
+            except ValueError as error:
+                raise FailsError(f"the view {name!r} of agent {agent}: {error}") from None
+            if (copy != genomes).any():
+                raise FailsError(f"the view {name!r} changes the genomes that it is given")
+            if any(first[array].tobytes() != second[array].tobytes() for array in first):
+                raise FailsError(f"the view {name!r} of agent {agent} differs when it is repeated")
+    return ", ".join(model.views)

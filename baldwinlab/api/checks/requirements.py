@@ -6,8 +6,7 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final
 
-from baldwinlab.api.checks.backends import check_plain_python, check_simulator
-from baldwinlab.api.checks.fields import check_declarations, check_limits
+from baldwinlab.api.checks.fields import check_declarations, check_limits, check_views
 from baldwinlab.api.checks.findings import CheckFinding, NotCheckedError
 from baldwinlab.api.checks.fixture import PartGroup, group_parts, part_label
 from baldwinlab.api.checks.lane_isolation import check_lane_isolation
@@ -17,13 +16,14 @@ from baldwinlab.api.checks.reproducibility import (
     check_batches,
     check_blocks,
     check_compilation,
+    check_plain_python,
     check_repetition,
     check_replay,
     check_resumption,
+    check_simulator,
 )
 from baldwinlab.api.checks.signatures import require_oracle_signature, unverified_hooks
 from baldwinlab.api.checks.speed import measure_speed
-from baldwinlab.api.checks.views import check_views
 from baldwinlab.core.errors import BaldwinLabError
 from baldwinlab.parts.part import Part, overridden_hooks
 

@@ -89,17 +89,7 @@ class SingleForager(gymnasium.Env[Numbers, Any]):
 
 
 class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
-    """The environments of the agents of several worlds, for one policy. See `vector_env`.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    worlds
-        Number of worlds.
-    render_mode
-        "rgb_array" for images, or None.
-    """
+    """The environments of the agents of several worlds, for one policy. See `vector_env`."""
 
     # Gymnasium declares the type of `metadata`.
     metadata = {  # noqa: RUF012
@@ -128,24 +118,9 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Numbers, dict[str, Any]]:
-        """Start the next life in all worlds, or the first life of a seed.
+        """Start the next life in all worlds, or the first life of a seed, which is one number.
 
-        Parameters
-        ----------
-        seed
-            One seed, 0 to 2**32 - 1. World 0 is run 0 of the seed, world 1 is run 1.
-        options
-            Not used.
-
-        Returns
-        -------
-        tuple
-            The inputs of all agents and an empty dict.
-
-        Raises
-        ------
-        RefusedError
-            `seed` is a list, or out of range.
+        `options` are not used.
         """
         if isinstance(seed, list):
             raise RefusedError(
@@ -157,23 +132,7 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
     def step(self, actions: npt.NDArray[Any]) -> tuple[Any, ...]:
         """Simulate one step of all agents. The step after the end of life starts the next life.
 
-        Parameters
-        ----------
-        actions
-            The action of each agent.
-
-        Returns
-        -------
-        tuple
-            Inputs, energy eaten, terminations (never), truncations (the end of life) and an empty
-            dict.
-
-        Raises
-        ------
-        ResetNeededError
-            No lifetime has started.
-        InvalidActionError
-            An action is not in `single_action_space`.
+        The rewards are the eaten energy. A life is never terminated, and its end is a truncation.
         """
         all_false = np.zeros(self.num_envs, bool)
         if self._worlds.is_over:
@@ -196,18 +155,9 @@ class VectorForagers(VectorEnv[Numbers, npt.NDArray[Any], Numbers]):
         )
 
     def render(self) -> tuple[Any, ...] | None:
-        """Draw the world of each environment.
+        """Return an image per environment, or None without a render mode.
 
-        Returns
-        -------
-        tuple of array of uint8, or None
-            An image per environment; agents of the same world have the same image. None without a
-            render mode.
-
-        Raises
-        ------
-        ResetNeededError
-            No lifetime has started.
+        The agents of a world have the same image.
         """
         images = self._worlds.draw()
         agents_per_world = self._worlds.shape[1]

@@ -34,15 +34,7 @@ except ImportError:
 
 # ParallelEnv has no types.
 class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
-    """The environment of the agents of one world, with a policy per agent. See `parallel_env`.
-
-    Parameters
-    ----------
-    experiment
-        The experiment.
-    render_mode
-        "rgb_array" for images, or None.
-    """
+    """The environment of the agents of one world, with a policy per agent. See `parallel_env`."""
 
     # PettingZoo declares the type of `metadata`.
     metadata = {  # noqa: RUF012
@@ -67,81 +59,28 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
         self.action_spaces = {agent: self._worlds.action_space() for agent in self.possible_agents}
 
     def observation_space(self, agent: str) -> Any:
-        """Return the space of the inputs of an agent.
-
-        Parameters
-        ----------
-        agent
-            Name of an agent.
-
-        Returns
-        -------
-        gymnasium.spaces.Box
-            Each input is 0 to 1.
-        """
+        """Return the space of the inputs of an agent. Each input is 0 to 1."""
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> Any:
-        """Return the space of the actions of an agent.
-
-        Parameters
-        ----------
-        agent
-            Name of an agent.
-
-        Returns
-        -------
-        gymnasium.spaces.Space
-            Discrete; a Box for a body with continuous actions.
-        """
+        """Return the space of the actions of an agent, a Box for continuous actions."""
         return self.action_spaces[agent]
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Numbers], dict[str, dict[str, Any]]]:
-        """Start the next life, or the first life of a seed.
+        """Start the next life, or the first life of a seed from 0 to 2**32 - 1.
 
-        Parameters
-        ----------
-        seed
-            Seed of the simulations, 0 to 2**32 - 1.
-        options
-            Not used.
-
-        Returns
-        -------
-        tuple of dict
-            The inputs and an empty dict of each agent.
-
-        Raises
-        ------
-        ArgumentError
-            The seed is out of range.
+        `options` are not used.
         """
         inputs = self._worlds.reset(seed)
         self.agents = list(self.possible_agents)
         return self._name_by_agent(inputs[0]), {agent: {} for agent in self.agents}
 
     def step(self, actions: dict[str, Any]) -> tuple[dict[str, Any], ...]:
-        """Simulate one step.
+        """Simulate one step, with an action of each agent.
 
-        Parameters
-        ----------
-        actions
-            The action of each agent.
-
-        Returns
-        -------
-        tuple of dict
-            Inputs, energy eaten, termination (never), truncation (the end of life) and an empty
-            dict of each agent.
-
-        Raises
-        ------
-        ResetNeededError
-            The lifetime has not started, or it is over.
-        InvalidActionError
-            An agent has no action, there is no such agent, or an action is not in its space.
+        The rewards are the eaten energy. A life is never terminated, and its end is a truncation.
         """
         names = [f"actions[{agent!r}]" for agent in self.possible_agents]
         listed_actions = self._list_actions(actions) if self.agents else []
@@ -172,18 +111,7 @@ class ParallelForagers(ParallelEnv[str, Numbers, Any]):  # type: ignore[misc]
         return [actions[agent] for agent in self.agents]
 
     def render(self) -> Any:
-        """Draw the map with the agents, their trails and the items.
-
-        Returns
-        -------
-        array of uint8 or None
-            The image, [row, column, (red, green, blue)]. None without a render mode.
-
-        Raises
-        ------
-        ResetNeededError
-            No lifetime has started.
-        """
+        """Draw the map with the agents, their trails and the items; None without a render mode."""
         return next(iter(self._worlds.draw()), None)
 
     def close(self) -> None:

@@ -16,8 +16,8 @@ from baldwinlab.analysis.statistics.contrast_table import (
     summarize_contrasts,
 )
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values, final_values
-from baldwinlab.analysis.statistics.csv import finite_or_none
-from baldwinlab.analysis.statistics.species import compute_species_curves
+from baldwinlab.analysis.statistics.csv import replace_undefined
+from baldwinlab.analysis.statistics.fitness import compute_species_curves
 from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons
 from baldwinlab.core.deferred import xr
@@ -130,7 +130,7 @@ def record_contrasts(contrasts: Contrasts) -> dict[str, Any]:
     """
     rows = []
     for contrast, cells in zip(contrasts.rows, list_cells(contrasts), strict=True):
-        row = {name: _finite_or_none(value) for name, value in contrast.row().items()}
+        row = replace_undefined(contrast.row())
         texts = {"note": contrast.note, "sentence": describe_contrast(contrast)}
         rows.append(row | texts | {"cells": cells})
     return {
@@ -141,11 +141,6 @@ def record_contrasts(contrasts: Contrasts) -> dict[str, Any]:
         "headings": dict(HEADINGS),
         "rows": rows,
     }
-
-
-def _finite_or_none(value: Any) -> Any:
-    """Return None for NaN and infinity, and any other value unchanged."""
-    return finite_or_none(value) if isinstance(value, float) else value
 
 
 def _compare_finals(

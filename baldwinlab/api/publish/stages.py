@@ -16,7 +16,7 @@ from baldwinlab.analysis.stages.specification_curve import (
     SpecificationResults,
     evaluate_specifications,
 )
-from baldwinlab.analysis.statistics.unseen_maps import get_unseen_maps
+from baldwinlab.analysis.statistics.fitness import get_unseen_maps
 from baldwinlab.core.assay_variables import UNSEEN_MAPS
 from baldwinlab.core.deferred import xr
 from baldwinlab.core.output_paths import is_study

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from baldwinlab.analysis.assays import opponents_section
+import numpy as np
+
+from baldwinlab.analysis.assays import opponents as opponents_section
 from baldwinlab.analysis.assays import section as assays_section
 from baldwinlab.analysis.assays.analysis import Analysis, evaluate_assays
-from baldwinlab.analysis.assays.values import Assays
+from baldwinlab.analysis.assays.values import Assays, evolves_and_learns
 from baldwinlab.analysis.claim_results import ClaimResult
 from baldwinlab.analysis.claim_samples import Samples
 from baldwinlab.analysis.claims import claim_records, evaluate_samples, write_statistics
+from baldwinlab.analysis.estimands import trait_changes_section
+from baldwinlab.analysis.estimands.trait_changes import (
+    TraitChanges,
+    find_obstacle,
+    measure_changes,
+)
 from baldwinlab.analysis.multiverse import section as multiverse_section
 from baldwinlab.analysis.multiverse.analysis import STANDARD
 from baldwinlab.analysis.multiverse.files import read_multiverse
@@ -28,8 +36,8 @@ from baldwinlab.analysis.report.settings import describe_variants
 from baldwinlab.analysis.stages import section as stages_section
 from baldwinlab.analysis.statistics import fitness
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_conditions
-from baldwinlab.analysis.statistics.unseen_maps import add_unseen_maps
-from baldwinlab.api.publish import results_cache, trait_changes
+from baldwinlab.analysis.statistics.fitness import add_unseen_maps
+from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.added_runs import instruction_of
 from baldwinlab.api.publish.multiverse import MULTIVERSE_FILE, MULTIVERSE_FOLDERS
 from baldwinlab.api.publish.plan import ReportPlan
@@ -44,6 +52,9 @@ from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.open import open_sample
 from baldwinlab.studies.provenance import provenance
 from baldwinlab.studies.run import Progress
+from baldwinlab.studies.store import StudyStore
+
+NO_PAIRS = "No two successive generations of the stored assay innate have values of the trait."
 
 
 class Published(NamedTuple):
@@ -127,7 +138,7 @@ def _write_report(
     assays.pop(UNSEEN_MAPS, None)
     analysis = evaluate_assays(assays, plan.last, report.instruction) if assays else None
     sections = _extra_sections(plan, assays, analysis, standard)
-    if changes := trait_changes.make_section(study, assays.get("innate", {})):
+    if changes := _make_trait_section(study, assays.get("innate", {})):
         sections.append(changes)
     if opponents:
         figure_folder = study.directory / "figures"
@@ -209,3 +220,58 @@ def _replay_emergence(plan: ReportPlan, data: xr.Dataset) -> list[xr.Dataset]:
         )
         for generation in emergence_generations(count_generations(energy))
     ]
+
+
+def _make_trait_section(study: StudyStore, innate: Mapping[str, xr.Dataset]) -> Section | None:
+    """Make the section, and write its figures and its CSV file.
+
+    None if no condition with the assay evolves and learns.
+    """
+    changes: dict[str, TraitChanges] = {}
+    obstacles: dict[str, str] = {}
+    for name, data in innate.items():
+        experiment = study.experiments[name]
+        if not evolves_and_learns(experiment, data):
+            continue
+        obstacles[name] = find_obstacle(experiment)
+        if obstacles[name]:
+            continue
+        runs = open_sample(study, [name]).sel(condition=name)
+        result = measure_changes(runs, data, experiment, _read_genotypes(study, name, data))
+        if result.values.sizes["generation"]:
+            changes[name] = result
+        else:
+            obstacles[name] = NO_PAIRS
+    obstacles = {name: reason for name, reason in obstacles.items() if reason}
+    if not (changes or obstacles):
+        return None
+    return trait_changes_section.make_section(changes, innate, obstacles, study.directory)
+
+
+def _read_genotypes(study: StudyStore, condition: str, innate: xr.Dataset) -> xr.DataArray | None:
+    """Return the stored genomes of the last generation (run, agent, gene).
+
+    None if genomes are graphs, whose genes have no fixed position, or if they are not stored.
+    """
+    experiment = study.experiments[condition]
+    model = experiment.loaded_model
+    has_graphs = (
+        experiment.network.kind == "neat"
+        if experiment.model == "miniworld"
+        else model is None or model.has_graph_genomes
+    )
+    if has_graphs:
+        return None
+    last_generation = experiment.evolution.generations - 1
+    genomes = []
+    for run in innate["run"].values.tolist():
+        record = study.record(condition, run)
+        if record["kept_generation"].values[-1] != last_generation:
+            return None
+        stored_genomes = record["kept_genome"].values[-1]
+        genomes.append(stored_genomes.reshape(len(stored_genomes), -1))
+    return xr.DataArray(
+        np.stack(genomes),
+        dims=("run", "agent", "gene"),
+        coords={"run": innate["run"], "generation": last_generation},
+    )

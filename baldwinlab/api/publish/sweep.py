@@ -11,8 +11,7 @@ from baldwinlab.analysis.statistics.contrasts import (
 )
 from baldwinlab.analysis.statistics.csv import to_csv
 from baldwinlab.analysis.sweeps import analysis
-from baldwinlab.analysis.sweeps.replays import link_points
-from baldwinlab.analysis.sweeps.section import write_sweep_report
+from baldwinlab.analysis.sweeps.section import link_points, write_sweep_report
 from baldwinlab.api.publish import results_cache
 from baldwinlab.api.publish.plan import ReportPlan
 from baldwinlab.api.publish.sweep_comparison import compare_points, has_comparisons

@@ -121,6 +121,12 @@ def list_ancestors(parents: Parents, generation: int, agent: int) -> list[npt.ND
     return ancestors
 
 
+def list_children(parents: Parents, agent: int) -> list[int]:
+    """Return the agents of a generation of which an agent is a parent. `parents`: [agent, 2]."""
+    children: list[int] = np.flatnonzero((parents == agent).any(axis=1)).tolist()
+    return children
+
+
 def trace_fitter_parents(parents: Parents, generation: int, agent: int) -> list[tuple[int, int]]:
     """Return the parents of an agent, the parents of the fitter parent, and so on.
 

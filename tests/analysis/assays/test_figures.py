@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from baldwinlab.analysis.assays import figures, reaction_norms_figure, within_life_figure
+from baldwinlab.analysis.assays import figures
 from baldwinlab.analysis.assays.values import Assays
 from baldwinlab.analysis.figures import to_svg
 from tests.analysis.assays.artificial_assays import constant, innate, make_all_assays
@@ -21,11 +21,11 @@ B = "evo+self-taught/B"
 DRAW: dict[str, Callable[[Assays, Sequence[str], str], Figure]] = {
     "lives": figures.draw_innate_and_learned,
     "learning": figures.draw_gain_and_distance,
-    "within-life": within_life_figure.draw_within_life,
+    "within-life": figures.draw_within_life,
     "modules": figures.draw_modules,
     "reaction-norms": figures.draw_reaction_norms,
     "descent": figures.draw_descent,
-    "learning-norms": reaction_norms_figure.draw_norms,
+    "learning-norms": figures.draw_norms,
 }
 
 
@@ -93,6 +93,6 @@ def test_the_share_of_first_meals_ends_at_the_share_of_agents_that_ate() -> None
     stored = make_all_assays()
     meals = stored["within-life"][A]["first_meal"]
     meals[{"newborns": 3, "agent": 0}] = np.nan
-    figure = within_life_figure.draw_within_life(stored, [A], "fitness")
+    figure = figures.draw_within_life(stored, [A], "fitness")
     latest = figure.axes[1].get_lines()[-1]
     assert np.asarray(latest.get_ydata())[-1] == 0.75

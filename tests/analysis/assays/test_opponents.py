@@ -14,9 +14,10 @@ from baldwinlab.analysis.assays.opponents import (
     UNDECIDED,
     compare_generations,
     compose_sentences,
+    draw_matrices,
     list_matrices,
+    make_section,
 )
-from baldwinlab.analysis.assays.opponents_section import draw_matrices, make_section
 from baldwinlab.analysis.statistics.numbers import format_number
 from baldwinlab.core.assay_variables import ASSAY_VARIABLES, OPPONENTS
 from baldwinlab.core.variables import make_dataset

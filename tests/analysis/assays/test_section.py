@@ -12,7 +12,6 @@ import xarray as xr
 from playwright.sync_api import Browser
 
 from baldwinlab import papers
-from baldwinlab.analysis.assays import headlines
 from baldwinlab.analysis.assays import sentences as wording
 from baldwinlab.analysis.assays.analysis import evaluate_assays
 from baldwinlab.analysis.assays.section import make_section, tabulate_numbers
@@ -42,9 +41,9 @@ def text_on(**assays: xr.Dataset) -> str:
     (result,) = analysis.results
     inference = papers.load().texts.inference
     assert inference is not None
-    comparison = headlines.compare_with_paper(analysis, inference)
+    comparison = wording.compare_with_paper(analysis, inference)
     sentences = wording.compose_sentences(analysis, result)
-    return " ".join([headlines.compose_headline(result, analysis.terms), comparison, *sentences])
+    return " ".join([wording.compose_headline(result, analysis.terms), comparison, *sentences])
 
 
 LEARNERS = within_life(A, 1, 9)

@@ -25,8 +25,8 @@ from baldwinlab.analysis.claims import evaluate_claims
 from baldwinlab.analysis.figures.emergence import compute_time_shares, split_at_edges
 from baldwinlab.analysis.figures.fitness import plotted_conditions
 from baldwinlab.analysis.figures.style import choose_style
-from baldwinlab.analysis.multiverse.figures import draw_shares, draw_variants
 from baldwinlab.analysis.multiverse.records import Multiverse
+from baldwinlab.analysis.multiverse.section import draw_shares, draw_variants
 from baldwinlab.experiment import World
 from baldwinlab.models.miniworld.appearance import describe_appearance
 from baldwinlab.papers.claims import Claim

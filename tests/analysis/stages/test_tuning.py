@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from baldwinlab.analysis.stages.tuning import choose_values, measure_medians
+from baldwinlab.api.stages import choose_values, measure_medians
 from tests.analysis.statistics.studies import study
 
 

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from baldwinlab.analysis.statistics import curve_intervals, fitness
-from baldwinlab.analysis.statistics.summary import summarize_conditions
+from baldwinlab.analysis.statistics.fitness import summarize_conditions
 from tests.analysis.statistics.studies import study
 
 NAN = float("nan")

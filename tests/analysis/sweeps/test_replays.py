@@ -8,7 +8,7 @@ import numpy as np
 
 from baldwinlab.analysis.report.replays import Link
 from baldwinlab.analysis.sweeps.analysis import compute_finals
-from baldwinlab.analysis.sweeps.replays import link_points
+from baldwinlab.analysis.sweeps.section import link_points
 from tests.analysis.sweeps.made import grid, sample
 
 

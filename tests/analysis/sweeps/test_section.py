@@ -13,8 +13,12 @@ from playwright.sync_api import Browser
 from baldwinlab.analysis.statistics.contrast_table import summarize_contrasts
 from baldwinlab.analysis.statistics.contrasts import Contrasts, compare_final_values
 from baldwinlab.analysis.sweeps.analysis import compute_finals
-from baldwinlab.analysis.sweeps.section import summarize_design, write_sweep_report
-from baldwinlab.analysis.sweeps.sentences import describe_effects, describe_ranges
+from baldwinlab.analysis.sweeps.section import (
+    describe_effects,
+    describe_ranges,
+    summarize_design,
+    write_sweep_report,
+)
 from baldwinlab.experiment.factors import Factors
 from tests.analysis.report.browsing import errors_and_width
 from tests.analysis.sweeps.made import grid, sample

@@ -27,7 +27,7 @@ from baldwinlab.studies.assays.results import find_missing_assays, open_assay
 from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.assays.sample import Sample
 from baldwinlab.studies.assays.storage import read_assay
-from baldwinlab.studies.extension import extend_study
+from baldwinlab.studies.creation import extend_study
 from baldwinlab.studies.records import StudyError, record_path
 from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
