@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
+import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
@@ -11,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from baldwinlab.core.extras import installation_command
 from baldwinlab.core.file_writing import append_line, write_atomically, write_exclusively
 from baldwinlab.core.files import SESSIONS_FILE, parse_location
 from baldwinlab.papers.presets import factors
@@ -81,6 +84,12 @@ def test_a_study_in_a_bucket_resumes_opens_and_has_a_status(bucket: str, tmp_pat
     assert stored == {file.path.name: file.path.read_bytes() for file in local.files("evo/A")}
     assert open_runs(f"{bucket}/resumed").identical(open_runs(tmp_path))
     assert len(list(study.sessions())) == 2
+
+
+def test_a_missing_package_is_named_with_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "s3fs", None)
+    with pytest.raises(ValueError, match=re.escape(installation_command("s3"))):
+        parse_location("s3://laboratory/study")
 
 
 @pytest.mark.nightly

@@ -68,7 +68,7 @@ def grid(tmp_path_factory: pytest.TempPathFactory) -> StudyStore:
     return run_sweep(GRID, tmp_path_factory.mktemp("grid"), runs=2)
 
 
-def test_a_grid_contains_all_combinations_and_agents_eat_at_points_with_food(
+def test_a_grid_contains_all_combinations_of_its_fields(
     grid: StudyStore,
 ) -> None:
     data = open_sweep(grid.directory)
@@ -122,7 +122,7 @@ def test_missing_runs_are_nan_and_can_be_completed_with_identical_results(
     xr.testing.assert_identical(open_sweep(incomplete.directory), open_sweep(grid.directory))
 
 
-def test_a_study_that_is_no_sweep_keeps_the_names_of_its_conditions_and_is_refused(
+def test_a_study_that_is_no_sweep_has_no_points(
     tmp_path: Path,
 ) -> None:
     study = make_small_study(tmp_path / "study", runs=1, workers=1)
