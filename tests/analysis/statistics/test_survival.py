@@ -152,6 +152,6 @@ def test_a_single_run_has_no_interval_and_results_are_reproducible() -> None:
 
 
 @pytest.mark.parametrize("times", [[], [math.nan, 1]])
-def test_an_invalid_sample_is_refused_as_by_compare(times: list[float]) -> None:
+def test_an_invalid_sample_is_refused(times: list[float]) -> None:
     with pytest.raises(ValueError, match="a sample needs at least one value, and all finite"):
         compare_survival(survival(times, []), PLACEBO)
