@@ -85,7 +85,7 @@ def test_commands_that_simulate_require_the_part(study: Path, command: Command) 
     result = command("assay", str(study))
     assert result.code == 2
     message = " ".join(result.err.split())
-    assert f"the model 'bit-strings' of {study} is not loaded; load its file" in message
+    assert f"the model 'bit-strings' of {study.name} is not loaded; load its file" in message
     # The remedy works if it is pasted.
     remedy = shlex.split(message.partition("in the study: ")[2])
     assert command("assay", str(study), "--assays", "innate", *remedy).code == 0
@@ -107,7 +107,9 @@ def test_a_different_part_of_the_same_name_is_refused(
         result = command(*arguments, "--part", str(changed))
         assert result.code == 2
         message = " ".join(result.err.split())
-        assert f"'bit-strings' of {study} differs from the loaded one; choose another" in message
+        assert (
+            f"'bit-strings' of {study.name} differs from the loaded one; choose another" in message
+        )
     assert read_records(study) == before
     # Reading does not depend on the loaded part.
     assert bl.open_runs(study).energy.notnull().all()
