@@ -160,6 +160,7 @@ def test_inputs_that_no_sense_gives_are_refused(
         study.network(0, 0, 0, condition="evo/A")(inputs)
 
 
+NO_CONDITION = "condition is missing; there are evo/A, evo.self-taught/A"
 OTHER_MODULE = "module = 'reinforcement' is not a network of evo/A; there are action"
 
 
@@ -172,7 +173,7 @@ OTHER_MODULE = "module = 'reinforcement' is not a network of evo/A; there are ac
         ((0, 0, True), {}, "agent = True must be"),
         ((2, 0, 0), {}, "0002.nc does not exist; runs of evo/A that are stored: 2"),
         ((0, 0, 0), {"condition": "evo/B"}, "has no condition 'evo/B'"),
-        ((0, 0, 0), {"condition": None}, "missing; there are evo/A, evo.self-taught/A"),
+        ((0, 0, 0), {"condition": None}, NO_CONDITION),
         ((0, 0, 0), {"module": "reinforcement"}, OTHER_MODULE),
     ],
 )
@@ -180,7 +181,8 @@ def test_an_agent_that_is_not_stored_is_refused(
     study: bl.Study, arguments: tuple[int, int, int], changes: dict[str, Any], sentence: str
 ) -> None:
     options = {"condition": "evo/A"} | changes
-    for call in (study.network, *([study.genomes] if "module" not in changes else [])):
+    calls: list[Any] = [study.network] + [study.genomes] * ("module" not in changes)
+    for call in calls:
         with pytest.raises(bl.BaldwinLabError, match=sentence):
             call(*arguments, **options)
 

@@ -153,7 +153,9 @@ def test_a_file_with_an_invalid_record_name_is_reported(tmp_path: Path) -> None:
 
 def test_a_record_that_is_not_a_file_is_reported(tmp_path: Path) -> None:
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5)
-    for number, make in enumerate((Path.mkdir, lambda path: path.symlink_to(tmp_path / "no"))):
+    makers: list[Callable[[Path], None]]
+    makers = [Path.mkdir, lambda path: path.symlink_to(tmp_path / "nowhere")]
+    for number, make in enumerate(makers):
         path = study.path("evo/A", number)
         make(path)
         with pytest.raises(StudyError, match=f"{path} has the name of a record but is not a file"):

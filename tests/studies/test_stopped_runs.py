@@ -171,7 +171,9 @@ def test_a_lifetime_after_the_end_of_a_run_is_refused_in_one_sentence(
     sentence = rf"generation = {last + 1}: run {run} of evo/A has the generations 0 to {last}$"
     assert study.replay(run=run, generation=last).sizes["step"] == 300
     after: dict[str, Any] = {"run": run, "generation": last + 1}
-    for call in (study.replay, study.genomes, partial(bl.replay, make_experiment(), seed=SEED)):
+    replay = partial(bl.replay, make_experiment(), seed=SEED)
+    calls: list[Any] = [study.replay, study.genomes, replay]
+    for call in calls:
         with pytest.raises(RefusedError, match=sentence):
             call(**after)
     reference = f"{stopped.directory}:evo/A@{GENERATIONS - 1}"

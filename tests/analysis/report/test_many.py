@@ -35,9 +35,13 @@ CLAIMS = tuple(
             "id": f"W{number}",
             "title": f"{measure} of {learner} on {map_name}",
             "claim": f"The {measure} agent of {learner}/{map_name} eats more than that of evo.",
-            "rule": "greater",
             "comparisons": [
-                {"a": f"{learner}/{map_name}", "b": f"evo/{map_name}", "measure": measure}
+                {
+                    "a": f"{learner}/{map_name}",
+                    "b": f"evo/{map_name}",
+                    "measure": measure,
+                    "rule": "greater",
+                }
             ],
         }
     )
