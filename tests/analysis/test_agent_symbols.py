@@ -49,6 +49,12 @@ def test_all_species_of_a_population_have_different_symbols() -> None:
     symbols = list_symbols(species_trace(sizes))
     assert [symbol.name for symbol in symbols] == list(sizes)
     assert len({(symbol.shape, symbol.fill) for symbol in symbols}) == MAX_SPECIES
+    # Each agent has the symbol of its species.
+    assert list_symbol_numbers(species_trace({"predators": 2, "prey": 3})) == [0, 0, 1, 1, 1]
+    # Agents of one species are darts.
+    single = trace("evo/A", 0, agents=4)
+    assert list_symbols(single) == [DART]
+    assert list_symbol_numbers(single) == [0] * 4
 
 
 def test_no_species_has_the_color_of_food_or_of_a_meal() -> None:
@@ -59,16 +65,6 @@ def test_no_species_has_the_color_of_food_or_of_a_meal() -> None:
         red, green, blue = color[:3]
         assert color not in food_colors
         assert green <= max(red, blue)
-
-
-def test_each_agent_has_the_symbol_of_its_species() -> None:
-    assert list_symbol_numbers(species_trace({"predators": 2, "prey": 3})) == [0, 0, 1, 1, 1]
-
-
-def test_agents_of_one_species_are_darts() -> None:
-    single = trace("evo/A", 0, agents=4)
-    assert list_symbols(single) == [DART]
-    assert list_symbol_numbers(single) == [0] * 4
 
 
 @pytest.mark.parametrize("number", range(len(SPECIES_SHAPES)))

@@ -22,7 +22,7 @@ from baldwinlab.analysis.claims import claim_records, evaluate_claims, write_sta
 from baldwinlab.analysis.statistics.rules import RULES, Verdict, combine_verdicts
 from baldwinlab.experiment import Experiment
 from baldwinlab.papers import load
-from baldwinlab.papers.paper import open_paper
+from baldwinlab.papers.paper import Paper, open_paper
 from baldwinlab.papers.presets import paper
 from baldwinlab.parts import Measure
 from tests.analysis.statistics.studies import AS_THE_PAPER, RUNS, study
@@ -85,9 +85,8 @@ def test_equal_conditions_decide_only_claims_of_no_difference() -> None:
 
 
 def test_emergence_needs_both_a_rise_and_nearly_all() -> None:
-    assert (
-        verdicts(AS_THE_PAPER, hungry=0)["C9"] == "undecided"
-    )  # all ate from the first generation on
+    # All ate from the first generation on.
+    assert verdicts(AS_THE_PAPER, hungry=0)["C9"] == "undecided"
     few = study(AS_THE_PAPER)
     late = {"condition": "evo+self-taught/B", "agent": slice(0, 2), "generation": slice(6, None)}
     few["food_eaten"].loc[late] = 0
@@ -95,9 +94,7 @@ def test_emergence_needs_both_a_rise_and_nearly_all() -> None:
     assert [finding.verdict for finding in emergence.findings] == ["holds", "does not hold"]
     assert emergence.verdict == "does not hold"
     assert emergence.record()["effect"] == 0.7
-
-
-def test_emergence_fails_where_the_share_falls() -> None:
+    # Emergence fails where the share falls.
     falling = study(AS_THE_PAPER, hungry=0)
     falling["food_eaten"].loc[
         {"condition": "evo+self-taught/B", "agent": 0, "generation": slice(6, None)}
@@ -115,7 +112,7 @@ def test_a_single_item_refutes_that_evo_never_eats() -> None:
     assert third.verdict == "does not hold" and third.record()["effect"] == 1
 
 
-def test_claims_about_absent_conditions_are_not_evaluated_and_name_them() -> None:
+def test_claims_about_absent_and_custom_conditions_are_not_evaluated() -> None:
     some = {name: AS_THE_PAPER[name] for name in ("evo/A", "evo+self-taught/A")} | {
         "self-taught/A": [math.nan]
     }
@@ -125,9 +122,6 @@ def test_claims_about_absent_conditions_are_not_evaluated_and_name_them() -> Non
     assert results["C6"].missing == ("self-taught/A",)
     assert results["C5"].missing == ("evo+self-taught/B", "self-taught/A", "self-taught/B")
     assert results["C6"].record()["p"] is None and results["C6"].record()["comparisons"] == []
-
-
-def test_claims_are_not_evaluated_for_custom_conditions() -> None:
     assert set(verdicts({"my-rule": [1, 2, 3]}).values()) == {"not evaluated"}
 
 
@@ -173,20 +167,8 @@ def test_files_are_strict_and_complete(tmp_path: Path) -> None:
     write_statistics(results, data, tmp_path)
     records = claim_records(results)
     json.dumps(records, allow_nan=False)
-    needed = {
-        "id",
-        "claim",
-        "condition",
-        "comparison",
-        "measure",
-        "effect",
-        "interval",
-        "p",
-        "p_holm",
-        "a12",
-        "verdict",
-        "rule",
-    }
+    needed = {"id", "claim", "condition", "comparison", "measure", "effect", "interval"}
+    needed |= {"p", "p_holm", "a12", "verdict", "rule"}
     assert all(needed | {"paper", "comparisons"} <= record.keys() for record in records)
     assert records[0]["interval"] is None  # one run has none
     with (tmp_path / "statistics.csv").open() as file:
@@ -196,6 +178,14 @@ def test_files_are_strict_and_complete(tmp_path: Path) -> None:
     with (tmp_path / "summary.csv").open() as file:
         assert {row["condition"] for row in csv.DictReader(file)} == set(AS_THE_PAPER)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["statistics.csv", "summary.csv"]
+    # The same study gives the same bytes.
+    data = study(
+        {name: np.random.default_rng(3).poisson(9, RUNS).tolist() for name in AS_THE_PAPER}
+    )
+    for folder in ("one", "two"):
+        write_statistics(evaluate_claims(data), data, tmp_path / folder)
+    for name in ("statistics.csv", "summary.csv"):
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
 
 
 def test_claims_name_only_existing_conditions_rules_and_fields() -> None:
@@ -230,23 +220,28 @@ def strings(**unset: Sequence[float]) -> xr.Dataset:
     return xr.concat(conditions, "condition", join="outer")
 
 
-def of_strings(tmp_path: Path, comparison: str, **unset: Sequence[float]) -> ClaimResult:
-    claims = f"""[choices]
-[[claims]]
-id = "S"
-title = "S"
-claim = "S"
-paper = "S"
-comparisons = [{{ a = "guessing", {comparison} }}]
-"""
-    paper = load("hinton-nowlan-1987")
-    shutil.copytree(paper.folder, tmp_path / "strings")
-    (tmp_path / "strings" / "claims.toml").write_text(claims)
-    (result,) = evaluate_claims(strings(**unset), source=open_paper(tmp_path / "strings"))
+def of_strings(
+    tmp_path: Path, comparison: str, data: xr.Dataset | None = None, **unset: Sequence[float]
+) -> ClaimResult:
+    """Evaluate a claim about `data`, by default strings with these shares of ?."""
+    paper = open_strings(tmp_path, comparison)
+    (result,) = evaluate_claims(strings(**unset) if data is None else data, source=paper)
     return result
 
 
+def open_strings(tmp_path: Path, comparison: str) -> Paper:
+    """Return the paper on strings with a single claim."""
+    facts = "".join(f'{key} = "S"\n' for key in ("id", "title", "claim", "paper"))
+    comparisons = f'comparisons = [{{ a = "guessing", {comparison} }}]\n'
+    shutil.copytree(load("hinton-nowlan-1987").folder, tmp_path / "strings")
+    claims = f"[choices]\n[[claims]]\n{facts}{comparisons}"
+    (tmp_path / "strings" / "claims.toml").write_text(claims)
+    return open_paper(tmp_path / "strings")
+
+
 SPREAD = [0.40, 0.42, 0.44, 0.46, 0.48, 0.50]
+MEAN_WITHIN = 'measure = "unset", rule = "mean_within", bound = [0.44, 0.46]'
+TAKE_OFF = 'measure = "take-off", rule = "within", bound = [0, 0]'
 
 
 @pytest.mark.parametrize(
@@ -274,11 +269,8 @@ def test_a_measure_of_a_model_is_compared_with_bounds(
 def test_a_measure_of_a_model_ignores_missing_runs_and_generations(
     tmp_path: Path,
 ) -> None:
-    of_strings(
-        tmp_path, 'measure = "unset", rule = "mean_within", bound = [0.44, 0.46]', guessing=SPREAD
-    )
     padded = strings(guessing=SPREAD).pad(run=(0, 2), generation=(0, 3), agent=(0, 1))
-    (result,) = evaluate_claims(padded, source=open_paper(tmp_path / "strings"))
+    result = of_strings(tmp_path, MEAN_WITHIN, padded)
     assert result.verdict == "holds" and result.deciding is not None
     assert result.deciding.numbers.n_a == len(SPREAD)
 
@@ -301,14 +293,12 @@ def test_a_measure_without_values_leaves_a_claim_undecided(tmp_path: Path, rule:
         succeeded=lambda runs: 0 * runs["succeeded"]
     )
     comparison = f'measure = "take-off", rule = {rule}'
-    of_strings(tmp_path, comparison, guessing=SPREAD, all_set=SPREAD)
-    (result,) = evaluate_claims(never, source=open_paper(tmp_path / "strings"))
-    assert result.verdict == "undecided"
+    assert of_strings(tmp_path, comparison, never).verdict == "undecided"
 
 
 def test_a_measure_of_an_absent_model_is_not_evaluated(tmp_path: Path) -> None:
     """A report needs no part, so a claim about the measure of an absent model stays open."""
-    of_strings(tmp_path, 'measure = "ones", rule = "every_at_least", bound = 0', guessing=SPREAD)
+    open_strings(tmp_path, 'measure = "ones", rule = "every_at_least", bound = 0')
     (tmp_path / "strings" / "conditions" / "guessing.toml").write_text(
         'description = "gone"\nmodel = "gone"\n'
     )
@@ -321,23 +311,13 @@ def test_paired_runs_show_a_small_difference_that_all_pairs_have(
     tmp_path: Path, shared: float, verdict: Verdict
 ) -> None:
     more = [share + shared for share in SPREAD]
-    result = of_strings(
-        tmp_path,
-        'b = "all-set", measure = "unset", rule = "greater", paired = true',
-        guessing=more,
-        all_set=SPREAD,
-    )
+    runs = strings(guessing=more, all_set=SPREAD)
+    comparison = 'b = "all-set", measure = "unset", rule = "greater"'
+    result = of_strings(tmp_path, f"{comparison}, paired = true", runs)
     assert result.verdict == verdict and result.deciding is not None
     assert result.deciding.numbers.effect == pytest.approx(shared, abs=1e-6)
-    unpaired = tmp_path / "unpaired"
-    unpaired.mkdir()
-    result = of_strings(
-        unpaired,
-        'b = "all-set", measure = "unset", rule = "greater"',
-        guessing=more,
-        all_set=SPREAD,
-    )
-    assert result.verdict == "undecided", "the differences between runs are larger"
+    # The differences between runs are larger.
+    assert of_strings(tmp_path / "unpaired", comparison, runs).verdict == "undecided"
 
 
 @pytest.mark.parametrize(
@@ -409,10 +389,8 @@ def test_a_claim_is_undecided_if_the_test_and_the_restricted_mean_disagree() -> 
         populations(ERL=few, E=list(range(30, 55))), source=load("ackley-littman-1991")
     )
     assert first.deciding is not None and first.deciding.p_holm < 0.05
-    assert (
-        first.deciding.numbers.effect > 0 > first.deciding.numbers.u
-        and first.verdict == "undecided"
-    )
+    assert first.deciding.numbers.effect > 0 > first.deciding.numbers.u
+    assert first.verdict == "undecided"
 
 
 def test_a_missing_run_is_left_out_of_survival_times() -> None:
@@ -420,15 +398,9 @@ def test_a_missing_run_is_left_out_of_survival_times() -> None:
         evaluate_claims(populations(ERL=LATE, E=times), source=load("ackley-littman-1991"))[0]
         for times in (EARLY[:9], EARLY)
     )
-    assert less.deciding is not None and (less.deciding.numbers.n_a, less.deciding.numbers.n_b) == (
-        25,
-        9,
-    )
-    assert (
-        all_of.deciding is not None
-        and all_of.deciding.numbers.n_b == 25
-        and less.verdict == "holds"
-    )
+    assert less.verdict == "holds" and less.deciding is not None and all_of.deciding is not None
+    assert (less.deciding.numbers.n_a, less.deciding.numbers.n_b) == (25, 9)
+    assert all_of.deciding.numbers.n_b == 25
 
 
 def test_a_claim_is_as_weak_as_its_weakest_part() -> None:
@@ -436,16 +408,6 @@ def test_a_claim_is_as_weak_as_its_weakest_part() -> None:
     assert combine_verdicts(["holds", "undecided"]) == "undecided"
     assert combine_verdicts(["undecided", "does not hold", "holds"]) == "does not hold"
     assert combine_verdicts([]) == "not evaluated"
-
-
-def test_the_same_study_gives_the_same_bytes(tmp_path: Path) -> None:
-    data = study(
-        {name: np.random.default_rng(3).poisson(9, RUNS).tolist() for name in AS_THE_PAPER}
-    )
-    for folder in ("one", "two"):
-        write_statistics(evaluate_claims(data), data, tmp_path / folder)
-    for name in ("statistics.csv", "summary.csv"):
-        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
 
 
 STOPPED_DIMS = ("condition", "run")
@@ -459,13 +421,10 @@ def stop_runs(data: xr.Dataset, n_generations: Sequence[int]) -> xr.Dataset:
 
 
 def test_a_stopped_run_has_the_value_of_its_own_last_generation(tmp_path: Path) -> None:
-    bound = 'measure = "unset", rule = "mean_within", bound = [0.44, 0.46]'
-    of_strings(tmp_path, bound, guessing=SPREAD)
-    source = open_paper(tmp_path / "strings")
     # Only the last run has a third generation, in which its share of ? is 0.9.
     longer = xr.concat([strings(guessing=SPREAD), strings(guessing=[0.9] * 6)], "generation")
     stopped = stop_runs(longer.isel(generation=slice(3)), [2, 2, 2, 2, 2, 3])
-    (result,) = evaluate_claims(stopped, source=source)
+    result = of_strings(tmp_path, MEAN_WITHIN, stopped)
     assert result.deciding is not None
     assert result.deciding.numbers.n_a == len(SPREAD)
     assert result.deciding.numbers.effect == pytest.approx(np.mean([*SPREAD[:-1], 0.9]))
@@ -480,13 +439,10 @@ def test_a_stopped_run_has_the_value_of_its_own_last_generation(tmp_path: Path) 
 def test_a_claim_states_the_number_of_runs_without_a_value(
     tmp_path: Path, other_comparison: str
 ) -> None:
-    comparison = f'{other_comparison}measure = "take-off", rule = "within", bound = [0, 0]'
-    of_strings(tmp_path, comparison, guessing=SPREAD)
     data = strings(guessing=SPREAD)
     # Half of the agents never succeed in two of the runs.
     data["succeeded"] = data["succeeded"].where(data["succeeded"]["run"] < 4, 0)
-    (result,) = evaluate_claims(data, source=open_paper(tmp_path / "strings"))
-    record = result.record()
+    record = of_strings(tmp_path, other_comparison + TAKE_OFF, data).record()
     assert record["verdict"] == "holds"
     assert record["note"] == "2 of 6 runs of guessing have no value"
     assert record["comparisons"][-1]["unused_runs"] == {"guessing": 2}
@@ -496,8 +452,7 @@ def test_a_claim_states_the_number_of_runs_without_a_value(
 def test_a_claim_counts_no_run_whose_measure_is_infinite(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    of_strings(tmp_path, 'measure = "take-off", rule = "within", bound = [0, 0]', guessing=SPREAD)
-    source = open_paper(tmp_path / "strings")
+    source = open_strings(tmp_path, TAKE_OFF)
     # A ratio to a change of 0, in two of the runs.
     infinite = Measure("ratio", lambda runs: (0.0 * runs["run"]).where(runs["run"] > 1, -np.inf))
     monkeypatch.setattr(type(source), "measures", lambda paper, name: {"take-off": infinite})

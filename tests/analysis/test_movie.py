@@ -35,6 +35,12 @@ def test_a_gif_has_many_frames_and_the_proportions_of_the_map(tmp_path: Path) ->
     with Image.open(tmp_path / "life.gif") as movie:
         assert movie.size == (640, 320 + CAPTION_HEIGHT)
         assert getattr(movie, "n_frames", 1) > 40
+    # A world without food and with one agent can be shown.
+    lonely = shorten_preset("evo/A").replace(
+        world={"food": []}, population={"size": 1}, lifetime={"steps": 1}
+    )
+    write_movie(replay(lonely, seed=1), 640, 640, tmp_path / "lonely.gif")
+    assert (tmp_path / "lonely.gif").stat().st_size > 0
 
 
 @pytest.mark.nightly  # a movie with ffmpeg
@@ -96,14 +102,6 @@ def test_a_movie_reports_its_progress(tmp_path: Path) -> None:
     short = replay(shorten_preset().replace(lifetime={"steps": 10}), seed=1)
     write_scenes([Scene(short, 640, 640)], tmp_path / "life.gif", shares.append)
     assert shares == [step / 10 for step in range(1, 11)]
-
-
-def test_a_world_without_food_and_with_one_agent_can_be_shown(tmp_path: Path) -> None:
-    experiment = shorten_preset("evo/A").replace(
-        world={"food": []}, population={"size": 1}, lifetime={"steps": 1}
-    )
-    write_movie(replay(experiment, seed=1), 640, 640, tmp_path / "life.gif")
-    assert (tmp_path / "life.gif").stat().st_size > 0
 
 
 def test_without_the_video_extra_an_mp4_is_refused_in_one_sentence(

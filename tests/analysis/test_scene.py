@@ -45,10 +45,7 @@ def test_each_species_has_its_color_on_the_map_and_in_the_legend() -> None:
         assert map_at(image, x, y) == color
         assert map_at(image, x - 40, y) != color
         assert count_pixels(legend, symbol.fill) > 50
-
-
-def test_dead_agents_are_not_drawn() -> None:
-    trace = species_trace(SIZES)
+    # Dead agents are not drawn.
     before, after = (
         draw_frame(trace, step).crop((0, MAP_TOP, 640, 640 + MAP_TOP)) for step in (19, 39)
     )
@@ -57,14 +54,12 @@ def test_dead_agents_are_not_drawn() -> None:
         assert count_pixels(before, symbol.fill) - count_pixels(after, symbol.fill) > 50
 
 
-def test_a_long_legend_has_several_rows() -> None:
+def test_a_legend_has_rows_only_for_species() -> None:
     names = {f"species-with-a-long-name-{number}": 1 for number in range(4)}
     image = draw_frame(species_trace(names), 0)
     n_rows = (image.height - 640 - CAPTION_HEIGHT) / LEGEND_ROW_HEIGHT
     assert n_rows == 2
-
-
-def test_a_population_without_species_has_no_legend() -> None:
+    # A population without species has no legend.
     single = species_trace(SIZES).drop_vars(["species", "alive"])
     assert draw_frame(single, 0).size == (640, 640 + CAPTION_HEIGHT)
 

@@ -13,7 +13,4 @@ def test_the_appearance_is_an_attribute_of_a_trace() -> None:
     trace = xr.Dataset(attrs={"appearance": json.dumps({"inputs": ["left"]})})
     assert has_appearance(trace)
     assert read_appearance(trace) == {"inputs": ["left"]}
-
-
-def test_a_dataset_without_an_appearance_has_none() -> None:
     assert not has_appearance(xr.Dataset())

@@ -66,10 +66,8 @@ KINDS: Sequence[tuple[str, ...]] = (
     ("network.hidden=[4,4]", "network.biases=true"),
     ("network.kind=continuous-time", "network.hidden=[4]", "network.biases=true"),
     (
-        "network.kind=neat",
-        "network.hidden=[40]",
-        "evolution.variation=neat",
-        "evolution.selection=species",
+        *("network.kind=neat", "network.hidden=[40]"),
+        *("evolution.variation=neat", "evolution.selection=species"),
     ),
     ("learning.rule=hebb", "learning.rate=0", "learning.steps=0"),
 )
@@ -108,13 +106,11 @@ def test_every_built_in_kind_of_network_is_tested() -> None:
     assert set(package_parts("network")) - tested == {"feed-forward"}
 
 
-def test_compiled_lives_give_the_same_outputs(study: bl.Study) -> None:
+def test_compiled_lives_give_the_same_outputs_until_agents_learn(study: bl.Study) -> None:
     trace = study.replay("evo/A", run=1, generation=3)
     network = study.network(1, 3, 4, condition="evo/A")
     np.testing.assert_array_equal(network(trace.sensor.sel(agent=4)), trace.output.sel(agent=4))
-
-
-def test_a_learner_gives_its_outputs_until_it_learns(study: bl.Study) -> None:
+    # A learner gives its outputs until it learns.
     trace = study.replay("evo+self-taught/A", run=0, generation=3)
     newborn = study.network(0, 3, 1, condition="evo+self-taught/A")
     is_same = newborn(trace.sensor.sel(agent=1)) == trace.output.sel(agent=1)
@@ -131,9 +127,8 @@ def test_one_row_of_inputs_gives_one_row_of_outputs(study: bl.Study) -> None:
     outputs = network([1, 0, 0])
     assert outputs.dims == ("action",) and outputs.action.values.tolist() == list(network.outputs)
     np.testing.assert_array_equal(outputs, network([[1, 0, 0]])[0])
-    assert (
-        network([0, 0, 0]).sizes == {"action": 3} and network(np.empty((0, 3))).sizes["step"] == 0
-    )
+    assert network([0, 0, 0]).sizes == {"action": 3}
+    assert network(np.empty((0, 3))).sizes["step"] == 0
 
 
 def test_a_recurrent_network_starts_each_call_without_memory(
@@ -165,6 +160,10 @@ def test_inputs_that_no_sense_gives_are_refused(
         study.network(0, 0, 0, condition="evo/A")(inputs)
 
 
+NO_CONDITION = "condition is missing; there are evo/A, evo.self-taught/A"
+OTHER_MODULE = "module = 'reinforcement' is not a network of evo/A; there are action"
+
+
 @pytest.mark.parametrize(
     ("arguments", "changes", "sentence"),
     [
@@ -174,26 +173,18 @@ def test_inputs_that_no_sense_gives_are_refused(
         ((0, 0, True), {}, "agent = True must be"),
         ((2, 0, 0), {}, "0002.nc does not exist; runs of evo/A that are stored: 2"),
         ((0, 0, 0), {"condition": "evo/B"}, "has no condition 'evo/B'"),
-        (
-            (0, 0, 0),
-            {"condition": None},
-            "condition is missing; there are evo/A, evo.self-taught/A",
-        ),
-        (
-            (0, 0, 0),
-            {"module": "reinforcement"},
-            "module = 'reinforcement' is not a network of evo/A; there are action",
-        ),
+        ((0, 0, 0), {"condition": None}, NO_CONDITION),
+        ((0, 0, 0), {"module": "reinforcement"}, OTHER_MODULE),
     ],
 )
 def test_an_agent_that_is_not_stored_is_refused(
     study: bl.Study, arguments: tuple[int, int, int], changes: dict[str, Any], sentence: str
 ) -> None:
-    with pytest.raises(bl.BaldwinLabError, match=sentence):
-        study.network(*arguments, **({"condition": "evo/A"} | changes))
-    if "module" not in changes:
+    options = {"condition": "evo/A"} | changes
+    calls: list[Any] = [study.network] + [study.genomes] * ("module" not in changes)
+    for call in calls:
         with pytest.raises(bl.BaldwinLabError, match=sentence):
-            study.genomes(*arguments, **({"condition": "evo/A"} | changes))
+            call(*arguments, **options)
 
 
 def test_agents_of_another_model_have_genomes_and_no_such_network(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from baldwinlab import papers
 from baldwinlab.api.run_options import RunOptions
 from baldwinlab.api.run_study import StudyRequest, run_missing
 from tests.commands import Command
+from tests.studies.completion import read_files
 
 CLAIM = """
 [[claims]]
@@ -52,17 +53,9 @@ def test_a_file_of_claims_is_evaluated_with_the_rules_of_papers(
     command: Command, study: Path
 ) -> None:
     Path("mine.toml").write_text(CLAIM, encoding="utf-8")
-    before = {path: path.read_bytes() for path in study.rglob("*") if path.is_file()}
-    done = command(
-        "report",
-        "study",
-        "--claims",
-        "mine.toml",
-        "--last-generations",
-        "2",
-        "--out",
-        "verdicts.json",
-    )
+    before = read_files(study)
+    options = ("--last-generations", "2", "--out", "verdicts.json")
+    done = command("report", "study", "--claims", "mine.toml", *options)
     assert done.code == 0
     assert "The claims of mine.toml" in done.out
     assert "paper" not in done.out
@@ -72,7 +65,7 @@ def test_a_file_of_claims_is_evaluated_with_the_rules_of_papers(
     assert results["measure-of-the-model"]["verdict"] == "holds"
     assert results["measure-of-the-model"]["effect"] > 1
     # The command does not change the study.
-    assert before == {path: path.read_bytes() for path in study.rglob("*") if path.is_file()}
+    assert read_files(study) == before
     done = command("report", "study", "--claims", "--last-generations", "3", "--out", "paper.json")
     assert done.code == 0
     assert "The claims of mayley-1996" in done.out
@@ -107,19 +100,15 @@ def test_a_missing_file_and_a_missing_study_are_refused(command: Command, study:
     assert "nothing.toml does not exist" in missing.err
     assert command("report", "nowhere", "--claims", "nothing.toml").code == 2
     Path("thesis").write_text("mine", encoding="utf-8")
-    assert (
-        command("report", "study", "--claims", "--out", "thesis").code == 2
-        and Path("thesis").read_text(encoding="utf-8") == "mine"
-    )
+    assert command("report", "study", "--claims", "--out", "thesis").code == 2
+    assert Path("thesis").read_text(encoding="utf-8") == "mine"
 
 
-@pytest.mark.parametrize("option", ["--baseline", "--paper"])
-def test_options_of_the_report_do_not_apply_to_claims(
-    command: Command, study: Path, option: str
-) -> None:
-    done = command("report", "study", "--claims", option, "mayley-1996")
-    message = f"{option} does not apply to --claims. Remove the option."
-    assert (done.code, done.err) == (2, f"baldwinlab: {message}\n")
+def test_options_of_the_report_do_not_apply_to_claims(command: Command, study: Path) -> None:
+    for option in ("--baseline", "--paper"):
+        done = command("report", "study", "--claims", option, "mayley-1996")
+        message = f"{option} does not apply to --claims. Remove the option."
+        assert (done.code, done.err) == (2, f"baldwinlab: {message}\n")
 
 
 def test_the_verdicts_as_json_are_those_of_the_file(command: Command, study: Path) -> None:

@@ -35,12 +35,6 @@ def test_a_competitor_against_itself_has_a_difference_of_exactly_0(folder: Path,
     np.testing.assert_array_equal(result.lives[:, 0], result.lives[:, 1])
 
 
-def test_competitors_in_several_worlds_are_refused(folder: Path) -> None:
-    several = SHORT | {"population": {"size": 6, "worlds": 2}}
-    with pytest.raises(BaldwinLabError, match=r"population.worlds = 2 must be 1"):
-        bl.compete(folder / "a.nc", folder / "b.nc", set=several, lives=2)
-
-
 def test_swapped_competitors_have_the_opposite_difference(folder: Path) -> None:
     ab = bl.compete(folder / "a.nc", folder / "b.nc", set=SHORT, lives=20)
     ba = bl.compete(folder / "b.nc", folder / "a.nc", set=SHORT, lives=20)
@@ -51,10 +45,12 @@ def test_swapped_competitors_have_the_opposite_difference(folder: Path) -> None:
 
 
 def test_an_agent_whose_outputs_ignore_its_inputs_loses(folder: Path, tmp_path: Path) -> None:
-    """All weights are 0, so that the outputs do not depend on the inputs."""
-    np.save(tmp_path / "zero.npy", np.zeros(60))
-    result = bl.compete(folder / "b.nc", tmp_path / "zero.npy", set=SHORT, lives=10)
-    assert result.low > 0
+    """All weights are 0. The file of weights has no experiment."""
+    zero = tmp_path / "zero.npy"
+    np.save(zero, np.zeros(60))
+    assert bl.compete(folder / "b.nc", zero, set=SHORT, lives=10).low > 0
+    with pytest.raises(BaldwinLabError, match="names no experiment"):
+        bl.compete(zero, zero)
 
 
 def test_the_lives_depend_on_the_seed_and_on_the_map(folder: Path) -> None:
@@ -71,7 +67,7 @@ def test_the_lives_depend_on_the_seed_and_on_the_map(folder: Path) -> None:
         ("a learners", {}, "have other settings of 'learning' than those of the first file"),
         ("a learners", {"experiment": "evo/A"}, "do not fit evo/A: their modules"),
         ("a b", {"set": {"population.size": 5}}, "population.size = 5 must be even"),
-        ("a b", {"lives": 0}, "lives = 0 must be a whole number from 1"),
+        ("a b", {"set": {"population.worlds": 2}}, "population.worlds = 2 must be 1"),
         ("a b", {"map": "Q"}, "there is no map 'Q'"),
         ("a missing", {}, "missing.nc cannot be read: No such file"),
     ],
@@ -82,9 +78,3 @@ def test_a_competition_that_is_not_possible_is_refused(
     files = [folder / f"{name}.nc" for name in names.split()]
     with pytest.raises((BaldwinLabError, ValueError), match=sentence):
         bl.compete(*files, **arguments)
-
-
-def test_files_without_an_experiment_need_one(tmp_path: Path) -> None:
-    np.save(tmp_path / "zero.npy", np.zeros(60))
-    with pytest.raises(BaldwinLabError, match="names no experiment"):
-        bl.compete(tmp_path / "zero.npy", tmp_path / "zero.npy")

@@ -20,45 +20,25 @@ def test_a_machine_without_problems_has_a_line_per_topic(command: Command) -> No
     done = command("doctor")
     assert done.code == 0
     assert "PROBLEM" not in done.out
-    for topic in (
-        "Python",
-        "core",
-        "extra lab",
-        "cores",
-        "memory",
-        "compiled code",
-        "studies",
-        "disk, results",
-        "GPU",
-    ):
+    topics = ("Python", "core", "extra lab", "cores", "memory", "compiled code", "studies")
+    for topic in (*topics, "disk, results", "GPU"):
         assert topic in done.out
 
 
-def test_a_missing_extra_is_not_a_problem_and_has_the_command_that_installs_it(
+def test_a_missing_extra_is_not_a_problem_but_a_core_that_lacks_a_package_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     installed_version = extras.installed_version
     monkeypatch.setattr(
         extras,
         "installed_version",
-        lambda name: None if name == "distributed" else installed_version(name),
+        lambda name: None if name in ("distributed", "scipy") else installed_version(name),
     )
-    cluster = findings_of(tmp_path)["extra cluster"]
+    findings = findings_of(tmp_path)
+    cluster, core = findings["extra cluster"], findings["core"]
     assert (cluster.state, cluster.fix) == ("missing", extras.installation_command("cluster"))
     assert cluster.message.endswith("; not installed: distributed")
     assert not has_problem([cluster])
-
-
-def test_a_core_that_lacks_a_package_is_a_problem(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    installed_version = extras.installed_version
-    monkeypatch.setattr(
-        extras,
-        "installed_version",
-        lambda name: None if name == "scipy" else installed_version(name),
-    )
-    core = findings_of(tmp_path)["core"]
     assert core.state == "problem"
     assert "scipy" in core.message
     assert core.fix
@@ -72,9 +52,8 @@ def test_an_unusable_cache_is_a_problem(
     # The decorated function stores its first result.
     monkeypatch.setattr(cache, "cache_root", cache.cache_root.__wrapped__)
     done = command("doctor")
-    assert (
-        done.code == 1 and "PROBLEM  compiled code" in done.out and "BALDWINLAB_CACHE" in done.out
-    )
+    assert done.code == 1
+    assert "PROBLEM  compiled code" in done.out and "BALDWINLAB_CACHE" in done.out
 
 
 def test_a_folder_that_cannot_be_written_to_is_a_problem(
@@ -85,10 +64,8 @@ def test_a_folder_that_cannot_be_written_to_is_a_problem(
 
     monkeypatch.setattr("tempfile.TemporaryFile", refuse)
     studies = findings_of(tmp_path / "missing" / "folder")["studies"]
-    assert (
-        studies.state == "problem"
-        and f"{tmp_path} cannot be written to (Permission denied)" in studies.message
-    )
+    assert studies.state == "problem"
+    assert f"{tmp_path} cannot be written to (Permission denied)" in studies.message
 
 
 def test_a_full_disk_is_a_problem_and_unknown_memory_is_not(
@@ -97,8 +74,6 @@ def test_a_full_disk_is_a_problem_and_unknown_memory_is_not(
     monkeypatch.setattr(resources, "free_disk", lambda folder: 10**6)
     monkeypatch.setattr(resources, "available_memory", lambda: None)
     findings = findings_of(tmp_path)
-    assert (
-        findings[f"disk, {tmp_path}"].state == "problem"
-        and "--out" in findings[f"disk, {tmp_path}"].fix
-    )
+    disk = findings[f"disk, {tmp_path}"]
+    assert disk.state == "problem" and "--out" in disk.fix
     assert findings["memory"].state == "missing"

@@ -24,23 +24,17 @@ def test_many_runs_of_species_use_the_cpu_if_a_gpu_is_available(
     monkeypatch.setattr(cuda, "unavailable_reason", lambda: None)
     single = make_small_experiment("evo")
     species = make_small_experiment("evo", population={"species": SPECIES})
-    names = [
-        _choose_backend(
-            "auto", THREADS, StudyRequest([experiment], tmp_path, runs=MIN_GPU_WORLDS, seed=0)
-        ).name
-        for experiment in (single, species)
-    ]
-    assert names == ["cuda", "cpu"]
+    for experiment, name in ((single, "cuda"), (species, "cpu")):
+        request = StudyRequest([experiment], tmp_path, runs=MIN_GPU_WORLDS, seed=0)
+        assert _choose_backend("auto", THREADS, request).name == name
     with pytest.raises(ValueError, match="runs on the CPU only"):
         _choose_backend("cuda", THREADS, StudyRequest([species], tmp_path, runs=1, seed=0))
 
 
-@pytest.mark.parametrize("interval", ["often", "", "-1"])
-def test_an_interval_of_checkpoints_is_checked_before_a_study_is_created(
-    tmp_path: Path, interval: str
-) -> None:
-    with pytest.raises(bl.RefusedError, match="checkpoint"):
-        bl.run("evo/A", runs=1, out=tmp_path / "new", checkpoint=interval)
+def test_an_interval_of_checkpoints_is_checked_before_a_study_is_created(tmp_path: Path) -> None:
+    for interval in ("often", "", "-1"):
+        with pytest.raises(bl.RefusedError, match="checkpoint"):
+            bl.run("evo/A", runs=1, out=tmp_path / "new", checkpoint=interval)
     assert not (tmp_path / "new").exists()
 
 

@@ -223,14 +223,10 @@ def test_a_network_and_a_competition_have_the_settings_of_the_generation_of_thei
     )
     first_lives = _simulate_lives(experiment.at(0), genomes, genomes, 2, 0)
     assert (lives != first_lives).any()
-    (tmp_path / "scheduled.toml").write_text(to_toml(experiment))
+    file = tmp_path / "scheduled.toml"
+    file.write_text(to_toml(experiment))
     with pytest.raises(RefusedError, match="a competition belongs to no generation"):
-        bl.compete(frozen, frozen, experiment=str(tmp_path / "scheduled.toml"), lives=2)
-    repeated = bl.compete(
-        frozen,
-        frozen,
-        experiment=str(tmp_path / "scheduled.toml"),
-        set={"schedule": []},
-        lives=2,
-    )
+        bl.compete(frozen, frozen, experiment=str(file), lives=2)
+    settings: dict[str, Any] = {"schedule": []}
+    repeated = bl.compete(frozen, frozen, experiment=str(file), set=settings, lives=2)
     np.testing.assert_array_equal(repeated.lives, first_lives)

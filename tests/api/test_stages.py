@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import shutil
 from pathlib import Path
 
@@ -173,7 +174,7 @@ def test_the_confirmation_has_the_values_with_the_largest_medians(folder: Path) 
 
 
 @pytest.mark.nightly
-def test_the_report_prints_the_digest_of_the_claims(folder: Path) -> None:
+def test_the_record_has_digests_and_each_condition_with_its_controls(folder: Path) -> None:
     confirmation = folder / "results/confirmation"
     digest = hashlib.sha256(CLAIMS.encode()).hexdigest()
     record = json.loads((confirmation / "learners.json").read_text())
@@ -184,10 +185,6 @@ def test_the_report_prints_the_digest_of_the_claims(folder: Path) -> None:
     assert digest in page and 'id="figure-unseen-maps"' in page
     assert 'id="figure-specifications"' in page and "too few runs" in page
     assert "hebb+yoked" not in page.split('<h2 id="setup"')[0].split("<tbody>")[1]
-
-
-@pytest.mark.nightly
-def test_the_record_has_each_condition_with_its_controls(folder: Path) -> None:
     record = json.loads((folder / "results/confirmation/learners.json").read_text())
     rows = {(row["learner"], row["map"]): row for row in record["learners"]}
     assert set(rows) == {(name, food) for name in RULES for food in ("near", "far")}
@@ -243,14 +240,11 @@ def test_committed_values_replace_those_of_the_tuning(tmp_path: Path) -> None:
     assert "This is a quick or incomplete study: 1 of 3 runs and 1 of 2 maps." in page
 
 
-def test_options_without_effect_are_refused(tmp_path: Path) -> None:
+def test_an_invalid_design_or_option_is_refused(tmp_path: Path, command: Command) -> None:
     with pytest.raises(RefusedError, match="--quick applies to papers with stages"):
         bl.reproduce("hinton-nowlan-1987", quick=True)
     with pytest.raises(RefusedError, match="--variant x applies to papers without stages"):
         bl.reproduce(write_staged_paper(tmp_path), variant="x")
-
-
-def test_an_unknown_condition_of_the_design_is_refused(command: Command, tmp_path: Path) -> None:
     paper = write_staged_paper(tmp_path / "paper", DESIGN.replace('"plain"', '"plane"'))
     result = command("reproduce", str(paper))
     assert result.code == 2
@@ -280,10 +274,7 @@ def test_the_built_in_paper_compares_each_rule_with_all_noise_controls() -> None
         references = [f"{control}/{map_name}" for control in design.noise_controls]
         assert [comparison.b for comparison in claim.comparisons] == references
         assert condition not in design.noise_controls
-    n_specifications = 1
-    for values in design.specification_curve.factors.values():
-        n_specifications *= len(values)
-    assert n_specifications >= 32
+    assert math.prod(map(len, design.specification_curve.factors.values())) >= 32
     tuned = read_tuned(paper)
     targets = {
         f"{condition}/{map_name}"

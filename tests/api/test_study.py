@@ -74,13 +74,10 @@ def test_an_open_study_has_its_data_and_replays_lifetimes(study: Study) -> None:
 
 def test_conditions_are_compared_with_the_first_or_with_a_baseline(study: Study) -> None:
     table = study.compare()
-    assert table[["condition_a", "condition_b", "measure"]].values.tolist() == [
-        ["evo+self-taught/A", "evo/A", "mean"],
-        ["evo+self-taught/A", "evo/A", "best"],
-    ]
-    means = (
-        study.data().energy.mean(["agent", "generation"]).median("run")
-    )  # of three generations, all are the last ten
+    rows = [["evo+self-taught/A", "evo/A", measure] for measure in ("mean", "best")]
+    assert table[["condition_a", "condition_b", "measure"]].values.tolist() == rows
+    # All three generations are among the last ten.
+    means = study.data().energy.mean(["agent", "generation"]).median("run")
     difference = means.sel(condition="evo+self-taught/A") - means.sel(condition="evo/A")
     np.testing.assert_allclose(table["effect"][0], difference, rtol=1e-6)
     assert set(table["verdict"]) == {"too few runs"} and table.attrs["too_few"].endswith(
@@ -206,31 +203,20 @@ def test_a_schedule_changes_settings_by_generation(tmp_path: Path) -> None:
     assert experiment.at(2).motor.noise == 0.5
 
 
-def test_a_callback_gets_each_generation_of_each_run(tmp_path: Path) -> None:
+def test_a_callback_gets_each_generation_and_cannot_change_a_run(tmp_path: Path) -> None:
     calls: list[tuple[int, int]] = []
 
-    def count_generations(data: xr.Dataset) -> None:
+    def count_and_clear(data: xr.Dataset) -> None:
         calls.append((int(data.attrs["run"]), data.sizes["generation"]))
-
-    experiment = shorten_preset("evo/A")
-    study = bl.run(experiment, runs=3, seed=5, out=tmp_path / "a", callback=count_generations)
-    assert sorted(calls) == [(run, count) for run in range(3) for count in (1, 2, 3)]
-    make_small_study(tmp_path / "b", [experiment], runs=3)
-    assert read_records(study.directory) == read_records(tmp_path / "b")
-
-
-def test_a_callback_cannot_change_a_run(tmp_path: Path) -> None:
-    def clear(data: xr.Dataset) -> None:
         for name in data.data_vars:
             data[name].values[:] = 0
 
     experiment = shorten_preset("evo/A")
-    study = bl.run(experiment, runs=1, seed=5, out=tmp_path / "a", callback=clear)
-    make_small_study(tmp_path / "b", [experiment], runs=1)
+    study = bl.run(experiment, runs=3, seed=5, out=tmp_path / "a", callback=count_and_clear)
+    assert sorted(calls) == [(run, count) for run in range(3) for count in (1, 2, 3)]
+    make_small_study(tmp_path / "b", [experiment], runs=3)
     assert read_records(study.directory) == read_records(tmp_path / "b")
-
-
-def test_a_callback_is_refused_where_it_would_run_on_another_machine(tmp_path: Path) -> None:
+    # It would run on another machine.
     with pytest.raises(BaldwinLabError, match="a callback runs on this machine only"):
-        bl.run("evo/A", runs=1, out=tmp_path / "a", executor="slurm", callback=print)
-    assert not (tmp_path / "a").exists()
+        bl.run("evo/A", runs=1, out=tmp_path / "c", executor="slurm", callback=print)
+    assert not (tmp_path / "c").exists()

@@ -69,15 +69,6 @@ def test_a_callback_can_change_the_directory(
     assert not any((tmp_path / "second").iterdir())
 
 
-def test_an_address_of_remote_storage_and_an_absolute_path_are_unchanged(
-    second_folder: Path,
-) -> None:
-    for text in ("memory://bucket/study", "memory://a b/c=d"):
-        location = parse_location(text)
-        assert str(make_absolute(location)) == str(shorten_path(location)) == str(location) == text
-    assert make_absolute(second_folder) == second_folder
-
-
 def test_a_message_shows_a_path_in_the_working_directory_as_a_relative_path(
     base: Path, second_folder: Path
 ) -> None:
@@ -86,6 +77,11 @@ def test_a_message_shows_a_path_in_the_working_directory_as_a_relative_path(
     assert shorten_path(second_folder) == second_folder
     assert repr(bl.open_study("base")).startswith("<Study base, ")
     assert quote_path(Path("a b")) == "'a b'"
+    # An address of remote storage and an absolute path are unchanged.
+    for text in ("memory://bucket/study", "memory://a b/c=d"):
+        location = parse_location(text)
+        assert str(make_absolute(location)) == str(shorten_path(location)) == str(location) == text
+    assert make_absolute(second_folder) == second_folder
 
 
 def test_the_remedy_of_a_missing_assay_works_if_it_is_pasted(

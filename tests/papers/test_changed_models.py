@@ -137,20 +137,17 @@ def test_settings_and_shorter_runs_in_python_are_changes_of_the_model(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("change", "message"),
     [
-        (("--set", "hinton_nowlan.length=4"), "hinton_nowlan.length: there is no 'length'"),
-        (
-            ("--set", "hinton_nowlan.loci=0"),
-            "hinton_nowlan.loci = 0: input should be greater than or equal to 1",
-        ),
-        (("--set", "evolution.mutation_size=0.5"), "evolution.mutation_size: does nothing with"),
+        ("hinton_nowlan.length=4", "hinton_nowlan.length: there is no 'length'"),
+        ("hinton_nowlan.loci=0", "hinton_nowlan.loci = 0: input should be greater than or equal"),
+        ("evolution.mutation_size=0.5", "evolution.mutation_size: does nothing with"),
     ],
 )
 def test_an_invalid_change_is_refused_before_files_are_written(
-    command: Command, paper: str, arguments: tuple[str, ...], message: str
+    command: Command, paper: str, change: str, message: str
 ) -> None:
-    result = command("reproduce", paper, *arguments)
+    result = command("reproduce", paper, "--set", change)
     assert result.code == 2
     assert message in result.err
     assert not Path("results").exists()

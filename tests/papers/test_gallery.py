@@ -27,9 +27,20 @@ def read_verdicts(name: str) -> dict[str, str]:
     return dict(verdicts)
 
 
-def test_the_page_of_a_paper_states_the_verdict_of_each_claim() -> None:
+def test_the_page_of_a_paper_has_its_verdicts_command_and_standard_sections() -> None:
     stated = {name: list(read_verdicts(name)) for name in REPRODUCED}
     assert stated == {name: [claim.id for claim in papers.load(name).claims] for name in REPRODUCED}
+    pages = {
+        name: (papers.load(name).folder / "README.md").read_text() for name in papers.built_in()
+    }
+    assert [
+        name for name, page in pages.items() if f"baldwinlab reproduce {name}" not in page
+    ] == []
+    headings = {
+        name: [line for line in page.splitlines() if line in SECTIONS]
+        for name, page in pages.items()
+    }
+    assert headings == dict.fromkeys(pages, SECTIONS)
 
 
 # Each paper takes a minute.
@@ -70,20 +81,6 @@ SECTIONS = [
     "## Deviations and open choices",
     "## References",
 ]
-
-
-def test_the_page_of_a_paper_has_its_command_and_the_standard_sections() -> None:
-    pages = {
-        name: (papers.load(name).folder / "README.md").read_text() for name in papers.built_in()
-    }
-    assert [
-        name for name, page in pages.items() if f"baldwinlab reproduce {name}" not in page
-    ] == []
-    headings = {
-        name: [line for line in page.splitlines() if line in SECTIONS]
-        for name, page in pages.items()
-    }
-    assert headings == dict.fromkeys(pages, SECTIONS)
 
 
 # Daily tests of the gallery page reproduce two papers.

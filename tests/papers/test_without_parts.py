@@ -86,14 +86,8 @@ def results(part: Path, tmp_path: Path, command: Command) -> Path:
     (folder / "claims.toml").write_text(CLAIMS)
     for name, guesses in (("guessing", "true"), ("plain", "false")):
         (folder / "conditions" / f"{name}.toml").write_text(CONDITION.format(guesses))
-    reproduced = command(
-        "reproduce",
-        str(folder),
-        "--part",
-        str(part),
-        "--out",
-        str(tmp_path / "results" / "strings"),
-    )
+    out = ("--out", str(tmp_path / "results" / "strings"))
+    reproduced = command("reproduce", str(folder), "--part", str(part), *out)
     assert reproduced.code == 0, reproduced.err
     remove_loaded_parts()
     return tmp_path / "results"
@@ -113,6 +107,12 @@ def test_every_command_that_reads_a_study_works_without_the_part(
     ):
         result = command(*arguments)
         assert (result.code, result.err) == (0, ""), arguments
+    # Claims about fitness are evaluated without the part.
+    (tmp_path / "mine.toml").write_text(CLAIMS)
+    result = command("report", str(results / "strings"), "--claims", str(tmp_path / "mine.toml"))
+    assert result.code == 0
+    assert "S1" in result.out
+    assert "not evaluated" in result.out
 
 
 @pytest.mark.nightly
@@ -157,13 +157,3 @@ def test_a_study_is_read_in_python_without_the_part(results: Path, tmp_path: Pat
     assert study.report(tmp_path / "page.html").exists()
     assert "guessing" in repr(study)
     assert "guessing" in study._repr_html_()
-
-
-def test_claims_about_fitness_are_evaluated_without_the_part(
-    results: Path, tmp_path: Path, command: Command
-) -> None:
-    (tmp_path / "mine.toml").write_text(CLAIMS)
-    result = command("report", str(results / "strings"), "--claims", str(tmp_path / "mine.toml"))
-    assert result.code == 0
-    assert "S1" in result.out
-    assert "not evaluated" in result.out

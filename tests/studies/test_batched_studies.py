@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -28,6 +27,7 @@ from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import find_missing_runs, plan_tasks, run_study
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
+from tests.studies.completion import complete_runs, fail_without_space
 
 CONDITION = "evo/A"
 SEED = 5
@@ -44,11 +44,6 @@ def make_experiment(generations: int = 3, steps: int = 40) -> Experiment:
 
 def make_study(directory: Path, runs: int = RUNS, workers: int = 1) -> StudyStore:
     return make_small_study(directory, [make_experiment()], runs, SEED, workers)
-
-
-def complete(study: StudyStore, runs: int, log: Callable[[str], None] = ignore_message) -> None:
-    missing = find_missing_runs(study, runs, log)
-    run_study(study, missing, 1, ignore_progress, ignore_message)
 
 
 def list_names(study: StudyStore) -> list[str]:
@@ -104,7 +99,7 @@ def test_a_study_of_single_files_continues_with_batches(
     single_names = [f"{run:04d}.nc" for run in range(15)]
     assert list_names(study) == single_names
     before = {file.path: file.path.read_bytes() for file in study.files(CONDITION)}
-    complete(study, RUNS)
+    complete_runs(study, RUNS)
     # The last task has too few runs for a batch.
     last_names = [f"{run:04d}.nc" for run in range(55, 60)]
     assert list_names(study) == [*single_names, "0015-0034.nc", "0035-0054.nc", *last_names]
@@ -137,13 +132,15 @@ def test_a_changed_byte_of_a_batch_is_always_found_and_only_its_runs_are_done_ag
     assert message.endswith(
         f"it is renamed to {file.path.name}.damaged, and its runs are done again"
     )
-    complete(study, RUNS)
+    complete_runs(study, RUNS)
     assert {path.name: path.read_bytes() for path in file.path.parent.glob("*.nc")} == before
     require_records(study, oracle)
 
 
-def test_a_batch_of_other_runs_is_damaged(tmp_path: Path) -> None:
+def test_a_batch_of_other_runs_is_damaged_and_other_runs_are_not_stored(tmp_path: Path) -> None:
     study = make_study(tmp_path, runs=20)
+    with pytest.raises(StudyError, match=r"0020\.nc does not exist; runs .* stored: 20"):
+        study.record(CONDITION, 20)
     (file,) = study.files(CONDITION)
     misplaced = file.path.rename(file.path.with_name("0100-0119.nc"))
     with pytest.raises(
@@ -158,12 +155,6 @@ def test_a_batch_of_other_runs_is_damaged(tmp_path: Path) -> None:
         f"it is renamed to {misplaced.name}.damaged, and its runs are not done again, "
         "as --runs is 20"
     )
-
-
-def test_a_run_that_is_not_in_a_file_is_not_stored(tmp_path: Path) -> None:
-    study = make_study(tmp_path, runs=20)
-    with pytest.raises(StudyError, match=r"0020\.nc does not exist; runs .* stored: 20"):
-        study.record(CONDITION, 20)
 
 
 @pytest.mark.parametrize(
@@ -204,7 +195,7 @@ def test_an_interrupted_task_stores_its_finished_runs(
     stored = study.runs(CONDITION)
     assert len(stored) >= n_generations // 3 * CPU.worlds
     require_records(study, {run: oracle[run] for run in stored})
-    complete(study, RUNS)
+    complete_runs(study, RUNS)
     require_records(study, oracle)
 
 
@@ -220,20 +211,20 @@ def test_a_write_that_fails_at_any_file_leaves_valid_files(
         nonlocal n_written
         n_written -= 1
         if n_written < 0:
-            raise OSError(28, "No space left on device")
+            fail_without_space(handle)
 
     with monkeypatch.context() as full_disk:
         full_disk.setattr(os, "fsync", fail_later)
         full_disk.setattr(ProgressFile, "_write", ignore_message)
         if seed < 3:
             with pytest.raises(OSError, match="no space is left"):
-                complete(study, RUNS)
+                complete_runs(study, RUNS)
         else:
-            complete(study, RUNS)
+            complete_runs(study, RUNS)
     assert not list(tmp_path.rglob("*.partial"))
     assert len(study.runs(CONDITION)) == 20 * seed
     require_records(study, {run: oracle[run] for run in range(20 * seed)})
-    complete(study, RUNS)
+    complete_runs(study, RUNS)
     require_records(study, oracle)
 
 
@@ -284,7 +275,7 @@ def test_a_study_that_is_killed_at_any_time_keeps_its_stored_batches(
         missing = find_missing_runs(study, runs, pytest.fail)
         assert missing == {CONDITION: sorted({*range(runs)}.difference(stored))}
         require_records(study, {run: expected[run] for run in stored})
-    complete(study, runs)
+    complete_runs(study, runs)
     require_records(study, expected)
 
 
@@ -297,12 +288,12 @@ def test_a_process_that_is_killed_in_the_middle_of_a_write_leaves_no_part_of_a_b
         # The content is written, and the file still has its temporary name.
         monkeypatch.setattr(ProgressFile, "_write", ignore_message)
         monkeypatch.setattr(os, "fsync", lambda handle: os.kill(os.getpid(), signal.SIGKILL))
-        complete(study, RUNS)
+        complete_runs(study, RUNS)
     _, status = os.waitpid(child, 0)
     assert os.WTERMSIG(status) == signal.SIGKILL
     assert list(tmp_path.rglob(".0000-0059.nc.*.partial"))
     assert study.runs(CONDITION) == []
-    complete(study, RUNS)
+    complete_runs(study, RUNS)
     require_records(study, oracle)
     assert list_names(study) == ["0000-0059.nc"]
     assert not list(tmp_path.rglob("*.partial"))

@@ -16,7 +16,6 @@ from typing import Any
 
 import pytest
 
-from baldwinlab import cli
 from baldwinlab.core.extras import installation_command
 from baldwinlab.core.files import parse_location
 from baldwinlab.experiment import Experiment
@@ -30,15 +29,16 @@ from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import find_missing_runs, plan_tasks
 from baldwinlab.studies.run_task import RunTask
 from baldwinlab.studies.store import StudyStore
+from tests.commands import Command
 from tests.paused_studies import pause_writes
 from tests.small_studies import (
     ignore_message,
-    ignore_progress,
     make_small_study,
     read_records,
     shorten_preset,
 )
 from tests.studies.assays.studies import conditions, make_small_study_with_assays
+from tests.studies.completion import complete_assays
 
 distributed = pytest.importorskip("distributed")
 
@@ -268,14 +268,7 @@ def test_interrupted_assays_resume_with_a_different_executor(
         )
     monkeypatch.undo()
     before = read_records(study.directory / "assays")
-    run_assays(
-        study,
-        find_missing_assays(study, ["innate"]),
-        2,
-        ignore_progress,
-        ignore_message,
-        executor=second,
-    )
+    complete_assays(study, ["innate"], 2, executor=second)
     expected = read_records(
         make_small_study_with_assays(tmp_path / "whole", names=["innate"]).directory / "assays"
     )
@@ -292,14 +285,7 @@ def test_all_executors_name_a_damaged_record(tmp_path: Path, on_dask: Executor) 
         with pytest.raises(
             DamagedRecordError, match=r"0001\.nc is damaged: its checksum does not fit its content"
         ):
-            run_assays(
-                study,
-                find_missing_assays(study, ["descent"]),
-                2,
-                ignore_progress,
-                ignore_message,
-                executor=executor,
-            )
+            complete_assays(study, ["descent"], 2, executor=executor)
 
 
 def test_workers_with_a_different_engine_refuse_tasks(
@@ -309,18 +295,6 @@ def test_workers_with_a_different_engine_refuse_tasks(
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5)
     with pytest.raises(StudyError, match="has another version of baldwinlab or Numba"):
         list(simulated_steps(on_dask, study, runs=2))
-
-
-@pytest.mark.nightly
-def test_workers_store_through_fsspec(tmp_path: Path, on_dask: Executor) -> None:
-    study = create_study(
-        parse_location(f"local://{tmp_path}/far"), [shorten_preset("evo/A")], seed=5
-    )
-    assert not isinstance(study.directory, Path)
-    list(simulated_steps(on_dask, study, runs=3))
-    assert read_records(tmp_path / "far") == read_records(
-        make_small_study(tmp_path / "near", [shorten_preset("evo/A")], runs=3).directory
-    )
 
 
 @pytest.mark.nightly
@@ -342,12 +316,13 @@ def test_a_lost_scheduler_raises_an_error_of_one_sentence(
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (
-            ["--executor", "treads"],
-            "--executor treads must be threads, dask:tcp://HOST:PORT or slurm",
+        *(
+            (
+                ["--executor", name],
+                f"--executor {name} must be threads, dask:tcp://HOST:PORT or slurm",
+            )
+            for name in ("treads", "dask", "dask:127.0.0.1:8786")
         ),
-        (["--executor", "dask"], "--executor dask must be threads, dask:tcp://HOST:PORT or slurm"),
-        (["--executor", "dask:127.0.0.1:8786"], "must be threads, dask:tcp://HOST:PORT or slurm"),
         (
             ["--executor", "dask:tcp://127.0.0.1:9"],
             "no Dask scheduler answers at tcp://127.0.0.1:9",
@@ -364,11 +339,11 @@ def test_invalid_executors_and_locations_are_refused_in_one_sentence(
     arguments: list[str],
     sentence: str,
     tmp_path: Path,
+    command: Command,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr(dask, "CONNECTION_TIMEOUT", 0.5)
-    code, _, err = command(monkeypatch, capsys, tmp_path, "run", "evo/A", "--runs", "1", *arguments)
+    code, _, err = command("run", "evo/A", "--runs", "1", *arguments)
     assert code != 0
     assert sentence in err
     assert len(err.strip().splitlines()) == 1
@@ -407,46 +382,26 @@ def test_without_its_extra_a_url_is_refused_and_the_error_names_the_extra(
 
 
 @pytest.mark.nightly
-def test_the_same_command_runs_on_a_cluster(
-    tmp_path: Path,
-    cluster: Any,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    arguments = [
-        "run",
-        "evo/A",
-        "--runs",
-        "4",
-        "--set",
-        "evolution.generations=2",
-        "--set",
-        "lifetime.steps=60",
-    ]
-    cluster_options = ["--executor", f"dask:{cluster.scheduler_address}"]
-    assert (
-        command(monkeypatch, capsys, tmp_path, *arguments, *cluster_options, "--out", "dask")[0]
-        == 0
-    )
-    assert command(monkeypatch, capsys, tmp_path, *arguments, "--out", "threads")[0] == 0
+def test_the_same_command_runs_on_a_cluster(tmp_path: Path, cluster: Any, command: Command) -> None:
+    settings = ("--set", "evolution.generations=2", "lifetime.steps=60")
+    arguments = ("run", "evo/A", "--runs", "4", *settings)
+    cluster_options = ("--executor", f"dask:{cluster.scheduler_address}")
+    assert command(*arguments, *cluster_options, "--out", "dask").code == 0
+    assert command(*arguments, "--out", "threads").code == 0
     assert read_records(tmp_path / "dask") == read_records(tmp_path / "threads") != {}
     (session,) = StudyStore(tmp_path / "dask").sessions()
     assert (session["executor"], session["workers"]) == ("dask", 2)
-    assays = ["--assays", "innate,descent"]
-    assert (
-        command(monkeypatch, capsys, tmp_path, "assay", "dask", *assays, *cluster_options)[0] == 0
-    )
-    assert command(monkeypatch, capsys, tmp_path, "assay", "threads", *assays)[0] == 0
+    assays = ("--assays", "innate,descent")
+    assert command("assay", "dask", *assays, *cluster_options).code == 0
+    assert command("assay", "threads", *assays).code == 0
     assert read_records(tmp_path / "dask") == read_records(tmp_path / "threads")
 
 
-def test_a_study_and_its_report_can_be_in_an_object_store(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_study_and_its_report_can_be_in_an_object_store(command: Command, tmp_path: Path) -> None:
     short = ["evolution.generations=2", "lifetime.steps=40"]
     arguments = ["run", "evo/A", "--runs", "2", "--set", *short, "--out", "memory://tests/paper"]
-    assert command(monkeypatch, capsys, tmp_path, *arguments)[0] == 0
-    code, out, _ = command(monkeypatch, capsys, tmp_path, "report", "memory://tests/paper")
+    assert command(*arguments)[0] == 0
+    code, out, _ = command("report", "memory://tests/paper")
     assert code == 0
     assert "report: memory://tests/paper/report.html" in out
     assert "<html" in parse_location("memory://tests/paper/report.html").read_text("utf-8")
@@ -468,22 +423,11 @@ def slurm_is_unavailable() -> bool:
 def test_slurm_jobs_and_threads_store_identical_studies_even_if_a_job_is_canceled(
     tmp_path: Path,
 ) -> None:
-    arguments = [
-        sys.executable,
-        "-m",
-        "baldwinlab",
-        "run",
-        "evo/A",
-        "--runs",
-        "200",
-        "--set",
-        "evolution.generations=20",
-    ]
+    command = [sys.executable, "-m", "baldwinlab", "run"]
+    arguments = [*command, "evo/A", "--runs", "200", "--set", "evolution.generations=20"]
     job = {"DASK_JOBQUEUE__SLURM__CORES": "1", "DASK_JOBQUEUE__SLURM__MEMORY": "1GiB"}
-    job |= {
-        "PYTHONPATH": str(Path(__file__).parent.parent),
-        "DASK_JOBQUEUE__SLURM__INTERFACE": "lo",
-    }
+    job |= {"DASK_JOBQUEUE__SLURM__INTERFACE": "lo"}
+    job["PYTHONPATH"] = str(Path(__file__).parent.parent)
     slurm = [*arguments, "--out", "slurm", "--executor", "slurm", "--workers", "2"]
     process = subprocess.Popen(
         slurm, cwd=tmp_path, env=os.environ | job, stdout=subprocess.PIPE, text=True
@@ -498,20 +442,3 @@ def test_slurm_jobs_and_threads_store_identical_studies_even_if_a_job_is_cancele
     assert process.returncode == 0, out
     subprocess.run([*arguments, "--out", "threads"], cwd=tmp_path, env=os.environ | job, check=True)
     assert read_records(tmp_path / "slurm") == read_records(tmp_path / "threads")
-
-
-def command(
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    folder: Path,
-    *arguments: str,
-) -> tuple[int, str, str]:
-    monkeypatch.chdir(folder)
-    monkeypatch.setattr(sys, "argv", ["baldwinlab", *arguments])
-    try:
-        cli.main()
-        code = 0
-    except SystemExit as end:
-        code = int(end.code or 0)
-    out, err = capsys.readouterr()
-    return code, out, err

@@ -11,15 +11,15 @@ from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.studies.creation import create_study, extend_study
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.run import find_missing_runs, run_study
+from baldwinlab.studies.run import find_missing_runs
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import (
     ignore_message,
-    ignore_progress,
     make_small_study,
     read_records,
     shorten_preset,
 )
+from tests.studies.completion import complete_runs, read_files
 
 
 def extended_experiments(generations: int) -> list[Experiment]:
@@ -27,11 +27,6 @@ def extended_experiments(generations: int) -> list[Experiment]:
         shorten_preset(name).replace(evolution={"generations": generations})
         for name in ("evo/A", "evo+self-taught/A")
     ]
-
-
-def finish(study: StudyStore, runs: int) -> None:
-    missing = find_missing_runs(study, runs, ignore_message)
-    run_study(study, missing, 2, ignore_progress, ignore_message)
 
 
 def test_an_extended_study_has_the_same_files_as_a_study_that_is_run_at_once(
@@ -42,22 +37,19 @@ def test_an_extended_study_has_the_same_files_as_a_study_that_is_run_at_once(
         "evo/A": [0, 1],
         "evo+self-taught/A": [0, 1],
     }
-    finish(study, 3)
+    complete_runs(study, 3, 2)
     complete = make_small_study(tmp_path / "whole", extended_experiments(5), runs=3)
     assert read_records(study.directory) == read_records(complete.directory)
     for name in study.experiments:
-        stored = study.directory / "runs" / name / "experiment.toml"
-        assert (
-            stored.read_text()
-            == (complete.directory / "runs" / name / "experiment.toml").read_text()
-        )
+        path = Path("runs") / name / "experiment.toml"
+        assert (study.directory / path).read_text() == (complete.directory / path).read_text()
 
 
 def test_a_study_that_is_not_yet_extended_opens_with_gaps(tmp_path: Path) -> None:
     study = extend_study(make_small_study(tmp_path, runs=2), 5)
     before = open_runs(study.directory).load()
     assert before.sizes["generation"] == 3
-    finish(study, 1)
+    complete_runs(study, 1, 2)
     partly = open_runs(study.directory)
     assert partly.sizes["generation"] == 5
     assert np.isnan(partly["energy"].isel(run=1, generation=slice(3, None))).all()
@@ -85,10 +77,10 @@ def test_a_wrong_number_of_generations_is_refused_before_anything_is_written(
     tmp_path: Path, generations: int, error: type[Exception], sentence: str
 ) -> None:
     study = make_small_study(tmp_path, runs=1)
-    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    before = read_files(tmp_path)
     with pytest.raises(error, match=sentence):
         extend_study(study, generations)
-    assert before == {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    assert read_files(tmp_path) == before
 
 
 def test_a_sweep_is_not_extended(tmp_path: Path) -> None:
@@ -112,5 +104,5 @@ def test_an_interrupted_extension_is_completed(tmp_path: Path) -> None:
     path = Path("runs") / "evo/A" / "experiment.toml"
     (study.directory / path).write_bytes((complete.directory / path).read_bytes())
     study = extend_study(StudyStore(study.directory), 5)
-    finish(study, 1)
+    complete_runs(study, 1, 2)
     assert read_records(study.directory) == read_records(complete.directory)

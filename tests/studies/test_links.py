@@ -15,16 +15,10 @@ from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
 from tests.small_studies import make_small_study, read_records, shorten_preset
+from tests.studies.completion import read_files
+from tests.studies.test_read_only import RUN_ONE_MORE
 
 SESSION = {"seconds": 1.0, "compile_seconds": 0.5, "workers": 1, "agent_steps": 3}
-
-
-def snapshot(folder: Path) -> dict[str, bytes]:
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in folder.rglob("*")
-        if path.is_file()
-    }
 
 
 @pytest.fixture
@@ -52,13 +46,13 @@ def test_a_linked_folder_inside_a_study_is_not_written_to(
     (study / link).symlink_to(outside)
     if not has_study:
         (outside / "study.toml").unlink()
-    before = snapshot(outside)
+    before = read_files(outside)
     for name in ("fitness.svg", "new.csv", "below/new.csv"):
         with pytest.raises(
             RefusedError, match=f"{study / link} is a link that leads out of the study {study}"
         ):
             write_atomically(study / link / name, b"new")
-    assert snapshot(outside) == before
+    assert read_files(outside) == before
 
 
 @pytest.mark.parametrize("link_type", ["symbolic", "hard"])
@@ -84,10 +78,10 @@ def test_a_damaged_record_behind_a_link_is_not_moved(tmp_path: Path, outside: Pa
     (folder / "experiment.toml").unlink()
     folder.rmdir()
     folder.symlink_to(outside)
-    before = snapshot(outside)
+    before = read_files(outside)
     with pytest.raises(RefusedError, match="is a link that leads out of the study"):
         study.rename_damaged(study.path("evo/A", 0))
-    assert snapshot(outside) == before
+    assert read_files(outside) == before
 
 
 def test_no_study_is_created_through_a_link_inside_its_folder(
@@ -96,10 +90,10 @@ def test_no_study_is_created_through_a_link_inside_its_folder(
     (outside / "study.toml").unlink()
     (tmp_path / "study").mkdir()
     (tmp_path / "study" / "runs").symlink_to(outside)
-    before = snapshot(outside)
+    before = read_files(outside)
     with pytest.raises(RefusedError, match="runs is a link that leads out of the study"):
         create_study(tmp_path / "study", [shorten_preset("evo/A")], seed=1)
-    assert snapshot(outside) == before
+    assert read_files(outside) == before
 
 
 def test_a_cyclic_link_is_refused(tmp_path: Path) -> None:
@@ -139,13 +133,13 @@ def test_a_report_does_not_write_through_a_link(
 ) -> None:
     make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=1)
     (tmp_path / "study" / "figures").symlink_to(outside)
-    before = snapshot(outside)
-    study_before = snapshot(tmp_path / "study")
+    before = read_files(outside)
+    study_before = read_files(tmp_path / "study")
     result = command("report", "study")
     assert result.code == 2
     assert "figures is a link that leads out of the study" in result.err
-    assert snapshot(outside) == before
-    assert snapshot(tmp_path / "study") == study_before
+    assert read_files(outside) == before
+    assert read_files(tmp_path / "study") == study_before
 
 
 @pytest.mark.parametrize("link", ["sessions.jsonl", "assays"])
@@ -156,31 +150,12 @@ def test_a_link_is_refused_before_anything_is_computed(
     path = tmp_path / "study" / link
     path.unlink(missing_ok=True)
     path.symlink_to(outside / link if link == "sessions.jsonl" else outside)
-    before = snapshot(outside)
+    before = read_files(outside)
     study_before = read_records(tmp_path / "study")
-    settings = (
-        "evolution.generations=3",
-        "lifetime.steps=300",
-        "world.start.x=400",
-        "world.start.y=160",
-    )
-    arguments: tuple[str, ...] = (
-        "run",
-        "evo/A",
-        "--set",
-        *settings,
-        "--seed",
-        "5",
-        "--runs",
-        "2",
-        "--out",
-        "study",
-    )
-    if link == "assays":
-        arguments = ("assay", "study", "--assays", "innate")
+    arguments = {"assays": ("assay", "study", "--assays", "innate")}.get(link, RUN_ONE_MORE)
     result = command(*arguments)
     assert result.code == 2
     assert f"{path.relative_to(tmp_path)}" in result.err
     assert "is a link" in result.err
-    assert snapshot(outside) == before
+    assert read_files(outside) == before
     assert read_records(tmp_path / "study") == study_before

@@ -24,6 +24,11 @@ from baldwinlab.studies.open import open_conditions
 from tests.small_studies import SHORT_SETTINGS, make_small_study
 
 
+def find_experiment(variant: Variant, ending: str) -> Experiment:
+    (found,) = (entry for entry in experiments([variant]) if entry.name.endswith(ending))
+    return found
+
+
 def compared_settings(experiment: Experiment) -> dict[str, object]:
     return {
         key: value for key, value in experiment.to_dict().items() if key not in ("name", "record")
@@ -34,6 +39,14 @@ def test_the_paper_has_eight_open_choices_with_fourteen_alternatives() -> None:
     counts = {choice: len(names) for choice, names in alternatives().items()}
     assert counts == {"R1": 3, "R2": 3, "R3": 1, "R4": 3, "R5": 1, "R6": 1, "R7": 1, "R8": 1}
     assert alternatives()["R1"] == ("literal", "visual-radius-10", "visual-radius-20")
+    # A variant has a name choices fields and a description.
+    variant = Variant(("contact-5", "rank"))
+    assert variant.name == "contact-5+rank"
+    assert variant.choices == {"R2": "contact-5", "R4": "rank"}
+    assert variant.fields == {"contact.reach": 5, "evolution.selection": "rank"}
+    assert variant.description.startswith("R2: ") and "; R4: " in variant.description
+    assert Variant(()).choices == {}
+    assert Variant(()).fields == {}
 
 
 def test_a_variant_with_one_choice_differs_from_the_standard_only_in_its_fields() -> None:
@@ -42,11 +55,7 @@ def test_a_variant_with_one_choice_differs_from_the_standard_only_in_its_fields(
     assert len(variants) == 15
     standard = load("evo+self-taught/B")
     for variant in variants:
-        (experiment,) = (
-            candidate
-            for candidate in experiments([variant])
-            if candidate.name.endswith("/evo+self-taught/B")
-        )
+        experiment = find_experiment(variant, "/evo+self-taught/B")
         preset = load("evo+self-taught/B", variant.name)
         assert compared_settings(experiment) == compared_settings(preset)
         differences = changed_paths(settings_by_path(experiment), settings_by_path(standard))
@@ -69,16 +78,6 @@ def settings_by_path(experiment: Experiment) -> dict[str, object]:
     }
 
 
-def test_a_variant_has_a_name_choices_fields_and_a_description() -> None:
-    variant = Variant(("contact-5", "rank"))
-    assert variant.name == "contact-5+rank"
-    assert variant.choices == {"R2": "contact-5", "R4": "rank"}
-    assert variant.fields == {"contact.reach": 5, "evolution.selection": "rank"}
-    assert variant.description.startswith("R2: ") and "; R4: " in variant.description
-    assert Variant(()).choices == {}
-    assert Variant(()).fields == {}
-
-
 def test_all_combinations_have_unique_valid_names() -> None:
     variants = combine_all_choices()
     assert len(variants) == 4 * 4 * 2 * 4 * 2 * 2 * 2 * 2
@@ -96,11 +95,7 @@ def test_a_combination_merges_the_changes_of_its_parts() -> None:
     expected = reduce(
         merge, (Variant((part,)).changes for part in last_variant.parts), load("evo/A").to_dict()
     )
-    (combination,) = (
-        experiment
-        for experiment in experiments([last_variant])
-        if experiment.name.endswith("/evo/A")
-    )
+    combination = find_experiment(last_variant, "/evo/A")
     assert compared_settings(combination) == {
         key: value for key, value in expected.items() if key not in ("name", "record")
     }

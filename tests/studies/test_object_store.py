@@ -27,11 +27,11 @@ from tests.commands import Command
 from tests.object_store import local_object_store
 from tests.small_studies import (
     ignore_message,
-    ignore_progress,
     make_small_study,
     read_records,
     shorten_preset,
 )
+from tests.studies.completion import complete_runs
 
 pytest.importorskip("moto")
 pytest.importorskip("s3fs")
@@ -46,11 +46,6 @@ RUNS = 32
 def bucket() -> Iterator[str]:
     with local_object_store("laboratory") as url:
         yield url
-
-
-def complete(study: StudyStore, workers: int) -> None:
-    missing = find_missing_runs(study, RUNS, ignore_message)
-    run_study(study, missing, workers, ignore_progress, ignore_message)
 
 
 def test_an_object_is_written_completely_or_not_at_all(bucket: str) -> None:
@@ -76,13 +71,13 @@ def test_a_study_in_a_bucket_resumes_opens_and_has_a_status(bucket: str, tmp_pat
     local = make_small_study(tmp_path, [EXPERIMENT], RUNS, SEED)
     location = parse_location(f"{bucket}/resumed")
     study = create_study(location, [EXPERIMENT], SEED, factors=factors())
-    complete(study, workers=2)
+    complete_runs(study, RUNS, 2)
     names = [file.path.name for file in study.files("evo/A")]
     assert names == [file.path.name for file in local.files("evo/A")]
     assert names == ["0000-0015.nc", "0016-0031.nc"]
     study.files("evo/A")[0].path.unlink()
     assert read_status(study).missing == {"evo/A": 16}
-    complete(StudyStore(location), workers=1)
+    complete_runs(StudyStore(location), RUNS)
     status = read_status(study)
     assert (status.done, status.failures) == ({"evo/A": RUNS}, ())
     stored = {file.path.name: file.path.read_bytes() for file in study.files("evo/A")}

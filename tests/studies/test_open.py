@@ -15,7 +15,7 @@ from baldwinlab.core.variables import GENERATION_COUNT
 from baldwinlab.experiment import Experiment
 from baldwinlab.simulation import memory
 from baldwinlab.studies import file_content, record_writer, recorded_arrays
-from baldwinlab.studies.creation import create_study, extend_study
+from baldwinlab.studies.creation import extend_study
 from baldwinlab.studies.lazy_runs import make_empty_dataset
 from baldwinlab.studies.open import concat_conditions, open_conditions, open_runs
 from baldwinlab.studies.records import DamagedRecordError, StudyError
@@ -163,12 +163,6 @@ def test_conditions_without_runs_are_null(tmp_path: Path) -> None:
     for file in study.files("b"):
         file.path.unlink()
     require_equal(study)
-
-
-def test_a_study_without_runs_has_no_values(tmp_path: Path) -> None:
-    create_study(tmp_path, [make_experiment()], 1)
-    energy = open_runs(tmp_path)["energy"]
-    assert (energy.sizes["run"], energy.values.size) == (0, 0)
 
 
 def test_opening_reads_no_values_and_a_value_is_read_once(

@@ -5,7 +5,6 @@ Commands that simulate need the same parts again.
 
 from __future__ import annotations
 
-import os
 import shlex
 import subprocess
 import sys
@@ -16,10 +15,10 @@ from pathlib import Path
 import pytest
 
 import baldwinlab as bl
-from baldwinlab import cli
 from baldwinlab.experiment import registry
 from baldwinlab.parts import PartError, load_file
 from baldwinlab.studies.store import StudyStore
+from tests.commands import Command
 from tests.small_studies import read_records
 
 FILE = Path(__file__).parents[2] / "examples" / "parts" / "bit_strings.py"
@@ -52,13 +51,6 @@ def study(tmp_path: Path) -> Path:
     return tmp_path / "mine"
 
 
-def exit_code(*arguments: str | Path) -> int:
-    with pytest.raises(SystemExit) as ended:
-        sys.argv = ["baldwinlab", *map(str, arguments)]
-        cli.main()
-    return int(ended.value.code or 0)
-
-
 def test_a_study_stores_the_name_source_and_hash_of_every_part(study: Path) -> None:
     text = FILE.read_bytes()
     stored = StudyStore(study).parts
@@ -89,36 +81,35 @@ def test_a_study_can_be_read_without_its_part(study: Path) -> None:
         _ = opened.experiment("bit-strings").learns
 
 
-def test_commands_that_simulate_require_the_part(
-    study: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert exit_code("assay", study) == 2
-    message = error_text(capsys)
-    assert f"the model 'bit-strings' of {study} is not loaded; load its file" in message
+def test_commands_that_simulate_require_the_part(study: Path, command: Command) -> None:
+    result = command("assay", str(study))
+    assert result.code == 2
+    message = " ".join(result.err.split())
+    assert f"the model 'bit-strings' of {study.name} is not loaded; load its file" in message
     # The remedy works if it is pasted.
     remedy = shlex.split(message.partition("in the study: ")[2])
-    assert exit_code("assay", study, "--assays", "innate", *remedy) == 0
+    assert command("assay", str(study), "--assays", "innate", *remedy).code == 0
     remove_loaded_parts()
     with pytest.raises(PartError, match="is not loaded"):
         bl.open_study(study).replay("bit-strings", run=0, generation=1)
 
 
 def test_a_different_part_of_the_same_name_is_refused(
-    study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    study: Path, tmp_path: Path, command: Command
 ) -> None:
     changed = tmp_path / "bit_strings.py"
     changed.write_text(
         FILE.read_text().replace("guesses: int", f"{EXTRA_FIELD}: int = 1\n    guesses: int")
     )
     before = read_records(study)
-    commands: list[list[str | Path]] = [
-        ["assay", study],
-        ["run", "bit-strings", "--runs", "3", "--out", study],
-    ]
-    for arguments in commands:
-        assert exit_code(*arguments, "--part", changed) == 2
-        message = error_text(capsys)
-        assert f"'bit-strings' of {study} differs from the loaded one; choose another" in message
+    run = ("run", "bit-strings", "--runs", "3", "--out", str(study))
+    for arguments in (("assay", str(study)), run):
+        result = command(*arguments, "--part", str(changed))
+        assert result.code == 2
+        message = " ".join(result.err.split())
+        assert (
+            f"'bit-strings' of {study.name} differs from the loaded one; choose another" in message
+        )
     assert read_records(study) == before
     # Reading does not depend on the loaded part.
     assert bl.open_runs(study).energy.notnull().all()
@@ -133,9 +124,7 @@ def test_a_study_resumes_with_the_same_part_and_gives_identical_records(
     assert read_records(study) == read_records(tmp_path / "whole")
 
 
-def test_assays_of_a_custom_model_measure_innate_and_learned_fitness(
-    study: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_assays_of_a_custom_model_measure_innate_and_learned_fitness(study: Path) -> None:
     load_file(FILE)
     stored = bl.open_study(study)
     all_agents = ("run", "generation", "agent")
@@ -208,25 +197,8 @@ def test_the_command_line_runs_a_custom_model(tmp_path: Path) -> None:
         'name = "bits"\nmodel = "bit-strings"\n'
         "[population]\nsize = 30\n[evolution]\ngenerations = 3\n"
     )
-    arguments = [
-        "run",
-        str(bits),
-        "--part",
-        str(FILE),
-        "--runs",
-        "1",
-        "--out",
-        str(tmp_path / "out"),
-    ]
-    done = subprocess.run(
-        [sys.executable, "-m", "baldwinlab", *arguments],
-        capture_output=True,
-        text=True,
-        env=os.environ,
-    )
+    command = [sys.executable, "-m", "baldwinlab", "run", str(bits), "--part", str(FILE)]
+    out = ["--runs", "1", "--out", str(tmp_path / "out")]
+    done = subprocess.run([*command, *out], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert bl.open_study(tmp_path / "out").data().energy.sizes["generation"] == 3
-
-
-def error_text(capsys: pytest.CaptureFixture[str]) -> str:
-    return " ".join(capsys.readouterr().err.split())

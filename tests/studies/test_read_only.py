@@ -7,7 +7,7 @@ import stat
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -60,6 +60,11 @@ def folder() -> Iterator[Path]:
             path.chmod(0o755 if path.is_dir() else 0o644)
 
 
+def run_as_user(folder: Path, words: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", AS_USER, *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
 @pytest.mark.parametrize(
     ("words", "file"),
     [
@@ -76,13 +81,7 @@ def folder() -> Iterator[Path]:
 def test_a_read_only_study_is_refused_before_the_simulation(
     folder: Path, words: tuple[str, ...], file: str
 ) -> None:
-    result = subprocess.run(
-        [sys.executable, "-c", AS_USER, *words],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    result = run_as_user(folder, words)
     assert result.returncode == 2
     error = " ".join(result.stderr.split())
     assert f"{file} cannot be written: " in error
@@ -93,12 +92,6 @@ def test_a_read_only_study_is_refused_before_the_simulation(
 
 @pytest.mark.nightly
 def test_stored_runs_of_a_read_only_study_are_read(folder: Path) -> None:
-    result = subprocess.run(
-        [sys.executable, "-c", AS_USER, *RUN_ONE_MORE[:-4], "--runs", "1", "--out", "study"],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    result = run_as_user(folder, [*RUN_ONE_MORE[:-4], "--runs", "1", "--out", "study"])
     assert (result.returncode, result.stderr) == (0, "")
     assert "runs are already stored" in result.stdout

@@ -31,15 +31,14 @@ from tests.small_studies import (
     read_records,
     shorten_preset,
 )
+from tests.studies.completion import complete_runs
 
 
-def test_a_run_is_read_from_its_record_unchanged() -> None:
+def test_a_run_is_read_from_its_record_unchanged_also_with_scipy(tmp_path: Path) -> None:
     for stride in (1, 2, 100):
-        run = simulate(shorten_preset().replace(record={"genome_every": stride}), seed=2**31 - 1)
+        thinned = shorten_preset().replace(record={"genome_every": stride})
+        run = simulate(thinned, seed=2**31 - 1)
         xr.testing.assert_identical(as_run(from_bytes(encode_record(run))), run)
-
-
-def test_a_record_can_be_read_with_scipy(tmp_path: Path) -> None:
     path = tmp_path / "run.nc"
     run = simulate(shorten_preset(), seed=1)
     path.write_bytes(encode_record(run))
@@ -60,6 +59,7 @@ def test_the_attributes_of_a_record_are_read_without_its_arrays(tmp_path: Path) 
         study.attributes("evo/A", 9)
 
 
+OTHER_EXPERIMENT = "the experiment that it was made with is not that of evo/A in this study"
 Replacement = Callable[[StudyStore], Path]
 
 
@@ -75,6 +75,12 @@ def swap_records(study: StudyStore) -> Path:
 
 def copy_of_run_0(study: StudyStore) -> Path:
     return Path(shutil.copy(study.path("evo/A", 0), study.path("evo/A", 1)))
+
+
+def cut_record(study: StudyStore) -> Path:
+    path = study.path("evo/A", 1)
+    path.write_bytes(path.read_bytes()[:-100])
+    return path
 
 
 def write_different_record(seed: int = 5, generations: int = 4, rate: float = 0.05) -> Replacement:
@@ -99,16 +105,11 @@ def write_different_record(seed: int = 5, generations: int = 4, rate: float = 0.
         ),
         (copy_of_run_0, "it is run 0 of evo/A with seed 5, and run 1 of evo/A"),
         (write_different_record(seed=6), "it is run 1 of evo/A with seed 6"),
-        (
-            write_different_record(generations=4),
-            "the experiment that it was made with is not that of evo/A in this study",
-        ),
-        (
-            write_different_record(rate=0.5),
-            "the experiment that it was made with is not that of evo/A in this study",
-        ),
+        (write_different_record(generations=4), OTHER_EXPERIMENT),
+        (write_different_record(rate=0.5), OTHER_EXPERIMENT),
+        (cut_record, ""),
     ],
-    ids=["swapped", "another run", "another seed", "another length", "another rate"],
+    ids=["swapped", "another run", "another seed", "another length", "another rate", "cut"],
 )
 def test_a_record_of_a_different_run_is_reported_moved_and_computed_again(
     tmp_path: Path, replace: Replacement, reason: str
@@ -123,10 +124,9 @@ def test_a_record_of_a_different_run_is_reported_moved_and_computed_again(
     with pytest.raises(DamagedRecordError, match=reason):
         study.attributes("evo/A", 1)
     messages: list[str] = []
-    run_study(
-        study, find_missing_runs(study, 3, messages.append), 1, ignore_progress, ignore_message
-    )
-    assert any(str(path) in sentence for sentence in messages)
+    complete_runs(study, 3, log=messages.append)
+    assert any(f"{path} is damaged" in sentence for sentence in messages)
+    assert path.with_name("0001.nc.damaged").exists()
     assert read_records(tmp_path) == sound
 
 
@@ -142,48 +142,38 @@ def test_a_third_party_netcdf_file_with_a_checksum_is_reported(tmp_path: Path) -
         open_runs(tmp_path)
 
 
-@pytest.mark.parametrize("name", ["1.nc", "00001.nc", "99999999999.nc", "mine.nc", "2147483648.nc"])
-def test_a_file_with_an_invalid_record_name_is_reported(tmp_path: Path, name: str) -> None:
-    study = make_small_study(tmp_path)
-    invalid = Path(shutil.copy(study.path("evo/A", 0), study.path("evo/A", 0).with_name(name)))
-    with pytest.raises(StudyError, match=f"{invalid} has no name of a record"):
-        open_runs(tmp_path)
+def test_a_file_with_an_invalid_record_name_is_reported(tmp_path: Path) -> None:
+    record = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=1).path("evo/A", 0)
+    for name in ("1.nc", "00001.nc", "99999999999.nc", "mine.nc", "2147483648.nc"):
+        invalid = Path(shutil.copy(record, record.with_name(name)))
+        with pytest.raises(StudyError, match=f"{invalid} has no name of a record"):
+            open_runs(tmp_path)
+        invalid.unlink()
 
 
-@pytest.mark.parametrize("kind", ["a folder", "a dangling link"])
-def test_a_record_that_is_not_a_file_is_reported(tmp_path: Path, kind: str) -> None:
-    study = make_small_study(tmp_path)
-    path = study.path("evo/A", 7)
-    if kind == "a folder":
-        path.mkdir()
-    else:
-        path.symlink_to(tmp_path / "nowhere")
-    with pytest.raises(StudyError, match=f"{path} has the name of a record but is not a file"):
-        find_missing_runs(study, 3, ignore_message)
+def test_a_record_that_is_not_a_file_is_reported(tmp_path: Path) -> None:
+    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5)
+    makers: list[Callable[[Path], None]]
+    makers = [Path.mkdir, lambda path: path.symlink_to(tmp_path / "nowhere")]
+    for number, make in enumerate(makers):
+        path = study.path("evo/A", number)
+        make(path)
+        with pytest.raises(StudyError, match=f"{path} has the name of a record but is not a file"):
+            find_missing_runs(study, 3, ignore_message)
+        path.rmdir() if path.is_dir() else path.unlink()
 
 
-def test_an_edited_experiment_is_reported_when_the_study_is_opened(tmp_path: Path) -> None:
+def test_an_edited_experiment_is_reported_when_it_is_read(tmp_path: Path) -> None:
+    """An experiment with a new checksum is reported when the records are read."""
     study = make_small_study(tmp_path)
     path = tmp_path / "runs/evo/A/experiment.toml"
-    path.write_text(path.read_text().replace("rate = 0.01", "rate = 0.02"))
-    with pytest.raises(
-        StudyError,
-        match=r"experiment\.toml cannot be read: it has been changed since the study was created",
-    ):
+    edited = path.read_text().replace("rate = 0.01", "rate = 0.02")
+    path.write_text(edited)
+    message = r"experiment\.toml cannot be read: it has been changed since the study was created"
+    with pytest.raises(StudyError, match=message):
         StudyStore(study.directory)
-
-
-def test_an_edited_experiment_with_a_new_checksum_is_reported_when_records_are_read(
-    tmp_path: Path,
-) -> None:
-    study = make_small_study(tmp_path)
-    path = tmp_path / "runs/evo/A/experiment.toml"
-    text = path.read_text().partition("# SHA-256")[0]
-    path.write_text(add_checksum(text.replace("rate = 0.01", "rate = 0.02")))
-    with pytest.raises(
-        DamagedRecordError,
-        match="the experiment that it was made with is not that of evo/A in this study",
-    ):
+    path.write_text(add_checksum(edited.partition("# SHA-256")[0]))
+    with pytest.raises(DamagedRecordError, match=OTHER_EXPERIMENT):
         open_runs(study.directory)
 
 

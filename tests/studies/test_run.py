@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
-import numpy as np
 import pytest
 import xarray as xr
 
@@ -24,12 +20,11 @@ from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.executors import THREADS
 from baldwinlab.studies.open import open_runs
-from baldwinlab.studies.records import DamagedRecordError, StudyError
-from baldwinlab.studies.run import RunTask, find_missing_runs, plan_tasks, run_study
+from baldwinlab.studies.records import StudyError
+from baldwinlab.studies.run import RunTask, find_missing_runs, plan_tasks
 from tests.paused_studies import pause_writes, run_until_paused
 from tests.small_studies import (
     ignore_message,
-    ignore_progress,
     make_small_study,
     read_records,
     shorten_preset,
@@ -150,36 +145,6 @@ def test_a_killed_study_loses_only_its_unfinished_runs(
     )
 
 
-# Two studies of 80 runs take too long for every day.
-@pytest.mark.nightly
-def test_two_processes_can_run_the_same_study(tmp_path: Path) -> None:
-    directory = tmp_path / "shared"
-    processes = [
-        subprocess.Popen([sys.executable, "-c", LONG_STUDY, str(directory)]) for _ in range(2)
-    ]
-    assert [process.wait() for process in processes] == [0, 0]
-    assert read_records(directory) == read_records(
-        make_small_study(tmp_path / "whole", runs=40).directory
-    )
-
-
-def test_a_damaged_record_is_reported_moved_and_computed_again(tmp_path: Path) -> None:
-    study = make_small_study(tmp_path)
-    sound = read_records(tmp_path)
-    path = study.path("evo/A", 1)
-    path.write_bytes(path.read_bytes()[:-100])
-    with pytest.raises(DamagedRecordError, match=r"evo/A/0001\.nc is damaged"):
-        open_runs(tmp_path)
-    messages: list[str] = []
-    missing = find_missing_runs(study, 3, messages.append)
-    assert missing == {"evo/A": [1], "evo+self-taught/A": []}
-    assert len(messages) == 1
-    assert "0001.nc is damaged" in messages[0]
-    assert path.with_name("0001.nc.damaged").exists()
-    run_study(study, missing, 1, ignore_progress, ignore_message)
-    assert read_records(tmp_path) == sound
-
-
 def test_a_damaged_record_beyond_the_requested_runs_is_reported_and_moved(
     tmp_path: Path,
 ) -> None:
@@ -198,48 +163,28 @@ def test_a_damaged_record_beyond_the_requested_runs_is_reported_and_moved(
     open_runs(tmp_path)
 
 
-def test_an_error_in_a_run_ends_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=5)
-
-    def fail_without_space(handle: int) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", fail_without_space)
-    with pytest.raises(OSError, match="no space is left"):
-        run_study(study, {"evo/A": [0, 1, 2]}, 2, ignore_progress, ignore_message)
-    assert read_records(tmp_path) == {}
-    assert not list(tmp_path.rglob("*.partial"))
-
-
-def test_a_study_opens_as_a_labeled_dataset(tmp_path: Path) -> None:
-    study = make_small_study(tmp_path)
+def test_a_study_opens_as_a_labeled_dataset_and_records_its_session(tmp_path: Path) -> None:
+    study = make_small_study(tmp_path, runs=2, workers=2)
     runs = open_runs(tmp_path)
-    assert dict(runs.food_eaten.sizes) == {"condition": 2, "run": 3, "generation": 3, "agent": 20}
-    assert runs.food_eaten.dtype == np.int32
-    for condition in study.experiments:
-        record = study.read(condition, 2)
-        for name in ("food_eaten", "energy", "parents"):
-            assert np.array_equal(runs[name].sel(condition=condition, run=2), record[name])
+    assert dict(runs.food_eaten.sizes) == {"condition": 2, "run": 2, "generation": 3, "agent": 20}
     assert runs.attrs["seed"] == 5
     assert "[world]" in str(runs.experiment.sel(condition="evo/A").item())
-
-
-def test_missing_runs_are_null(tmp_path: Path) -> None:
-    study = make_small_study(tmp_path)
-    study.path("evo/A", 1).unlink()
-    runs = open_runs(tmp_path)
-    assert runs.food_eaten.sel(condition="evo/A", run=1).isnull().all()
-    assert runs.food_eaten.sel(condition="evo/A", run=2).notnull().all()
+    units = {name: runs[name].attrs["units"] for name in ("food_eaten", "energy", "parents")}
+    assert units == {"food_eaten": "items", "energy": "energy", "parents": "1"}
+    assert runs.food_eaten.attrs["long_name"] == "items eaten in life"
+    assert all(runs[name].attrs["long_name"] for name in runs.dims)
+    assert "units" not in fitness.share(runs).attrs, "a share has no unit"
+    (session,) = study.sessions()
+    assert session["agent_steps"] == 2 * 2 * 3 * 300 * 20
+    assert session["workers"] == 2
+    assert session["seconds"] > 0
 
 
 def test_a_study_without_runs_opens_as_an_empty_dataset(tmp_path: Path) -> None:
     create_study(tmp_path, [shorten_preset("evo/A"), shorten_preset("evo/B")], seed=1)
-    assert dict(open_runs(tmp_path).food_eaten.sizes) == {
-        "condition": 2,
-        "run": 0,
-        "generation": 3,
-        "agent": 20,
-    }
+    eaten = open_runs(tmp_path).food_eaten
+    assert dict(eaten.sizes) == {"condition": 2, "run": 0, "generation": 3, "agent": 20}
+    assert eaten.values.size == 0
 
 
 def test_a_study_in_an_object_store_equals_a_study_in_a_folder(tmp_path: Path) -> None:
@@ -263,25 +208,3 @@ def test_a_study_in_an_object_store_equals_a_study_in_a_folder(tmp_path: Path) -
     assert len(list(in_store.sessions())) == 2
     with pytest.raises(StudyError, match="memory://tests/study holds another study"):
         create_study(parse_location("memory://tests/study"), [shorten_preset("evo/A")], seed=5)
-
-
-def test_a_session_is_recorded_with_its_work_and_duration(tmp_path: Path) -> None:
-    study = make_small_study(tmp_path, runs=2, workers=2)
-    (session,) = study.sessions()
-    assert session["agent_steps"] == 2 * 2 * 3 * 300 * 20
-    assert session["workers"] == 2
-    assert session["seconds"] > 0
-
-
-def test_opened_variables_and_dimensions_have_units_and_long_names(
-    tmp_path: Path,
-) -> None:
-    data = open_runs(make_small_study(tmp_path / "study", runs=1).directory)
-    assert {name: data[name].attrs["units"] for name in ("food_eaten", "energy", "parents")} == {
-        "food_eaten": "items",
-        "energy": "energy",
-        "parents": "1",
-    }
-    assert data.food_eaten.attrs["long_name"] == "items eaten in life"
-    assert all(data[name].attrs["long_name"] for name in data.dims)
-    assert "units" not in fitness.share(data).attrs, "a share has no unit"

@@ -13,7 +13,6 @@ from baldwinlab.api.study import Study
 from baldwinlab.experiment import Experiment
 from baldwinlab.studies import run_samples
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
-from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.open import open_runs, open_sample
 from baldwinlab.studies.run_samples import (
     MAX_SAMPLED_RUNS,
@@ -23,12 +22,8 @@ from baldwinlab.studies.run_samples import (
     sample_runs,
 )
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import (
-    ignore_message,
-    ignore_progress,
-    make_small_study,
-    shorten_preset,
-)
+from tests.small_studies import make_small_study, shorten_preset
+from tests.studies.completion import complete_assays
 
 # Other tests draw these figures.
 pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
@@ -107,26 +102,20 @@ def test_the_memory_of_a_sample_is_limited(directory: Path) -> None:
 
 
 def test_an_assay_measures_the_sampled_runs(study: StudyStore) -> None:
-    missing = find_missing_assays(study, ["innate"])
-    run_assays(study, missing, 1, ignore_progress, ignore_message)
+    complete_assays(study, ["innate"])
     for name in NAMES:
         data = open_assay(study.directory, "innate", name)
         assert data["run"].values.tolist() == sample_runs(study, name)
     assert not any(find_missing_assays(study, ["innate"]).values())
 
 
-def test_the_report_states_the_size_of_the_sample(
+def test_the_report_and_the_claims_state_the_size_of_the_sample(
     study: StudyStore, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     sentence = "a random sample of 12 of the 60 stored runs of a condition"
     page = Study(study).report(out=tmp_path / "page.html")
     assert sentence in page.read_text(encoding="utf-8")
     assert "reading" in capsys.readouterr().out
-
-
-def test_the_command_claims_states_the_size_of_the_sample(
-    study: StudyStore, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
     file = tmp_path / "claims.toml"
     comparison = f'{{ a = "{NAMES[0]}", b = "{NAMES[1]}", measure = "mean", rule = "greater" }}'
     file.write_text(

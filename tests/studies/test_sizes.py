@@ -19,7 +19,6 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts import PartError, load_file
 from baldwinlab.studies.records import DamagedRecordError, StudyError
 from baldwinlab.studies.run import find_missing_runs
-from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.file import read_sweep as read_sweep
 from tests.small_studies import ignore_message, make_small_study, shorten_preset
 
@@ -130,15 +129,6 @@ def test_an_error_lists_at_most_ten_unknown_keys(tmp_path: Path) -> None:
     lines = str(raised.value).splitlines()
     assert len(lines) == 11
     assert lines[-1].endswith("and 99,990 more")
-
-
-@pytest.mark.parametrize("line", [b"\xff\xfe", b'{"seconds": "\xe1"}', b"\0" * 100])
-def test_a_line_of_sessions_that_is_not_text_is_skipped(tmp_path: Path, line: bytes) -> None:
-    study = make_small_study(tmp_path, [shorten_preset("evo/A")], runs=1)
-    (session,) = study.sessions()
-    path = tmp_path / "sessions.jsonl"
-    path.write_bytes(line + b"\n" + path.read_bytes() + line)
-    assert list(StudyStore(tmp_path).sessions()) == [session]
 
 
 def test_a_sessions_path_that_is_not_a_file_is_reported(tmp_path: Path) -> None:

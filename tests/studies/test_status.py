@@ -20,15 +20,20 @@ from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.status import read_status
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
+from tests.studies.completion import fail_without_space
 from tests.studies.test_batched_studies import CONDITION, SEED, make_experiment, make_study
 from tests.studies.test_record_writer import EXPERIMENTS
 
 
-def test_a_new_study_has_no_runs_and_no_speed(tmp_path: Path) -> None:
+def test_a_new_study_has_no_runs_and_no_process(tmp_path: Path) -> None:
     status = read_status(create_study(tmp_path, [make_experiment()], SEED))
     assert (status.done, status.missing) == ({CONDITION: 0}, {CONDITION: 0})
     assert not status.running
     assert status.failures == ()
+    study = create_study(tmp_path, [make_experiment()], SEED)
+    for content in ("", "[]", "{}", '{"host": 1}'):
+        (tmp_path / ".running-a-1.json").write_text(content)
+        assert read_status(study).running == ()
 
 
 @pytest.mark.parametrize("runs", [3, 40])
@@ -101,12 +106,8 @@ def test_the_error_of_a_session_is_a_failure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     study = make_study(tmp_path, runs=2)
-
-    def fail(handle: int) -> None:
-        raise OSError(28, "No space left on device")
-
     with monkeypatch.context() as full_disk:
-        full_disk.setattr(os, "fsync", fail)
+        full_disk.setattr(os, "fsync", fail_without_space)
         with pytest.raises(OSError, match="no space is left"):
             run_study(study, {CONDITION: [2, 3]}, 1, ignore_progress, ignore_message)
     (failure,) = read_status(study).failures
@@ -159,13 +160,6 @@ def test_a_process_on_another_machine_counts_as_ended_after_a_long_silence() -> 
     assert remote.is_running
     silence = progress.MAX_SILENCE_IN_SECONDS + 1
     assert not remote._replace(updated=time.time() - silence).is_running
-
-
-def test_an_invalid_file_of_a_process_is_ignored(tmp_path: Path) -> None:
-    study = create_study(tmp_path, [make_experiment()], SEED)
-    for content in ("", "[]", "{}", '{"host": 1}'):
-        (tmp_path / ".running-a-1.json").write_text(content)
-        assert read_status(study).running == ()
 
 
 def test_progress_is_not_written_into_a_removed_study(tmp_path: Path) -> None:

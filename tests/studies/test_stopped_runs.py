@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -73,6 +74,7 @@ def test_the_data_of_a_stopped_run_are_those_of_a_complete_run_and_then_nan(
     stopped: StudyStore, complete: xr.Dataset, expected: list[int]
 ) -> None:
     data = open_runs(stopped.directory)
+    assert "n_generations" not in complete.coords
     assert data["n_generations"].values.tolist() == [expected]
     assert data.sizes["generation"] == max(expected)
     is_simulated = data["generation"] < data["n_generations"]
@@ -83,20 +85,18 @@ def test_the_data_of_a_stopped_run_are_those_of_a_complete_run_and_then_nan(
         )
 
 
-def test_a_study_without_a_stop_has_no_number_of_generations(complete: xr.Dataset) -> None:
-    assert "n_generations" not in complete.coords
-
-
-def test_a_study_whose_runs_have_stopped_is_complete(stopped: StudyStore) -> None:
+def test_a_study_whose_runs_have_stopped_is_complete(
+    stopped: StudyStore, expected: list[int]
+) -> None:
     assert find_missing_runs(stopped, RUNS, ignore_message) == {"evo/A": []}
     assert not list(stopped.directory.rglob("*.checkpoint"))
-
-
-def test_the_session_counts_only_simulated_steps(stopped: StudyStore, expected: list[int]) -> None:
     experiment = stopped.experiments["evo/A"]
     steps_per_generation = experiment.steps * experiment.population.size
     n_steps = provenance(stopped)["agent_steps"]
     assert n_steps == sum(expected) * steps_per_generation
+    frame = bl.open_study(stopped.directory).to_pandas()
+    assert frame.groupby("run")["generation"].nunique().tolist() == expected
+    assert not frame["energy"].isna().any()
 
 
 def test_an_extension_continues_only_the_runs_that_have_not_stopped(tmp_path: Path) -> None:
@@ -146,18 +146,14 @@ def test_the_progress_of_a_stopped_run_reaches_the_total(tmp_path: Path) -> None
     assert sum(amounts) == sum(task.agent_steps for task in tasks)
 
 
-def test_the_last_generations_are_those_before_the_end_of_each_run(
+def test_the_last_generations_and_curves_end_with_each_run(
     stopped: StudyStore, complete: xr.Dataset, expected: list[int]
 ) -> None:
     final = fitness.final(open_runs(stopped.directory), "mean", last=2)
     means = complete.energy.mean("agent").values[0]
     for value, run_means, length in zip(final.values[0], means, expected, strict=True):
         np.testing.assert_allclose(value, run_means[max(0, length - 2) : length].mean())
-
-
-def test_a_stopped_run_keeps_its_last_value_in_curves(
-    stopped: StudyStore, expected: list[int]
-) -> None:
+    # A stopped run keeps its last value in curves.
     curves = fitness.mean(open_runs(stopped.directory))
     assert curves.dims == ("condition", "run", "generation")
     assert not curves.isnull().any()
@@ -165,25 +161,20 @@ def test_a_stopped_run_keeps_its_last_value_in_curves(
         np.testing.assert_array_equal(curve[length - 1 :], curve[length - 1])
 
 
-def test_a_replay_of_a_generation_after_the_end_is_refused_in_one_sentence(
-    stopped: StudyStore, expected: list[int]
+def test_a_lifetime_after_the_end_of_a_run_is_refused_in_one_sentence(
+    stopped: StudyStore, expected: list[int], tmp_path: Path
 ) -> None:
     run = int(np.argmin(expected))
     last = expected[run] - 1
     study = bl.open_study(stopped.directory)
     sentence = rf"generation = {last + 1}: run {run} of evo/A has the generations 0 to {last}$"
     assert study.replay(run=run, generation=last).sizes["step"] == 300
-    with pytest.raises(RefusedError, match=sentence):
-        study.replay(run=run, generation=last + 1)
-    with pytest.raises(RefusedError, match=sentence):
-        study.genomes(run=run, generation=last + 1)
-    with pytest.raises(RefusedError, match=sentence):
-        bl.replay(make_experiment(), seed=SEED, run=run, generation=last + 1)
-
-
-def test_founders_after_the_end_of_a_run_are_refused_in_one_sentence(
-    tmp_path: Path, stopped: StudyStore
-) -> None:
+    after: dict[str, Any] = {"run": run, "generation": last + 1}
+    replay = partial(bl.replay, make_experiment(), seed=SEED)
+    calls: list[Any] = [study.replay, study.genomes, replay]
+    for call in calls:
+        with pytest.raises(RefusedError, match=sentence):
+            call(**after)
     reference = f"{stopped.directory}:evo/A@{GENERATIONS - 1}"
     with pytest.raises(RefusedError, match=r"run \d+ of evo/A has the generations 0 to \d+$"):
         bl.freeze(reference, out=tmp_path / "population.nc")
@@ -206,11 +197,3 @@ def test_assays_measure_the_last_generation_of_a_stopped_run(
     for run_ages, length in zip(ages, expected, strict=True):
         np.testing.assert_array_equal(run_ages[length - 1 :], run_ages[length - 1])
     assert not assays["reaction"]["evo/A"]["energy"].isnull().any()
-
-
-def test_exports_contain_only_simulated_generations(
-    stopped: StudyStore, expected: list[int]
-) -> None:
-    frame = bl.open_study(stopped.directory).to_pandas()
-    assert frame.groupby("run")["generation"].nunique().tolist() == expected
-    assert not frame["energy"].isna().any()

@@ -49,11 +49,6 @@ def test_a_partially_created_study_can_be_created_again(tmp_path: Path) -> None:
     assert list(create_study(tmp_path, experiments, seed=1).experiments) == ["evo/A", "evo/B"]
 
 
-def test_two_conditions_with_the_same_name_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(StudyError, match="two conditions have the same name"):
-        create_study(tmp_path / "study", [load("evo/A"), load("evo/A", "literal")], seed=0)
-
-
 @pytest.mark.parametrize(
     ("names", "message"),
     [
@@ -62,9 +57,12 @@ def test_two_conditions_with_the_same_name_are_refused(tmp_path: Path) -> None:
         (["evo/AUX.1"], "Windows reserves 'AUX.1' for a device"),
         (["x."], "Windows removes the dot or space at the end of 'x.'"),
         (["x.NC"], "a study has files with such endings"),
+        (["evo/A", "a/0000.nc"], "no condition can be called"),
+        (["evo/A", "a/experiment.toml"], "no condition can be called"),
+        (["evo/A", "evo/A"], "two conditions have the same name"),
     ],
 )
-def test_conditions_are_folders_on_every_system(
+def test_names_of_conditions_differ_and_are_folders_on_every_system(
     tmp_path: Path, names: list[str], message: str
 ) -> None:
     experiments = [load("evo/A").replace(name=name) for name in names]
@@ -118,9 +116,8 @@ def test_an_invalid_experiment_of_a_study_is_named(tmp_path: Path) -> None:
 
 def test_a_missing_or_damaged_record_is_named(tmp_path: Path) -> None:
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
-    with pytest.raises(
-        StudyError, match=r"0003\.nc does not exist; runs of evo/A that are stored: 0"
-    ):
+    missing = r"0003\.nc does not exist; runs of evo/A that are stored: 0"
+    with pytest.raises(StudyError, match=missing):
         study.read("evo/A", 3)
     study.path("evo/A", 3).write_bytes(b"CDF")
     with pytest.raises(DamagedRecordError, match=r"0003\.nc is damaged: it carries no checksum"):
@@ -148,16 +145,6 @@ def test_a_command_that_writes_removes_the_files_of_killed_writers(
     assert not abandoned.exists()
 
 
-def test_an_incomplete_line_of_sessions_is_skipped(tmp_path: Path) -> None:
-    study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
-    assert list(study.sessions()) == []
-    session = {"seconds": 1.0, "compile_seconds": 0.5, "workers": 1, "agent_steps": 3}
-    study.add_session(session)
-    with (tmp_path / "sessions.jsonl").open("a") as file:
-        file.write('{"seconds": 2')
-    assert list(study.sessions()) == [session]
-
-
 @pytest.mark.parametrize("name", ["study.toml", "runs/evo/A/experiment.toml"])
 @pytest.mark.parametrize("kind", ["a link", "a pipe", "a folder"])
 def test_a_study_file_that_is_not_a_regular_file_is_refused(
@@ -178,22 +165,15 @@ def test_a_study_file_that_is_not_a_regular_file_is_refused(
 
 def test_invalid_lines_of_sessions_are_skipped(tmp_path: Path) -> None:
     study = create_study(tmp_path, [shorten_preset("evo/A")], seed=1)
+    assert list(study.sessions()) == []
     session = {"seconds": 1.5, "compile_seconds": 0, "workers": 2, "agent_steps": 7}
     study.add_session(session)
-    with (tmp_path / "sessions.jsonl").open("a") as file:
-        file.write('5\n{}\n[1]\n{"seconds": "long"}\n{"torn": \n' + "[" * 100_000 + "\n")
-    assert list(study.sessions()) == [session]
-
-
-def test_a_condition_cannot_have_the_name_of_a_study_file(tmp_path: Path) -> None:
-    for name in ("a/0000.nc", "a/experiment.toml"):
-        with pytest.raises(StudyError, match="no condition can be called"):
-            create_study(
-                tmp_path / "study",
-                [shorten_preset("evo/A"), shorten_preset("evo/A").replace(name=name)],
-                seed=1,
-            )
-    assert not (tmp_path / "study").exists()
+    path = tmp_path / "sessions.jsonl"
+    valid = path.read_bytes()
+    lines = b'5\n{}\n[1]\n{"seconds": "long"}\n{"torn": \n' + b"[" * 100_000
+    for invalid in (lines, b'{"seconds": 2', b"\xff\xfe", b'{"seconds": "\xe1"}', b"\0" * 100):
+        path.write_bytes(invalid + b"\n" + valid + invalid)
+        assert list(study.sessions()) == [session]
 
 
 def test_a_study_cannot_be_created_inside_a_study(tmp_path: Path) -> None:

@@ -48,15 +48,16 @@ def test_effects_are_those_of_plain_loops() -> None:
                 assert [float(row[name]) for name in EFFECTS] == pytest.approx(expected)
 
 
-def test_effects_change_neither_with_the_zero_nor_with_the_unit_of_fitness() -> None:
+def test_effects_do_not_depend_on_the_unit_of_fitness_or_on_missing_mutations() -> None:
     data = random_data()
     xr.testing.assert_allclose(compute_effects(1000 + 7 * data), compute_effects(data))
-
-
-def test_mutants_without_a_mutation_are_left_out() -> None:
+    # Mutants without a mutation are left out.
     data = canalization(A, (4, 2, 1))
     data["mutant_energy"] = data["mutant_energy"].where(data["mutant"] > 0)
     xr.testing.assert_allclose(compute_effects(data), compute_effects(canalization(A, (4, 2, 1))))
+    # Constant fitness has no effects.
+    data = canalization(A, (4, 2, 1)) * 0 + 3
+    assert compute_effects(data).to_array().isnull().all()
 
 
 def test_buffering_and_decline_are_shares_of_the_sensitivity() -> None:
@@ -65,11 +66,6 @@ def test_buffering_and_decline_are_shares_of_the_sensitivity() -> None:
     decline = analysis.find_number(A, DECLINE, "mutation, innate fitness")
     assert buffering is not None and buffering.median == pytest.approx(0.25)
     assert decline is not None and decline.median == pytest.approx(1 - 1 / 4)
-
-
-def test_constant_fitness_has_no_effects() -> None:
-    data = canalization(A, (4, 2, 1)) * 0 + 3
-    assert compute_effects(data).to_array().isnull().all()
 
 
 def test_a_condition_without_learning_has_rows_of_innate_fitness_only() -> None:

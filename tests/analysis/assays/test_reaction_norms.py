@@ -15,15 +15,13 @@ INTERCEPTS = (1.0, 4.0, 7.0, 10.0)
 SLOPES = (8.0, 6.0, 4.0, 2.0)
 
 
-def test_the_intercept_is_at_factor_0_and_the_slope_from_0_to_1() -> None:
+def test_the_slope_is_from_0_to_1_and_does_not_assume_a_linear_norm() -> None:
     parameters = compute_parameters(reaction_norms(A, INTERCEPTS, SLOPES))
     run_factors = 1 + 0.01 * np.arange(RUNS)
     for name, expected in (("intercept", INTERCEPTS), ("slope", SLOPES)):
         assert parameters[name].dims == ("run", "generation")
         np.testing.assert_allclose(parameters[name], np.outer(run_factors, expected))
-
-
-def test_the_slope_does_not_assume_that_the_norm_is_linear() -> None:
+    # The slope does not assume that the norm is linear.
     data = reaction_norms(A, INTERCEPTS, SLOPES)
     changed = data.copy(deep=True)
     changed["energy"].loc[{"factor": [0.25, 0.5, 2, 4]}] = 99.0
@@ -50,9 +48,7 @@ def test_the_table_has_a_row_per_generation_and_one_of_changes() -> None:
         LAST_MINUS_FIRST,
     ]
     assert [number.median for number in rows[0]["numbers"]] == pytest.approx([1.055, 8 * 1.055])
-
-
-def test_every_point_of_the_norm_is_a_number() -> None:
+    # Every point of the norm is a number.
     analysis = evaluate_assays({"reaction-norms": {A: reaction_norms(A, INTERCEPTS, SLOPES)}})
     name = "reaction norm: fitness with 0.25 times the learning"
     number = analysis.find_number(A, name, "generation 13")

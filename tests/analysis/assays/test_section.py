@@ -29,6 +29,7 @@ from tests.analysis.assays.artificial_assays import (
     rising,
     within_life,
 )
+from tests.analysis.report.browsing import errors_and_width
 
 A = "evo+self-taught/A"
 B = "evo+self-taught/B"
@@ -49,47 +50,48 @@ def text_on(**assays: xr.Dataset) -> str:
 LEARNERS = within_life(A, 1, 9)
 
 
-def test_the_headline_says_that_innate_fitness_and_its_share_rise() -> None:
-    text = text_on(
-        innate=innate(A, off=rising(0, 100), on=rising(50, 100), drift=constant(5)),
-        within_life=LEARNERS,
-    )
-    assert text.startswith("learning raises fitness; innate fitness and the innate share rise")
-    assert f"the innate share rise in {A}" in text and "The gain from learning falls" in text
+NOT_HELPFUL = "not all comparisons show that learning raises fitness"
 
 
-def test_the_headline_says_that_the_innate_share_does_not_rise() -> None:
-    text = text_on(
-        innate=innate(A, off=constant(10), on=rising(20, 200), drift=constant(5)),
-        within_life=LEARNERS,
-    )
-    assert text.startswith(
-        "learning raises fitness; innate fitness or the innate share does not rise"
-    )
-    assert (
-        "a larger part of their fitness by learning" in text
-        and "The gain from learning rises" in text
-    )
-
-
-def test_if_no_agent_eats_without_learning_the_ability_to_learn_evolves() -> None:
-    text = text_on(
-        innate=innate(A, off=constant(0), on=rising(10, 100), drift=constant(5)),
-        within_life=LEARNERS,
-    )
-    assert "no agent eats without learning" in text
-    assert "so innate fitness cannot rise" in text and "opposite" not in text
-
-
-def test_learning_that_does_not_help_is_no_baldwin_effect() -> None:
-    text = text_on(
-        innate=innate(A, off=rising(10, 90), on=rising(10, 80), drift=constant(5)),
-        within_life=LEARNERS,
-    )
-    assert (
-        text.startswith("not all comparisons show that learning raises fitness")
-        and "Answered no: Does learning raise fitness?" in text
-    )
+@pytest.mark.parametrize(
+    ("off", "on", "drift", "start", "sentences"),
+    [
+        (
+            *(rising(0, 100), rising(50, 100), constant(5)),
+            "learning raises fitness; innate fitness and the innate share rise",
+            [f"the innate share rise in {A}", "The gain from learning falls"],
+        ),
+        (
+            *(constant(10), rising(20, 200), constant(5)),
+            "learning raises fitness; innate fitness or the innate share does not rise",
+            ["a larger part of their fitness by learning", "The gain from learning rises"],
+        ),
+        (
+            *(constant(0), rising(10, 100), constant(5)),
+            "",
+            ["no agent eats without learning", "so innate fitness cannot rise"],
+        ),
+        (
+            *(rising(10, 90), rising(10, 80), constant(5)),
+            NOT_HELPFUL,
+            ["Answered no: Does learning raise fitness?"],
+        ),
+        (
+            *(constant(1), rising(10, 90), rising(20, 99)),
+            NOT_HELPFUL,
+            ["Random changes help as much as learning."],
+        ),
+    ],
+    ids=["assimilation", "larger learned part", "only with learning", "no help", "drift"],
+)
+def test_the_headline_and_the_sentences_state_the_effect_of_learning(
+    off: Any, on: Any, drift: Any, start: str, sentences: list[str]
+) -> None:
+    text = text_on(innate=innate(A, off=off, on=on, drift=drift), within_life=LEARNERS)
+    assert text.startswith(start)
+    for sentence in sentences:
+        assert sentence in text
+    assert "opposite" not in text
 
 
 def test_lamarckian_inheritance_is_no_evidence_for_the_baldwin_effect() -> None:
@@ -101,26 +103,13 @@ def test_lamarckian_inheritance_is_no_evidence_for_the_baldwin_effect() -> None:
     assert "not evidence for the Baldwin effect" in text_on(innate=data)
 
 
-def test_drift_that_helps_as_much_as_learning_is_reported() -> None:
-    text = text_on(
-        innate=innate(A, off=constant(1), on=rising(10, 90), drift=rising(20, 99)),
-        within_life=LEARNERS,
-    )
-    assert (
-        text.startswith("not all comparisons show that learning raises fitness")
-        and "Random changes help as much as learning." in text
-    )
-
-
-def test_contradictions_of_the_paper_are_reported() -> None:
+def test_comparisons_with_the_paper_and_with_selection_are_stated() -> None:
     text = text_on(
         innate=innate(A, off=constant(1), on=constant(9)), within_life=within_life(A, 9, 2)
     )
     assert f"contradicts that comparison in {A}" in text
     assert "contradicts" not in text_on(within_life=LEARNERS)
-
-
-def test_effects_of_selection_are_compared_with_the_neutral_control() -> None:
+    # Effects of selection are compared with the neutral control.
     text = text_on(
         innate=innate(A, off=constant(1), on=constant(9)), neutral=neutral(A, (5, 50), (5, 20))
     )
@@ -140,9 +129,7 @@ def test_unmeasured_criteria_are_named() -> None:
         modules_text.startswith("unknown")
         and "only the reinforcement module alone improves fitness" in modules_text
     )
-
-
-def test_one_run_allows_no_verdict() -> None:
+    # One run allows no verdict.
     text = text_on(
         innate=innate(A, off=rising(1, 50), on=rising(30, 60), drift=constant(1), runs=1)
     )
@@ -189,37 +176,23 @@ def text_of(path: Path) -> str:
     return re.sub(r'src="[^"]*"', "", path.read_text("utf-8"))
 
 
-def test_the_section_has_verdict_questions_figures_and_numbers(page: Path) -> None:
+def test_the_section_has_verdict_questions_figures_and_numbers(
+    page: Path, section: Section
+) -> None:
     text = text_of(page)
-    assert (
-        "<strong>On map A (evo+self-taught)</strong>: learning raises fitness; innate fitness and"
-        in text
-    )
-    assert (
-        text.index("On map B")
-        < text.index("<h3>Fitness with learning")
-        < text.index("<h3>Innate fitness")
-        < text.index("<h3>Mechanism")
-    )
-    assert (
-        text.index("<h3>Mechanism")
-        < text.index("<figure")
-        < text.index("All numbers of the assays")
-    )
+    verdict = "learning raises fitness; innate fitness and"
+    assert f"<strong>On map A (evo+self-taught)</strong>: {verdict}" in text
+    headings = [f"<h3>{name}" for name in ("Fitness with learning", "Innate fitness", "Mechanism")]
+    order = ["On map B", *headings, "<figure", "All numbers of the assays"]
+    assert [text.index(part) for part in order] == sorted(map(text.index, order))
     assert text.count("<figure") == 7 and "✓" in text and "✗" in text
     assert "nan" not in text.lower()
     names = {path.name for path in page.parent.iterdir()}
     assert names == {"page.html", "figures", "baldwin.json", "baldwin.csv"}
     assert len(list((page.parent / "figures").glob("baldwin-*.svg"))) == 7
-
-
-def test_its_verdict_is_its_summary(section: Section) -> None:
-    assert (
-        section.summary.startswith(
-            "On map A (evo+self-taught): learning raises fitness; innate fitness and"
-        )
-        and "On map B" in section.summary
-    )
+    # Its verdict is its summary.
+    assert section.summary.startswith(f"On map A (evo+self-taught): {verdict}")
+    assert "On map B" in section.summary
 
 
 @pytest.mark.usefixtures("placeholder_figures")
@@ -254,10 +227,8 @@ def test_the_table_has_a_row_for_each_quantity_and_leaves_blank_what_there_is_no
     rows = tabulate_numbers(
         evaluate_assays({"innate": {A: data, "evo/A": innate("evo/A", off=constant(1))}})
     )
-    assert (rows[0]["measure"], rows[0]["when"]) == (
-        "fitness, learning off (innate fitness)",
-        "first",
-    )
+    measure = "fitness, learning off (innate fitness)"
+    assert (rows[0]["measure"], rows[0]["when"]) == (measure, "first")
     assert not any(row["measure"] == "fitness, learning on" for row in rows)
     assert set(rows[0]["numbers"]) == {A, "evo/A"}
 
@@ -269,17 +240,7 @@ def test_a_browser_shows_it_without_scrolling_sideways(
     width: int,
     height: int,
 ) -> None:
-    opened = browser.new_page(viewport={"width": width, "height": height})
-    complaints: list[str] = []
-    opened.on("console", lambda message: complaints.append(message.text))
-    opened.goto(page.as_uri())
-    opened.evaluate("document.querySelectorAll('details').forEach(part => part.open = true)")
-    assert opened.evaluate("document.documentElement.scrollWidth") <= width
-    assert opened.evaluate(
-        "[...document.images].every(image => image.complete && image.naturalWidth > 0)"
-    )
-    assert complaints == []
-    opened.close()
+    assert errors_and_width(browser, page, width, height) == ([], width)
 
 
 @pytest.mark.usefixtures("placeholder_figures")

@@ -17,7 +17,6 @@ from baldwinlab.core.netcdf import from_bytes, to_bytes
 from baldwinlab.experiment import Experiment
 from baldwinlab.experiment.factors import Factors
 from baldwinlab.studies.assays.results import find_missing_assays, open_assay
-from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.assays.storage import assay_path, encode_assay, read_assays
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
@@ -32,8 +31,9 @@ from tests.analysis.assays.artificial_assays import (
     spread,
     within_life,
 )
-from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
+from tests.small_studies import make_small_study, shorten_preset
 from tests.studies.assays.studies import make_small_study_with_assays
+from tests.studies.completion import complete_assays
 
 A = "evo+self-taught/A"
 
@@ -48,6 +48,7 @@ def stored(folder: Path, assay: str = "innate", data: xr.Dataset | None = None) 
 
 
 def test_stored_assays_are_read_by_assay_and_condition(tmp_path: Path) -> None:
+    assert read_assays(Assayed(tmp_path)) == {}
     assays = make_all_assays(runs=2)
     for assay, conditions in assays.items():
         for condition, data in conditions.items():
@@ -69,18 +70,17 @@ def test_stored_assays_are_read_by_assay_and_condition(tmp_path: Path) -> None:
     assert compute_quantities(result, A, 10).keys() == compute_quantities(assays, A, 10).keys()
 
 
-def test_a_study_without_assays_has_no_datasets(tmp_path: Path) -> None:
-    assert read_assays(Assayed(tmp_path)) == {}
-
-
-@pytest.mark.parametrize("size", [0, 3, 200])
-def test_a_damaged_file_is_named(tmp_path: Path, size: int) -> None:
+def test_a_damaged_file_is_named(tmp_path: Path) -> None:
     path = stored(tmp_path)
-    path.write_bytes(path.read_bytes()[:size])
-    with pytest.raises(
-        ValueError,
-        match=r"A\.nc is damaged: .*; `baldwinlab assay .* --assays innate` measures it again",
-    ):
+    content = path.read_bytes()
+    for size in (0, 3, 200):
+        path.write_bytes(content[:size])
+        message = r"A\.nc is damaged: .*; `baldwinlab assay .* --assays innate` measures it again"
+        with pytest.raises(ValueError, match=message):
+            read_assays(Assayed(tmp_path))
+    os.truncate(path, 20 * 10**9)
+    message = r"A\.nc cannot be read: it has 20,000,000,000 bytes, and an assay may"
+    with pytest.raises(ValueError, match=message):
         read_assays(Assayed(tmp_path))
 
 
@@ -113,7 +113,7 @@ def test_a_window_longer_than_the_run_has_all_generations(tmp_path: Path) -> Non
     np.testing.assert_allclose(result["off", "last"], result["off", "throughout"])
 
 
-def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
+def test_an_assay_of_another_kind_or_size_is_named(tmp_path: Path) -> None:
     stored(tmp_path, "within-life")
     with pytest.raises(
         ValueError, match=r"A\.nc does not have the content of the assay 'within-life'"
@@ -131,12 +131,13 @@ def test_a_window_averages_over_generations_separately_for_each_run() -> None:
     np.testing.assert_allclose(result["gain", "last"].values, 40.5 * factors)
     np.testing.assert_allclose(result["innate share", "last"].values, 37.5 / 78)
     assert result["drift", "last"].isnull().all() and result["frozen share", "last"].isnull().all()
-
-
-def test_a_share_of_nothing_is_undefined() -> None:
+    # A share of nothing is undefined.
     result = compute_quantities({"innate": {A: innate(A, off=constant(0), on=constant(0))}}, A, 10)
     assert result["innate share", "last"].isnull().all()
     assert (result["gain", "last"] == 0).all()
+    # A window has at least one generation.
+    with pytest.raises(ValueError, match="at least 1"):
+        compute_quantities(make_all_assays(), A, 0)
 
 
 def test_learning_is_compared_with_drift_in_the_generations_with_drift() -> None:
@@ -171,41 +172,29 @@ def test_settings_are_relative_to_the_setting_of_evolution() -> None:
     assert result["setting", "learning.rate = 0.1"].shape == (RUNS,)
 
 
-def test_a_window_has_at_least_one_generation() -> None:
-    with pytest.raises(ValueError, match="at least 1"):
-        compute_quantities(make_all_assays(), A, 0)
-
-
-def test_an_assay_with_a_flipped_bit_is_named_and_measured_again(tmp_path: Path) -> None:
+def test_an_assay_with_a_flipped_bit_or_of_another_condition_is_named(tmp_path: Path) -> None:
     study = make_small_study_with_assays(tmp_path, names=["innate"])
-    path = next(iter(sorted((study.directory / "assays" / "innate").rglob("*.nc"))))
-    condition = path.relative_to(study.directory / "assays" / "innate").with_suffix("").as_posix()
-    sound = path.read_bytes()
+    first, second, *_ = sorted((study.directory / "assays" / "innate").rglob("*.nc"))
+    condition = first.relative_to(study.directory / "assays" / "innate").with_suffix("").as_posix()
+    sound = first.read_bytes()
     rng = np.random.default_rng(0)
     for position in [0, len(sound) - 1, *rng.integers(0, len(sound), 60)]:
         damaged = bytearray(sound)
         damaged[position] ^= 1 << rng.integers(8)
-        path.write_bytes(bytes(damaged))
-        with pytest.raises(ValueError, match=str(path)):
+        first.write_bytes(bytes(damaged))
+        with pytest.raises(ValueError, match=str(first)):
             read_assays(study)
     assert find_missing_assays(study, ["innate"])[condition] == ["innate"]
-
-
-def test_an_assay_under_the_name_of_another_condition_is_named(tmp_path: Path) -> None:
-    study = make_small_study_with_assays(tmp_path, names=["innate"])
-    first, second, *_ = sorted((study.directory / "assays" / "innate").rglob("*.nc"))
-    second.write_bytes(first.read_bytes())
+    first.write_bytes(sound)
+    second.write_bytes(sound)
     with pytest.raises(ValueError, match=re.escape(f"{second} is of the condition")):
         read_assays(study)
-
-
-CONDITION = "evo+self-taught/A"
 
 
 def innate_of(folder: Path, experiment: Experiment, seed: int = 5, runs: int = 2) -> Path:
     """Return the file of the assay `innate` of a study of one condition."""
     study = make_small_study(folder, [experiment], runs, seed)
-    run_assays(study, find_missing_assays(study, ["innate"]), 1, ignore_progress, ignore_message)
+    complete_assays(study, ["innate"])
     return assay_path(folder, "innate", experiment.name)
 
 
@@ -232,61 +221,47 @@ def test_an_assay_of_another_study_is_refused_and_measured_again(
     remedy = f"`baldwinlab assay {study.directory} --assays innate` measures it again"
     for refused in (
         lambda: read_assays(study),
-        lambda: open_assay(study.directory, "innate", CONDITION),
+        lambda: open_assay(study.directory, "innate", A),
     ):
         with pytest.raises((ValueError, StudyError), match=re.escape(f"{path} {why}; {remedy}")):
             refused()
     missing = find_missing_assays(study, ["innate"])
-    assert missing == {CONDITION: ["innate"]}
-    run_assays(study, missing, 1, ignore_progress, ignore_message)
+    assert missing == {A: ["innate"]}
+    complete_assays(study, ["innate"])
     assert path.read_bytes() == content
 
 
 def test_an_assay_of_fewer_runs_than_are_stored_is_read(tmp_path: Path) -> None:
     innate_of(tmp_path, shorten_preset(), runs=1)
     study = make_small_study(tmp_path, [shorten_preset()], runs=2)
-    assert read_assays(study)["innate"][CONDITION]["run"].values.tolist() == [0]
+    assert read_assays(study)["innate"][A]["run"].values.tolist() == [0]
 
 
-@pytest.mark.parametrize("lacking", ["seed", "experiment", "run"])
-def test_an_assay_without_provenance_is_refused(tmp_path: Path, lacking: str) -> None:
+def test_an_assay_without_provenance_or_of_an_absent_condition_is_refused(tmp_path: Path) -> None:
     path = innate_of(tmp_path, shorten_preset())
-    data = from_bytes(path.read_bytes())
-    if lacking == "run":
-        data = data.drop_vars("run")
-    else:
-        del data.attrs[lacking]
-    path.write_bytes(to_bytes(data))
-    with pytest.raises(ValueError, match=re.escape(str(path))):
-        read_assays(StudyStore(tmp_path))
-
-
-def test_an_assay_of_an_absent_condition_is_refused(tmp_path: Path) -> None:
-    path = innate_of(tmp_path, shorten_preset())
+    study = StudyStore(tmp_path)
+    content = path.read_bytes()
+    data = from_bytes(content)
+    without_seed, without_experiment = data.copy(), data.copy()
+    del without_seed.attrs["seed"], without_experiment.attrs["experiment"]
+    for invalid in (without_seed, without_experiment, data.drop_vars("run")):
+        path.write_bytes(to_bytes(invalid))
+        with pytest.raises(ValueError, match=re.escape(str(path))):
+            read_assays(study)
+    path.write_bytes(content)
     foreign = assay_path(tmp_path, "innate", "evo/C")
     foreign.parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(path, foreign)
-    with pytest.raises(
-        ValueError, match=r"C\.nc is of the condition 'evo/C', which is not in the study; remove it"
-    ):
-        read_assays(StudyStore(tmp_path))
+    message = r"C\.nc is of the condition 'evo/C', which is not in the study; remove it"
+    with pytest.raises(ValueError, match=message):
+        read_assays(study)
 
 
-def test_a_huge_assay_is_named_with_its_size_and_the_limit(tmp_path: Path) -> None:
+def test_an_assay_of_another_format_is_refused(tmp_path: Path) -> None:
     path = stored(tmp_path)
-    os.truncate(path, 20 * 10**9)
-    with pytest.raises(
-        ValueError, match=r"A\.nc cannot be read: it has 20,000,000,000 bytes, and an assay may"
-    ):
-        read_assays(Assayed(tmp_path))
-
-
-@pytest.mark.parametrize("other_format", [None, 1, 3])
-def test_an_assay_of_another_format_is_refused(tmp_path: Path, other_format: int | None) -> None:
-    path = stored(tmp_path)
-    attributes = {} if other_format is None else {"format": other_format}
     data = innate(A, off=constant(1), on=constant(2), runs=2)
-    path.write_bytes(to_bytes(data.assign_attrs(attributes)))
-    sentence = f"has format {other_format}, and this version reads only format 2; `baldwinlab assay"
-    with pytest.raises(ValueError, match=sentence):
-        read_assays(Assayed(tmp_path))
+    for other in (None, 1, 3):
+        path.write_bytes(to_bytes(data.assign_attrs({} if other is None else {"format": other})))
+        message = f"has format {other}, and this version reads only format 2; `baldwinlab assay"
+        with pytest.raises(ValueError, match=message):
+            read_assays(Assayed(tmp_path))

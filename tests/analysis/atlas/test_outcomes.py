@@ -39,47 +39,33 @@ def make_cell(**changes: Any) -> xr.Dataset:
     return xr.Dataset(arrays, coordinates)
 
 
-def test_assimilation_is_the_share_of_the_distance_that_is_gone() -> None:
-    assert compute_outcomes(make_cell())["assimilation"].values == pytest.approx([0.75, 0.75])
-
-
-def test_the_response_is_in_standard_deviations_of_all_founders() -> None:
-    # Clonal founders of the runs have the traits 1 and 3, so their standard deviation is 1.
-    assert compute_outcomes(make_cell())["innate_response"].values == pytest.approx([1.0, 1.0])
-
-
-def test_the_response_is_undefined_if_all_founders_are_equal() -> None:
-    equal = {"founder_mean": ("run", [2.0, 2.0]), "founder_square": ("run", [4.0, 4.0])}
-    assert compute_outcomes(make_cell(**equal))["innate_response"].isnull().all()
-
-
-def test_the_selection_ratio_is_on_divided_by_off() -> None:
-    assert compute_outcomes(make_cell())["selection_ratio"].values == pytest.approx([0.5, 0.5])
-
-
-def test_the_selection_ratio_is_undefined_without_selection() -> None:
-    off = {"selection_off": (("run", "generation"), np.full((2, GENERATIONS.size), 1e-12))}
-    assert compute_outcomes(make_cell(**off))["selection_ratio"].isnull().all()
-
-
-def test_t90_is_the_first_measured_generation_with_most_of_the_fall() -> None:
-    assert compute_outcomes(make_cell())["t90"].values.tolist() == [40, 40]
-
-
-def test_a_growing_distance_has_no_t90_and_a_negative_assimilation() -> None:
-    growing = {"distance": (("run", "generation"), np.tile(GENERATIONS + 1.0, (2, 1)))}
-    outcomes = compute_outcomes(make_cell(**growing))
-    assert outcomes["t90"].isnull().all()
-    assert (outcomes["assimilation"] < 0).all()
-
-
-def test_the_fork_compares_histories_without_learning_and_regimes_over_histories() -> None:
+def test_outcomes_of_a_cell_have_known_values() -> None:
     outcomes = compute_outcomes(make_cell())
+    assert outcomes["assimilation"].values == pytest.approx([0.75, 0.75])
+    # The response is in standard deviations of all founders.
+    # Clonal founders of the runs have the traits 1 and 3, so their standard deviation is 1.
+    assert outcomes["innate_response"].values == pytest.approx([1.0, 1.0])
+    # The selection ratio is on divided by off.
+    assert outcomes["selection_ratio"].values == pytest.approx([0.5, 0.5])
+    # T90 is the first measured generation with most of the fall.
+    assert outcomes["t90"].values.tolist() == [40, 40]
+    # The fork compares histories without learning and regimes over histories.
     assert outcomes["fork_history"].values == pytest.approx([4.0, 4.0])
     assert outcomes["fork_regime"].values == pytest.approx([-0.5, -0.5])
 
 
-def test_a_model_without_a_distance_has_no_assimilation() -> None:
+def test_undefined_outcomes_are_null() -> None:
+    equal = {"founder_mean": ("run", [2.0, 2.0]), "founder_square": ("run", [4.0, 4.0])}
+    assert compute_outcomes(make_cell(**equal))["innate_response"].isnull().all()
+    # The selection ratio is undefined without selection.
+    off = {"selection_off": (("run", "generation"), np.full((2, GENERATIONS.size), 1e-12))}
+    assert compute_outcomes(make_cell(**off))["selection_ratio"].isnull().all()
+    # A growing distance has no t90 and a negative assimilation.
+    growing = {"distance": (("run", "generation"), np.tile(GENERATIONS + 1.0, (2, 1)))}
+    outcomes = compute_outcomes(make_cell(**growing))
+    assert outcomes["t90"].isnull().all()
+    assert (outcomes["assimilation"] < 0).all()
+    # A model without a distance has no assimilation.
     outcomes = compute_outcomes(make_cell().drop_vars("distance"))
     assert outcomes["assimilation"].isnull().all()
     assert outcomes["innate_response"].notnull().all()

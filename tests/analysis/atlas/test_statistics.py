@@ -15,12 +15,12 @@ def test_the_interval_is_that_of_students_t() -> None:
     expected = stats.ttest_1samp(VALUES, 0).confidence_interval()
     assert (interval.low, interval.high) == pytest.approx(tuple(expected))
     assert interval.runs == 12
-
-
-def test_one_value_has_a_mean_without_an_interval_and_no_value_has_neither() -> None:
+    # One value has a mean without an interval and no value has neither.
     assert estimate_mean(np.array([2.0])).mean == 2
     assert np.isnan(estimate_mean(np.array([2.0])).low)
     assert estimate_mean(np.array([np.nan])).runs == 0
+    # A mean without values is not defined.
+    assert str(estimate_mean(np.array([np.nan, np.nan]))) == "not defined"
 
 
 def test_the_slope_is_that_of_a_regression_of_each_run() -> None:
@@ -31,15 +31,8 @@ def test_the_slope_is_that_of_a_regression_of_each_run() -> None:
     assert slope.mean == pytest.approx(np.mean(expected))
 
 
-@pytest.mark.parametrize(("bound", "expected"), [(4.5, True), (3.0, False), (0.5, False)])
-def test_equivalence_needs_a_mean_clearly_within_the_bound(bound: float, expected: bool) -> None:
-    assert is_equivalent(VALUES, bound) is expected
-
-
-def test_one_run_is_never_equivalent_and_equal_runs_are() -> None:
+def test_equivalence_needs_a_mean_clearly_within_the_bound() -> None:
+    assert [is_equivalent(VALUES, bound) for bound in (4.5, 3.0, 0.5)] == [True, False, False]
+    # One run is never equivalent, and equal runs are.
     assert not is_equivalent(np.array([0.0]), 1)
     assert is_equivalent(np.zeros(5), 0.1)
-
-
-def test_a_mean_without_values_is_not_defined() -> None:
-    assert str(estimate_mean(np.array([np.nan, np.nan]))) == "not defined"

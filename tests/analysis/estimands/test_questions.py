@@ -77,19 +77,13 @@ def test_effects_of_a_fork_are_those_of_the_last_start(stored: dict[str, Stored]
         # Without learning, the genomes of learners have an innate fitness of 13.
         assert values.values.tolist() == pytest.approx([effect / 13] * 4)
         assert rows[name].equivalence_bound == 0.02
-
-
-def test_an_effect_of_history_is_a_share_of_the_better_genomes(stored: dict[str, Stored]) -> None:
+    # An effect of history is a share of the better genomes.
     worse = fork()
     worse["innate_fitness"].loc[{"history": "learner"}] = 2.5
     values = estimates(stored["costly-climbing/rugged"], fork=worse)["fork-history"].values
     assert values is not None
     assert values.values.tolist() == pytest.approx([-0.75] * 4)
-
-
-def test_a_fork_with_constant_innate_fitness_is_not_measurable(
-    stored: dict[str, Stored],
-) -> None:
+    # A fork with constant innate fitness is not measurable.
     constant = fork().map(np.ones_like, keep_attrs=True)
     rows = estimates(stored["costly-climbing/rugged"], fork=constant)
     for name in ("fork-history", "fork-regime"):
@@ -122,37 +116,29 @@ OBSTACLES: Mapping[str, bool] = {
 }
 
 
-@pytest.mark.parametrize("preset", OBSTACLES)
-def test_models_state_whether_learned_behavior_can_become_innate(preset: str) -> None:
-    obstacle = bl.load(preset).model_part.assimilation_obstacle
-    assert bool(obstacle) is OBSTACLES[preset]
+def test_models_state_whether_learned_behavior_can_become_innate() -> None:
+    for preset, has_obstacle in OBSTACLES.items():
+        assert bool(bl.load(preset).model_part.assimilation_obstacle) is has_obstacle, preset
 
 
-def test_without_inheritance_every_question_is_impossible(stored: dict[str, Stored]) -> None:
+def test_questions_without_an_answer_are_not_measurable_or_impossible(
+    stored: dict[str, Stored],
+) -> None:
     data = stored["guessing"]
     experiment = data.experiment.replace(evolution={"inheritance": "none"})
     rows = estimate(data.runs, {"innate": data.innate}, experiment, 5)
     assert {(row.measurability, row.reason) for row in rows} == {
         (IMPOSSIBLE, "Genomes are not inherited.")
     }
-
-
-def test_questions_on_several_species_are_not_measurable(stored: dict[str, Stored]) -> None:
-    data = stored["guessing"]
+    # Questions on several species are not measurable.
     species = bl.load("invasion:learner-on-needle")
     rows = estimate(data.runs, {"innate": data.innate}, species, 5)
     assert {row.measurability for row in rows} == {NOT_MEASURABLE}
-
-
-def test_a_distance_that_is_0_from_the_start_is_not_measurable(stored: dict[str, Stored]) -> None:
-    data = stored["guessing"]
+    # A distance that is 0 from the start is not measurable.
     without_unset = data._replace(runs=data.runs.assign(unset=data.runs["unset"] * 0))
     row = estimates(without_unset, innate=data.innate)["assimilation"]
     assert (row.measurability, row.values) == (NOT_MEASURABLE, None)
-
-
-def test_an_unknown_selection_scheme_is_not_measurable(stored: dict[str, Stored]) -> None:
-    data = stored["guessing"]
+    # An unknown selection scheme is not measurable.
     experiment = data.experiment.replace(evolution={"selection": "lexicase"})
     row = estimates(data._replace(experiment=experiment), innate=data.innate)[
         "selection-by-learning"

@@ -45,19 +45,19 @@ def test_the_parts_add_up_to_the_change(stored: dict[str, Stored], condition: st
     assert set(averages) == set(QUANTITIES)
 
 
-def test_the_observed_response_is_the_change(stored: dict[str, Stored]) -> None:
-    values = changes_of(stored[CONVEX]).values
-    np.testing.assert_allclose(values["response"], values["change"], rtol=0, atol=1e-12)
-
-
-def test_x_is_inherited_completely_so_that_its_response_is_predicted(
+def test_the_observed_response_is_the_change_as_x_is_inherited_completely(
     stored: dict[str, Stored],
 ) -> None:
+    values = changes_of(stored[CONVEX]).values
+    np.testing.assert_allclose(values["response"], values["change"], rtol=0, atol=1e-12)
+    # X is inherited completely so that its response is predicted.
     # A child has the x of one of its parents, plus a mutation.
     averages = average_changes(changes_of(stored[CONVEX]))
     np.testing.assert_allclose(averages["heritability"], 1, atol=0.1)
     predicted, observed = (averages[name].mean() for name in ("predicted response", "response"))
     assert float(predicted) == pytest.approx(float(observed), rel=0.1)
+    # Without genotypes the correlation is undefined.
+    assert changes_of(stored[CONVEX]).values[CORRELATION].isnull().all()
 
 
 def test_the_correlation_is_that_of_all_pairs_of_agents(stored: dict[str, Stored]) -> None:
@@ -73,11 +73,9 @@ def test_the_correlation_is_that_of_all_pairs_of_agents(stored: dict[str, Stored
         assert float(correlation[run]) == pytest.approx(expected, abs=1e-5)
 
 
-def test_without_genotypes_the_correlation_is_undefined(stored: dict[str, Stored]) -> None:
-    assert changes_of(stored[CONVEX]).values[CORRELATION].isnull().all()
-
-
-def test_a_thinned_assay_has_all_changes_of_a_recorded_trait(stored: dict[str, Stored]) -> None:
+def test_a_thinned_assay_has_all_changes_of_a_recorded_trait_but_none_of_innate_fitness(
+    stored: dict[str, Stored],
+) -> None:
     data = stored[CONVEX]
     thinned = data._replace(innate=data.innate.isel(generation=[0, 5, 11]))
     changes = changes_of(thinned).values
@@ -86,9 +84,6 @@ def test_a_thinned_assay_has_all_changes_of_a_recorded_trait(stored: dict[str, S
     assert changes["generation"].values[is_known.values].tolist() == [0, 5]
     complete = changes_of(data).values.sel(generation=[0, 5])
     np.testing.assert_allclose(changes["change"].sel(generation=[0, 5]), complete["change"])
-
-
-def test_a_thinned_assay_has_no_changes_of_innate_fitness(stored: dict[str, Stored]) -> None:
     data = stored["costly-climbing/rugged"]
     thinned = data._replace(innate=data.innate.isel(generation=[0, 5, 19]))
     assert changes_of(thinned).values.sizes["generation"] == 0

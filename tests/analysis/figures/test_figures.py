@@ -62,11 +62,8 @@ def evaluate_paper() -> list[ClaimResult]:
 
 @cache
 def make_multiverse() -> Multiverse:
-    return multiverse_of(
-        variant_of(),
-        variant_of("literal", NO_MEALS),
-        variant_of("literal+rank", TAUGHT_BEAT_EVOLVED),
-    )
+    both = variant_of("literal+rank", TAUGHT_BEAT_EVOLVED)
+    return multiverse_of(variant_of(), variant_of("literal", NO_MEALS), both)
 
 
 def six_traces() -> list[xr.Dataset]:
@@ -164,32 +161,26 @@ def test_threads_may_draw_at_the_same_time() -> None:
         assert set(threads.map(lambda _: figures.to_svg(DRAW["clocks"]()), range(3))) == {expected}
 
 
-def test_the_time_density_sums_to_all_time() -> None:
+def test_the_time_density_sums_to_all_time_and_needs_a_trace() -> None:
     shares = compute_time_shares(trace(FORAGERS, 3))
     assert shares.sum() == pytest.approx(100)
     # All agents walk along y = 150.
     assert shares[7].sum() == pytest.approx(100)
+    with pytest.raises(ValueError, match="no trace"):
+        figures.draw_emergence(study(AS_THE_PAPER), [])
 
 
 def test_a_second_network_is_drawn_as_a_teacher() -> None:
     texts = [text.get_text() for text in DRAW["networks"]().axes[0].texts]
     assert texts.count("action module, 3 - 10 - 3 units") == 2
-    assert (
-        texts.count("reinforcement module, 3 - 10 - 3 units")
-        == texts.count("teaches,\ndoes not learn")
-        == 1
-    )
+    for text in ("reinforcement module, 3 - 10 - 3 units", "teaches,\ndoes not learn"):
+        assert texts.count(text) == 1
 
 
 def test_no_interval_of_fitness_reaches_below_zero() -> None:
     bands = figures.draw_fitness_curves(study({"mine": [0, 0, 30]})).axes[0].collections
-    assert (
-        bands
-        and min(
-            np.asarray(path.vertices)[:, 1].min() for band in bands for path in band.get_paths()
-        )
-        == 0
-    )
+    paths = [np.asarray(path.vertices) for band in bands for path in band.get_paths()]
+    assert paths and min(path[:, 1].min() for path in paths) == 0
 
 
 def test_a_path_is_split_at_the_edge_of_the_map() -> None:
@@ -203,10 +194,8 @@ def test_a_path_is_split_at_the_edge_of_the_map() -> None:
 
 def test_learners_look_the_same_on_every_map_and_differ_in_more_than_color() -> None:
     shown = plotted_conditions(study(AS_THE_PAPER))
-    assert [(condition.learner, condition.map_name) for condition in shown[:4:3]] == [
-        ("evo", "A"),
-        ("evo", "B"),
-    ]
+    for condition, name in zip(shown[:4:3], "AB", strict=True):
+        assert (condition.learner, condition.map_name) == ("evo", name)
     assert shown[0].style == shown[3].style
     assert len({(style.line, style.marker) for style in map(choose_style, range(28))}) == 28
 
@@ -218,11 +207,8 @@ def test_brackets_show_the_corrected_p() -> None:
 
 
 def test_many_conditions_have_vertical_p_values_and_labels_below_the_last_map() -> None:
-    names = [
-        "evo",
-        "evo+self-taught",
-        *(f"evo+something-that-is-long-{number}" for number in range(10)),
-    ]
+    long_names = [f"evo+something-that-is-long-{number}" for number in range(10)]
+    names = ["evo", "evo+self-taught", *long_names]
     claims = tuple(
         Claim.model_validate({"id": f"{a}/{name}", "title": "", "claim": "", "comparisons": [
             {"a": f"{a}/{name}", "b": f"evo/{name}", "measure": "mean", "rule": "greater"}]})
@@ -263,14 +249,12 @@ def test_fifty_conditions_have_a_legend_and_labels_that_do_not_overlap() -> None
     assert all(left.x1 <= right.x0 for left, right in pairwise(labels))
 
 
-def test_the_heat_map_shows_verdict_and_effect_of_each_claim_and_choice() -> None:
+def test_the_heat_maps_have_the_verdicts_effects_and_shares_of_each_claim_and_choice() -> None:
     cells = [text.get_text() for text in DRAW["variants"]().axes[0].texts]
     assert len(cells) == 2 * 9
     assert cells[:3] == ["✓ +40", "✓ +40", "✓ 0"] and cells[5] == "✓ −70"
     assert cells[9:12] == ["? 0", "? 0", "✓ 0"]
-
-
-def test_the_map_of_shares_has_a_row_per_alternative_and_standard() -> None:
+    # The map of shares has a row per alternative and standard.
     axes = DRAW["variants-shares"]().axes[0]
     assert [label.get_text() for label in axes.get_yticklabels()] == [
         "standard  R1",
@@ -279,12 +263,8 @@ def test_the_map_of_shares_has_a_row_per_alternative_and_standard() -> None:
         "rank  R4",
     ]
     cells = [text.get_text() for text in axes.texts]
-    assert (cells[5], cells[14], cells[23], cells[32]) == (
-        "100%",
-        "0%",
-        "50%",
-        "0%",
-    )  # C6 in each row
+    # C6 in each row.
+    assert [cells[number] for number in (5, 14, 23, 32)] == ["100%", "0%", "50%", "0%"]
 
 
 def test_trajectories_of_species_have_a_marker_and_a_color_each() -> None:
@@ -297,11 +277,6 @@ def test_trajectories_of_species_have_a_marker_and_a_color_each() -> None:
     assert [line.get_marker() for line in ends] == ["o", "o", "^", "^"]
     assert len({line.get_color() for line in ends}) == 2
     assert [line.get_markerfacecolor() == "white" for line in ends] == [False, True] * 2
-
-
-def test_emergence_needs_a_trace() -> None:
-    with pytest.raises(ValueError, match="no trace"):
-        figures.draw_emergence(study(AS_THE_PAPER), [])
 
 
 def test_a_figure_is_saved_as_svg_and_png(tmp_path: Path) -> None:

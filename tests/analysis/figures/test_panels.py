@@ -46,36 +46,28 @@ def test_a_panel_contains_what_matplotlib_measures_and_no_other_panel(figure: Fi
         assert height - extent.y0 <= piece.source.bottom + 1
 
 
-def test_a_figure_whose_legend_has_no_entries_is_arranged() -> None:
+def test_legends_and_shared_labels_are_arranged() -> None:
     figure = draw_grid(2, 2)
     figure.legend(handles=[], loc="outside lower center")
     layout = arrange(figure)
     assert layout is not None and len(layout.pieces) == 5
+    # Shared labels are repeated in each panel.
+    layout = arrange(draw_grid(2, 2, shared=True))
+    assert layout is not None
+    # The legend, four panels, two vertical axes and two horizontal axes.
+    assert len(layout.pieces) == 1 + 4 + 2 + 2
+    # A single column has no narrow layout.
+    assert arrange(draw_grid(3, 1)) is None
 
 
 def test_panels_are_below_each_other_in_the_order_of_reading() -> None:
     figure = draw_grid(2, 2)
     layout = arrange(figure)
     assert layout is not None
-    tops = [
-        piece.top
-        for axes in figure.axes
-        for piece in layout.pieces
-        if piece.group == axes.get_gid()
-    ]
+    by_group = {piece.group: piece.top for piece in layout.pieces}
+    tops = [by_group[str(axes.get_gid())] for axes in figure.axes]
     assert tops == sorted(tops) and len(set(tops)) == 4
     assert layout.width < figure.get_size_inches()[0] * panels.POINTS_PER_INCH * 0.6
-
-
-def test_shared_labels_are_repeated_in_each_panel() -> None:
-    layout = arrange(draw_grid(2, 2, shared=True))
-    assert layout is not None
-    # The legend, four panels, two vertical axes and two horizontal axes.
-    assert len(layout.pieces) == 1 + 4 + 2 + 2
-
-
-def test_a_single_column_has_no_narrow_layout() -> None:
-    assert arrange(draw_grid(3, 1)) is None
 
 
 def test_the_image_has_one_drawing_and_both_layouts() -> None:

@@ -53,22 +53,22 @@ def test_a_system_has_one_estimate_per_question_and_its_control() -> None:
     assert system.control == CONTROL
 
 
-def test_a_condition_that_does_not_learn_is_no_system() -> None:
-    stored = {"innate": {CONTROL: innate(CONTROL, off=constant(1))}}
+def test_only_requested_conditions_that_learn_are_systems() -> None:
     study = runs(STEP * 1.0, STEP * 1.0)
-    assert evaluate_systems(study, stored, {CONTROL: load(CONTROL)}, [], 10) == []
+    for name, requested in ((CONTROL, []), (LEARNER, ["another"])):
+        lives = {"on": constant(2)} if name == LEARNER else {}
+        stored = {"innate": {name: innate(name, off=constant(1), **lives)}}
+        assert evaluate_systems(study, stored, {name: load(name)}, requested, 10) == []
 
 
 def test_the_half_way_point_has_generations_and_evaluations() -> None:
     study = runs(learner=np.minimum(STEP * 10.0, 100), control=STEP * 1.0)
     system = evaluate(off=constant(1), on=constant(2), without=constant(1), study=study)
     time = system.time_to_level
-    assert time is not None and time.level == pytest.approx(50), (
-        "between the founders' 0 and the best, 100"
-    )
-    assert time.generations == 5 and time.evaluations == 6 * AGENTS, (
-        "six generations with one lifetime per agent"
-    )
+    # The level is between the founders' 0 and the best, 100.
+    assert time is not None and time.level == pytest.approx(50)
+    # The agents of six generations have one lifetime each.
+    assert time.generations == 5 and time.evaluations == 6 * AGENTS
     assert math.isnan(time.control_generations), "evolution alone reaches 39"
 
 
@@ -79,14 +79,3 @@ def test_a_condition_without_a_control_has_no_time_to_level() -> None:
         study, {"innate": {LEARNER: data}}, {LEARNER: load(LEARNER)}, [], 10
     )
     assert system.time_to_level is None and system.control == ""
-
-
-def test_only_requested_conditions_are_evaluated() -> None:
-    data = innate(LEARNER, off=constant(1), on=constant(2))
-    experiments = {LEARNER: load(LEARNER)}
-    assert (
-        evaluate_systems(
-            runs(STEP * 1.0, STEP * 1.0), {"innate": {LEARNER: data}}, experiments, ["another"], 10
-        )
-        == []
-    )

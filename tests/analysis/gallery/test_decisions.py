@@ -64,12 +64,15 @@ def test_a_significant_effect_within_the_bound_is_equivalent() -> None:
     assert find_measurement(normal(0.02, 0.01), bound=0.01).verdict == "yes"
 
 
-def test_effect_and_interval_are_of_the_median_over_defined_runs() -> None:
+def test_effect_interval_and_stability_are_of_the_median_over_defined_runs() -> None:
     values = np.append(normal(1.0), np.nan)
     measurement = find_measurement(values)
     assert measurement.runs == RUNS and measurement.effect == pytest.approx(1.0)
     assert measurement.low < 1.0 < measurement.high
     assert measurement.p == pytest.approx(stats.wilcoxon(normal(1.0)).pvalue)
+    # A verdict that depends on the sampled runs is unstable.
+    assert find_measurement(normal(2.0)).stability == 1
+    assert find_measurement(normal(0.5)).is_unstable
 
 
 def test_q_values_are_corrected_over_the_systems_of_the_table() -> None:
@@ -86,39 +89,29 @@ def test_q_values_are_corrected_over_the_systems_of_the_table() -> None:
     ]
 
 
-def test_one_run_has_no_interval_and_cannot_suffice() -> None:
-    measurement = find_measurement([3.0])
-    assert isnan(measurement.low) and measurement.p == 1 and measurement.label == "too few runs"
-
-
 def test_too_few_runs_are_stated_with_the_required_number() -> None:
     decisions = decide_estimates(make_estimate(np.arange(1.0, 6.0)))
     # The smallest p-value of five runs is 2 / 2 ** 5.
     assert "At least 6 runs are needed" in describe_too_few_runs(decisions)
     assert find_measurement(np.arange(1.0, 7.0)).verdict == "yes"
     assert describe_too_few_runs(decide_estimates(make_estimate(np.arange(1.0, 7.0)))) == ""
+    # One run has no interval and cannot suffice.
+    measurement = find_measurement([3.0])
+    assert isnan(measurement.low) and measurement.p == 1 and measurement.label == "too few runs"
 
 
-def test_an_undecided_question_is_decided_by_the_required_runs() -> None:
+def test_a_measured_question_is_decided_by_the_required_runs() -> None:
     measurement = find_measurement(normal(0.3))
     assert measurement.verdict == "undecided" and measurement.required_runs is not None
     generator = np.random.default_rng(3)
     studies = generator.normal(0.3, 1, (300, measurement.required_runs))
     power = np.mean([stats.wilcoxon(study).pvalue < 0.05 for study in studies])
     assert 0.7 < power < 0.95
-
-
-def test_a_small_effect_needs_runs_for_equivalence() -> None:
+    # A small effect needs runs for equivalence.
     measurement = find_measurement(normal(0.0, 0.3), bound=0.1)
     assert measurement.verdict == "undecided" and measurement.required_runs is not None
-    assert (
-        find_measurement(normal(0.0, 0.3, runs=measurement.required_runs)).verdict == "equivalent"
-    )
-
-
-def test_a_verdict_that_depends_on_the_sampled_runs_is_unstable() -> None:
-    assert find_measurement(normal(2.0)).stability == 1
-    assert find_measurement(normal(0.5)).is_unstable
+    values = normal(0.0, 0.3, runs=measurement.required_runs)
+    assert find_measurement(values).verdict == "equivalent"
 
 
 def test_classes_without_values_have_no_numbers_and_are_not_tested() -> None:
@@ -129,12 +122,8 @@ def test_classes_without_values_have_no_numbers_and_are_not_tested() -> None:
         make_estimate(normal(0.48)),
     )
     rows = [decision.row() for decision in decisions]
-    assert [row["class"] for row in rows] == [
-        "impossible",
-        "not measurable",
-        "not measurable",
-        "measured",
-    ]
+    classes = ["impossible", "not measurable", "not measurable", "measured"]
+    assert [row["class"] for row in rows] == classes
     assert all(tuple(row) == COLUMNS for row in rows)
     assert all(row["verdict"] is row["estimate"] is row["q"] is None for row in rows[:3])
     assert rows[3]["q"] == pytest.approx(rows[3]["p"]), "the only test of the table"

@@ -44,6 +44,9 @@ def test_a_paper_with_many_systems_has_the_weight_of_one_paper() -> None:
     (summary,) = summarize_questions(table)
     assert summary.mean is not None and summary.mean.papers == 3
     assert summary.mean.mean == pytest.approx(0, abs=0.01)
+    # Two papers have no mean effect.
+    (summary,) = summarize_questions(make_table(a=[make_estimate(UP)], b=[make_estimate(UP)]))
+    assert summary.mean is None
 
 
 def test_effects_of_several_units_are_divided_by_their_bounds() -> None:
@@ -55,20 +58,13 @@ def test_effects_of_several_units_are_divided_by_their_bounds() -> None:
     (summary,) = summarize_questions(table)
     assert summary.unit == "equivalence bounds" and summary.mean is not None
     assert summary.mean.mean == pytest.approx(np.median(UP))
-
-
-def test_an_effect_with_a_bound_of_0_is_not_in_the_mean_of_relative_effects() -> None:
+    # An effect with a bound of 0 is not in the mean of relative effects.
     papers = {
         name: [make_estimate(UP, bound=bound)]
         for name, bound in zip("abc", (1.0, 2.0, 4.0), strict=True)
     }
     (summary,) = summarize_questions(make_table(**papers, d=[make_estimate(UP, bound=0.0)]))
     assert summary.mean is not None and summary.mean.papers == 3
-
-
-def test_two_papers_have_no_mean_effect() -> None:
-    (summary,) = summarize_questions(make_table(a=[make_estimate(UP)], b=[make_estimate(UP)]))
-    assert summary.mean is None
 
 
 def test_at_most_six_sentences_follow_from_the_table() -> None:
@@ -82,9 +78,6 @@ def test_at_most_six_sentences_follow_from_the_table() -> None:
         "in 3 of 3 measured systems and in 3 of 3 papers; mean effect" in sentence
         for sentence in sentences[1:]
     )
-
-
-def test_every_question_has_a_title() -> None:
     assert tuple(TITLES) == QUESTIONS
 
 

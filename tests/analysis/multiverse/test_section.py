@@ -41,71 +41,47 @@ def full_multiverse() -> Multiverse:
     )
 
 
+C6 = "C6 (self-teaching alone does not exceed evolution on map A)"
+
+
 def test_sentences_name_robust_claims_and_the_choices_that_change_others() -> None:
     sentences = compose_sentences(small_multiverse())
-    assert sentences[0].startswith(
-        "These claims hold under every variant: C1 (learning helps the best"
-    )
+    start = "These claims hold under every variant: C1 (learning helps the best"
+    assert sentences[0].startswith(start)
     assert "C6" not in sentences[0]
-    assert (
-        "C6 (self-teaching alone does not exceed evolution on map A) holds under the "
-        "standard variant and biases (R3); "
-        "does not hold under rank (R4)." in sentences
-    )
-    assert (
-        "The standard variant is at a distance of 5.00: +240 for C1 and +240 for C2." in sentences
-    )
-    assert any(
-        "(+40 for C1 and +40 for C2) is biases (R3): +40.0 for C1" in sentence
-        for sentence in sentences
-    )
-    assert (
-        "All these values are inside the measured 95 % intervals under biases (R3) and rank (R4)."
-        in sentences
-    )
-    assert "Under the standard variant and biases (R3), all 9 claims hold." in sentences
+    for sentence in (
+        f"{C6} holds under the standard variant and biases (R3); does not hold under rank (R4).",
+        "The standard variant is at a distance of 5.00: +240 for C1 and +240 for C2.",
+        "All these values are inside the measured 95 % intervals under biases (R3) and rank (R4).",
+        "Under the standard variant and biases (R3), all 9 claims hold.",
+    ):
+        assert sentence in sentences
+    nearest = "(+40 for C1 and +40 for C2) is biases (R3): +40.0 for C1"
+    assert any(nearest in sentence for sentence in sentences)
 
 
 def test_many_variants_are_counted_and_few_are_named() -> None:
     names = [variant.name for variant in vary_one_at_a_time()[1:]]
+    rank = variant_of("rank", TAUGHT_BEAT_EVOLVED)
     sentences = compose_sentences(
-        multiverse_of(
-            variant_of(),
-            *(variant_of(name) for name in names[:5]),
-            variant_of("rank", TAUGHT_BEAT_EVOLVED),
-        )
+        multiverse_of(variant_of(), *(variant_of(name) for name in names[:5]), rank)
     )
-    assert any(
-        "holds under the standard variant and 5 others; does not hold under rank (R4)" in sentence
-        for sentence in sentences
-    )
-
-
-def test_claims_that_fail_under_all_variants_are_named() -> None:
-    sentences = compose_sentences(multiverse_of(variant_of("rank", TAUGHT_BEAT_EVOLVED)))
-    assert (
-        "C6 (self-teaching alone does not exceed evolution on map A) does not hold "
-        "under any variant." in sentences
-    )
+    counted = "holds under the standard variant and 5 others; does not hold under rank (R4)"
+    assert any(counted in sentence for sentence in sentences)
+    assert f"{C6} does not hold under any variant." in compose_sentences(multiverse_of(rank))
 
 
 def test_variants_without_effect_and_claims_that_never_hold_are_named() -> None:
     sentences = compose_sentences(
         multiverse_of(variant_of(eaten=NO_MEALS), variant_of("open-boundaries", NO_MEALS))
     )
-    assert (
-        "All verdicts and effects equal those of the standard variant under open-boundaries (R8)."
-        in sentences
-    )
-    assert any(
-        sentence.startswith("These claims hold under no variant: C1, C2, C4")
-        for sentence in sentences
-    )
+    equal = "All verdicts and effects equal those of the standard variant under open-boundaries"
+    assert f"{equal} (R8)." in sentences
+    start = "These claims hold under no variant: C1, C2, C4"
+    assert any(sentence.startswith(start) for sentence in sentences)
     lone = compose_sentences(multiverse_of(variant_of(eaten={"evo/A": [1, 2]})))
-    assert (
-        lone[0] == "No claim holds under every variant."
-        and "No claim holds under any variant." in lone
-    )
+    assert lone[0] == "No claim holds under every variant."
+    assert "No claim holds under any variant." in lone
     assert any("C1" in sentence and "because runs are missing" in sentence for sentence in lone)
 
 
@@ -136,10 +112,8 @@ def test_equal_runs_or_equal_verdicts_need_no_explanation() -> None:
     few = small_multiverse()
     all_hold = dict.fromkeys([claim.id for claim in few.claims], HOLDS)
     assert explain_differences(few, StandardStudy(all_hold, (30, 30))) == ""
-    assert (
-        explain_differences(few, StandardStudy(all_hold | {"C6": UNDECIDED}, few.variants[0].runs))
-        == ""
-    )
+    equal_runs = StandardStudy(all_hold | {"C6": UNDECIDED}, few.variants[0].runs)
+    assert explain_differences(few, equal_runs) == ""
 
 
 @pytest.mark.usefixtures("placeholder_figures")
@@ -154,10 +128,8 @@ def test_the_section_is_made_from_the_json_and_saves_its_figures(tmp_path: Path)
     assert {path.name for path in (tmp_path / "figures").iterdir()} == names
     text = re.sub(r'src="[^"]*"', "", made.body)
     assert "nan" not in text.lower() and "None" not in text
-    assert (
-        "C1, paper +40" in text
-        and "R4: the probability of a parent grows linearly with its rank" in text
-    )
+    assert "C1, paper +40" in text
+    assert "R4: the probability of a parent grows linearly with its rank" in text
 
 
 @pytest.mark.usefixtures("placeholder_figures")

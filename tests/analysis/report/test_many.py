@@ -75,12 +75,26 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_report(folder, contents, folder / "report.html", summary=SUMMARY)
 
 
-def test_questions_without_a_paper_have_no_column_for_one(page: Path) -> None:
+def test_the_page_of_many_conditions_is_folded(page: Path) -> None:
     text = re.sub(r'src="[^"]*"', "", page.read_text("utf-8"))
     assert "24 own questions: " in text and "claims of the paper:" not in text
     assert ">Paper</th>" not in text and 'data-label="paper"' not in text
     assert 'id="differences"' not in text
     assert "This study has 8 runs per condition, and the paper has 60." in text
+    # Long lists and all topics are folded.
+    text = page.read_text("utf-8")
+    assert "<details><summary>All claims</summary>" in text
+    for topic in ("claims", "conditions", "comparisons", "experiments"):
+        assert f'<details class="topic"><summary><h2 id="{topic}">' in text
+    assert text.count("<details") == text.count("</details>")
+    # Many conditions are listed by learners and maps.
+    assert "<dd>16: each of 4 learners on each of 4 maps</dd>" in page.read_text("utf-8")
+    few = {f"evo/{map_name}": Factors("evo", map_name) for map_name in "AB"}
+    assert describe_conditions(few) == [("conditions", "evo/A, evo/B")]
+    uneven = {f"{number}/A": Factors(str(number), "A") for number in range(20)} | {
+        "0/B": Factors("0", "B")
+    }
+    assert describe_conditions(uneven) == [("conditions", ", ".join(uneven))]
 
 
 def test_a_figure_is_on_the_first_screen_before_the_sentences_and_their_table(page: Path) -> None:
@@ -91,24 +105,6 @@ def test_a_figure_is_on_the_first_screen_before_the_sentences_and_their_table(pa
     ]
     assert order == sorted(order)
     assert 'id="figure-final-fitness"' not in "".join(rest)
-
-
-def test_long_lists_and_all_topics_are_folded(page: Path) -> None:
-    text = page.read_text("utf-8")
-    assert "<details><summary>All claims</summary>" in text
-    for topic in ("claims", "conditions", "comparisons", "experiments"):
-        assert f'<details class="topic"><summary><h2 id="{topic}">' in text
-    assert text.count("<details") == text.count("</details>")
-
-
-def test_many_conditions_are_listed_by_learners_and_maps(page: Path) -> None:
-    assert "<dd>16: each of 4 learners on each of 4 maps</dd>" in page.read_text("utf-8")
-    few = {f"evo/{map_name}": Factors("evo", map_name) for map_name in "AB"}
-    assert describe_conditions(few) == [("conditions", "evo/A, evo/B")]
-    uneven = {f"{number}/A": Factors(str(number), "A") for number in range(20)} | {
-        "0/B": Factors("0", "B")
-    }
-    assert describe_conditions(uneven) == [("conditions", ", ".join(uneven))]
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)], ids=["desk", "phone"])

@@ -94,74 +94,62 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return report_of(data, tmp_path_factory.mktemp("study"), traces, FACTS)
 
 
-def test_it_says_what_was_run_and_what_came_of_it(page: Path) -> None:
+def test_the_page_states_what_was_run_and_the_results(page: Path) -> None:
     text = page.read_text("utf-8")
     for needed in (
-        "C1",
-        "C9",
-        "holds",
-        "undecided",
-        "about 40 items more",
-        "A12",
-        "95&nbsp;%",
-        "Nam Le",
-        "standard except for",
-    ):
-        assert needed in text
-    for needed in (
-        "A machine",
-        "9.9",
-        "200.0 million per second",
-        "workers: 2",
-        "[evolution]",
-        "generations = 12",
+        *("C1", "C9", "holds", "undecided", "about 40 items more", "A12", "95&nbsp;%", "Nam Le"),
+        *("standard except for", "A machine", "9.9", "200.0 million per second", "workers: 2"),
+        *("[evolution]", "generations = 12"),
     ):
         assert needed in text
     assert "9 claims of the paper: 7 hold, 1 is undecided, 1 does not hold." in text
     assert "This study has 8 runs per condition, and the paper has 30." in text
-
-
-def test_where_it_differs_from_the_paper_it_names_the_open_choices(page: Path) -> None:
+    # Where it differs from the paper it names the open choices.
     section = page.read_text("utf-8").split('id="differences"')[1].split("<h2")[0]
     assert "C6" in section and "C2" not in section
     assert "senses.visual_radius</code> is 40" in section
-
-
-def test_it_needs_nothing_but_itself(page: Path) -> None:
-    text = page.read_text("utf-8")
+    # It needs nothing but itself.
     assert not re.search(
         r"""(src|href)\s*=\s*["'](?!data:|#|figures/|http://127\.0\.0\.1:8642/)|@import|url\("""
         r"""|<script|<link(?! rel="icon")""",
         text,
     )
     assert page.stat().st_size < 4_000_000
-
-
-def test_its_contents_lead_to_every_section(page: Path) -> None:
-    text = page.read_text("utf-8")
+    # Its contents lead to every section.
     contents = text.split('aria-label="Contents"')[1].split("</nav>")[0]
     assert re.findall(r'href="#([^"]+)"', contents) == re.findall(r'<h2 id="([^"]+)"', text)
     # The first figure has a heading without an entry.
     assert text.count("<h2") - 1 == text.count('<h2 id="') == contents.count("<li>") > 5
 
 
-def test_figures_are_numbered_as_they_stand_and_lead_to_their_files(page: Path) -> None:
+def test_every_figure_is_numbered_and_has_its_files_a_text_and_a_lifetime_to_watch(
+    page: Path,
+) -> None:
     text = page.read_text("utf-8")
-    assert re.findall(r'href="#figure-([\w-]+)">Figure\xa0(\d)</a>', text) == [
-        ("fitness", "1"),
-        ("networks", "2"),
-        ("senses", "3"),
-        ("maps", "4"),
-        ("final-fitness", "5"),
-        ("emergence", "6"),
-    ]
+    names = ["fitness", "networks", "senses", "maps", "final-fitness", "emergence"]
+    numbered = [(name, str(number)) for number, name in enumerate(names, 1)]
+    assert re.findall(r'href="#figure-([\w-]+)">Figure\xa0(\d)</a>', text) == numbered
     files = re.findall(r'href="(figures/[^"]+)"', text)
     assert {"figures/emergence.svg", "figures/emergence.png", "figures/emergence.csv"} < set(files)
     assert all((page.parent / file).is_file() for file in files)
-    assert (
-        "baldwinlab replay . --condition evo+self-taught/B --run 0 --generation 11 --out life.mp4"
-        in text
-    )
+    arguments = "--condition evo+self-taught/B --run 0 --generation 11 --out life.mp4"
+    assert f"baldwinlab replay . {arguments}" in text
+    # The numbers of a curve are those of its file.
+    first, *rows = (page.parent / "figures" / "fitness.csv").read_text().splitlines()
+    assert first == "condition,measure,generation,mean,low,high"
+    assert any(row.startswith("evo/A,best,0,83.5,") for row in rows)
+    # Every figure is kept and has a text in its place.
+    assert {path.name for path in (page.parent / "figures").iterdir() if path.suffix != ".csv"} == {
+        f"{name}{end}" for name in names for end in (".svg", ".png")
+    }
+    alternatives = re.findall(r'<img [^>]*alt="([^"]+)"', page.read_text("utf-8"))
+    assert len(alternatives) == len(names) and all(len(text) > 30 for text in alternatives)
+    # Every figure has its data and every result a lifetime to watch.
+    parts = page.read_text("utf-8").split('<figure id="figure-')[1:]
+    for part in parts:
+        name, text = part.split('"')[0], part.split("</figure>")[0]
+        assert all(f"figures/{name}.{ending}" in text for ending in ("svg", "png", "csv")), name
+        assert ("http://127.0.0.1:8642/#/world?" in text) == (name not in SETUP_FIGURES), name
 
 
 @pytest.mark.usefixtures("placeholder_figures")
@@ -170,21 +158,6 @@ def test_a_page_in_another_folder_links_to_the_figures(tmp_path: Path) -> None:
     out = tmp_path / "pages" / "report.html"
     write_report(folder, draw_report(report_data(study(AS_THE_PAPER), folder)), out)
     assert 'href="../a%20study/figures/fitness.csv"' in out.read_text("utf-8")
-
-
-def test_the_numbers_of_a_curve_are_those_of_its_file(page: Path) -> None:
-    first, *rows = (page.parent / "figures" / "fitness.csv").read_text().splitlines()
-    assert first == "condition,measure,generation,mean,low,high"
-    assert any(row.startswith("evo/A,best,0,83.5,") for row in rows)
-
-
-def test_every_figure_is_kept_and_has_a_text_in_its_place(page: Path) -> None:
-    names = {"fitness", "final-fitness", "emergence", "networks", "maps", "senses"}
-    assert {path.name for path in (page.parent / "figures").iterdir() if path.suffix != ".csv"} == {
-        f"{name}{end}" for name in names for end in (".svg", ".png")
-    }
-    alternatives = re.findall(r'<img [^>]*alt="([^"]+)"', page.read_text("utf-8"))
-    assert len(alternatives) == len(names) and all(len(text) > 30 for text in alternatives)
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -201,10 +174,8 @@ def test_axe_finds_no_accessibility_error(
 @pytest.mark.usefixtures("placeholder_figures")
 def test_the_same_study_gives_the_same_page(tmp_path: Path) -> None:
     data = study({"evo/A": [1, 2], "evo+self-taught/A": [3, 4]}, generations=3)
-    assert (
-        report_of(data, tmp_path / "one").read_bytes()
-        == report_of(data, tmp_path / "two").read_bytes()
-    )
+    one, two = (report_of(data, tmp_path / name).read_bytes() for name in ("one", "two"))
+    assert one == two
 
 
 # Tests of the figures draw odd studies.
@@ -220,11 +191,8 @@ def test_the_same_study_gives_the_same_page(tmp_path: Path) -> None:
 )
 def test_odd_studies_have_a_report_too(data: xr.Dataset, tmp_path: Path) -> None:
     text = report_of(data, tmp_path).read_text("utf-8")
-    assert (
-        "is about conditions of this study" in text
-        or "not evaluated" in text
-        or "too few runs" in text
-    )
+    reasons = ("is about conditions of this study", "not evaluated", "too few runs")
+    assert any(reason in text for reason in reasons)
     assert "nan" not in re.sub(r'src="[^"]*"', "", text).lower()
 
 
@@ -246,25 +214,17 @@ def test_generations_of_the_panel_are_the_denser_the_earlier_with_both_ends() ->
 def test_the_variant_is_named_or_spelt_out() -> None:
     assert describe_variant(load("evo/A"), PAPER) == "standard"
     assert describe_variant(load("evo/A", "literal"), PAPER) == "literal"
-    assert (
-        describe_variant(load("evo/A").replace(lifetime={"steps": 9}), PAPER)
-        == "evo/A is standard except for lifetime.steps = 9"
-    )
-    assert (
-        describe_variant(load("evo/A").replace(name="mine"), PAPER)
-        == "mine is not a condition of the paper"
-    )
-    worlds_and_minds = papers.load(
-        "worlds-and-minds"
-    )  # whose variants cannot all be laid over every condition
-    assert {
-        describe_variant(experiment, worlds_and_minds)
-        for experiment in worlds_and_minds.experiments()
-    } == {"standard"}
-    assert (
-        format_setting("senses.visual_radius", {"a": load("evo/A"), "b": load("evo/A", "literal")})
-        == "40 or 4"
-    )
+    shorter = load("evo/A").replace(lifetime={"steps": 9})
+    text = "evo/A is standard except for lifetime.steps = 9"
+    assert describe_variant(shorter, PAPER) == text
+    mine = load("evo/A").replace(name="mine")
+    assert describe_variant(mine, PAPER) == "mine is not a condition of the paper"
+    # Its variants cannot all be laid over every condition.
+    paper = papers.load("worlds-and-minds")
+    described = {describe_variant(experiment, paper) for experiment in paper.experiments()}
+    assert described == {"standard"}
+    both = {"a": load("evo/A"), "b": load("evo/A", "literal")}
+    assert format_setting("senses.visual_radius", both) == "40 or 4"
 
 
 @pytest.mark.usefixtures("placeholder_figures")
@@ -272,11 +232,8 @@ def test_senses_are_not_drawn_without_the_looks_of_agents(tmp_path: Path) -> Non
     data = study(AS_THE_PAPER)
     contents = draw_report(report_data(data, tmp_path))
     write_report(tmp_path, contents, tmp_path / "report.html")
-    assert {path.stem for path in (tmp_path / "figures").iterdir()} == {
-        "fitness",
-        "final-fitness",
-        "maps",
-    }
+    names = {path.stem for path in (tmp_path / "figures").iterdir()}
+    assert names == {"fitness", "final-fitness", "maps"}
 
 
 def test_maps_are_titled_by_what_tells_them_apart() -> None:
@@ -284,43 +241,23 @@ def test_maps_are_titled_by_what_tells_them_apart() -> None:
     assert list(title_worlds(paper, factors())) == ["Map A", "Map B"]
     moved = load("evo/A").replace(world={"start": {"x": 100}})
     experiments = {"one/A": load("evo/A"), "two/A": moved}
-    assert list(
-        title_worlds(experiments, {"one/A": Factors("one", "A"), "two/A": Factors("two", "A")})
-    ) == [
-        "one/A",
-        "two/A",
-    ]
+    named = {"one/A": Factors("one", "A"), "two/A": Factors("two", "A")}
+    assert list(title_worlds(experiments, named)) == ["one/A", "two/A"]
 
 
 def test_facts_may_be_absent() -> None:
     assert format_timing({}) == ""
-    assert (
-        dict(summarize_setup(study({"mine": [1]}), {"mine": load("evo/A")}, {}, {}))["seed"] == "7"
-    )
+    setup = dict(summarize_setup(study({"mine": [1]}), {"mine": load("evo/A")}, {}, {}))
+    assert setup["seed"] == "7"
     assert select_open_choices([], {}) == []
 
 
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0, "0"),
-        (286.4, "286"),
-        (-9.75, "−9.75"),
-        (12345.6, "12,346"),
-        (0.001, "0.00"),
-        (float("nan"), "–"),
-    ],
-)
-def test_numbers_have_three_digits_or_so(value: float, text: str) -> None:
-    assert format_number(value) == text
-
-
-@pytest.mark.parametrize(
-    ("p", "text"),
-    [(1e-9, "1.0e-09"), (0.0312, "0.031"), (0.24, "0.24"), (1, "1.00"), (float("nan"), "–")],
-)
-def test_probabilities_are_never_nought(p: float, text: str) -> None:
-    assert format_p_value(p) == text
+def test_numbers_have_three_digits_and_probabilities_are_never_nought() -> None:
+    numbers = {0: "0", 286.4: "286", -9.75: "−9.75", 12345.6: "12,346", 0.001: "0.00"}
+    assert [format_number(value) for value in numbers] == [*numbers.values()]
+    probabilities = {1e-9: "1.0e-09", 0.0312: "0.031", 0.24: "0.24", 1: "1.00"}
+    assert [format_p_value(p) for p in probabilities] == [*probabilities.values()]
+    assert format_number(float("nan")) == format_p_value(float("nan")) == "–"
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)], ids=["desk", "phone"])
@@ -398,9 +335,8 @@ def test_a_study_of_no_paper_is_reported_without_a_word_on_papers(
 ) -> None:
     text = own_report(study({names[0]: range(8), names[1]: range(20, 28)}), tmp_path)
     assert f"<h1>Evolution and lifetime learning: {names[0]}, {names[1]}</h1>" in text
-    words = re.sub(
-        r"<pre.*?</pre>|class=\"[^\"]*\"", "", text, flags=re.DOTALL
-    )  # experiments, and names of styles
+    # Without experiments and names of styles.
+    words = re.sub(r"<pre.*?</pre>|class=\"[^\"]*\"", "", text, flags=re.DOTALL)
     assert not re.search(r"paper|claim|bracket|reproduction", words, re.IGNORECASE)
 
 
@@ -411,23 +347,19 @@ def test_the_comparison_of_the_conditions_stands_first(tmp_path: Path) -> None:
     section = text.split('id="compared"')[1].split("<h2")[0]
     assert "Each condition is compared with evo/B." in section
     assert section.count("</span> higher</span>") == 2  # in the average and in the best agent
-    assert (
-        "<strong>+20.0 [" in section and '<td class="plain" data-label="runs">8, 8</td>' in section
-    )
+    for text in ("<strong>+20.0 [", '<td class="plain" data-label="runs">8, 8</td>'):
+        assert text in section
 
 
 @pytest.mark.usefixtures("placeholder_figures")
-def test_a_report_says_where_so_few_runs_can_give_no_verdict(tmp_path: Path) -> None:
+def test_a_study_with_too_few_runs_says_so(tmp_path: Path) -> None:
     text = own_report(study({"evo/A": range(4), "evo+drift/A": range(20, 24)}), tmp_path)
     assert (
         "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. "
         "At least 5 runs are needed." in text
     )
     assert text.count("</span> too few runs</span>") == 2 and "</span> undecided</span>" not in text
-
-
-@pytest.mark.usefixtures("placeholder_figures")
-def test_claims_of_too_few_runs_say_so(tmp_path: Path) -> None:
+    # Claims of too few runs say so.
     few = {name: list(values)[:3] for name, values in AS_THE_PAPER.items()}
     text = text_of(report_of(study(few), tmp_path))
     assert re.search(
@@ -461,14 +393,10 @@ def test_survival_is_reported_as_restricted_means_because_medians_can_differ_in_
         100, 100, 6001.5, 8343.0, 304397.5, 215251.4, 395110.5, 3.14, 0.0017, 0.485
     )
     finding = Finding(comparison, numbers, 0.0051, "holds", "steps that the population survives")
-    assert (
-        describe_finding(finding)
-        == "steps that the population survives, restricted mean: +304,398 in ERL compared with B"
-    )
-    assert (
-        describe_comparison(finding)
-        == "ERL 6,002, B 8,343 (steps that the population survives; medians)"
-    )
+    steps = "steps that the population survives"
+    mean = f"{steps}, restricted mean: +304,398 in ERL compared with B"
+    assert describe_finding(finding) == mean
+    assert describe_comparison(finding) == f"ERL 6,002, B 8,343 ({steps}; medians)"
 
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)], ids=["desk", "phone"])
@@ -519,15 +447,9 @@ def test_on_a_phone_a_figure_has_one_panel_per_row(browser: Browser, page: Path)
     opened.close()
 
 
-def test_every_figure_has_its_data_and_every_result_a_lifetime_to_watch(page: Path) -> None:
-    parts = page.read_text("utf-8").split('<figure id="figure-')[1:]
-    for part in parts:
-        name, text = part.split('"')[0], part.split("</figure>")[0]
-        assert all(f"figures/{name}.{ending}" in text for ending in ("svg", "png", "csv")), name
-        assert ("http://127.0.0.1:8642/#/world?" in text) == (name not in SETUP_FIGURES), name
-
-
-def test_the_first_screen_of_a_custom_study_states_its_comparison(tmp_path: Path) -> None:
+def test_the_first_screen_of_a_custom_study_states_its_comparison_or_its_fitness(
+    tmp_path: Path,
+) -> None:
     data = study({"mine": range(8), "yours": range(20, 28)})
     contrasts = compare_conditions(data)
     headline = compose_headline(report_data(data, tmp_path, contrasts=contrasts))
@@ -538,9 +460,6 @@ def test_the_first_screen_of_a_custom_study_states_its_comparison(tmp_path: Path
         f"baldwinlab replay . --condition {name} --run 3 --generation 11 --out life.mp4"
         for name in ("yours", "mine")
     ]
-
-
-def test_the_first_screen_of_one_condition_states_its_fitness(tmp_path: Path) -> None:
     headline = compose_headline(report_data(study({"mine": range(8)}), tmp_path))
     assert headline.question == "How fit do the agents of mine become?"
     assert "3.50 in 8 runs of mine." in headline.answer[0] and headline.effect == ""

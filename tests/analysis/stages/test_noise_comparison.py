@@ -38,11 +38,6 @@ def rows() -> dict[str, NoiseComparison]:
     return {row.condition: row for row in table}
 
 
-def test_matched_controls_have_no_rows(rows: dict[str, NoiseComparison]) -> None:
-    assert list(rows) == ["evo/A", "hebb/A", "crbp/A", "noise/A", "random/A", "hebb/B", "noise/B"]
-    assert rows["hebb/A"].setting == "rate 0.1"
-
-
 def test_the_noise_control_is_the_best_one_of_the_map(rows: dict[str, NoiseComparison]) -> None:
     noise = rows["hebb/A"].noise
     assert noise and noise.control == "random/A"
@@ -61,9 +56,7 @@ def test_the_p_value_is_the_largest_of_all_noise_controls(rows: dict[str, NoiseC
     ]
     assert crbp and crbp.p == pytest.approx(max(ps))
     assert ps[0] < 0.001 < ps[1]
-
-
-def test_the_q_values_are_corrected_over_all_rows(rows: dict[str, NoiseComparison]) -> None:
+    # The q values are corrected over all rows.
     effects = [row.noise for row in rows.values() if row.noise]
     expected = stats.false_discovery_control([effect.p for effect in effects])
     assert [effect.q for effect in effects] == pytest.approx(expected.tolist())
@@ -73,9 +66,10 @@ def test_a_rule_is_compared_with_its_own_matched_controls(rows: dict[str, NoiseC
     matched = rows["hebb/A"].matched
     assert matched["yoked"].numbers.effect > 0 > matched["drift"].numbers.effect
     assert rows["crbp/A"].matched == {} and rows["hebb/B"].matched == {}
-
-
-def test_undefined_numbers_are_none_in_the_record(rows: dict[str, NoiseComparison]) -> None:
+    # Matched controls have no rows.
+    assert list(rows) == ["evo/A", "hebb/A", "crbp/A", "noise/A", "random/A", "hebb/B", "noise/B"]
+    assert rows["hebb/A"].setting == "rate 0.1"
+    # Undefined numbers are none in the record.
     record = rows["noise/A"].record()
     assert record["noise_effect"] is None and record["yoked_q"] is None
     assert record["runs"] == 12

@@ -12,7 +12,5 @@ def test_each_condition_has_the_value_with_its_largest_median() -> None:
         0.01: measure_medians(study({"evo/A": [3, 3, 3], "evo/B": [4, 4, 99]})),
     }
     assert choose_values(medians) == {"evo/A": 0.01, "evo/B": 0.1}
-
-
-def test_the_smallest_of_equally_good_values_is_chosen() -> None:
+    # The smallest of equally good values is chosen.
     assert choose_values({0.3: {"a": 2.0}, 0.03: {"a": 2.0}, 0.1: {"a": 1.0}}) == {"a": 0.03}

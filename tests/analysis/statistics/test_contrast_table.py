@@ -28,6 +28,8 @@ def test_the_cells_have_all_numbers_of_a_comparison() -> None:
     # All 64 pairs are higher. The exact p of two samples of 8 is 2 / 12870, doubled for two tests.
     assert (cells["verdict"], cells["a12"], cells["runs"]) == ("higher", "1.00", "8, 8")
     assert (cells["p"], cells["p_holm"]) == ("1.6e-04", "3.1e-04")
+    method = describe_method(compare_conditions(study({"a": LOW, "b": HIGH}), last=4))
+    assert "the last 4 generations" in method and "for 2 tests" in method
 
 
 def test_only_different_references_are_named_in_the_rows() -> None:
@@ -69,8 +71,3 @@ def test_several_conditions_are_counted_first_and_the_largest_follows() -> None:
     )
     assert largest.startswith("d is higher than a") and second.startswith("c is higher than a")
     assert last.startswith("e is lower than a")
-
-
-def test_the_method_names_the_generations_and_the_tests() -> None:
-    method = describe_method(compare_conditions(study({"a": LOW, "b": HIGH}), last=4))
-    assert "the last 4 generations" in method and "for 2 tests" in method

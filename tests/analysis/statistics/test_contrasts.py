@@ -78,9 +78,7 @@ def test_all_conditions_are_compared_with_a_given_baseline() -> None:
         ("evo/B", "evo+drift/B"),
     }
     assert contrasts.pairing == "Each condition is compared with evo+drift/B."
-
-
-def test_the_description_names_conditions_compared_across_maps() -> None:
+    # The description names conditions compared across maps.
     contrasts = compare_conditions(
         study({"evo/A": LOW, "evo+drift/A": LOW, "evo/B": LOW, "evo+drift/B": LOW, "evo/C": HIGH})
     )
@@ -96,17 +94,14 @@ def test_a_verdict_needs_a_significant_difference() -> None:
         "undecided",
         "undecided",
     ]
-    (turned,) = (
-        row
-        for row in compare_conditions(study({"b/A": HIGH, "a/A": LOW})).rows
-        if row.measure == "best"
-    )
+    _, turned = compare_conditions(study({"b/A": HIGH, "a/A": LOW})).rows
+    assert turned.measure == "best"
     assert turned.verdict == "lower"
     assert turned.numbers.effect == -90
     assert turned.p_holm == pytest.approx(2 * 2 / 12870)  # exact, and one of two tests
-
-
-def test_a_row_contains_the_fields_of_the_comparison() -> None:
+    (mean, best) = compare_conditions(study({"a/A": LOW, "b/A": HIGH})).rows
+    assert mean.required_runs is best.required_runs is None
+    assert mean.note == best.note == ""
     (mean, _) = compare_conditions(study({"a/A": LOW, "b/A": MIXED})).rows
     row = mean.row()
     expected = statistics.compare(MIXED, LOW)
@@ -115,23 +110,23 @@ def test_a_row_contains_the_fields_of_the_comparison() -> None:
 
 
 def test_the_verdict_is_too_few_runs_if_no_data_could_be_significant() -> None:
-    """The smallest p-value of four runs is 2 / 70, or 4 / 70 after correction for two tests."""
+    # The smallest p-value of four runs is 2 / 70, or 4 / 70 after correction for two tests.
     few = compare_conditions(study({"a/A": LOW[:4], "b/A": HIGH[:4]}))
     assert [row.verdict for row in few.rows] == ["too few runs"] * 2
-    assert (
-        [row.p_holm for row in few.rows]
-        == pytest.approx([4 / 70] * 2)
-        == [row.smallest_p_holm for row in few.rows]
-    )
+    for row in few.rows:
+        assert row.p_holm == pytest.approx(4 / 70) == row.smallest_p_holm
     assert (
         few.too_few == "With 4 runs and 2 tests, the smallest corrected p-value is 0.057. "
         "At least 5 runs are needed."
     )
     enough = compare_conditions(study({"a/A": LOW[:5], "b/A": HIGH[:5]}))
     assert [row.verdict for row in enough.rows] == ["higher"] * 2 and enough.too_few == ""
-
-
-def test_planned_designs_give_the_same_warning_as_the_report() -> None:
+    # The note on too few runs ends with the instruction that adds runs.
+    few = replace(few, instruction="To add runs: baldwinlab run mine --runs {runs}")
+    assert few.too_few.endswith(
+        "At least 5 runs are needed. To add runs: baldwinlab run mine --runs 5"
+    )
+    # Planned designs give the same warning as the report.
     eaten = {"evo/A": LOW[:4], "evo+drift/A": HIGH[:4], "own": LOW[:4]}
     designs = planned_tests(factors(*eaten), 4)
     assert describe_too_few(designs) == compare_conditions(study(eaten)).too_few != ""
@@ -156,12 +151,6 @@ def test_the_corrected_p_decides_if_the_interval_alone_excludes_0() -> None:
     assert row.required_runs is not None and row.required_runs > 8
 
 
-def test_a_decided_comparison_needs_no_more_runs() -> None:
-    (mean, best) = compare_conditions(study({"a/A": LOW, "b/A": HIGH})).rows
-    assert mean.required_runs is best.required_runs is None
-    assert mean.note == best.note == ""
-
-
 @pytest.mark.parametrize(
     ("low", "high", "p_holm", "is_explained"),
     [
@@ -179,11 +168,3 @@ def test_the_deciding_number_is_named_if_the_interval_disagrees(
     expected = f"the corrected p {p_holm} decides, not the interval of this comparison alone"
     assert note == (expected if is_explained else "")
     assert explain_verdict(low, high, p_holm, "9 runs").endswith("9 runs")
-
-
-def test_the_note_on_too_few_runs_ends_with_the_instruction_that_adds_runs() -> None:
-    few = compare_conditions(study({"a/A": LOW[:4], "b/A": HIGH[:4]}))
-    few = replace(few, instruction="To add runs: baldwinlab run mine --runs {runs}")
-    assert few.too_few.endswith(
-        "At least 5 runs are needed. To add runs: baldwinlab run mine --runs 5"
-    )

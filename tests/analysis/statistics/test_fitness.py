@@ -27,10 +27,6 @@ def test_best_and_mean_use_energy_and_share_counts_agents() -> None:
     assert fitness.mean(dataset).values.tolist() == [[[4, 0]]]
     np.testing.assert_allclose(fitness.share(dataset).values, [[[2 / 3, 0]]])
     assert fitness.largest_gain(dataset).values.tolist() == [[5]]
-
-
-def test_share_accepts_integers() -> None:
-    dataset = make_dataset([[[[0, 1, 5], [0, 0, 0]]]])
     dataset["food_eaten"] = dataset["food_eaten"].astype(np.int32)
     np.testing.assert_allclose(fitness.share(dataset).values, [[[2 / 3, 0]]])
 
@@ -39,30 +35,18 @@ def test_final_and_initial_average_over_their_window() -> None:
     dataset = make_dataset([[[[1], [2], [3], [4]]]])
     assert fitness.final(dataset, "mean", last=2).values.tolist() == [[7]]
     assert fitness.initial(dataset, "mean", first=2).values.tolist() == [[3]]
-    assert (
-        fitness.final(dataset, "mean", last=99).values.tolist()
-        == fitness.initial(dataset, "mean", 99).values.tolist()
-        == [[5]]
-    )
-
-
-def test_a_shorter_condition_ends_with_its_last_generation() -> None:
+    for window in (fitness.final, fitness.initial):
+        assert window(dataset, "mean", 99).values.tolist() == [[5]]
+        with pytest.raises(ValueError, match="at least 1"):
+            window(dataset, "mean", 0)
+    # A shorter condition ends with its last generation.
     two = make_dataset([[[[1], [2], [3], [4]]], [[[5], [6], [NAN], [NAN]]]])
     assert fitness.final(two, "mean", last=1).values.tolist() == [[8], [12]]
-
-
-def test_missing_runs_and_agents_stay_missing() -> None:
+    # Missing runs and agents stay missing.
     two = make_dataset([[[[1, NAN]], [[NAN, NAN]]]])
     for measure in fitness.MEASURES:
         comparison = fitness.final(two, measure).values[0]
         assert np.isfinite(comparison[0]) and np.isnan(comparison[1])
-
-
-@pytest.mark.parametrize("window", [fitness.final, fitness.initial])
-def test_a_window_has_at_least_one_generation(window: object) -> None:
-    assert callable(window)
-    with pytest.raises(ValueError, match="at least 1"):
-        window(make_dataset([[[[1]]]]), "mean", 0)
 
 
 def test_the_summary_has_a_row_per_condition_with_runs_and_measure() -> None:
@@ -72,32 +56,15 @@ def test_the_summary_has_a_row_per_condition_with_runs_and_measure() -> None:
         ("one", "mean"),
         ("one", "share"),
     ]
-    best = rows[0]
-    assert (
-        best["n"],
-        best["median"],
-        best["mean"],
-        best["lower_quartile"],
-        best["min"],
-        best["max"],
-    ) == (
-        4,
-        2.5,
-        2.5,
-        1.75,
-        1,
-        4,
-    )
+    expected = {"n": 4, "median": 2.5, "mean": 2.5, "lower_quartile": 1.75, "min": 1, "max": 4}
+    assert {name: rows[0][name] for name in expected} == expected
 
 
-def test_an_interval_of_nonnegative_values_ends_at_zero() -> None:
+def test_an_interval_of_nonnegative_values_ends_at_zero_and_of_a_share_at_one() -> None:
     average, low, high = curve_intervals.interval_of_mean(xr.DataArray([0.0, 0, 30], dims="run"))
     assert (float(average), float(low)) == (10, 0) and high > 30
     _, low, _ = curve_intervals.interval_of_mean(xr.DataArray([-1.0, 0, 30], dims="run"))
     assert low < 0
-
-
-def test_the_interval_of_a_share_ends_at_one() -> None:
     ate = [[[1, 1, 1, 1], [1, 1, 1, 0]], [[1, 1, 1, 1], [1, 1, 1, 1]], [[1, 1, 0, 0], [1, 1, 1, 1]]]
     study = xr.Dataset({"energy": (("run", "generation", "agent"), np.asarray(ate, float))})
     for shares in (fitness.share(study), fitness.final(study, "share")):
@@ -110,18 +77,13 @@ def test_the_interval_of_a_median_is_that_of_the_sign_test() -> None:
     middle, low, high = curve_intervals.interval_of_median(
         xr.DataArray(np.arange(30.0)[::-1], dims="run")
     )
-    assert (float(middle), float(low), float(high)) == (
-        14.5,
-        9,
-        20,
-    )  # the tenth smallest and the tenth largest
+    # The tenth smallest and the tenth largest value.
+    assert (float(middle), float(low), float(high)) == (14.5, 9, 20)
     _, low, high = curve_intervals.interval_of_median(
         xr.DataArray([3.0, 1, 2, 5, 4, 6], dims="run")
     )
     assert (float(low), float(high)) == (1, 6)
-
-
-def test_the_median_of_fewer_than_six_values_has_no_interval() -> None:
+    # The median of fewer than six values has no interval.
     values = xr.DataArray([[1.0, 2, 3, 4, 5, NAN], [1, 2, 3, 4, 5, 6]], dims=("generation", "run"))
     middle, low, high = curve_intervals.interval_of_median(values)
     assert middle.values.tolist() == [3, 3.5]

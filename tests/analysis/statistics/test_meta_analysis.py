@@ -41,9 +41,7 @@ def test_with_equal_precision_the_interval_is_that_of_students_t() -> None:
     assert (summary.low, summary.high) == pytest.approx((expected.low, expected.high))
     # The estimating equation of Paule and Mandel for equal precision.
     assert summary.spread**2 == pytest.approx(effects.var(ddof=1) - 0.1**2, abs=1e-4)
-
-
-def test_equal_effects_have_no_spread() -> None:
+    # Equal effects have no spread.
     summary = combine_papers(np.full(4, 0.3), np.array([0.1, 0.2, 0.1, 0.3]))
     assert summary.spread == 0
     assert summary.low == pytest.approx(0.3) and summary.prediction_high == pytest.approx(0.3)

@@ -47,6 +47,13 @@ def test_without_an_effect_no_number_of_runs_decides() -> None:
     assert signed_rank_runs(np.array([-2.0, -1.0, 1.0, 2.0]), 0.05) is None
     nearly = np.random.default_rng(1).normal(0.001, 1, 2000)
     assert (signed_rank_runs(nearly, 0.05) or MAX_RUNS) > 1000
+    # A rank test needs at least the runs with which it can be significant.
+    assert rank_test_runs(PlannedTest(4, 4), 1e-12, 0.05 / 2) == 5
+    assert rank_test_runs(PlannedTest(8, 8), 1.0, 0.05) is None
+    assert rank_test_runs(PlannedTest(8, 8), 0.99, 0.05) is None
+    # An effect on its bound is never decided.
+    numbers = compare([1.0, 2.0, 3.0], [0.0, 1.0, 2.0])
+    assert interval_runs(numbers, (numbers.effect, float("inf"))) is None
 
 
 @pytest.mark.parametrize(("shift", "level"), [(0.5, 0.05), (0.8, 0.005)])
@@ -62,12 +69,6 @@ def test_two_samples_of_the_required_size_differ_in_four_of_five_cases(
     samples = generator.normal(shift, 1, (1000, runs)), generator.normal(0, 1, (1000, runs))
     power = np.mean(stats.mannwhitneyu(*samples, axis=1, method="asymptotic").pvalue < level)
     assert 0.75 < power < 0.85
-
-
-def test_a_rank_test_needs_at_least_the_runs_with_which_it_can_be_significant() -> None:
-    assert rank_test_runs(PlannedTest(4, 4), 1e-12, 0.05 / 2) == 5
-    assert rank_test_runs(PlannedTest(8, 8), 1.0, 0.05) is None
-    assert rank_test_runs(PlannedTest(8, 8), 0.99, 0.05) is None
 
 
 def test_the_level_of_the_next_test_is_that_of_holms_method() -> None:
@@ -86,11 +87,6 @@ def test_an_interval_of_the_required_runs_excludes_the_bound_in_four_of_five_cas
     assert runs is not None
     pairs = [(generator.normal(0.3, 1, runs), generator.normal(0, 1, runs)) for _ in range(200)]
     assert 0.65 < np.mean([compare(a, b).low > 0 for a, b in pairs]) < 0.92
-
-
-def test_an_effect_on_its_bound_is_never_decided() -> None:
-    numbers = compare([1.0, 2.0, 3.0], [0.0, 1.0, 2.0])
-    assert interval_runs(numbers, (numbers.effect, float("inf"))) is None
 
 
 def test_a_test_is_significant_if_its_p_value_is_below_its_level() -> None:

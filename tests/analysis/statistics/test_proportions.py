@@ -16,27 +16,22 @@ from baldwinlab.papers.claims import ClaimComparison
 @pytest.mark.parametrize(("successes", "runs"), [(0, 20), (1, 20), (10, 20), (20, 20)])
 def test_the_ends_of_an_interval_have_a_tail_of_2_5_percent(successes: int, runs: int) -> None:
     low, high = proportion_interval(successes, runs)
-    assert (
-        low == 0
-        if successes == 0
-        else stats.binom.sf(successes - 1, runs, low) == pytest.approx(0.025)
-    )
-    assert (
-        high == 1
-        if successes == runs
-        else stats.binom.cdf(successes, runs, high) == pytest.approx(0.025)
-    )
+    # The ends are 0 and 1 without successes and without failures.
+    assert (low == 0) == (successes == 0) and (high == 1) == (successes == runs)
+    if low > 0:
+        assert stats.binom.sf(successes - 1, runs, low) == pytest.approx(0.025)
+    if high < 1:
+        assert stats.binom.cdf(successes, runs, high) == pytest.approx(0.025)
 
 
-def test_a_probability_is_the_share_of_runs() -> None:
+def test_a_probability_is_the_share_of_runs_of_which_each_is_0_or_1() -> None:
     probability, low, high = estimate_probability(np.array([1.0, 0, 0, 0]))
     assert probability == 0.25
     assert (low, high) == proportion_interval(1, 4)
-
-
-def test_a_measure_of_a_probability_is_0_or_1() -> None:
     with pytest.raises(ValueError, match="must be 0 or 1"):
         estimate_probability(np.array([0.0, 0.5]))
+    with pytest.raises(ValidationError, match="needs a measure that is 0 or 1, a bound, and no b"):
+        ClaimComparison(a="x", measure="mean", rule="probability_above", bound=0.05)
 
 
 @pytest.mark.parametrize(
@@ -57,8 +52,3 @@ def test_the_interval_decides_a_claim_about_a_probability(
         RULES[f"probability_{name}"](numbers, nan, 0.05) for name in ("above", "below", "equals")
     ]
     assert verdicts == [above, below, equal]
-
-
-def test_a_claim_about_a_probability_needs_a_measure_of_0_or_1() -> None:
-    with pytest.raises(ValidationError, match="needs a measure that is 0 or 1, a bound, and no b"):
-        ClaimComparison(a="x", measure="mean", rule="probability_above", bound=0.05)

@@ -23,13 +23,9 @@ def test_equal_rank_orders_agree_completely_also_with_ties() -> None:
     agreement = measure_agreement(np.array([row, row * 2, row + 5]))
     assert agreement.w == pytest.approx(1)
     assert agreement.ranks.tolist() == [[2, 3.5, 3.5, 1]] * 3
-
-
-def test_opposite_rank_orders_do_not_agree() -> None:
+    # Opposite rank orders do not agree.
     assert measure_agreement(np.array([[1.0, 2, 3], [3.0, 2, 1]])).w == pytest.approx(0)
-
-
-def test_one_judge_has_no_agreement() -> None:
+    # One judge has no agreement.
     assert np.isnan(measure_agreement(np.array([[1.0, 2, 3]])).w)
 
 

@@ -50,18 +50,10 @@ def test_ties_allow_no_smaller_p_value(runs: int) -> None:
     assert statistics.signed_rank(np.ones(runs)) >= PlannedTest(runs, runs, "Wilcoxon").smallest_p
 
 
-def test_the_log_rank_test_has_no_minimum() -> None:
-    assert PlannedTest(3, 3, "log-rank").smallest_p == 0
-
-
 def test_the_smallest_corrected_p_values_bound_those_of_any_data() -> None:
     generator = np.random.default_rng(5)
-    designs = [
-        PlannedTest(3, 3),
-        PlannedTest(4, 6),
-        PlannedTest(5, 5, "Wilcoxon"),
-        PlannedTest(6, 6),
-    ]
+    pairs = PlannedTest(5, 5, "Wilcoxon")
+    designs = [PlannedTest(3, 3), PlannedTest(4, 6), pairs, PlannedTest(6, 6)]
     bound = smallest_corrected_p(designs)
     for _ in range(200):
         a, b, c, d = (
@@ -100,9 +92,9 @@ def test_the_description_states_the_required_number_of_runs() -> None:
         "With 1 run and 1 test, the smallest corrected p-value is 1. At least 4 runs are needed."
     )
     assert describe_too_few([PlannedTest(11, 11, "Wilcoxon")] * 28) == describe_too_few([]) == ""
-
-
-def test_the_description_counts_only_tests_that_cannot_be_significant() -> None:
+    assert describe_too_few([PlannedTest(10**8, 10**8)] * 4) == ""
+    assert PlannedTest(3, 3, "log-rank").smallest_p == 0, "this test has no minimum"
+    # The description counts only tests that cannot be significant.
     # 2 / 45 is corrected for one test after the other.
     assert describe_too_few([PlannedTest(2, 8), PlannedTest(30, 30)]) == ""
     assert describe_too_few([PlannedTest(2, 5), PlannedTest(30, 30)]) == (
@@ -115,7 +107,3 @@ def test_the_description_counts_only_tests_that_cannot_be_significant() -> None:
 @pytest.mark.parametrize(("n_a", "n_b"), [(1, 1000), (2, 999), (1000, 1), (600, 600)])
 def test_the_p_value_of_many_runs_is_that_of_counting_all_orders(n_a: int, n_b: int) -> None:
     assert PlannedTest(n_a, n_b).smallest_p == pytest.approx(2 / comb(n_a + n_b, n_a), rel=1e-9)
-
-
-def test_a_hundred_million_runs_are_enough() -> None:
-    assert describe_too_few([PlannedTest(10**8, 10**8)] * 4) == ""

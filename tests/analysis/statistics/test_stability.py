@@ -27,12 +27,14 @@ def test_stability_is_the_probability_that_a_bootstrap_sample_has_the_same_verdi
 
 def test_runs_that_agree_have_a_stable_verdict() -> None:
     assert verdict_stability(np.full(8, 2.0), "yes", is_majority_positive) == 1
-
-
-def test_stability_is_reproducible() -> None:
+    # Stability is reproducible.
     values = np.random.default_rng(0).normal(size=20)
     first, second = (verdict_stability(values, "yes", is_majority_positive) for _ in range(2))
     assert first == second
+    # Equal values are undecided in every bootstrap sample.
+    values = np.full(6, 3.0)
+    for is_paired in (False, True):
+        assert direction_stability(values, values, 0, 0.05, is_paired=is_paired) == 1
 
 
 def naive_direction(a: Sample, b: Sample, level: float, is_paired: bool) -> int:
@@ -64,9 +66,3 @@ def test_the_stability_of_a_direction_is_its_share_of_bootstrap_samples(is_paire
         # Five standard errors of the difference of two shares.
         assert share == pytest.approx(count / 500, abs=5 * np.sqrt(2 * 0.25 / 500))
     assert 0.1 < counts[1] / 500 < 0.9
-
-
-def test_equal_values_are_undecided_in_every_bootstrap_sample() -> None:
-    values = np.full(6, 3.0)
-    for is_paired in (False, True):
-        assert direction_stability(values, values, 0, 0.05, is_paired=is_paired) == 1

@@ -17,39 +17,35 @@ RATE = "learning.rate"
 COUNT = "world.food.0.count"
 
 
-def test_points_of_a_grid_have_the_order_of_its_file() -> None:
+def test_points_of_a_grid_have_the_order_of_its_file_and_tables_ascending_values() -> None:
     measured = responses.compute_finals(grid())
     assert measured["mean"].dims == ("point", "run")
     assert measured[RATE].values.tolist() == [0.1, 0.1, 0.1, 0.01, 0.01, 0.01]
     assert measured[COUNT].values.tolist() == [0, 10, 50, 0, 10, 50]
     assert measured["mean"].mean("run").values.tolist() == list(GRID_ENERGY.ravel())
+    assert responses.list_pairs(grid()) == [(RATE, COUNT)]
+    table = responses.compute_table(responses.compute_finals(grid()), RATE, COUNT, "mean")
+    assert table.tolist() == GRID_ENERGY[::-1].tolist()
+    assert responses.list_pairs(sample(4)) == []
 
 
 def test_a_response_is_the_mean_over_all_other_fields_with_the_interval_over_runs() -> None:
     measured = responses.compute_finals(grid(runs=2))
     curve = responses.compute_responses(measured, COUNT, "mean")
-    assert [(response.group, response.points) for response in curve] == [
-        ("0", 2),
-        ("10", 2),
-        ("50", 2),
-    ]
+    groups = [(response.group, response.points) for response in curve]
+    assert groups == [("0", 2), ("10", 2), ("50", 2)]
     assert [response.mean for response in curve] == [0, 3, 12]
-    half = (
-        12.706204736174698 * math.sqrt(2) * 0.5 / math.sqrt(2)
-    )  # t of one degree of freedom; runs differ by 1
-    assert half > 3  # but fitness is not below 0
+    # The t of one degree of freedom; runs differ by 1.
+    half = 12.706204736174698 * math.sqrt(2) * 0.5 / math.sqrt(2)
+    assert half > 3, "but fitness is not below 0"
     np.testing.assert_allclose([curve[1].low, curve[1].high], [0, 3 + half])
     assert curve[0].low == curve[0].high == 0
 
 
 def test_a_field_without_effect_has_a_flat_response() -> None:
-    means = [
-        response.mean
-        for response in responses.compute_responses(
-            responses.compute_finals(grid(flat=True)), RATE, "best"
-        )
-    ]
-    assert len(means) == 2 and means[0] == means[1]
+    measured = responses.compute_finals(grid(flat=True))
+    first, second = responses.compute_responses(measured, RATE, "best")
+    assert first.mean == second.mean
 
 
 def test_a_single_run_has_no_interval_and_a_missing_run_is_left_out() -> None:
@@ -57,20 +53,10 @@ def test_a_single_run_has_no_interval_and_a_missing_run_is_left_out() -> None:
     assert first.mean == 0 and math.isnan(first.low) and math.isnan(first.high)
     holed = grid(runs=2)
     holed.energy[0, 1, 1] = np.nan
-    rows = [
-        row
-        for row in responses.tabulate_points(responses.compute_finals(holed))
-        if row["measure"] == "mean"
-    ]
+    table = responses.tabulate_points(responses.compute_finals(holed))
+    rows = [row for row in table if row["measure"] == "mean"]
     assert [row["runs"] for row in rows] == [2, 1, 2, 2, 2, 2]
     assert math.isnan(rows[1]["low"]) and rows[1]["mean"] == 1
-
-
-def test_two_fields_of_a_grid_make_a_table_by_ascending_values() -> None:
-    assert responses.list_pairs(grid()) == [(RATE, COUNT)]
-    table = responses.compute_table(responses.compute_finals(grid()), RATE, COUNT, "mean")
-    assert table.tolist() == GRID_ENERGY[::-1].tolist()
-    assert responses.list_pairs(sample(4)) == []
 
 
 def test_a_sample_is_grouped_by_quantiles_and_every_point_is_in_one_group() -> None:
@@ -96,19 +82,12 @@ def test_a_sample_shows_the_fields_that_a_measure_depends_on() -> None:
     }
     assert correlations[COUNT, "mean"].rho > 0.95 and correlations[COUNT, "mean"].p_holm < 1e-9
     assert abs(correlations[RATE, "mean"].rho) < 0.3 and correlations[RATE, "mean"].p_holm > 0.05
-    assert (COUNT, "share") in correlations and math.isnan(
-        correlations[COUNT, "share"].rho
-    )  # all agents eat in all runs
-    assert not any(
-        field == "evolution.selection" for field, _ in correlations
-    )  # a text has no rank
-
-
-def test_two_points_have_no_correlation() -> None:
-    assert all(
-        math.isnan(correlation.rho) and math.isnan(correlation.p_holm)
-        for correlation in responses.compute_correlations(responses.compute_finals(sample(2)))
-    )
+    # All agents eat in all runs, and a text has no rank.
+    assert math.isnan(correlations[COUNT, "share"].rho)
+    assert not any(field == "evolution.selection" for field, _ in correlations)
+    # Two points have no correlation.
+    for correlation in responses.compute_correlations(responses.compute_finals(sample(2))):
+        assert math.isnan(correlation.rho) and math.isnan(correlation.p_holm)
 
 
 def test_the_csv_file_has_a_row_for_each_point_and_measure(tmp_path: Path) -> None:

@@ -50,13 +50,7 @@ def test_a_figure_has_the_same_bytes_each_time_and_no_text_too_small_to_read_in_
         grid().isel({RATE: [0], COUNT: [0]}),
         grid().where(grid()[COUNT] < 50),
     ],
-    ids=[
-        "one run",
-        "one sampled point",
-        "three sampled points",
-        "one point without meals",
-        "points without a run",
-    ],
+    ids=["one run", "one point", "three points", "one point without meals", "without a run"],
 )
 def test_odd_sweeps_are_drawn_without_a_warning(data: xr.Dataset) -> None:
     with warnings.catch_warnings():
@@ -90,11 +84,5 @@ def test_an_axis_is_logarithmic_where_the_values_are_spaced_so(
 
 def test_heat_maps_write_the_means_into_their_cells() -> None:
     figure = draw_heat_maps(compute_finals(grid()), RATE, COUNT)
-    assert [text.get_text() for text in figure.axes[1].texts] == [
-        "0",
-        "4.5",
-        "14",
-        "0",
-        "1.5",
-        "10",
-    ]
+    cells = [text.get_text() for text in figure.axes[1].texts]
+    assert cells == ["0", "4.5", "14", "0", "1.5", "10"]

@@ -36,10 +36,8 @@ def test_the_summary_names_the_swept_fields() -> None:
     assert summary["learning.rate"] == "0.01, 0.1 (learning rate, per step)"
     assert (summary["points"], summary["runs per point"], summary["seed"]) == ("6", "3", "7")
     summary = dict(summarize_design(compute_finals(sample(20))))
-    assert (
-        summary["world.food.0.count"]
-        == "1 to 20, 20 different values (number of items in the region at any time)"
-    )
+    counts = "1 to 20, 20 different values (number of items in the region at any time)"
+    assert summary["world.food.0.count"] == counts
 
 
 def compare_counts(data: xr.Dataset) -> Contrasts:
@@ -67,7 +65,7 @@ def test_a_sentence_about_a_point_has_its_test_its_interval_and_its_runs() -> No
         )
 
 
-def test_no_point_is_named_without_a_test() -> None:
+def test_sentences_state_rank_correlations_intervals_and_missing_tests() -> None:
     assert summarize_contrasts(compare_counts(grid())) == [
         "None of 5 conditions differs from point 0 in fitness of the average agent (corrected p "
         "below 0.05)."
@@ -75,15 +73,9 @@ def test_no_point_is_named_without_a_test() -> None:
     assert list(describe_effects(compute_finals(grid()))) == [
         "This report compares no points by a test."
     ]
-
-
-def test_a_sample_states_its_significant_rank_correlations() -> None:
     sentences = list(describe_effects(compute_finals(sample(40))))
     (sentence,) = (text for text in sentences if text.startswith("world.food.0.count is corr"))
     assert ": rank correlation +" in sentence and sentence.endswith(", 40 points.")
-
-
-def test_the_text_of_the_figure_has_intervals() -> None:
     assert next(describe_ranges(compute_finals(grid()))).startswith(
         "By learning.rate, the mean of fitness of the average agent is between 3.83 ["
     )
@@ -93,14 +85,11 @@ def test_the_text_of_the_figure_has_intervals() -> None:
 def test_a_grid_has_curves_heat_maps_and_every_point(tmp_path: Path) -> None:
     text = page_of(grid(), tmp_path).read_text("utf-8")
     assert "<h1>evo/A: sweep of learning.rate and world.food.0.count</h1>" in text
-    assert {path.stem for path in (tmp_path / "figures").iterdir()} == {
-        "responses",
-        "responses-learning.rate-world.food.0.count",
-    }
+    names = {path.stem for path in (tmp_path / "figures").iterdir()}
+    assert names == {"responses", "responses-learning.rate-world.food.0.count"}
     assert "6 points" in text and "Rank correlations" not in text
-    assert (
-        "12.0 [9.52, 14.5]" in text
-    )  # along the count: mean over runs of 50 items, and its interval
+    # Along the count: the mean over runs of 50 items, and its interval.
+    assert "12.0 [9.52, 14.5]" in text
 
 
 @pytest.mark.usefixtures("placeholder_figures")
@@ -121,9 +110,8 @@ def test_small_sweeps_have_a_page_too(data: xr.Dataset, tmp_path: Path) -> None:
 def test_a_point_without_a_run_is_a_dash(tmp_path: Path) -> None:
     holed = grid()
     holed.energy[0, 1] = holed.food_eaten[0, 1] = np.nan
-    assert '<td class="right">0</td><td class="right">–</td>' in page_of(holed, tmp_path).read_text(
-        "utf-8"
-    )
+    text = page_of(holed, tmp_path).read_text("utf-8")
+    assert '<td class="right">0</td><td class="right">–</td>' in text
 
 
 @pytest.mark.usefixtures("placeholder_figures")

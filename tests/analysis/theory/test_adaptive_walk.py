@@ -42,13 +42,11 @@ def test_the_time_equals_a_linear_system_and_the_double_sum(target: int) -> None
 
 
 def test_a_walk_with_equal_probabilities_takes_the_square_of_the_distance() -> None:
-    """With probability p of each move, the time is n (n + 1) / (2 p) from a reflecting start."""
+    # With probability p of each move, the time is n (n + 1) / (2 p) from a reflecting start.
     p = np.full(11, 0.05)
     assert expect_walk_time(p, p, 10) == pytest.approx(10 * 11 / (2 * 0.05))
     assert expect_walk_time(p, p, 0) == 0
-
-
-def test_a_walk_without_a_way_takes_infinite_time() -> None:
+    # A walk without a way takes infinite time.
     right, left = compute_step_probabilities(np.array([1.0, 0.0, 2.0]), 5)
     assert expect_walk_time(right, left, 2) == np.inf
 

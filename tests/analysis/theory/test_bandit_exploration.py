@@ -55,14 +55,13 @@ def test_the_payoff_has_its_limits() -> None:
 
 
 def test_learning_pays_with_uncertainty_long_lives_and_little_noise() -> None:
-    """A change of one factor can make exploration useless."""
+    # A change of one factor can make exploration useless.
     assert find_best_exploration(Bandit(100, 2.0, 3.0)).pulls == 6
     for bandit in (Bandit(100, 0.5, 3.0), Bandit(100, 2.0, 30.0), Bandit(5, 2.0, 3.0)):
         assert find_best_exploration(bandit) == (0, 0.0)
         assert compute_optimal_payoff(bandit) == pytest.approx(0, abs=1e-6)
 
-
-def test_the_best_payoff_is_monotone_in_each_factor() -> None:
+    # The best payoff is monotone in each factor.
     def best(**changes: Any) -> float:
         return find_best_exploration(Bandit(100, 2.0, 3.0)._replace(**changes)).payoff
 
@@ -76,12 +75,15 @@ def test_the_best_strategy_is_at_least_as_good_as_the_best_exploration(bandit: B
     assert compute_optimal_payoff(bandit) >= find_best_exploration(bandit).payoff - 1e-6
 
 
-def test_the_best_strategy_of_short_lives_is_known() -> None:
+def test_the_best_strategy_of_short_and_exact_lives_is_known() -> None:
     assert compute_optimal_payoff(Bandit(1, 5.0, 1.0)) == 0
     # After one pull, the posterior mean has the standard deviation u^2 / sqrt(u^2 + s^2).
     sd = 25 / np.sqrt(26)
     two_pulls = -1 + positive_part(sd)
     assert compute_optimal_payoff(Bandit(2, 5.0, 1.0)) == pytest.approx(two_pulls, abs=1e-4)
+    # Without noise one pull tells the best arm.
+    nearly_exact = compute_optimal_payoff(Bandit(20, 2.0, 1e-4))
+    assert nearly_exact == pytest.approx(-1 + 19 * positive_part(2.0), abs=1e-3)
 
 
 def test_the_best_strategy_of_three_pulls_is_that_of_nested_integrals() -> None:
@@ -99,8 +101,3 @@ def test_the_best_strategy_of_three_pulls_is_that_of_nested_integrals() -> None:
     )
     optimal = compute_optimal_payoff(Bandit(3, uncertainty, noise))
     assert optimal == pytest.approx(max(0.0, -1 + rest), abs=1e-4)
-
-
-def test_without_noise_one_pull_tells_the_best_arm() -> None:
-    nearly_exact = compute_optimal_payoff(Bandit(20, 2.0, 1e-4))
-    assert nearly_exact == pytest.approx(-1 + 19 * positive_part(2.0), abs=1e-3)

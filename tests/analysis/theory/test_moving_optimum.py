@@ -89,9 +89,7 @@ def test_mutation_decides_whether_learning_helps_to_follow_the_optimum() -> None
         slope_of_mismatch(lambda width: variance_of_rare_mutations(0.003, width)),
     ]
     assert slopes == pytest.approx([1, 0, -1], abs=0.01)
-
-
-def test_mutation_in_each_birth_gives_the_mismatches_of_the_first_trials() -> None:
+    # Mutation in each birth gives the mismatches of the first trials.
     mismatches = [
         steady_mismatch(0.02, a, 2.0, variance_of_mutations(0.01, selection_variance(2.0, a)))
         for a in (0, 0.5, 0.8)
@@ -107,9 +105,7 @@ def test_variances_are_fixed_points_of_their_recursions() -> None:
             variances = [selected[0] / 2 + 0.1, selected[1] + 0.01]
         assert variance_of_segregation(0.1, width_squared) == pytest.approx(variances[0])
         assert variance_of_mutations(0.01, width_squared) == pytest.approx(variances[1])
-
-
-def test_the_variances_have_the_limits_of_weak_selection_and_small_mutations() -> None:
+    # The variances have the limits of weak selection and small mutations.
     assert variance_of_segregation(0.1, 1e6) == pytest.approx(0.2, rel=1e-5)
     assert variance_of_mutations(1e-8, 4.0) == pytest.approx(2e-4, rel=1e-3)
     assert variance_of_mutations(0, 4.0) == variance_of_rare_mutations(0, 4.0) == 0
@@ -134,9 +130,7 @@ def test_the_half_time_is_that_of_repeated_selection() -> None:
         distance *= width_squared / (variance + width_squared)
         generations += 1
     assert generations - 1 < 10 * half_time(variance, width_squared) <= generations
-
-
-def test_learning_slows_assimilation_after_a_jump() -> None:
+    # Learning slows assimilation after a jump.
     slow, fast = (half_time(0.05, selection_variance(100.0, a)) for a in (0.9, 0.0))
     assert slow / fast == pytest.approx(100, rel=1e-4)
     assert fast == pytest.approx(log(2) * 100.0**2 / 0.05, rel=1e-4)
@@ -149,9 +143,7 @@ def test_the_limits_of_the_learned_share() -> None:
     assert steady_mismatch(0.02, 1.0, 2.0, 0.2) == inf
     assert steady_mismatch(0.02, 1.0, 2.0, 0.2, cost=1.0) == 0
     assert steady_mismatch(0.0, 0.5, 2.0, 0.2) == 0
-
-
-def test_the_width_of_selection_is_that_of_fitness_at_birth() -> None:
+    # The width of selection is that of fitness at birth.
     share, cost, width, distance = 0.6, 0.4, 1.5, 0.7
     after = (1 - share) * distance
     fitness = exp(-(after**2 + cost * (share * distance) ** 2) / (2 * width**2))

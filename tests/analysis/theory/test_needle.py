@@ -42,14 +42,10 @@ def test_expected_fitness_has_the_closed_form_of_a_geometric_series() -> None:
         chance = 0.5**n_unset
         mean_share_used = (1 - (1 - chance) ** 1000) / (chance * 1000)
         assert expected_fitness(n_unset) == pytest.approx(1 + 19 * (1 - mean_share_used))
-
-
-def test_selection_against_the_last_unset_alleles_doubles_with_each() -> None:
+    # Selection against the last unset alleles doubles with each.
     coefficients = [selection_against_unset(q) for q in (1, 2, 3, 4)]
     assert coefficients == pytest.approx([0.00095 * 2**k for k in range(4)], rel=0.03)
-
-
-def test_free_trials_leave_no_selection_against_few_unset_alleles() -> None:
+    # Free trials leave no selection against few unset alleles.
     assert selection_against_unset(2, cost_of_trials=0) == pytest.approx(0, abs=1e-12)
 
 
@@ -73,25 +69,34 @@ def test_the_balance_has_the_values_of_the_first_trials(
     assert shares == pytest.approx(expected, abs=6e-4)
 
 
-def test_the_balance_approaches_that_of_a_fixed_needle_as_changes_become_rare() -> None:
+def test_the_balance_has_its_limits() -> None:
     never = balance_of_unset()
     assert balance_of_unset(period=1e9) == pytest.approx(never, abs=1e-6)
     shares = [balance_of_unset(period=tau) for tau in (1, 3, 10, 30, 100)]
     assert (np.diff([*shares, never]) < 0).all()
-
-
-def test_without_mutation_and_change_no_unset_allele_remains() -> None:
+    # Without mutation and change no unset allele remains.
     assert balance_of_unset(mutation_rate=0) == 0
     assert balance_of_unset(mutation_rate=1e-9) < 1e-4
-
-
-def test_the_balance_is_the_fixed_point_of_a_plain_iteration() -> None:
+    # The balance is the fixed point of a plain iteration.
     unset = 10.0
     for _ in range(1000):
         fitness, better = expected_fitness(unset), expected_fitness(unset - 1)
         gain = (20 - unset) * 0.01 / 3 + (1 - unset / 20) / 10
         unset += gain - unset * (better / fitness - 1) - 2 * unset * 0.01 / 3
     assert unset / 20 == pytest.approx(balance_of_unset(period=10), abs=1e-9)
+    # Drift hides the last unset alleles from selection.
+    shares = [
+        balance_of_unset(mutation_rate=1e-5, population=population)
+        for population in (100, 1000, 10_000, 100_000)
+    ]
+    assert (np.diff(shares) < 0).all()
+    assert shares[0] > 3 * shares[-1]
+    # The balance of a large population has selection x of 1 minus x.
+    share = balance_of_unset(population=10**5, period=2)
+    selection = selection_against_unset(20 * share)
+    loss = share * (0.02 / 3 + selection * (1 - share))
+    assert (1 - share) * (0.01 / 3 + 1 / 40) == pytest.approx(loss, rel=1e-3)
+    assert balance_of_unset(period=2) < share < 0.36
 
 
 @pytest.mark.parametrize("population", [30, 300, 3000])
@@ -120,23 +125,6 @@ def test_the_mean_share_agrees_with_an_exact_matrix_of_wright_and_fisher() -> No
     assert stationary @ share == pytest.approx(mean, abs=0.003)
 
 
-def test_drift_hides_the_last_unset_alleles_from_selection() -> None:
-    shares = [
-        balance_of_unset(mutation_rate=1e-5, population=population)
-        for population in (100, 1000, 10_000, 100_000)
-    ]
-    assert (np.diff(shares) < 0).all()
-    assert shares[0] > 3 * shares[-1]
-
-
-def test_the_balance_of_a_large_population_has_selection_x_of_1_minus_x() -> None:
-    share = balance_of_unset(population=10**5, period=2)
-    selection = selection_against_unset(20 * share)
-    loss = share * (0.02 / 3 + selection * (1 - share))
-    assert (1 - share) * (0.01 / 3 + 1 / 40) == pytest.approx(loss, rel=1e-3)
-    assert balance_of_unset(period=2) < share < 0.36
-
-
 def test_extra_children_have_the_values_of_the_first_trials_and_fall_with_the_cost() -> None:
     children = [expected_extra_children(cost_of_trials=kappa) for kappa in (0, 0.1, 1, 10, 100)]
     assert children[:3] == pytest.approx([10.6, 10.1, 6.0], abs=0.05)
@@ -154,11 +142,8 @@ def test_extra_children_are_the_mean_surplus_of_random_founders() -> None:
     assert abs(surplus.mean() - expected) < 4 * surplus.std() / np.sqrt(surplus.size)
 
 
-def test_a_negative_number_of_unset_alleles_is_refused() -> None:
+def test_invalid_numbers_are_refused() -> None:
     with pytest.raises(ValueError, match="n_unset = -1 must be at least 0"):
         expected_fitness(-1)
-
-
-def test_a_finite_population_without_mutation_is_refused() -> None:
     with pytest.raises(ValueError, match="mutation_rate = 0 must be above 0"):
         balance_of_unset(mutation_rate=0, population=100)

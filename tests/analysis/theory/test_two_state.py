@@ -57,13 +57,9 @@ def test_learning_never_pays_in_random_or_constant_states_or_in_one_step() -> No
         assert cost_threshold(between, 0.5, 10) == 0
         assert cost_threshold(between, 0.9, 1) == 0
     assert cost_threshold(1, 1, 10) == 0
-
-
-def test_learning_pays_more_if_lives_differ_more() -> None:
+    # Learning pays more if lives differ more.
     for within in (0.6, 0.8, 1.0):
         thresholds = [cost_threshold(between, within, 10) for between in (0.5, 0.7, 0.9, 1.0)]
         assert (np.diff(thresholds) < 0).all()
-
-
-def test_long_lives_approach_the_payoff_of_the_last_state() -> None:
+    # Long lives approach the payoff of the last state.
     assert cost_threshold(0.9, 0.8, 10**6) == pytest.approx(0.8 - 0.5, abs=1e-5)

@@ -78,14 +78,12 @@ def test_a_cell_has_the_outcomes_of_a_study_with_its_assays(tmp_path: Path) -> N
     assert np.allclose(outcomes["fork_history"] / scale, expected["fork-history"])
 
 
-def test_the_values_of_a_run_do_not_depend_on_other_runs(tmp_path: Path) -> None:
+def test_progress_adds_up_and_runs_are_independent(tmp_path: Path) -> None:
     both = CellTask(CLIMBING, (0, 1)).run(0, tmp_path, CPU, lambda _: None)
     with patch.object(cells_module, "MAX_RECORDED_AGENTS", 1):
         separate = CellTask(CLIMBING, (0, 1)).run(0, tmp_path, CPU, lambda _: None)
     xr.testing.assert_identical(both, separate)
-
-
-def test_progress_adds_up_to_the_announced_agent_steps(tmp_path: Path) -> None:
+    # Progress adds up to the announced agent steps.
     task = CellTask(CLIMBING, (0,))
     reports: list[int] = []
     task.run(0, tmp_path, CPU, reports.append)
@@ -147,21 +145,15 @@ def page(atlas: AtlasRequest, design: AtlasDesign) -> str:
     return (atlas.directory / "atlas.html").read_text("utf-8")
 
 
-def test_the_page_has_each_claim_each_cell_and_no_script(page: str, design: AtlasDesign) -> None:
+def test_the_page_has_each_claim_each_cell_its_digest_and_no_script(
+    page: str, design: AtlasDesign, atlas: AtlasRequest
+) -> None:
     assert all(f"{claim.id}.</strong>" in page for claim in design.claims)
     assert page.count('class="cell" id="correlation-') == 2
     assert page.count('href="#slope-') == page.count('class="cell" id="slope-')
     assert "<script" not in page
-
-
-def test_the_page_names_the_digest_of_the_claims(page: str, atlas: AtlasRequest) -> None:
     digests = json.loads((atlas.directory / "frozen.json").read_text("utf-8"))
     assert digests["claims.toml"] in page
-
-
-def test_the_netcdf_and_csv_files_have_the_confirmatory_runs(
-    page: str, atlas: AtlasRequest
-) -> None:
     outcomes = xr.load_dataset(atlas.directory / "correlation.nc")
     assert outcomes["run"].values.tolist() == [2, 3]
     rows = (atlas.directory / "atlas.csv").read_text("utf-8").splitlines()
@@ -183,21 +175,15 @@ def test_the_python_function_returns_the_stored_outcomes_of_each_map(
         xr.testing.assert_equal(outcomes, stored)
 
 
-def test_two_articles_have_equal_bytes(page: str, atlas: AtlasRequest, design: AtlasDesign) -> None:
-    contents = []
-    for _ in range(2):
-        with patch("baldwinlab.api.atlas.publish.read_atlas", lambda: design):
-            article = write_article(read_results(atlas), atlas.directory)
-        contents.append(article.read_bytes())
-    assert contents[0] == contents[1]
-    assert len(contents[0]) > 3000
-
-
-def test_every_picture_of_the_article_is_a_file(
+def test_two_articles_have_equal_bytes_and_their_pictures(
     atlas: AtlasRequest, design: AtlasDesign, page: str
 ) -> None:
     with patch("baldwinlab.api.atlas.publish.read_atlas", lambda: design):
-        article = write_article(read_results(atlas), atlas.directory)
-    pictures = re.findall(r"!\[[^]]+\]\((.+?)\)", article.read_text("utf-8"))
+        article, second = (
+            write_article(read_results(atlas), atlas.directory).read_text("utf-8") for _ in range(2)
+        )
+    assert article == second
+    assert len(article.encode()) > 3000
+    pictures = re.findall(r"!\[[^]]+\]\((.+?)\)", article)
     assert len(pictures) == 1 + len(design.maps)
     assert all((atlas.directory / picture).exists() for picture in pictures)

@@ -70,9 +70,7 @@ def test_valid_indices_and_slices_work_as_in_numpy(watch_part: Any) -> None:
         SELECTION.format(statement="parents[:] = 5; parents[1:, 1] = order[3] + 1")
     )
     assert select(part).tolist() == [[5, 5], [5, 1], [5, 1]]
-
-
-def test_unwritten_parents_raise_an_error(watch_part: Any) -> None:
+    # Unwritten parents raise an error.
     part, _ = watch_part(SELECTION.format(statement="parents[:2] = 0; parents[2, 0] = 0"))
     with pytest.raises(
         UnwrittenError, match=r"selection 'some-parents': select leaves parents\[2, 1\] unwritten"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +9,12 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.api.checks import REQUIREMENTS
-from baldwinlab.cli import main
 from baldwinlab.core.errors import ArgumentError
 from baldwinlab.experiment import registry
 from baldwinlab.experiment.registry import BUILT_IN
 from baldwinlab.parts import PartError, load_file
 from baldwinlab.simulation.simulate import simulate
+from tests.commands import Command
 from tests.oracles.parts import check_built_in_parts
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples" / "parts").glob("*.py"))
@@ -181,14 +180,13 @@ def test_runs_with_such_random_numbers_differ_when_they_are_repeated(
     assert message in failures(path, "repeated")
 
 
-def test_a_wrong_oracle_fails(write: Any, without_compilation: None) -> None:
+def test_a_wrong_oracle_fails_in_worlds_that_depend_on_the_seed(
+    write: Any, without_compilation: None
+) -> None:
     text = failures(write(oracle="agent.action_module[0][0][0] += 0.25"), "oracle")
     assert "learning rule 'my-rule': learn: after step 0, agent 0: weight 0 is" in text
     assert "to repeat: baldwinlab check" in text
     assert "--requirements oracle" in text
-
-
-def test_the_worlds_depend_on_the_seed(write: Any, without_compilation: None) -> None:
     path = write(oracle="agent.action_module[0][0][0] += 0.25")
     texts = {
         seed: str(bl.check_part(path, requirements=["oracle"], seed=seed)[-1]) for seed in (11, 12)
@@ -198,32 +196,30 @@ def test_the_worlds_depend_on_the_seed(write: Any, without_compilation: None) ->
     assert texts[12].endswith(f"to repeat: baldwinlab check {path} --requirements oracle --seed 12")
     with pytest.raises(ArgumentError, match="seed = -1 must be a whole number from 0"):
         bl.check_part(path, seed=-1)
+    message = "requirements = 'everything' must be one of fields, limits"
+    with pytest.raises(ArgumentError, match=message):
+        bl.check_part(path, requirements=["everything"])
+
+
+UNCOMPILED = {
+    "part.nothing": "Unknown attribute 'nothing'",
+    'get(state.weights, 0, lane) + "x"': "No implementation of function",
+    "nothing": "name 'nothing' is not defined",
+    "not_compiled(state.weights, lane)": "Untyped global name 'not_compiled'",
+}
 
 
 @pytest.mark.parametrize(
-    ("learn", "reason"),
+    ("value", "reason"),
     [
-        ("put(state.weights, 0, lane, part.nothing)", "Unknown attribute 'nothing'"),
-        pytest.param(
-            'put(state.weights, 0, lane, get(state.weights, 0, lane) + "x")',
-            "No implementation of function",
-            marks=pytest.mark.nightly,
-        ),
-        pytest.param(
-            "put(state.weights, 0, lane, nothing)",
-            "name 'nothing' is not defined",
-            marks=pytest.mark.nightly,
-        ),
-        pytest.param(
-            "put(state.weights, 0, lane, not_compiled(state.weights, lane))",
-            "Untyped global name 'not_compiled'",
-            marks=pytest.mark.nightly,
-        ),
+        pytest.param(*case, marks=[pytest.mark.nightly] * (case[0] != "part.nothing"))
+        for case in UNCOMPILED.items()
     ],
 )
 def test_a_rule_that_does_not_compile_fails_with_one_line(
-    write: Any, learn: str, reason: str
+    write: Any, value: str, reason: str
 ) -> None:
+    learn = f"put(state.weights, 0, lane, {value})"
     path = write(learn, above="def not_compiled(rows, lane):\n    return rows[0, lane]\n")
     text = failures(path, "arithmetic")
     assert f"MyRule.learn cannot be compiled ({path}:" in text
@@ -267,34 +263,18 @@ def test_a_part_that_does_not_load_fails_with_the_reason(
 
 
 def test_fields_without_limits_or_description_fail(write: Any) -> None:
-    assert "MyRule.share has no description" in failures(
-        write(fields="share: float = 0.1"), "fields"
-    )
-    assert "MyRule.share has no limits" in failures(
-        write(fields='share: float = Field(0.1, description="?")'), "fields"
-    )
-    half = 'share: float = Field(0.1, ge=0, description="?")'
-    assert "MyRule.share has no limits" in failures(write(fields=half), "fields")
-
-
-def test_the_command_prints_the_failure_and_exits_with_1(
-    write: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for fields, status in (("", 0), ("share: float = 0.1", 1)):
-        with pytest.raises(SystemExit) as end:
-            path = str(write(fields=fields))
-            arguments = ["baldwinlab", "check", path, "--requirements", "fields", "--seed", "3"]
-            monkeypatch.setattr(sys, "argv", arguments)
-            main()
-            sys.exit(0)
-        assert end.value.code == status
-    captured = capsys.readouterr()
-    message = "does not hold: its fields have limits and a description: MyRule.share"
-    assert message in captured.out + captured.err
-
-
-def test_an_unknown_requirement_is_refused(write: Any) -> None:
-    with pytest.raises(
-        ArgumentError, match="requirements = 'everything' must be one of fields, limits"
+    for value, message in (
+        ("0.1", "MyRule.share has no description"),
+        ('Field(0.1, description="?")', "MyRule.share has no limits"),
+        ('Field(0.1, ge=0, description="?")', "MyRule.share has no limits"),
     ):
-        bl.check_part(write(), requirements=["everything"])
+        assert message in failures(write(fields=f"share: float = {value}"), "fields")
+
+
+def test_the_command_prints_the_failure_and_exits_with_1(write: Any, command: Command) -> None:
+    for fields, status in (("", 0), ("share: float = 0.1", 1)):
+        path = str(write(fields=fields))
+        done = command("check", path, "--requirements", "fields", "--seed", "3")
+        assert done.code == status
+    message = "does not hold: its fields have limits and a description: MyRule.share"
+    assert message in done.out + done.err

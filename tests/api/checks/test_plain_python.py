@@ -55,12 +55,8 @@ class OneModule(Variation, name="one-module"):
 """
 
 
-def failures(path: Path) -> list[str]:
-    return failed_findings(path, "bounds", "unwritten")
-
-
 def failed_findings(path: Path, *requirements: str) -> list[str]:
-    findings = bl.check_part(path, requirements=requirements)
+    findings = bl.check_part(path, requirements=requirements or ("bounds", "unwritten"))
     return [str(finding) for finding in findings if finding.holds is False]
 
 
@@ -83,7 +79,7 @@ def test_a_rule_that_reads_an_unwritten_array_fails(write_part: Write) -> None:
     path = write_part(
         RULE.format(more="", value="get(state.weights, w, lane) + get(part.trace, w, lane)")
     )
-    (failed,) = failures(path)
+    (failed,) = failed_findings(path)
     assert failed.startswith(
         "does not hold: no output and no result depends on memory that was never written: "
     )
@@ -95,14 +91,14 @@ def test_random_numbers_and_a_read_without_effect_do_not_fail(write_part: Write)
     value = (
         "np.float32(np.random.random()) + (get(part.trace, w, lane) != get(state.rate, 0, lane))"
     )
-    assert failures(write_part(RULE.format(more="", value=value))) == []
+    assert failed_findings(write_part(RULE.format(more="", value=value))) == []
 
 
 @pytest.mark.nightly
 def test_a_variation_that_writes_only_the_first_module_fails_with_its_name(
     write_part: Write,
 ) -> None:
-    (failed,) = failures(write_part(ONE_MODULE))
+    (failed,) = failed_findings(write_part(ONE_MODULE))
     assert "variation 'one-module': vary leaves child[1, 0] unwritten (with 2 agents" in failed
     assert "first-agents" not in failed
 

@@ -20,6 +20,7 @@ pytest.importorskip("onnx", reason="onnx is not installed; it is in the extra ex
 runtime = pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
 
 CONDITION = "evo+self-taught/A"
+MOMENTS: list[tuple[Moment, str]] = [("birth", "weight_birth"), ("death", "weight_death")]
 INPUTS = np.random.default_rng(0).uniform(size=(50, 3)).astype(np.float32)
 
 
@@ -31,12 +32,6 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> bl.Study:
 
 def evaluate(path: Path, inputs: npt.NDArray[np.float32]) -> Any:
     return runtime.InferenceSession(path.read_bytes()).run(["outputs"], {"inputs": inputs})[0]
-
-
-def test_onnx_runtime_gives_the_outputs_at_birth(study: bl.Study, tmp_path: Path) -> None:
-    study.to_onnx(tmp_path / "a.onnx", 1, 2, 7)
-    expected = study.network(1, 2, 7)(INPUTS).values
-    np.testing.assert_allclose(evaluate(tmp_path / "a.onnx", INPUTS), expected, atol=1e-6)
 
 
 def test_biases_and_several_layers_are_exported(tmp_path: Path) -> None:
@@ -58,8 +53,7 @@ def test_the_network_of_an_experiment_with_genes_of_parts_is_exported(tmp_path: 
     trace = study.replay(run=0, generation=2)
     # The gene follows the weights of the action module.
     assert experiment.genome_length == experiment.weight_count + 1
-    variables: list[tuple[Moment, str]] = [("birth", "weight_birth"), ("death", "weight_death")]
-    for moment, name in variables:
+    for moment, name in MOMENTS:
         path = tmp_path / f"{moment}.onnx"
         study.to_onnx(path, 0, 2, 4, moment=moment)
         weights = trace[name].values[4, 0]
@@ -70,8 +64,7 @@ def test_the_network_of_an_experiment_with_genes_of_parts_is_exported(tmp_path: 
 
 def test_a_network_at_death_has_the_learned_weights(study: bl.Study, tmp_path: Path) -> None:
     trace = study.replay(run=1, generation=2)
-    variables: list[tuple[Moment, str]] = [("birth", "weight_birth"), ("death", "weight_death")]
-    for moment, name in variables:
+    for moment, name in MOMENTS:
         path = tmp_path / f"{moment}.onnx"
         study.to_onnx(path, 1, 2, 7, moment=moment)
         weights = trace[name].values[7, 0]

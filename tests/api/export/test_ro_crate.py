@@ -100,18 +100,15 @@ def test_a_crate_has_authors_content_times_and_versions(copy: Study) -> None:
     assert start <= end <= datetime.fromisoformat(root["datePublished"])
 
 
-def test_every_entity_of_a_crate_is_an_existing_file(copy: Study) -> None:
+def test_every_entity_of_a_crate_is_an_existing_file_and_no_author(copy: Study) -> None:
     (copy.directory / "my notes.md").write_text("an idea")
     (copy.directory / "assays").mkdir()
     copy.to_ro_crate()
     crate = ROCrate(copy.directory)
-    assert {"study.toml", "my%20notes.md", "assays/", "runs/guessing/"} <= {
-        entity.id for entity in crate.data_entities
-    }
+    paths = {entity.id for entity in crate.data_entities}
+    assert {"study.toml", "my%20notes.md", "assays/", "runs/guessing/"} <= paths
     assert all(Path(entity.source).exists() for entity in crate.data_entities)
-
-
-def test_a_crate_without_options_has_no_author_and_no_license(copy: Study) -> None:
+    # A crate without options has no author and no license.
     copy.to_ro_crate()
     graph = entities(copy)
     assert "author" not in graph["./"]
@@ -124,16 +121,8 @@ def test_the_command_updates_the_crate_and_does_not_change_the_study(
 ) -> None:
     before = copy.to_pandas()
     for _ in range(2):
-        done = command(
-            "export",
-            str(copy.directory),
-            "--format",
-            "ro-crate",
-            "--author",
-            "Ada",
-            "--license",
-            "https://example.org/terms",
-        )
+        options = ("--author", "Ada", "--license", "https://example.org/terms")
+        done = command("export", str(copy.directory), "--format", "ro-crate", *options)
         assert done.code == 0, done.err
         assert done.out == f"RO-Crate: {shorten_path(copy.directory / 'ro-crate-metadata.json')}\n"
     assert bl.open_study(copy.directory).to_pandas().equals(before)

@@ -35,6 +35,11 @@ def by_key(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.astype({"condition": str}).set_index(KEY)
 
 
+def require_equal_values(frame: pd.DataFrame, expected: pd.DataFrame) -> None:
+    without_types = dict.fromkeys(("check_dtype", "check_index_type", "check_categorical"), False)
+    pd.testing.assert_frame_equal(by_key(frame), by_key(expected), **without_types)
+
+
 def require_equal_records(frame: pd.DataFrame, study: Study) -> None:
     """Require that the table has the values of all records and no other rows."""
     rows = 0
@@ -66,9 +71,8 @@ def test_a_table_of_pandas_has_the_records_units_and_labels(mixed: Study) -> Non
     frame = mixed.to_pandas()
     require_equal_records(frame, mixed)
     assert frame["learner"].unique().tolist() == ["evo", "guessing"]
-    assert (
-        frame.attrs["units"]["food_eaten"] == "items" and frame.attrs["units"]["used"] == "trials"
-    )
+    units = frame.attrs["units"]
+    assert (units["food_eaten"], units["used"]) == ("items", "trials")
     assert frame.attrs["long_name"]["ones"] == "share of alleles that are 1, the correct allele"
     assert frame.attrs["seed"] == 5
     # The models have different units of energy.
@@ -100,18 +104,9 @@ def test_pandas_and_polars_read_parquet_with_the_same_values(
     read = pd.read_parquet(path)
     table = mixed.to_pandas()
     assert read.attrs == table.attrs
-    pd.testing.assert_frame_equal(
-        by_key(read),
-        by_key(table),
-        check_dtype=False,
-        check_index_type=False,
-        check_categorical=False,
-    )
-    assert (
-        pl.read_parquet(path)
-        .with_columns(pl.col(pl.Categorical).cast(pl.String))
-        .equals(mixed.to_polars().with_columns(pl.col(pl.Enum).cast(pl.String)))
-    )
+    require_equal_values(read, table)
+    by_polars = pl.read_parquet(path).with_columns(pl.col(pl.Categorical).cast(pl.String))
+    assert by_polars.equals(mixed.to_polars().with_columns(pl.col(pl.Enum).cast(pl.String)))
     field = pq.read_schema(path).field("food_eaten")
     assert field.metadata == {b"units": b"items", b"long_name": b"items eaten in life"}
 
@@ -124,13 +119,7 @@ def test_csv_is_read_by_pandas_and_by_a_reader_of_its_metadata(
     table = mixed.to_pandas()
     missing = {name: "" for name in table.columns if name != "map"}
     read = pd.read_csv(path, keep_default_na=False, na_values=missing)
-    pd.testing.assert_frame_equal(
-        by_key(read),
-        by_key(table),
-        check_dtype=False,
-        check_index_type=False,
-        check_categorical=False,
-    )
+    require_equal_values(read, table)
 
     csvw = pytest.importorskip("csvw")
     with warnings.catch_warnings():
@@ -140,15 +129,10 @@ def test_csv_is_read_by_pandas_and_by_a_reader_of_its_metadata(
         rows = list(csvw_table)
     assert described.is_valid
     assert [row["energy"] for row in rows] == table["energy"].tolist()
-    assert [row["food_eaten"] for row in rows[-3:]] == [None] * 3 and isinstance(
-        rows[0]["food_eaten"], int
-    )
-    columns = {
-        column["name"]: column
-        for column in json.loads(path.with_name("study.csv-metadata.json").read_text())[
-            "tableSchema"
-        ]["columns"]
-    }
+    assert [row["food_eaten"] for row in rows[-3:]] == [None] * 3
+    assert isinstance(rows[0]["food_eaten"], int)
+    metadata = json.loads(path.with_name("study.csv-metadata.json").read_text())
+    columns = {column["name"]: column for column in metadata["tableSchema"]["columns"]}
     assert columns["food_eaten"]["schema:unitText"] == "items"
 
 
@@ -158,22 +142,14 @@ def test_in_a_sweep_the_fields_that_were_swept_are_columns(tmp_path: Path) -> No
     given = {"experiment": "evo+self-taught/A", "runs": 1, "set": short, "fields": fields}
     study = bl.sweep(given, out=tmp_path / "swept")
     frame = study.to_pandas()
-    assert (
-        frame.groupby(["learning.rate", "evolution.selection"], observed=True)["run"]
-        .count()
-        .tolist()
-        == [40] * 4
-    )
+    by_point = frame.groupby([*fields], observed=True)["run"]
+    assert by_point.count().tolist() == [40] * 4
     study.to_csv(tmp_path / "swept.csv")
     study.to_parquet(tmp_path / "swept.parquet")
-    assert (
-        study.to_polars()["learning.rate"].to_list()
-        == pd.read_csv(tmp_path / "swept.csv")["learning.rate"].tolist()
-    )
-    assert pd.read_parquet(tmp_path / "swept.parquet")["learning.rate"].unique().tolist() == [
-        0.0,
-        0.5,
-    ]
+    rates = study.to_polars()["learning.rate"].to_list()
+    assert pd.read_csv(tmp_path / "swept.csv")["learning.rate"].tolist() == rates
+    read = pd.read_parquet(tmp_path / "swept.parquet")
+    assert read["learning.rate"].unique().tolist() == [0.0, 0.5]
 
 
 EXPORTS: list[Callable[[Study, Path], object]] = [
@@ -247,15 +223,11 @@ def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(
             "--out x.xlsx must end in .html for a page, .trees for a tree sequence, .onnx for a "
             "network, or in .zarr, .parquet or .csv for the results of a study; or give --format",
         ),
-        (
-            ["--out", "x.csv", "--seed", "3"],
-            "--seed applies to --format page, not csv",
-        ),
+        (["--out", "x.csv", "--seed", "3"], "--seed applies to --format page, not csv"),
         (
             [],
             "--out is missing: give a file that ends in .csv, .parquet, .zarr, .trees, .onnx or "
-            ".html; "
-            "only --format ro-crate needs no file",
+            ".html; only --format ro-crate needs no file",
         ),
         (["--format", "csv"], "--out is missing: --format csv needs the name of a file"),
         (
@@ -267,13 +239,12 @@ def test_export_chooses_by_the_ending_and_writes_over_its_own_alone(
             ["--format", "csv", "--out", "x.txt"],
             "--out x.txt must end in .csv, as --format csv needs",
         ),
-        (
-            ["--out", "no/x.zarr"],
-            "--out no/x.zarr: the folder no does not exist. Create it or choose another path.",
-        ),
-        (
-            ["--out", "no/x.csv"],
-            "--out no/x.csv: the folder no does not exist. Create it or choose another path.",
+        *(
+            (
+                ["--out", path],
+                f"--out {path}: the folder no does not exist. Create it or choose another path.",
+            )
+            for path in ("no/x.zarr", "no/x.csv")
         ),
     ],
 )

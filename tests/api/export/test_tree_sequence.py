@@ -69,6 +69,15 @@ def describe_node(sequence: Any, node: int) -> tuple[int, int]:
     return metadata["generation"], metadata["agent"]
 
 
+def require_lines(sequence: Any, tree: Any, lines: Any) -> None:
+    """Require that the ancestors of each sample are those of its line."""
+    for node, line in enumerate(lines):
+        while node != tskit.NULL:
+            generation, agent = describe_node(sequence, node)
+            assert line[generation] == agent
+            node = tree.parent(node)
+
+
 @pytest.mark.parametrize("max_edges", [pytest.param(2_000_000, marks=pytest.mark.nightly), 300])
 def test_each_gene_has_the_genealogy_of_the_stored_parents(
     study: bl.Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, max_edges: int
@@ -84,12 +93,7 @@ def test_each_gene_has_the_genealogy_of_the_stored_parents(
     for gene in (0, 7, 61, 119):
         lines = np.array([trace_gene(history, gene, agent) for agent in range(20)])
         tree = sequence.at(gene)
-        for sample in range(20):
-            node = sample
-            while node != tskit.NULL:
-                generation, agent = describe_node(sequence, node)
-                assert lines[sample, generation] == agent
-                node = tree.parent(node)
+        require_lines(sequence, tree, lines)
         for first, second in [(0, 1), (3, 17), (8, 12)]:
             shared = np.flatnonzero(lines[first] == lines[second])
             node = tree.mrca(first, second)
@@ -118,14 +122,8 @@ def test_stopped_runs_and_genes_of_parts_have_trees(
     history = read_history(study, 0)
     last_gene = experiment.genome_length - 1
     for gene in (0, last_gene):
-        tree = sequence.at(gene)
-        for sample in range(6):
-            line = trace_gene(history, gene, sample)
-            node = sample
-            while node != tskit.NULL:
-                generation, agent = describe_node(sequence, node)
-                assert line[generation] == agent
-                node = tree.parent(node)
+        lines = [trace_gene(history, gene, agent) for agent in range(6)]
+        require_lines(sequence, sequence.at(gene), lines)
 
 
 def test_individuals_have_the_stored_parents(study: bl.Study, tmp_path: Path) -> None:

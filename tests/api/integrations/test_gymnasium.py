@@ -6,7 +6,7 @@ import builtins
 import math
 import re
 import sys
-import warnings
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -28,17 +28,11 @@ from tests.worlds import make_small_experiment
 EXPERIMENT = make_small_experiment("evo")
 
 
-def test_the_checks_of_pettingzoo_pass() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        parallel_api_test(bl.parallel_env(EXPERIMENT), num_cycles=200)
-        parallel_seed_test(lambda: bl.parallel_env(EXPERIMENT), num_cycles=50)
-
-
-def test_the_check_of_gymnasium_passes() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        check_env(bl.single_env(EXPERIMENT.replace(population={"size": 1})), skip_render_check=True)
+@pytest.mark.filterwarnings("error")
+def test_the_checks_of_pettingzoo_and_gymnasium_pass() -> None:
+    parallel_api_test(bl.parallel_env(EXPERIMENT), num_cycles=200)
+    parallel_seed_test(lambda: bl.parallel_env(EXPERIMENT), num_cycles=50)
+    check_env(bl.single_env(EXPERIMENT.replace(population={"size": 1})), skip_render_check=True)
 
 
 # A new combination of parts must be compiled.
@@ -131,13 +125,12 @@ def test_a_continuous_body_takes_one_number_per_output() -> None:
             lambda: bl.parallel_env(EXPERIMENT.replace(lifetime={"update": "sequential"})),
             'lifetime.update = "sequential"',
         ),
-        (
-            lambda: bl.parallel_env(EXPERIMENT.replace(population={"worlds": 2})),
-            "population.worlds and lifetime.repeats must be 1",
-        ),
-        (
-            lambda: bl.parallel_env(EXPERIMENT.replace(lifetime={"repeats": 2})),
-            "population.worlds and lifetime.repeats must be 1",
+        *(
+            (
+                partial(bl.parallel_env, EXPERIMENT.replace(**changes)),
+                "population.worlds and lifetime.repeats must be 1",
+            )
+            for changes in ({"population": {"worlds": 2}}, {"lifetime": {"repeats": 2}})
         ),
         (lambda: bl.vector_env(EXPERIMENT).reset(seed=[1, 2]), "seed must be one number"),
         (lambda: bl.parallel_env(EXPERIMENT).step({}), "reset"),
@@ -148,13 +141,6 @@ def test_an_unsupported_call_is_refused_with_the_reason(call: Any, message: str)
         call()
     with pytest.raises(ArgumentError):
         bl.vector_env(EXPERIMENT, worlds=0)
-
-
-def test_an_error_names_the_agent_without_an_action() -> None:
-    world = bl.parallel_env(EXPERIMENT)
-    world.reset(seed=1)
-    with pytest.raises(RefusedError, match="agent_0 has no action"):
-        world.step({})
 
 
 SINGLE = EXPERIMENT.replace(population={"size": 1})
@@ -224,6 +210,8 @@ def test_actions_are_those_of_the_agents() -> None:
     for bad_actions in bad_values:
         with pytest.raises(InvalidActionError):
             vector.step(bad_actions)
+    with pytest.raises(RefusedError, match="agent_0 has no action"):
+        env.step({})
 
 
 @pytest.mark.nightly

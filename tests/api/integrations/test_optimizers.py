@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.core.errors import ArgumentError, RefusedError
+from baldwinlab.core.errors import RefusedError
 from tests.worlds import make_small_experiment
 
 ROOT = Path(__file__).parents[3]
@@ -98,19 +98,6 @@ def test_invalid_genomes_are_refused_with_the_reason(genomes: np.ndarray, messag
         genomes = np.repeat(genomes, problem.length, axis=1)
     with pytest.raises(RefusedError, match=message):
         problem.evaluate(genomes)
-
-
-def test_arguments_out_of_range_are_refused() -> None:
-    problem = bl.make_problem(EXPERIMENT)
-    with pytest.raises(ArgumentError):
-        problem.evaluate(problem.founders(5), generation=-1)
-    with pytest.raises(ArgumentError):
-        bl.make_problem(EXPERIMENT, seed=-1)
-    with pytest.raises(ArgumentError):
-        bl.make_problem(EXPERIMENT, workers=0)
-
-
-def test_genomes_of_neat_are_refused() -> None:
     with pytest.raises(RefusedError, match="graphs"):
         bl.make_problem(bl.load("neat-xor"))
 

@@ -20,7 +20,9 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> StudyStore:
     return make_small_study(tmp_path_factory.mktemp("figures") / "small", presets, runs=3)
 
 
-def test_a_picture_states_its_study_its_runs_and_its_bands(study: StudyStore) -> None:
+def test_a_picture_states_its_study_its_runs_and_its_bands_and_has_the_same_bytes(
+    study: StudyStore,
+) -> None:
     file = make_figure_file(study, "fitness", "svg", NAMES)
     assert file.name == "small-fitness-3-runs.svg"
     # Matplotlib draws text as paths, with the text as a comment.
@@ -28,14 +30,11 @@ def test_a_picture_states_its_study_its_runs_and_its_bands(study: StudyStore) ->
     assert "<!-- small, 3 runs per condition. Items eaten by the best agent and the" in text
     assert "Bands are 95 % intervals of the" in text
     assert make_figure_file(study, "fitness", "svg", NAMES).content == file.content
-
-
-def test_the_same_picture_has_the_same_bytes_as_pdf(study: StudyStore) -> None:
     first, second = (make_figure_file(study, "fitness", "pdf", NAMES) for _ in range(2))
     assert first.content.startswith(b"%PDF") and first == second
 
 
-def test_the_numbers_of_the_selected_conditions_are_those_of_the_page(study: StudyStore) -> None:
+def test_the_numbers_of_curves_and_boxes_are_those_of_the_page(study: StudyStore) -> None:
     file = make_figure_file(study, "fitness", "csv", NAMES[:1])
     rows = [*csv.DictReader(file.content.decode().splitlines())]
     assert {(row["condition"], row["runs"]) for row in rows} == {("evo/A", "3")}
@@ -43,11 +42,8 @@ def test_the_numbers_of_the_selected_conditions_are_those_of_the_page(study: Stu
     for key in ("mean", "low", "high"):
         values = [float(row[key]) for row in rows if row["measure"] == "mean"]
         assert values == pytest.approx(curve[key])
-
-
-def test_the_boxes_have_a_value_per_run(study: StudyStore) -> None:
+    # The boxes have a value per run.
     file = make_figure_file(study, "final-fitness", "csv", NAMES)
-    rows = [*csv.DictReader(file.content.decode().splitlines())]
     finals = compute_results(study)["final"]
     expected = sorted(value for name in NAMES for value in finals[name]["mean"])
     assert sorted(float(row["mean"]) for row in rows) == pytest.approx(expected)

@@ -35,16 +35,12 @@ def test_points_are_compared_with_the_first_or_with_a_baseline(
     rows, expected = pd.read_csv(study.directory / "statistics.csv"), study.compare()
     pd.testing.assert_frame_equal(rows, expected[rows.columns], check_dtype=False)
     turned = study.compare("point-0001")
-    assert (
-        set(turned["condition_a"]) == {"world.food.0.count = 50"}
-        and (turned["effect"] == -expected["effect"]).all()
-    )
+    assert set(turned["condition_a"]) == {"world.food.0.count = 50"}
+    assert (turned["effect"] == -expected["effect"]).all()
 
 
 def test_samples_and_many_points_are_not_compared() -> None:
-    few, drawn = validate_sweep(PLAN, "it"), PLAN | {"design": "random", "samples": 5}
+    few = validate_sweep(PLAN, "it")
+    drawn = validate_sweep(PLAN | {"design": "random", "samples": 5}, "it")
     assert are_compared(few, 100) and not are_compared(few, 101)
-    assert (
-        not are_compared(validate_sweep(drawn, "it"), 5)
-        and describe_too_few_runs(validate_sweep(drawn, "it"), 5) == ""
-    )
+    assert not are_compared(drawn, 5) and describe_too_few_runs(drawn, 5) == ""

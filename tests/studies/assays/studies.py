@@ -7,11 +7,10 @@ from pathlib import Path
 
 from baldwinlab.experiment import Experiment
 from baldwinlab.studies.assays.catalog import ASSAYS
-from baldwinlab.studies.assays.results import find_missing_assays
-from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.executors import THREADS, Executor
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import ignore_message, ignore_progress, make_small_study
+from tests.small_studies import make_small_study
+from tests.studies.completion import complete_assays
 from tests.worlds import make_small_experiment
 
 MAP_B = {
@@ -46,12 +45,5 @@ def make_small_study_with_assays(
 ) -> StudyStore:
     """Create a study and run assays with an executor."""
     study = make_small_study(directory, experiments or conditions(), runs)
-    run_assays(
-        study,
-        find_missing_assays(study, names),
-        workers,
-        ignore_progress,
-        ignore_message,
-        executor=executor,
-    )
+    complete_assays(study, names, workers, executor=executor)
     return study

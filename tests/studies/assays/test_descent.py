@@ -23,44 +23,39 @@ from baldwinlab.studies.store import StudyStore
 from tests.api.export.validators import validate
 
 NONE = float("nan")
+SMALL_PEDIGREE = [[[0, 1], [1, 2], [1, 1]], [[0, 0], [2, 2], [0, 2]]]
 
 
 def make_pedigree(*generations: list[list[int]]) -> Any:
     return np.array([[[-1, -1]] * len(generations[0]), *generations], np.int32)
 
 
-def test_ancestor_statistics_of_a_small_pedigree_equal_a_manual_calculation() -> None:
-    parents = make_pedigree([[0, 1], [1, 2], [1, 1]], [[0, 0], [2, 2], [0, 2]])
-    assert np.array_equal(common_ancestor_ages(parents), [NONE, 1, 2], equal_nan=True)
-    # The shares of the founders are (1, 4, 1) / 6, then (1, 3, 0) / 4.
-    assert effective_ancestors(parents) == pytest.approx([3, 2, 1.6])
+@pytest.mark.parametrize(
+    ("generations", "ages", "ancestors"),
+    [
+        # The shares of the founders are (1, 4, 1) / 6, then (1, 3, 0) / 4.
+        (SMALL_PEDIGREE, [NONE, 1, 2], [3, 2, 1.6]),
+        # All children have the same couple, separate families, and a single lineage.
+        ([[[2, 4]] * 5] * 4, [NONE, 1, 1, 1, 1], [5, 2, 2, 2, 2]),
+        ([[[0, 1], [1, 0], [2, 3], [3, 2]]] * 6, [NONE] * 7, [4] * 7),
+        ([[[0, 0]]] * 3, [NONE, 1, 1, 1], [1, 1, 1, 1]),
+    ],
+)
+def test_ancestor_statistics_equal_a_manual_calculation(
+    generations: list[list[list[int]]], ages: list[float], ancestors: list[float]
+) -> None:
+    parents = make_pedigree(*generations)
+    assert np.array_equal(common_ancestor_ages(parents), ages, equal_nan=True)
+    assert effective_ancestors(parents) == pytest.approx(ancestors)
 
 
 def test_the_ancestors_of_an_agent_equal_a_manual_calculation() -> None:
-    parents = make_pedigree([[0, 1], [1, 2], [1, 1]], [[0, 0], [2, 2], [0, 2]])
+    parents = make_pedigree(*SMALL_PEDIGREE)
     ancestors = [agents.tolist() for agents in list_ancestors(parents, 2, 2)]
     assert ancestors == [[2], [0, 2], [0, 1]]
     assert trace_fitter_parents(parents, 2, 2) == [(0, 2), (0, 1)]
     assert [agents.tolist() for agents in list_ancestors(parents, 0, 1)] == [[1]]
     assert trace_fitter_parents(parents, 0, 1) == []
-
-
-def test_children_of_a_single_couple_have_a_recent_common_ancestor() -> None:
-    parents = make_pedigree(*[[[2, 4]] * 5] * 4)
-    assert np.array_equal(common_ancestor_ages(parents), [NONE, 1, 1, 1, 1], equal_nan=True)
-    assert effective_ancestors(parents) == pytest.approx([5, 2, 2, 2, 2])
-
-
-def test_separate_families_have_no_common_ancestor() -> None:
-    parents = make_pedigree(*[[[0, 1], [1, 0], [2, 3], [3, 2]]] * 6)
-    assert np.isnan(common_ancestor_ages(parents)).all()
-    assert effective_ancestors(parents) == pytest.approx([4] * 7)
-
-
-def test_the_common_ancestor_of_a_single_lineage_is_the_previous_agent() -> None:
-    parents = make_pedigree(*[[[0, 0]]] * 3)
-    assert np.array_equal(common_ancestor_ages(parents), [NONE, 1, 1, 1], equal_nan=True)
-    assert effective_ancestors(parents) == pytest.approx([1, 1, 1, 1])
 
 
 def test_batches_of_founders_do_not_change_the_result(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -70,29 +65,23 @@ def test_batches_of_founders_do_not_change_the_result(monkeypatch: pytest.Monkey
     assert effective_ancestors(parents) == pytest.approx(expected)
 
 
-def test_the_assay_equals_the_statistics_of_the_parents(study: StudyStore) -> None:
+def test_the_assay_equals_the_statistics_of_the_parents(
+    study: StudyStore,
+) -> None:
     descent = open_assay(study.directory, "descent", "evo+self-taught/A")
     parents = study.read("evo+self-taught/A", 1).parents.values
     assert np.array_equal(
         descent.common_ancestor_age.sel(run=1), common_ancestor_ages(parents), equal_nan=True
     )
     assert descent.effective_ancestors.sel(run=1, generation=0) == 6
-
-
-def test_the_assay_is_null_without_inheritance(study: StudyStore) -> None:
     descent = open_assay(study.directory, "descent", "self-taught/A")
     assert descent.common_ancestor_age.isnull().all()
     assert descent.effective_ancestors.isnull().all()
 
 
 def phylogeny_table(study: StudyStore, condition: str) -> pd.DataFrame:
-    return pd.read_csv(
-        StringIO(
-            "\n".join(
-                [PHYLOGENY_HEADER, *format_phylogeny(study.read(condition, 0).parents.values)]
-            )
-        )
-    )
+    lines = format_phylogeny(study.read(condition, 0).parents.values)
+    return pd.read_csv(StringIO("\n".join([PHYLOGENY_HEADER, *lines])))
 
 
 def test_a_phylogeny_lists_every_agent_with_its_parents_and_times(study: StudyStore) -> None:

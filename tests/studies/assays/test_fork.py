@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +27,9 @@ from baldwinlab.studies.assays.sample import Sample
 from baldwinlab.studies.assays.storage import read_assay
 from baldwinlab.studies.creation import extend_study
 from baldwinlab.studies.records import StudyError, record_path
-from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress, make_small_study
+from tests.studies.completion import complete_runs, count_progress
 from tests.worlds import make_small_experiment
 
 LEARNER = "evo+self-taught/A"
@@ -98,8 +96,7 @@ def test_branches_with_the_regime_of_their_history_equal_extended_runs(
     generations = learner.evolution.generations
     fork = measure_fork(study, learner.name).sel(generation=generations - 1)
     extended = extend_study(study, generations + 3)
-    missing = find_missing_runs(extended, 2, ignore_message)
-    run_study(extended, missing, 1, ignore_progress, ignore_message)
+    complete_runs(extended, 2)
     for run in range(2):
         end = fork.sel(run=run)
         learned = end.sel(history="learner", regime="on")
@@ -168,12 +165,9 @@ def test_the_mode_of_a_population_with_a_better_location_evolves_further(tmp_pat
     assert low > 0
 
 
-def test_the_mode_is_the_most_frequent_genotype() -> None:
+def test_the_mode_is_the_most_frequent_genotype_or_the_nearest_to_the_mean() -> None:
     population = np.array([[[0, 1]], [[1, 1]], [[1, 1]], [[9, 9]]], np.float32)
     assert np.array_equal(copy_mode(population), np.tile(population[1], (4, 1, 1)))
-
-
-def test_the_mode_of_different_genotypes_is_the_nearest_to_the_mean() -> None:
     population = np.array([[[0.0]], [[5.0]], [[2.5]], [[1.0]]], np.float32)
     assert np.array_equal(copy_mode(population), np.full((4, 1, 1), 2.5, np.float32))
 
@@ -239,30 +233,21 @@ def test_progress_counts_every_generation_of_a_fork(
 ) -> None:
     study = make_small_study(tmp_path, experiments, runs=2)
     step_counts: list[int] = []
-
-    @contextmanager
-    def record_progress(description: str, total: int) -> Iterator[Callable[[int], None]]:
-        step_counts.append(-total)
-        yield step_counts.append
-
     missing = find_missing_assays(study, list(FORKS))
-    run_assays(study, missing, 1, record_progress, ignore_message, generations=2)
+    progress = count_progress(step_counts)
+    run_assays(study, missing, 1, progress, ignore_message, generations=2)
     assert step_counts[0] < 0
     assert sum(step_counts) == 0
 
 
-@pytest.mark.parametrize("generations", [0, -3])
-def test_a_fork_needs_at_least_one_generation(tmp_path: Path, generations: int) -> None:
-    study = make_small_study(tmp_path, make_pair(), runs=1)
-    with pytest.raises(ArgumentError, match=r"generations = .* must be a whole number from 1"):
-        bl.open_study(study.directory).assay("fork", generations=generations)
-    assert not (tmp_path / "assays").exists()
-
-
-def test_other_assays_have_no_number_of_generations(tmp_path: Path) -> None:
-    study = make_small_study(tmp_path, make_pair(), runs=1)
+def test_the_number_of_generations_is_checked(tmp_path: Path) -> None:
+    study = bl.open_study(make_small_study(tmp_path, make_pair(), runs=1).directory)
+    for generations in (0, -3):
+        with pytest.raises(ArgumentError, match=r"generations = .* must be a whole number from 1"):
+            study.assay("fork", generations=generations)
     with pytest.raises(ArgumentError, match="needs the assay fork"):
-        bl.open_study(study.directory).assay("descent", generations=5)
+        study.assay("descent", generations=5)
+    assert not (tmp_path / "assays").exists()
 
 
 def test_a_fork_needs_a_learner_and_inheritance(tmp_path: Path) -> None:

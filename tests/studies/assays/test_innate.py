@@ -15,12 +15,12 @@ from baldwinlab.studies.assays.innate import (
     layer_names,
     weight_distances,
 )
-from baldwinlab.studies.assays.results import find_missing_assays, open_assay
-from baldwinlab.studies.assays.run import run_assays
+from baldwinlab.studies.assays.results import open_assay
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import ignore_message, ignore_progress, make_small_study
+from tests.small_studies import make_small_study
 from tests.studies.assays.studies import make_small_study_with_assays
+from tests.studies.completion import complete_assays
 from tests.worlds import make_small_experiment
 
 
@@ -109,9 +109,7 @@ def test_a_record_that_differs_from_its_simulation_is_refused(tmp_path: Path) ->
     with pytest.raises(
         StudyError, match=r"0001.nc: generation 1, simulated again, does not eat the stored amount"
     ):
-        run_assays(
-            study, find_missing_assays(study, ["innate"]), 1, ignore_progress, ignore_message
-        )
+        complete_assays(study, ["innate"])
 
 
 def test_weight_distances_are_computed_per_layer() -> None:

@@ -30,6 +30,8 @@ def test_the_disk_space_of_assays_is_estimated_within_a_tenth(study: StudyStore)
     estimated = estimate_assays(study, APPLICABLE, dict.fromkeys(APPLICABLE, 3), workers=2)
     assert estimated.disk == pytest.approx(stored, rel=0.1)
     assert PlannedStudy(study.experiments, study.factors).need(3, workers=2) == estimated
+    missing = dict.fromkeys(APPLICABLE, ())
+    assert estimate_assays(study, missing, dict.fromkeys(APPLICABLE, 3), workers=2) == NO_NEED
 
 
 def test_the_number_of_statistical_tests_is_planned_before_the_runs(study: StudyStore) -> None:
@@ -42,11 +44,6 @@ def test_the_number_of_statistical_tests_is_planned_before_the_runs(study: Study
     )
     assert tested <= len(planned) <= tested + len(answers.results)
     assert set(planned) == {PlannedTest(3, 3, "Wilcoxon")}
-
-
-def test_stored_assays_need_no_memory_or_disk(study: StudyStore) -> None:
-    missing = dict.fromkeys(APPLICABLE, ())
-    assert estimate_assays(study, missing, dict.fromkeys(APPLICABLE, 3), workers=2) == NO_NEED
 
 
 def test_memory_grows_with_the_number_of_agents_and_workers(study: StudyStore) -> None:

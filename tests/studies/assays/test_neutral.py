@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +17,9 @@ from baldwinlab.studies.assays.results import find_missing_assays, open_assay
 from baldwinlab.studies.assays.run import run_assays
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
-from tests.small_studies import ignore_message, ignore_progress, make_small_study
+from tests.small_studies import ignore_message, make_small_study
 from tests.studies.assays.studies import make_small_study_with_assays
+from tests.studies.completion import complete_assays, count_progress
 from tests.worlds import make_small_experiment
 
 LEARNER = "evo+self-taught/A"
@@ -120,13 +119,8 @@ def test_the_simulated_steps_equal_the_announced_steps(
         tmp_path, [make_small_experiment("evo+self-taught", **changes)], runs=2
     )
     step_counts: list[int] = []
-
-    @contextmanager
-    def record_progress(description: str, total: int) -> Iterator[Callable[[int], None]]:
-        step_counts.append(-total)
-        yield step_counts.append
-
-    run_assays(study, find_missing_assays(study, ["neutral"]), 1, record_progress, ignore_message)
+    missing = find_missing_assays(study, ["neutral"])
+    run_assays(study, missing, 1, count_progress(step_counts), ignore_message)
     assert step_counts[0] < 0
     assert sum(step_counts) == 0
 
@@ -144,7 +138,7 @@ def test_the_assay_does_not_apply_without_selection(
     assert reason in why_not_applicable("neutral", experiment.name, {experiment.name: experiment})
     study = make_small_study(tmp_path, [experiment], runs=1)
     assert find_missing_assays(study, ["neutral"]) == {experiment.name: []}
-    run_assays(study, find_missing_assays(study, ["neutral"]), 1, ignore_progress, ignore_message)
+    complete_assays(study, ["neutral"])
     with pytest.raises(StudyError, match=reason):
         open_assay(tmp_path, "neutral", experiment.name)
     with pytest.raises(StudyError, match=reason):

@@ -30,10 +30,7 @@ def test_a_factor_multiplies_the_learning_rate(study: StudyStore) -> None:
             repeated = reevaluate(changed, study.seed, range(3), generation, np.stack(stored))
             assayed = energy.sel(generation=generation, factor=factor)
             assert np.array_equal(assayed, repeated.energy)
-
-
-def test_the_factors_0_and_1_are_innate_and_learned_fitness(study: StudyStore) -> None:
-    energy = open_assay(study.directory, "reaction-norms", LEARNER).energy
+    # The factors 0 and 1 are innate and learned fitness.
     innate = open_assay(study.directory, "innate", LEARNER).energy
     assert energy.factor.values.tolist() == list(LEARNING_FACTORS)
     for factor, life in ((0, "off"), (1, "on")):

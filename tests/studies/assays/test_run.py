@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.small_studies import ignore_message, ignore_progress, make_small_study, read_records
 from tests.studies.assays.studies import conditions, make_small_study_with_assays
+from tests.studies.completion import complete_assays, count_progress, fail_without_space
 from tests.worlds import make_small_experiment
 
 ASSAYS_OF_ONE_SPECIES = [name for name in DECLARED if name != OPPONENTS]
@@ -57,13 +57,8 @@ def test_assays_are_identical_for_any_number_of_workers(study: StudyStore, tmp_p
 def test_progress_counts_every_agent_step(tmp_path: Path) -> None:
     study = make_small_study(tmp_path, conditions()[:2], runs=2)
     done: list[int] = []
-
-    @contextmanager
-    def record_progress(description: str, total: int) -> Iterator[Callable[[int], None]]:
-        done.append(-total)
-        yield done.append
-
-    run_assays(study, find_missing_assays(study, list(ASSAYS)), 2, record_progress, ignore_message)
+    missing = find_missing_assays(study, list(ASSAYS))
+    run_assays(study, missing, 2, count_progress(done), ignore_message)
     assert done[0] < 0
     assert sum(done) == 0
 
@@ -122,19 +117,9 @@ def test_an_error_does_not_change_stored_assays(
 ) -> None:
     study = make_small_study_with_assays(tmp_path, names=["descent"])
     before = stored(study)
-
-    def fail_without_space(handle: int) -> None:
-        raise OSError(28, "No space left on device")
-
     monkeypatch.setattr(os, "fsync", fail_without_space)
     with pytest.raises(OSError, match="no space is left"):
-        run_assays(
-            study,
-            find_missing_assays(study, ["modules", "innate"]),
-            2,
-            ignore_progress,
-            ignore_message,
-        )
+        complete_assays(study, ["modules", "innate"], 2)
     assert stored(study) == before
 
 

@@ -31,20 +31,16 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Sample:
     )
 
 
-def test_learners_have_the_stored_fitness(sample: Sample) -> None:
+def test_assays_have_the_stored_fitness_and_the_first_lifetime_in_windows(sample: Sample) -> None:
     innate = ASSAYS["innate"].measure(sample)
     learned = innate["energy"][:, -1, LIFE_KINDS.index("on")]
     # `simulate_as_evolved` raises an error for another fitness than the stored one.
     assert np.array_equal(learned, sample.energy(2))
     assert np.isfinite(innate["energy"][:, :, LIFE_KINDS.index("frozen")]).all()
-
-
-def test_reaction_norms_have_the_stored_fitness_in_the_unchanged_setting(sample: Sample) -> None:
+    # Reaction norms have the stored fitness in the unchanged setting.
     energy = ASSAYS["reaction"].measure(sample)["energy"]
     assert np.array_equal(energy[:, 0], sample.energy(2))
-
-
-def test_windows_within_the_lifetime_are_those_of_the_first_lifetime(sample: Sample) -> None:
+    # Windows within the lifetime are those of the first lifetime.
     within_life = ASSAYS["within-life"].measure(sample)
     n_newborns = 4
     assert within_life["eaten_in_window"].shape == (N_RUNS, n_newborns, 2, N_AGENTS)

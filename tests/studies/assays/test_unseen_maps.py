@@ -55,7 +55,7 @@ def test_a_map_keeps_food_on_the_map_and_agents_start_outside_of_it(name: str) -
         assert distance > experiment.world.start.radius - 5
 
 
-def test_the_maps_are_distinct_and_spread_over_the_whole_map() -> None:
+def test_the_maps_are_distinct_and_spread_over_the_whole_map_for_all_rules() -> None:
     maps = draw_maps(MAPS["A"])
     assert len(set(maps)) == N_MAPS
     starts = np.array([(unseen.start_x, unseen.start_y) for unseen in maps])
@@ -63,9 +63,6 @@ def test_the_maps_are_distinct_and_spread_over_the_whole_map() -> None:
     # A region of 160 can move by 480.
     positions = np.array([400 + unseen.shift_x for unseen in maps])
     assert positions.min() < 120 and positions.max() > 360
-
-
-def test_the_maps_do_not_depend_on_the_learning_rule() -> None:
     assert draw_maps(MAPS["A"]) == draw_maps(load("worlds-and-minds:evo+hebb/A"))
 
 

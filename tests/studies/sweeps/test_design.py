@@ -15,11 +15,11 @@ from baldwinlab.experiment.toml import to_toml
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.records import StudyError
-from baldwinlab.studies.run import find_missing_runs, run_study
 from baldwinlab.studies.store import StudyStore
 from baldwinlab.studies.sweeps.design import SWEEP_FILE_NAME, expand_sweep, name_points
 from baldwinlab.studies.sweeps.file import Sweep, read_sweep
-from tests.small_studies import ignore_message, ignore_progress, make_small_study, shorten_preset
+from tests.small_studies import make_small_study, shorten_preset
+from tests.studies.completion import complete_runs, read_files
 
 HEAD = """
 experiment = "evo/A"
@@ -59,9 +59,7 @@ def run_sweep(text: str, folder: Path, runs: int) -> StudyStore:
     points = expand_sweep(plan, folder / "sweep-file.toml")
     study = create_study(folder / "sweep", points, plan.seed, SWEEP)
     (study.directory / SWEEP_FILE_NAME).write_text(text)
-    run_study(
-        study, find_missing_runs(study, runs, ignore_message), 1, ignore_progress, ignore_message
-    )
+    complete_runs(study, runs)
     return study
 
 
@@ -70,7 +68,7 @@ def grid(tmp_path_factory: pytest.TempPathFactory) -> StudyStore:
     return run_sweep(GRID, tmp_path_factory.mktemp("grid"), runs=2)
 
 
-def test_a_grid_contains_all_combinations_and_its_fields_are_dimensions(
+def test_a_grid_contains_all_combinations_of_its_fields(
     grid: StudyStore,
 ) -> None:
     data = open_sweep(grid.directory)
@@ -86,14 +84,16 @@ def test_a_grid_contains_all_combinations_and_its_fields_are_dimensions(
     assert rate.values.tolist() == [0.5, 0, 0.05]
     assert rate.attrs["long_name"] == "probability of a mutation, per weight or per child"
     assert (data.attrs["design"], data.attrs["base"], data.attrs["seed"]) == ("grid", "evo/A", 0)
-
-
-def test_agents_eat_only_at_the_points_with_food(grid: StudyStore) -> None:
     eaten = open_sweep(grid.directory).food_eaten.sum(
         ["run", "generation", "agent", "evolution.mutation_rate"]
     )
     assert eaten.sel({"world.food.0.count": 0}) == 0
     assert eaten.sel({"world.food.0.count": 50}) > 0
+    study = open_runs(grid.directory)
+    assert study["condition"].values.tolist() == [f"point-{number:04d}" for number in range(6)]
+    names = name_points(grid)
+    assert list(names) == list(grid.experiments)
+    assert names["point-0001"] == "world.food.0.count = 0, evolution.mutation_rate = 0.0"
 
 
 def test_each_point_of_a_grid_contains_the_runs_of_its_experiment(grid: StudyStore) -> None:
@@ -122,20 +122,13 @@ def test_missing_runs_are_nan_and_can_be_completed_with_identical_results(
     xr.testing.assert_identical(open_sweep(incomplete.directory), open_sweep(grid.directory))
 
 
-def test_a_sweep_can_be_opened_as_a_study(grid: StudyStore) -> None:
-    study = open_runs(grid.directory)
-    assert study["condition"].values.tolist() == [f"point-{number:04d}" for number in range(6)]
-
-
-def test_a_point_is_named_by_the_values_of_its_fields(grid: StudyStore) -> None:
-    names = name_points(grid)
-    assert list(names) == list(grid.experiments)
-    assert names["point-0001"] == "world.food.0.count = 0, evolution.mutation_rate = 0.0"
-
-
-def test_the_conditions_of_a_study_that_is_no_sweep_keep_their_names(tmp_path: Path) -> None:
+def test_a_study_that_is_no_sweep_has_no_points(
+    tmp_path: Path,
+) -> None:
     study = make_small_study(tmp_path / "study", runs=1, workers=1)
     assert name_points(study) == {name: name for name in study.experiments}
+    with pytest.raises(StudyError, match=r"is no sweep: it has no sweep\.toml"):
+        open_sweep(study.directory)
 
 
 def test_a_list_design_combines_the_values_of_all_fields_in_order(tmp_path: Path) -> None:
@@ -334,17 +327,9 @@ def test_each_different_error_of_the_points_is_listed_once(
 def test_a_directory_with_a_different_sweep_is_refused_and_not_changed(
     text: str, sentence: str, grid: StudyStore, tmp_path: Path
 ) -> None:
-    before = {path: path.read_bytes() for path in grid.directory.rglob("*") if path.is_file()}
+    before = read_files(grid.directory)
     path = tmp_path / "other.toml"
     path.write_text(text)
     with pytest.raises(StudyError, match=sentence):
         sweep(path, out=grid.directory)
-    assert before == {
-        path: path.read_bytes() for path in grid.directory.rglob("*") if path.is_file()
-    }
-
-
-def test_a_study_that_is_not_a_sweep_is_refused(tmp_path: Path) -> None:
-    study = make_small_study(tmp_path / "study", runs=1, workers=1)
-    with pytest.raises(StudyError, match=r"is no sweep: it has no sweep\.toml"):
-        open_sweep(study.directory)
+    assert read_files(grid.directory) == before
