@@ -96,13 +96,17 @@ class LabServer:
         return connection
 
 
-def wait_for(page: Page, condition: Callable[[], bool]) -> None:
+def wait_until(condition: Callable[[], bool], wait: Callable[[], object] | None = None) -> None:
     """Wait until a condition is true. A test that hangs fails after some minutes."""
-    deadline = time.monotonic() + 180
+    deadline = time.monotonic() + 300
     while not condition():
-        assert time.monotonic() < deadline, "the condition is not true after 180 s"
-        # The page handles its events meanwhile.
-        page.wait_for_timeout(25)
+        assert time.monotonic() < deadline, "the condition is not true after 300 s"
+        wait() if wait else time.sleep(0.005)
+
+
+def wait_for(page: Page, condition: Callable[[], bool]) -> None:
+    """Wait until a condition is true. The page handles its events meanwhile."""
+    wait_until(condition, lambda: page.wait_for_timeout(25))
 
 
 def draw_frames(page: Page) -> None:

@@ -10,8 +10,7 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import CLIENT, LabServer, get_arrays, get_error, get_json
-from tests.lab.test_live import wait_until
+from tests.lab.client import CLIENT, LabServer, get_arrays, get_error, get_json, wait_until
 
 RUN = {"study": "strings", "condition": "guessing", "run": 1}
 
