@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -144,3 +145,22 @@ def get_error(address: str, path: str, status: int, **query: Any) -> str:
     response = get_response(address, path, **query)
     assert response.status_code == status, response.text
     return str(response.json()["error"])
+
+
+def check_errors(server: LabServer, rows: Iterable[tuple[str, dict[str, Any], int, str]]) -> None:
+    """Require the errors of requests: path, query, status, and message.
+
+    An empty value is not sent. ROOT is the folder of the lab, and "…" in a message is any text.
+    """
+    wrong = []
+    for path, query, status, message in rows:
+        texts = {
+            name: str(value).replace("ROOT", str(server.root)) for name, value in query.items()
+        }
+        sent = {name: text for name, text in texts.items() if text}
+        response = get_response(server.address, path, **sent)
+        error = response.json().get("error", "")
+        pattern = re.escape(message.replace("ROOT", str(server.root))).replace("…", ".*")
+        if response.status_code != status or not re.fullmatch(pattern, error, re.DOTALL):
+            wrong.append((path, sent, response.status_code, error))
+    assert wrong == []
