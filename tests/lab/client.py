@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -88,6 +89,12 @@ class LabServer:
             [{"name": make_cookie_name(self.port), "value": self.token, "url": self.address}]
         )
         return context
+
+    @contextmanager
+    def open_page(self, browser: Browser, **options: Any) -> Iterator[Page]:
+        """Yield a page of a new context that is admitted to this lab."""
+        with self.context(browser, **options) as context:
+            yield context.new_page()
 
     def websocket(self, path: str, **options: Any) -> ClientConnection:
         """Open a websocket as the owner of this lab."""

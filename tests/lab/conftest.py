@@ -14,6 +14,7 @@ import pytest
 from playwright.sync_api import Browser, Page
 from uvicorn import Server
 
+import baldwinlab as bl
 from baldwinlab.cli.lab import open_listener
 from baldwinlab.experiment import registry, validate
 from baldwinlab.lab.access import Access
@@ -90,6 +91,18 @@ def strings_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServ
     )
     sparse = guessing.replace(name="sparse", record={"genome_every": 3})
     make_small_study(root / "strings", [guessing, sparse], runs=2)
+    with run_server(root) as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def freezer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+    """Yield a server with the study `small` and with two genome files of its run 0."""
+    root = tmp_path_factory.mktemp("freezer")
+    make_small_study(root / "small", runs=2)
+    for generation in (0, 2):
+        reference = f"{root}/small:evo+self-taught/A@{generation}[0]"
+        bl.freeze(reference, out=root / f"generation-{generation}.nc")
     with run_server(root) as server:
         yield server
 

@@ -26,8 +26,8 @@ def themed_page(
 ) -> Iterator[Page]:
     """Yield a page with the light or the dark color scheme."""
     scheme: Literal["light", "dark"] = request.param
-    with lab_server.context(browser, color_scheme=scheme) as context:
-        yield context.new_page()
+    with lab_server.open_page(browser, color_scheme=scheme) as page:
+        yield page
 
 
 def test_the_world_tab_has_no_barriers_with_guide_comparison_and_agent(

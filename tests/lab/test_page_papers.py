@@ -171,10 +171,9 @@ def test_cards_fit_in_every_window(
 
 @pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.nightly)])
 def test_the_tab_has_no_barriers(browser: Browser, papers_server: LabServer, scheme: str) -> None:
-    with papers_server.context(
+    with papers_server.open_page(
         browser, color_scheme="dark" if scheme == "dark" else "light"
-    ) as context:
-        page = context.new_page()
+    ) as page:
         page.goto("/#/papers?guide=open")
         expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
         assert find_violations(page) == []

@@ -164,10 +164,9 @@ def test_an_unknown_view_shows_a_message_and_another_view(
 
 @pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.nightly)])
 def test_the_views_have_no_barriers(browser: Browser, views_server: LabServer, scheme: str) -> None:
-    with views_server.context(
+    with views_server.open_page(
         browser, color_scheme="dark" if scheme == "dark" else "light"
-    ) as context:
-        page = context.new_page()
+    ) as page:
         for query in (f"{CELLS}&step=9&guide=open", f"{PATH}&look=climb", MATRIX):
             page.goto(f"/#/world?{query}")
             expect(page.locator("[data-ready]")).to_have_count(1)
