@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from playwright.sync_api import Browser, Page
@@ -202,6 +203,16 @@ def page(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
     for path in set(lab_server.root.iterdir()) - folders:
         shutil.rmtree(path)
     assert not errors
+
+
+@pytest.fixture(params=["light", pytest.param("dark", marks=pytest.mark.nightly)])
+def themed_page(
+    browser: Browser, lab_server: LabServer, request: pytest.FixtureRequest
+) -> Iterator[Page]:
+    """Yield a page with the light or the dark color scheme."""
+    scheme: Literal["light", "dark"] = request.param
+    with lab_server.open_page(browser, color_scheme=scheme) as page:
+        yield page
 
 
 @pytest.fixture(scope="package")
