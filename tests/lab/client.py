@@ -104,17 +104,19 @@ class LabServer:
         return connection
 
 
-def wait_until(condition: Callable[[], bool], wait: Callable[[], object] | None = None) -> None:
+def wait_until(
+    condition: Callable[[], bool], pause: Callable[[float], object] = time.sleep
+) -> None:
     """Wait until a condition is true. A test that hangs fails after some minutes."""
     deadline = time.monotonic() + 300
     while not condition():
         assert time.monotonic() < deadline, "the condition is not true after 300 s"
-        wait() if wait else time.sleep(0.005)
+        pause(0.005)
 
 
 def wait_for(page: Page, condition: Callable[[], bool]) -> None:
     """Wait until a condition is true. The page handles its events meanwhile."""
-    wait_until(condition, lambda: page.wait_for_timeout(25))
+    wait_until(condition, lambda _: page.wait_for_timeout(25))
 
 
 def draw_frames(page: Page) -> None:

@@ -90,7 +90,10 @@ def test_an_unknown_view_is_rejected(
         ({"agent": "x"}, 400, "…must be a whole number…"),
         ({"view": ""}, 400, "…view is missing…"),
     ]
-    check_errors(views_server, [("view", LIFE | change, *error) for change, *error in rows])
+    check_errors(
+        views_server,
+        [("view", LIFE | change, status, message) for change, status, message in rows],
+    )
     monkeypatch.setattr(life_query, "MAX_RESPONSE_BYTES", 1000)
     error = get_error(views_server.address, "view", 400, **LIFE, agent=4)
     assert "one response can contain" in error
