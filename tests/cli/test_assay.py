@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from baldwinlab.core.assay_variables import FORKS
 from tests.commands import Command
 from tests.small_studies import make_small_study, shorten_preset
 
@@ -34,25 +33,3 @@ def test_a_fork_from_the_mode_is_another_assay(study: Path, command: Command) ->
     assert outcome.code == 0, outcome.err
     assert [path.name for path in (study / "assays").iterdir()] == ["fork-mode"]
     assert "Further evolution" in (study / "report.html").read_text("utf-8")
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (
-            ["fork", "--generations", "0"],
-            "--generations 0 must be a whole number from 1",
-        ),
-        (["fork", "--from", "center"], "--from center must be population or mode"),
-        (["innate", "--from", "mode"], "--from mode needs the assay fork"),
-        (["innate", "--generations", "4"], f"--generations 4 needs the assay {' or '.join(FORKS)}"),
-        (["spoon"], "there is no assay 'spoon'"),
-    ],
-)
-def test_invalid_options_are_refused_in_a_sentence(
-    study: Path, command: Command, words: list[str], message: str
-) -> None:
-    outcome = command("assay", str(study), *words)
-    assert outcome.code == 2
-    assert message in outcome.err
-    assert not (study / "assays").exists()

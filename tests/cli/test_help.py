@@ -53,18 +53,6 @@ def test_the_help_of_commands_that_run_names_the_default_folder(name: str) -> No
     assert "Default:" in option_texts(name)["--out"]
 
 
-def test_the_help_of_run_describes_the_output_folder_and_settings() -> None:
-    options = option_texts("run")
-    assert "results/NAME" in options["--out"]
-    assert "--set learning.rate=0.05 population.size=30" in options["--set"]
-    assert "show" in options["--set"]
-
-
-def test_the_help_of_replay_states_that_numbers_start_at_0() -> None:
-    options = option_texts("replay")
-    assert all("from 0" in options[name] for name in ("--run", "--generation"))
-
-
 @pytest.mark.parametrize("name", COMMANDS)
 def test_the_help_of_force_names_the_check_that_it_disables(name: str) -> None:
     text = option_texts(name).get("--force", "Overwrite")

@@ -9,7 +9,7 @@ import sys
 import time
 import webbrowser
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
 
@@ -18,69 +18,38 @@ import psutil
 import pytest
 from rich.console import Console
 
-from baldwinlab import cli
 from baldwinlab.cli import lab
 from baldwinlab.core import console
 from baldwinlab.core.extras import missing_extra_error
 from baldwinlab.lab.access import Access
 from baldwinlab.papers.presets import load
+from tests.commands import Command
 from tests.lab.client import CLIENT, LabServer
 from tests.small_studies import make_small_study, shorten_preset
 
 
-def refusal_message(
-    arguments: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> str:
-    """Run the command, require exit code 2, and return the error message."""
-    monkeypatch.setattr(sys, "argv", ["baldwinlab", "lab", "--no-browser", *arguments])
-    with pytest.raises(SystemExit) as error:
-        cli.main()
-    assert error.value.code == 2
-    return capsys.readouterr().err
-
-
-def test_a_port_in_use_is_named(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_port_in_use_is_named(command: Command) -> None:
     with lab.open_listener(0) as listener:
         port = listener.getsockname()[1]
-        message = refusal_message(["--port", str(port)], capsys, monkeypatch)
-    assert message == (
+        refused = command("lab", "--no-browser", "--port", str(port))
+    assert (refused.code, refused.err) == (
+        2,
         f"baldwinlab: port {port} is in use, perhaps by another lab. "
-        "Choose another port with --port.\n"
+        "Choose another port with --port.\n",
     )
 
 
-def test_an_invalid_port_is_refused(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    message = refusal_message(["--port", "65536"], capsys, monkeypatch)
-    assert message == "baldwinlab: --port 65536 must be from 0 to 65535\n"
-
-
-def test_an_invalid_root_path_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for path in ("lab", "http://hub/lab", "/a//b", "/a?b", "/a b"):
-        message = refusal_message([str(tmp_path), "--root-path", path], capsys, monkeypatch)
-        assert message.startswith(f"baldwinlab: --root-path {path} must be the path of the proxy")
+def test_a_root_path_has_no_slash_at_its_end() -> None:
     paths = ["/", "/lab/", "/user/ada@x.org/proxy/8642"]
     assert [lab.read_root_path(path) for path in paths] == ["", "/lab", paths[2]]
 
 
-def test_a_missing_folder_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    message = refusal_message([str(tmp_path / "none")], capsys, monkeypatch)
-    assert message.startswith(f"baldwinlab: {tmp_path / 'none'} does not exist")
-
-
 def test_without_its_extra_the_lab_prints_the_installation_command(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(lab, "find_spec", lambda name: None)
-    message = refusal_message([], capsys, monkeypatch)
-    assert message == f"baldwinlab: {missing_extra_error('lab', 'the lab')}\n"
+    message = f"baldwinlab: {missing_extra_error('lab', 'the lab')}\n"
+    assert command("lab", "--no-browser") == (2, "", message)
 
 
 def test_the_lab_listens_only_on_the_loopback_address() -> None:
@@ -121,6 +90,10 @@ def test_a_narrow_terminal_does_not_break_the_printed_address(
     assert f"/?token={served[0].token} and shows" in printed.getvalue()
 
 
+# Windows cannot send ctrl-C to a single process.
+needs_ctrl_c = pytest.mark.skipif(sys.platform == "win32", reason="the platform has no ctrl-C")
+
+
 @contextmanager
 def start_lab(root: Path) -> Iterator[tuple[subprocess.Popen[str], LabServer]]:
     """Start the command in a process and yield the process and the server."""
@@ -139,9 +112,7 @@ def start_lab(root: Path) -> Iterator[tuple[subprocess.Popen[str], LabServer]]:
             process.terminate()
 
 
-@pytest.mark.skipif(
-    sys.platform == "win32", reason="there, ctrl-C cannot be sent to a single process"
-)
+@needs_ctrl_c
 def test_ctrl_c_closes_the_lab(tmp_path: Path) -> None:
     with start_lab(tmp_path) as (process, server), httpx.Client(timeout=300) as client:
         assert client.get(server.entry).status_code == 303
@@ -153,28 +124,25 @@ def test_ctrl_c_closes_the_lab(tmp_path: Path) -> None:
     assert output.endswith("The lab is closed.\n")
 
 
-def attach_client(server: LabServer, client_kind: str) -> ExitStack:
+@contextmanager
+def attach_client(server: LabServer, client_kind: str) -> Iterator[None]:
     """Open a connection that stays open until the end of the `with` statement."""
-    connections = ExitStack()
     if client_kind == "a page that watches and does not read":
-        request = {
-            "experiment": shorten_preset("evo/A")
-            .replace(evolution={"generations": 10_000})
-            .to_dict()
-        }
+        experiment = shorten_preset("evo/A").replace(evolution={"generations": 10_000})
+        request = {"experiment": experiment.to_dict()}
         run_id = CLIENT.post(f"{server.address}/api/live", json=request).json()["id"]
-        connections.enter_context(server.websocket(f"/api/live/{run_id}", close_timeout=0))
-        return connections
-    head = "POST /api/validate HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\n"
-    incomplete_requests = {"half a request": f"{head}Content-Length: 9\n\n{{"}
+        with server.websocket(f"/api/live/{run_id}", close_timeout=0):
+            yield
+        return
+    head = "HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\n"
     # The server simulates 99 generations for this request.
     query = "preset=evo%2Bself-taught/A&seed=0&run=0&generation=99"
-    recording_request = (
-        f"GET /api/recording?{query} HTTP/1.1\nHost: 127.0.0.1:PORT\nCookie: COOKIE\n\n"
-    )
-    client = connections.enter_context(socket.create_connection(("127.0.0.1", server.port)))
-    client.sendall(server.request(incomplete_requests.get(client_kind, recording_request)))
-    return connections
+    request_lines = f"GET /api/recording?{query} {head}\n"
+    if client_kind == "half a request":
+        request_lines = f"POST /api/validate {head}Content-Length: 9\n\n{{"
+    with socket.create_connection(("127.0.0.1", server.port)) as client:
+        client.sendall(server.request(request_lines))
+        yield
 
 
 def wait_for_work(process: subprocess.Popen[str]) -> None:
@@ -185,9 +153,7 @@ def wait_for_work(process: subprocess.Popen[str]) -> None:
         time.sleep(0.05)
 
 
-@pytest.mark.skipif(
-    sys.platform == "win32", reason="there, ctrl-C cannot be sent to a single process"
-)
+@needs_ctrl_c
 @pytest.mark.parametrize(
     "client_kind",
     [

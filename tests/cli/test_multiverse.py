@@ -60,9 +60,7 @@ def interrupt_half_way(
 # The test runs two multiverses.
 @pytest.mark.nightly
 def test_an_interrupted_multiverse_resumes_with_identical_results(
-    command: Command,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patched:
         patched.setattr(console, "progress", interrupt_half_way)
@@ -84,10 +82,7 @@ def test_an_interrupted_multiverse_resumes_with_identical_results(
 @pytest.mark.usefixtures("short_multiverse")
 # The test runs a multiverse and writes three reports.
 @pytest.mark.nightly
-def test_the_report_omits_variants_without_runs(
-    command: Command,
-    tmp_path: Path,
-) -> None:
+def test_the_report_omits_variants_without_runs(command: Command, tmp_path: Path) -> None:
     assert command(*MULTIVERSE_COMMAND, "--all-combinations").code == 0
     for record in (tmp_path / "paper/multiverse/runs/rank").rglob("*.nc"):
         record.unlink()
@@ -96,11 +91,8 @@ def test_the_report_omits_variants_without_runs(
     written = json.loads(
         (tmp_path / "paper/multiverse/multiverse.json").read_text(), parse_constant=pytest.fail
     )
-    assert [variant["name"] for variant in written["variants"]] == [
-        "standard",
-        "contact-5",
-        "contact-5+rank",
-    ]
+    names = [variant["name"] for variant in written["variants"]]
+    assert names == ["standard", "contact-5", "contact-5+rank"]
     assert written["variants"][2]["choices"] == {"R2": "contact-5", "R4": "rank"}
     assert written["summary"]["shares"]
     for record in (tmp_path / "paper/multiverse/runs").rglob("*.nc"):
@@ -127,13 +119,11 @@ def test_the_report_of_the_enclosing_study_is_updated_with_the_variants(
 # The test runs two studies and writes three reports of all conditions.
 @pytest.mark.nightly
 def test_a_paper_reproduced_after_its_multiverse_has_a_section_of_variants(
-    command: Command,
-    tmp_path: Path,
+    command: Command, tmp_path: Path
 ) -> None:
     assert command(*MULTIVERSE_COMMAND).code == 0
-    result = command(
-        "reproduce", "--runs", "1", "--generations", "1", "--steps", "40", "--out", "paper"
-    )
+    line = "reproduce --runs 1 --generations 1 --steps 40 --out paper"
+    result = command(*line.split())
     assert result.code == 0, result.err
     page = (tmp_path / "paper/report.html").read_text()
     assert '<h2 id="variants">Variants of the paper</h2>' in page
@@ -145,8 +135,7 @@ def test_a_paper_reproduced_after_its_multiverse_has_a_section_of_variants(
 
 @pytest.mark.usefixtures("short_multiverse")
 def test_a_different_multiverse_in_the_same_folder_is_refused(
-    command: Command,
-    tmp_path: Path,
+    command: Command, tmp_path: Path
 ) -> None:
     assert command(*MULTIVERSE_COMMAND, "--last-generations", "0").code == 2
     assert not read_records(tmp_path)
@@ -159,8 +148,7 @@ def test_a_different_multiverse_in_the_same_folder_is_refused(
 
 
 def test_a_custom_paper_has_a_multiverse_of_its_choices_and_claims(
-    command: Command,
-    tmp_path: Path,
+    command: Command, tmp_path: Path
 ) -> None:
     paper_folder = write_paper(tmp_path / "tiny")
     refused = command("multiverse", str(write_paper(tmp_path / "bare")), "--out", "there")

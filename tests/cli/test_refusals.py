@@ -1,19 +1,34 @@
-"""The command line refuses invalid input with one sentence and a nonzero exit code."""
+"""The command line refuses invalid input with one sentence and changes no file."""
 
 from __future__ import annotations
 
 import errno
 import os
+import shlex
 import shutil
 from pathlib import Path
 
 import pytest
 
 from baldwinlab.core import resources
+from baldwinlab.core.assay_variables import FORKS
+from tests.cli.test_refused_commands import read_tree
 from tests.commands import Command
-from tests.small_studies import make_small_study, read_records
+from tests.small_studies import make_small_study
+
+# Other tests draw these figures.
+pytestmark = pytest.mark.usefixtures("placeholder_figures_of_module")
 
 NESTED_LISTS = "[" * 500 + "]" * 500
+TOO_DEEP = "is not TOML: it is nested too deeply"
+LIFE = "--condition evo/A --run 0 --generation 0"
+PHYLOGENY = "export study --format phylogeny --condition evo/A --run 0"
+FILES = {
+    "deep.toml": f"a = {NESTED_LISTS}",
+    "deep/paper.toml": f"a = {NESTED_LISTS}",
+    "large.toml": 'experiment = "evo/A"\nruns = 100000000\n[fields]\nevolution.elite = [0, 1]',
+    "negative.toml": 'experiment = "evo/A"\nruns = 2\n[fields]\nworld.food.0.count = [0, -50]',
+}
 
 
 @pytest.fixture(scope="module")
@@ -23,381 +38,236 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "sentence"),
+    ("line", "sentence"),
     [
-        (["run", "evo/Z"], "there is no map 'Z'"),
-        (["run", "nothing.toml"], "cannot read nothing.toml: No such file or directory"),
+        ("run evo/Z", "there is no map 'Z'"),
+        ("run nothing.toml", "cannot read nothing.toml: No such file or directory"),
         (
-            ["run", "evo/A", "--set", "lifetime.steps=0"],
+            "run evo/A --set lifetime.steps=0",
             "lifetime.steps = 0: input should be greater than or equal to 1",
         ),
         (
-            ["run", "evo/A", "--set", "speed=3"],
+            "run evo/A --set speed=3",
             "speed: there is no 'speed' here; there are: name, model, world",
         ),
         (
-            ["reproduce", "atlas", "--steps", "3"],
+            "reproduce atlas --steps 3",
             "--steps applies to a paper; atlas has its own settings",
         ),
-        (["run", "evo/A", "--runs", "0"], "--runs 0 must be a whole number from 1"),
+        ("run evo/A --runs 0", "--runs 0 must be a whole number from 1"),
+        ("run evo/A --workers -2", "--workers -2 must be a whole number from 1"),
+        ("run evo/A --seed -1", "--seed -1 must be a whole number from 0 to 2147483647"),
+        ("reproduce --variant sloppy", "there is no variant 'sloppy'"),
+        ("reproduce --generations 0", "evolution.generations = 0"),
         (
-            ["run", "evo/A", "--workers", "-2"],
-            "--workers -2 must be a whole number from 1",
-        ),
-        (["run", "evo/A", "--seed", "-1"], "--seed -1 must be a whole number from 0 to 2147483647"),
-        (["reproduce", "--variant", "sloppy"], "there is no variant 'sloppy'"),
-        (["reproduce", "--generations", "0"], "evolution.generations = 0"),
-        (
-            ["report", "study", "--last-generations", "0"],
+            "report study --last-generations 0",
             "--last-generations 0 must be a whole number from 1",
         ),
-        (["report", "nowhere"], "nowhere holds no study"),
+        ("report nowhere", "nowhere holds no study"),
+        (f"replay nowhere {LIFE} --out x.nc", "nowhere holds no study"),
+        (f"replay x {LIFE} --out x.avi", "must end in .nc, .mp4, .gif or .png"),
         (
-            [
-                "replay",
-                "nowhere",
-                "--condition",
-                "evo/A",
-                "--run",
-                "0",
-                "--generation",
-                "0",
-                "--out",
-                "x.nc",
-            ],
-            "nowhere holds no study",
-        ),
-        (
-            [
-                "replay",
-                "x",
-                "--condition",
-                "evo/A",
-                "--run",
-                "0",
-                "--generation",
-                "0",
-                "--out",
-                "x.avi",
-            ],
-            "must end in .nc, .mp4, .gif or .png",
-        ),
-        (
-            [
-                "replay",
-                "study",
-                "--condition",
-                "evo/B",
-                "--run",
-                "0",
-                "--generation",
-                "0",
-                "--out",
-                "x.nc",
-            ],
+            "replay study --condition evo/B --run 0 --generation 0 --out x.nc",
             "has no condition 'evo/B'",
         ),
         (
-            [
-                "replay",
-                "study",
-                "--condition",
-                "evo/A",
-                "--run",
-                "7",
-                "--generation",
-                "0",
-                "--out",
-                "x.nc",
-            ],
+            "replay study --condition evo/A --run 7 --generation 0 --out x.nc",
             "0007.nc does not exist; runs of evo/A that are stored: 1",
         ),
         (
-            [
-                "replay",
-                "study",
-                "--condition",
-                "evo/A",
-                "--run",
-                "0",
-                "--generation",
-                "9",
-                "--out",
-                "x.nc",
-            ],
+            "replay study --condition evo/A --run 0 --generation 9 --out x.nc",
             "generation = 9: run 0 of evo/A has the generations 0 to 2",
         ),
+        (f"replay study {LIFE} --out no/x.gif", "no/x.gif"),
+        ("assay nowhere", "nowhere holds no study"),
         (
-            [
-                "replay",
-                "study",
-                "--condition",
-                "evo/A",
-                "--run",
-                "0",
-                "--generation",
-                "0",
-                "--out",
-                "no/x.gif",
-            ],
-            "no/x.gif",
-        ),
-        (["assay", "nowhere"], "nowhere holds no study"),
-        (
-            ["assay", "study", "--assays", "innate,instinct"],
+            "assay study --assays innate,instinct",
             "there is no assay 'instinct'; there are innate, neutral",
         ),
+        ("assay study spoon", "there is no assay 'spoon'"),
+        ("assay study --workers 0", "--workers 0 must be a whole number from 1"),
         (
-            ["assay", "study", "--workers", "0"],
-            "--workers 0 must be a whole number from 1",
+            "assay study fork --generations 0",
+            "--generations 0 must be a whole number from 1",
+        ),
+        ("assay study fork --from center", "--from center must be population or mode"),
+        ("assay study innate --from mode", "--from mode needs the assay fork"),
+        (
+            "assay study innate --generations 4",
+            f"--generations 4 needs the assay {' or '.join(FORKS)}",
         ),
         (
-            [
-                "export",
-                "study",
-                "--format",
-                "phylogeny",
-                "--condition",
-                "evo/B",
-                "--run",
-                "0",
-                "--out",
-                "x.csv",
-            ],
+            "export study --format phylogeny --condition evo/B --run 0 --out x.csv",
             "has no condition 'evo/B'",
         ),
         (
-            [
-                "export",
-                "study",
-                "--format",
-                "phylogeny",
-                "--condition",
-                "evo/A",
-                "--run",
-                "7",
-                "--out",
-                "x.csv",
-            ],
+            "export study --format phylogeny --condition evo/A --run 7 --out x.csv",
             "0007.nc does not exist",
         ),
+        (f"{PHYLOGENY} --out no/x.csv", "the folder no does not exist"),
+        ("run evo/A --out study", "study holds another study"),
+        ("run evo/A --runs many", "many"),
         (
-            [
-                "export",
-                "study",
-                "--format",
-                "phylogeny",
-                "--condition",
-                "evo/A",
-                "--run",
-                "0",
-                "--out",
-                "no/x.csv",
-            ],
-            "the folder no does not exist",
-        ),
-        (["run", "evo/A", "--out", "study"], "study holds another study"),
-        (["run", "evo/A", "--runs", "many"], "many"),
-        (
-            ["run", "evo/A", "--set", "learning.teacher=shuffled"],
+            "run evo/A --set learning.teacher=shuffled",
             'learning.teacher: does nothing with learning.rule = "none"',
         ),
         (
-            ["report", "innate", "mine"],
+            "report innate mine",
             "unexpected argument 'mine'; usage: baldwinlab report DIRECTORY; "
             "baldwinlab report --help lists",
         ),
         (
-            ["assay", "study", "--executor", "cloud"],
+            "assay study --executor cloud",
             "--executor cloud must be threads, dask:tcp://HOST:PORT or slurm",
         ),
-        (["run", "evo/A", "--seed", "1.5"], "--seed: '1.5' must be a whole number"),
+        ("run evo/A --seed 1.5", "--seed: '1.5' must be a whole number"),
         (
-            [
-                "replay",
-                "study",
-                "--condition",
-                "evo/A",
-                "--run",
-                "0.6",
-                "--generation",
-                "0",
-                "--out",
-                "x.nc",
-            ],
+            "replay study --condition evo/A --run 0.6 --generation 0 --out x.nc",
             "'0.6' must be",
         ),
         (
-            ["report", "study", "--last-generations", "99999999999999999999"],
+            "report study --last-generations 99999999999999999999",
             "must be a whole number of at most 18 digits",
         ),
-        (["lab", "study", "--port", "0x10"], "--port: '0x10' must be a whole number"),
+        ("lab study --port 0x10", "--port: '0x10' must be a whole number"),
         (
-            ["report", "study", "--out", "study/study.toml"],
+            "lab study --no-browser --port 65536",
+            "baldwinlab: --port 65536 must be from 0 to 65535\n",
+        ),
+        ("lab none --no-browser", "baldwinlab: none does not exist"),
+        *(
+            (
+                f"lab study --no-browser --root-path {shlex.quote(path)}",
+                f"baldwinlab: --root-path {path} must be the path of the proxy",
+            )
+            for path in ("lab", "http://hub/lab", "/a//b", "/a?b", "/a b")
+        ),
+        (
+            "report study --out study/study.toml",
             "--out study/study.toml is inside the study",
         ),
+        (f"{PHYLOGENY} --out study/runs/evo/A/0000.nc", "is inside the study"),
         (
-            [
-                "export",
-                "study",
-                "--format",
-                "phylogeny",
-                "--condition",
-                "evo/A",
-                "--run",
-                "0",
-                "--out",
-                "study/runs/evo/A/0000.nc",
-            ],
-            "is inside the study",
-        ),
-        (
-            ["report"],
+            "report",
             "DIRECTORY is missing; usage: baldwinlab report DIRECTORY; "
             "baldwinlab report --help lists",
         ),
         (
-            ["replay", "mine", "--run", "0", "--generation", "0"],
+            "replay mine --run 0 --generation 0",
             "--out needs a value; usage: baldwinlab replay [DIRECTORY] --out OUT; "
             "baldwinlab replay --help lists",
         ),
         (
-            ["run", "evo/A", "--part", "nothing.py"],
+            "run evo/A --part nothing.py",
             "cannot read the part nothing.py: No such file or directory",
         ),
-        (["report", "study", "--parts", "3"], "Unknown option: --parts. Did you mean --part?"),
-        (["run", "evo/A", "--runs", "100000000"], "100,000,000 runs: needs about"),
+        ("report study --parts 3", "Unknown option: --parts. Did you mean --part?"),
+        ("run evo/A --runs 100000000", "100,000,000 runs: needs about"),
+        ("run evo/A --runs 100000000", "Reduce the request or add --force."),
+        ("sweep large.toml", "Reduce the request or add --force."),
         (
-            ["run", "evo/A", "--runs", "3000000000", "--force"],
+            "run evo/A --runs 3000000000 --force",
             "--runs 3000000000 must be a whole number from 1",
         ),
         (
-            ["run", "evo/A", "--set", "population.size=1000000", "evolution.generations=1000000"],
+            "run evo/A --set population.size=1000000 evolution.generations=1000000",
             "PiB of memory, but only",
         ),
         (
-            ["run", "evo/A", "--set", "population.size=1000000", "--force"],
+            "run evo/A --set population.size=1000000 --force",
             "kept_genome would take 22.4 GiB, and netCDF files hold",
         ),
-        (["reproduce", "--steps", "100000000", "--runs", "1"], "of memory, but only"),
-        (["multiverse", "--runs", "100000000"], "9,000,000,000 runs: needs about"),
-        (["check", "part.py", "--seed", "1.5"], "--seed: '1.5' must be a whole number"),
+        ("reproduce --steps 100000000 --runs 1", "of memory, but only"),
+        ("multiverse --runs 100000000", "9,000,000,000 runs: needs about"),
+        ("check part.py --seed 1.5", "--seed: '1.5' must be a whole number"),
+        ("rum", "there is no command 'rum' (did you mean 'run'?)"),
+        ("show deep.toml", f"deep.toml {TOO_DEEP}"),
+        ("run deep.toml", f"deep.toml {TOO_DEEP}"),
+        ("sweep deep.toml", f"deep.toml {TOO_DEEP}"),
+        ("reproduce ./deep", f"deep/paper.toml {TOO_DEEP}"),
+        (f"show evo/A --set world.food={NESTED_LISTS}", "world.food = '[[["),
         (
-            ["rum"],
-            "there is no command 'rum' (did you mean 'run'?)",
+            "sweep negative.toml --out swept",
+            "baldwinlab: negative.toml: point-0001: world.food.0.count = -50: "
+            "input should be greater than or equal to 0\n",
         ),
+        ("sweep nothing.toml", "cannot read nothing.toml: No such file or directory"),
+        (
+            "run evo/A evo+drift/A --baseline evo+drft/A --out pair",
+            "--baseline evo+drft/A is not a condition of the study (did you mean 'evo+drift/A'?)",
+        ),
+        (
+            "run evo/B evo/B --runs 2",
+            "baldwinlab: two conditions have the same name, 'evo/B': change name in one of them\n",
+        ),
+        (
+            "report study --claims",
+            "baldwinlab: study was made by no paper. Give a file of claims or a paper: "
+            "--claims FILE or --claims PAPER.\n",
+        ),
+        (
+            "replay study --run 0 --generation 1 --out life.nc",
+            "study: condition is missing; there are evo/A",
+        ),
+        ("run study --generations 1", "generations = 1 must be at least 3"),
+        ("run study --seed 3", "study is a stored study, which determines"),
+        ("run study --set lifetime.steps=3", "study is a stored study"),
+        ("run study --checkpoint never", "must be a number of generations"),
+        (
+            "run evo/A --founders study:evo/A@7",
+            "must be a whole number from 0 to 2",
+        ),
+        ("run evo/A --founders study", "must be STUDY:CONDITION@GENERATION"),
+        ("run evo/A --at learning.rule=none", "must follow a generation"),
+        ("run evo/A --at 3 population.size=4", "cannot change during a run"),
+        ("status nothing", "nothing holds no study"),
     ],
 )
-def test_invalid_input_prints_one_sentence_and_returns_a_nonzero_exit_code(
-    command: Command, tmp_path: Path, stored: Path, arguments: list[str], sentence: str
+def test_invalid_input_prints_one_sentence_and_changes_no_file(
+    command: Command, tmp_path: Path, stored: Path, line: str, sentence: str
 ) -> None:
     shutil.copytree(stored, tmp_path / "study")
-    before = read_records(tmp_path)
-    result = command(*arguments)
-    assert result.code != 0
-    assert sentence in result.err + result.out
+    (tmp_path / "deep").mkdir()
+    for name, content in FILES.items():
+        (tmp_path / name).write_text(content)
+    before = read_tree(tmp_path)
+    result = command(*shlex.split(line))
+    assert result.code == 2
+    assert sentence in result.err
     assert "Traceback" not in result.err
     assert len(result.err.strip().splitlines()) == 1
-    assert read_records(tmp_path) == before
+    assert read_tree(tmp_path) == before
 
 
-def test_excessive_requests_are_refused_before_a_folder_is_created(
-    command: Command, tmp_path: Path
-) -> None:
-    (tmp_path / "large.toml").write_text(
-        'experiment = "evo/A"\nruns = 100000000\n[fields]\nevolution.elite = [0, 1]'
-    )
-    for arguments in (["sweep", "large.toml"], ["run", "evo/A", "--runs", "100000000"]):
-        result = command(*arguments)
-        assert result.code == 2
-        assert "Reduce the request or add --force." in result.err
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["large.toml"]
-
-
-@pytest.mark.usefixtures("placeholder_figures")
 def test_force_disables_the_check_of_resources(
     command: Command, tmp_path: Path, stored: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shutil.copytree(stored, tmp_path / "study")
     monkeypatch.setattr(resources, "available_memory", lambda: 1_000_000)
-    replay_arguments = [
-        "replay",
-        "study",
-        "--condition",
-        "evo/A",
-        "--run",
-        "0",
-        "--generation",
-        "0",
-        "--out",
-        "life.nc",
-    ]
-    run_arguments = [
-        "run",
-        "evo/A",
-        "--runs",
-        "1",
-        "--set",
-        "lifetime.steps=1",
-        "evolution.generations=1",
-        "--out",
-        "new",
-    ]
-    for arguments in (
-        replay_arguments,
-        ["report", "study"],
-        ["assay", "study", "--assays", "descent"],
-        run_arguments,
+    for line in (
+        f"replay study {LIFE} --out life.nc",
+        "report study",
+        "assay study --assays descent",
+        "run evo/A --runs 1 --set lifetime.steps=1 evolution.generations=1 --out new",
     ):
-        refused = command(*arguments)
+        refused = command(*line.split())
         assert refused.code == 2
         assert "of memory, but only 976.6 KiB are free on this machine" in refused.err
-        assert command(*arguments, "--force").code == 0
+        assert command(*line.split(), "--force").code == 0
 
 
 @pytest.mark.parametrize(
-    ("arguments", "file"),
+    ("line", "file"),
     [
         # The command writes the claims before the page.
-        (["report", "study", "--out", "page.html"], "study/claims.json"),
-        (["run", "evo/A", "--runs", "1", "--out", "new"], "new/runs/evo/A/experiment.toml"),
+        ("report study --out page.html", "study/claims.json"),
+        ("run evo/A --runs 1 --out new", "new/runs/evo/A/experiment.toml"),
+        (f"{PHYLOGENY} --out x.csv", "x.csv"),
         (
-            [
-                "export",
-                "study",
-                "--format",
-                "phylogeny",
-                "--condition",
-                "evo/A",
-                "--run",
-                "0",
-                "--out",
-                "x.csv",
-            ],
-            "x.csv",
-        ),
-        (
-            ["assay", "study", "--assays", "descent", "--workers", "1"],
+            "assay study --assays descent --workers 1",
             "study/assays/descent/evo+self-taught/A.nc",
         ),
-        *(
-            (
-                [
-                    "replay",
-                    "study",
-                    "--condition",
-                    "evo/A",
-                    "--run",
-                    "0",
-                    "--generation",
-                    "0",
-                    "--out",
-                    f"x.{kind}",
-                ],
-                f"x.{kind}",
-            )
-            for kind in ("nc", "png")
-        ),
+        *((f"replay study {LIFE} --out x.{kind}", f"x.{kind}") for kind in ("nc", "png")),
     ],
 )
 def test_an_error_about_a_full_disk_names_the_file_and_the_folder(
@@ -405,7 +275,7 @@ def test_an_error_about_a_full_disk_names_the_file_and_the_folder(
     tmp_path: Path,
     stored: Path,
     monkeypatch: pytest.MonkeyPatch,
-    arguments: list[str],
+    line: str,
     file: str,
 ) -> None:
     def fail_without_space(handle: int) -> None:
@@ -413,7 +283,7 @@ def test_an_error_about_a_full_disk_names_the_file_and_the_folder(
 
     shutil.copytree(stored, tmp_path / "study")
     monkeypatch.setattr(os, "fsync", fail_without_space)
-    result = command(*arguments)
+    result = command(*line.split())
     assert result.code != 0
     assert file in result.err.splitlines()[-1]
     assert f"no space is left in {Path(file).parent}" in result.err.splitlines()[-1]
@@ -447,27 +317,3 @@ def test_a_study_without_runs_has_no_report(command: Command, tmp_path: Path) ->
     result = command("report", "study")
     assert result.code != 0
     assert "holds no finished run yet" in result.err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (["show", "deep.toml"], "deep.toml is not TOML: it is nested too deeply"),
-        (["run", "deep.toml"], "deep.toml is not TOML: it is nested too deeply"),
-        (["sweep", "deep.toml"], "deep.toml is not TOML: it is nested too deeply"),
-        (["reproduce", "./deep"], "deep/paper.toml is not TOML: it is nested too deeply"),
-        (["show", "evo/A", "--set", f"world.food={NESTED_LISTS}"], "world.food = '[[["),
-    ],
-)
-def test_excessively_nested_toml_is_refused(
-    command: Command, tmp_path: Path, arguments: list[str], sentence: str
-) -> None:
-    (tmp_path / "deep.toml").write_text(f"a = {NESTED_LISTS}")
-    (tmp_path / "deep").mkdir()
-    (tmp_path / "deep" / "paper.toml").write_text(f"a = {NESTED_LISTS}")
-    before = read_records(tmp_path)
-    result = command(*arguments)
-    assert result.code == 2
-    assert read_records(tmp_path) == before
-    assert sentence in result.err
-    assert len(result.err.strip().splitlines()) == 1

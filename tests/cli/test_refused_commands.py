@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,6 @@ import pytest
 
 from baldwinlab.core.errors import InterruptedStudyError, RefusedError
 from baldwinlab.core.files import parse_location
-from baldwinlab.experiment import registry
 from baldwinlab.studies.cleanup import remove_if_refused
 from tests.commands import Command
 from tests.small_studies import make_small_study
@@ -87,14 +85,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     genomes[3, 5] = np.nan
     np.save(folder / "wrong.npy", genomes)
     return folder
-
-
-@pytest.fixture(autouse=True)
-def _remove_parts() -> Iterator[None]:
-    yield
-    for name in ("uncompiled", "no-number"):
-        if name in registry.names("fitness"):
-            registry.remove("fitness", name)
 
 
 def read_tree(folder: Path) -> dict[str, bytes | None]:

@@ -42,9 +42,3 @@ def test_status_shows_stored_and_missing_runs_and_failures(
     assert content["is_running"] is False
     assert content["seconds_left"] > 0
     assert len(content["failures"]) == 1
-
-
-def test_a_folder_without_a_study_is_refused(command: Command) -> None:
-    result = command("status", "nothing")
-    assert result.code == 2
-    assert "nothing holds no study" in result.err

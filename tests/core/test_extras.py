@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -98,11 +97,3 @@ def test_the_error_names_only_the_missing_packages(site_folder: Path) -> None:
 
 def test_every_extra_with_a_purpose_is_declared() -> None:
     assert extras.EXTRA_PURPOSES.keys() < extras.required_packages().keys()
-
-
-def test_only_one_module_formats_the_command() -> None:
-    package = Path(baldwinlab.__file__).parent
-    modules = {
-        path.name for path in package.rglob("*.py") if re.search(r"baldwinlab\[", path.read_text())
-    }
-    assert modules == {"extras.py"}

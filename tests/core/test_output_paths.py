@@ -8,27 +8,26 @@ import pytest
 
 from baldwinlab.core.errors import RefusedError
 from baldwinlab.core.output_paths import require_writable
-from tests.small_studies import make_small_study
+from tests.small_studies import make_small_study, shorten_preset
 
 
 def require_output(path: Path, *, force: bool = False) -> None:
     require_writable("--out", path, b"made by me", force=force)
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["study.toml", "sessions.jsonl", "runs/evo/A/0000.nc", "runs/new.nc", "assays/innate/evo/A.nc"],
-)
-def test_the_files_of_a_study_are_never_overwritten(tmp_path: Path, name: str) -> None:
-    make_small_study(tmp_path / "study")
-    path = tmp_path / "study" / name
-    path.parent.mkdir(parents=True, exist_ok=True)
-    for output_path in (path, tmp_path / "study" / "runs" / ".." / name):
-        with pytest.raises(RefusedError, match="is inside the study"):
-            require_output(output_path, force=True)
-    (tmp_path / "link").symlink_to(path)
-    with pytest.raises(RefusedError, match="is inside the study"):
-        require_output(tmp_path / "link", force=True)
+def test_the_files_of_a_study_are_never_overwritten(tmp_path: Path) -> None:
+    make_small_study(tmp_path / "study", [shorten_preset("evo/A")], runs=1)
+    (tmp_path / "study/assays/innate/evo").mkdir(parents=True)
+    for name in (
+        *("study.toml", "sessions.jsonl", "runs/evo/A/0000.nc", "runs/new.nc"),
+        "assays/innate/evo/A.nc",
+    ):
+        path = tmp_path / "study" / name
+        link = tmp_path / f"link to {path.name}"
+        link.symlink_to(path)
+        for output_path in (path, tmp_path / "study" / "runs" / ".." / name, link):
+            with pytest.raises(RefusedError, match="is inside the study"):
+                require_output(output_path, force=True)
 
 
 def test_a_file_of_a_different_program_is_overwritten_only_with_force(tmp_path: Path) -> None:

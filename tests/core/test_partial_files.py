@@ -156,15 +156,3 @@ def test_without_locks_files_are_written_and_none_is_removed(
         remove_abandoned(tmp_path)
         partial_path.write_text("content")
     assert (tmp_path / "mine").read_text() == "content"
-
-
-def test_a_full_disk_leaves_no_temporary_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(handle: int) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", fail)
-    with pytest.raises(OSError, match="no space is left in"):
-        write_atomically(tmp_path / "mine", b"content")
-    assert not list(tmp_path.iterdir())

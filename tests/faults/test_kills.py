@@ -24,14 +24,7 @@ from baldwinlab.studies.checkpoints import Checkpointer
 from baldwinlab.studies.store import StudyStore
 from tests.faults.amount import amount
 
-SMALL = (
-    "--set",
-    "evolution.generations=6",
-    "--set",
-    "lifetime.steps=2000",
-    "--set",
-    "world.start.x=380",
-)
+SMALL = ("--set", "evolution.generations=6", "lifetime.steps=2000", "world.start.x=380")
 RUN = ("run", "evo/A", "evo+self-taught/A", *SMALL, "--runs", "12", "--out", "study")
 # The archive of novelty is an array of the run.
 NOVELTY = (

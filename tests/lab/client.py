@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -88,6 +90,12 @@ class LabServer:
         )
         return context
 
+    @contextmanager
+    def open_page(self, browser: Browser, **options: Any) -> Iterator[Page]:
+        """Yield a page of a new context that is admitted to this lab."""
+        with self.context(browser, **options) as context:
+            yield context.new_page()
+
     def websocket(self, path: str, **options: Any) -> ClientConnection:
         """Open a websocket as the owner of this lab."""
         address = f"ws://127.0.0.1:{self.port}{path}"
@@ -96,13 +104,19 @@ class LabServer:
         return connection
 
 
-def wait_for(page: Page, condition: Callable[[], bool]) -> None:
+def wait_until(
+    condition: Callable[[], bool], pause: Callable[[float], object] = time.sleep
+) -> None:
     """Wait until a condition is true. A test that hangs fails after some minutes."""
-    deadline = time.monotonic() + 180
+    deadline = time.monotonic() + 300
     while not condition():
-        assert time.monotonic() < deadline, "the condition is not true after 180 s"
-        # The page handles its events meanwhile.
-        page.wait_for_timeout(25)
+        assert time.monotonic() < deadline, "the condition is not true after 300 s"
+        pause(0.005)
+
+
+def wait_for(page: Page, condition: Callable[[], bool]) -> None:
+    """Wait until a condition is true. The page handles its events meanwhile."""
+    wait_until(condition, lambda _: page.wait_for_timeout(25))
 
 
 def draw_frames(page: Page) -> None:
@@ -140,3 +154,22 @@ def get_error(address: str, path: str, status: int, **query: Any) -> str:
     response = get_response(address, path, **query)
     assert response.status_code == status, response.text
     return str(response.json()["error"])
+
+
+def check_errors(server: LabServer, rows: Iterable[tuple[str, dict[str, Any], int, str]]) -> None:
+    """Require the errors of requests: path, query, status, and message.
+
+    An empty value is not sent. ROOT is the folder of the lab, and "…" in a message is any text.
+    """
+    wrong = []
+    for path, query, status, message in rows:
+        texts = {
+            name: str(value).replace("ROOT", str(server.root)) for name, value in query.items()
+        }
+        sent = {name: text for name, text in texts.items() if text}
+        response = get_response(server.address, path, **sent)
+        error = response.json().get("error", "")
+        pattern = re.escape(message.replace("ROOT", str(server.root))).replace("…", ".*")
+        if response.status_code != status or not re.fullmatch(pattern, error, re.DOTALL):
+            wrong.append((path, sent, response.status_code, error))
+    assert wrong == []

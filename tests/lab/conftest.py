@@ -9,11 +9,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from playwright.sync_api import Browser, Page
 from uvicorn import Server
 
+import baldwinlab as bl
 from baldwinlab.cli.lab import open_listener
 from baldwinlab.experiment import registry, validate
 from baldwinlab.lab.access import Access
@@ -90,6 +92,18 @@ def strings_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServ
     )
     sparse = guessing.replace(name="sparse", record={"genome_every": 3})
     make_small_study(root / "strings", [guessing, sparse], runs=2)
+    with run_server(root) as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def freezer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
+    """Yield a server with the study `small` and with two genome files of its run 0."""
+    root = tmp_path_factory.mktemp("freezer")
+    make_small_study(root / "small", runs=2)
+    for generation in (0, 2):
+        reference = f"{root}/small:evo+self-taught/A@{generation}[0]"
+        bl.freeze(reference, out=root / f"generation-{generation}.nc")
     with run_server(root) as server:
         yield server
 
@@ -189,6 +203,16 @@ def page(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
     for path in set(lab_server.root.iterdir()) - folders:
         shutil.rmtree(path)
     assert not errors
+
+
+@pytest.fixture(params=["light", pytest.param("dark", marks=pytest.mark.nightly)])
+def themed_page(
+    browser: Browser, lab_server: LabServer, request: pytest.FixtureRequest
+) -> Iterator[Page]:
+    """Yield a page with the light or the dark color scheme."""
+    scheme: Literal["light", "dark"] = request.param
+    with lab_server.open_page(browser, color_scheme=scheme) as page:
+        yield page
 
 
 @pytest.fixture(scope="package")

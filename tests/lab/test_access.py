@@ -174,8 +174,7 @@ def test_a_link_from_another_page_opens_the_owner_s_view(
 ) -> None:
     path = tmp_path / "letter.html"
     path.write_text(f'<a href="{lab_server.address}/#/results?study=small">look</a>')
-    with lab_server.context(browser) as context:
-        page = context.new_page()
+    with lab_server.open_page(browser) as page:
         page.goto(path.as_uri())
         page.get_by_role("link").click()
         expect(page.get_by_test_id("curves")).to_be_visible()

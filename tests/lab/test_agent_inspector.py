@@ -15,7 +15,7 @@ from baldwinlab.parts.networks import links
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import SMALL, LabServer, get_arrays, get_error
+from tests.lab.client import SMALL, LabServer, get_arrays
 from tests.small_studies import shorten_preset
 
 
@@ -231,12 +231,6 @@ def test_a_noisy_action_is_that_of_the_replay() -> None:
     noise = arrays["action"] != arrays["activations"][:, -3:].argmax(axis=1)
     assert 0.1 < noise.mean() < 0.3
     assert header["appearance"]["actions"] == ["left", "forward", "right"]
-
-
-@pytest.mark.parametrize("agent", [20, 10**6])
-def test_an_unknown_agent_is_rejected(lab_server: LabServer, agent: int) -> None:
-    message = get_error(lab_server.address, "agent", 404, **SMALL, agent=agent)
-    assert message == f"evo+self-taught/A has no agent {agent}: its agents are 0 to 19"
 
 
 def test_links_are_listed_for_an_evolved_topology_only() -> None:

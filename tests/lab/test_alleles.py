@@ -10,8 +10,15 @@ import pytest
 import baldwinlab as bl
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import CLIENT, LabServer, get_arrays, get_error, get_json
-from tests.lab.test_live import wait_until
+from tests.lab.client import (
+    CLIENT,
+    LabServer,
+    check_errors,
+    get_arrays,
+    get_error,
+    get_json,
+    wait_until,
+)
 
 RUN = {"study": "strings", "condition": "guessing", "run": 1}
 
@@ -42,10 +49,8 @@ def test_the_list_of_studies_contains_the_alleles_of_each_condition(
 ) -> None:
     small, strings = get_json(strings_server.address, "studies")["studies"]
     assert [condition["alleles"] for condition in small["conditions"]] == [[]]
-    assert [condition["alleles"] for condition in strings["conditions"]] == [
-        ["0", "?", "1"],
-        ["0", "?", "1"],
-    ]
+    alleles = [condition["alleles"] for condition in strings["conditions"]]
+    assert alleles == 2 * [["0", "?", "1"]]
 
 
 @pytest.mark.parametrize("every", [1, 3])
@@ -88,18 +93,19 @@ def find_live_run(server: LabServer, id: str) -> dict[str, Any]:
 
 
 def test_an_unknown_run_and_a_model_without_alleles_are_rejected(strings_server: LabServer) -> None:
-    address = strings_server.address
-    message = get_error(address, "alleles", 404, study="small", condition="evo/A", run=0)
-    assert message == "evo/A: the model miniworld declares no alleles"
-    assert "has no condition 'x'" in get_error(address, "alleles", 404, **RUN | {"condition": "x"})
-    assert "has no run 7 of guessing" in get_error(address, "alleles", 404, **RUN | {"run": 7})
-    assert "must be a whole number" in get_error(address, "alleles", 400, **RUN | {"run": "x"})
-    assert (
-        get_error(address, "alleles", 400, study="strings")
-        == "condition is missing from the request"
+    no_alleles = {"study": "small", "condition": "evo/A", "run": 0}
+    no_world = "guessing has no world to show: its model is hinton-nowlan"
+    check_errors(
+        strings_server,
+        [
+            ("alleles", no_alleles, 404, "evo/A: the model miniworld declares no alleles"),
+            ("alleles", RUN | {"condition": "x"}, 404, "…has no condition 'x'…"),
+            ("alleles", RUN | {"run": 7}, 404, "…has no run 7 of guessing…"),
+            ("alleles", RUN | {"run": "x"}, 400, "…must be a whole number…"),
+            ("alleles", {"study": "strings"}, 400, "condition is missing from the request"),
+            ("recording", RUN | {"generation": 0}, 404, no_world),
+        ],
     )
-    message = get_error(address, "recording", 404, **RUN, generation=0)
-    assert message == "guessing has no world to show: its model is hinton-nowlan"
 
 
 def test_a_response_above_the_size_limit_is_rejected(

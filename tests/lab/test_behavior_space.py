@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from tests.lab.client import SMALL, LabServer, get_error, get_json
+from tests.lab.client import SMALL, LabServer, get_json
 from tests.small_studies import make_small_study
 
 
@@ -33,17 +33,3 @@ def test_the_means_of_generations_are_those_of_their_agents(lab_server: LabServe
         agents = get_json(lab_server.address, "behavior", **SMALL | {"generation": generation})
         for name in ("innate", "learned"):
             assert means[name][index] == pytest.approx(np.mean(agents[name]))
-
-
-@pytest.mark.parametrize(
-    ("change", "status", "message"),
-    [
-        ({"condition": "evo/A"}, 400, "do not learn; choose a condition that learns"),
-        ({"generation": 9}, 404, "has no generation 9"),
-        ({"run": 9}, 404, "has no run 9"),
-    ],
-)
-def test_an_agent_that_cannot_be_measured_is_an_error(
-    lab_server: LabServer, change: dict[str, object], status: int, message: str
-) -> None:
-    assert message in get_error(lab_server.address, "behavior", status, **SMALL | change)

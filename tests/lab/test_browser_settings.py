@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import shutil
-import subprocess
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from baldwinlab.core.errors import RefusedError
@@ -18,7 +14,6 @@ from baldwinlab.experiment import Experiment, ExperimentError, assign, registry
 from baldwinlab.experiment.class_builder import choosing_fields
 from baldwinlab.experiment.paths import iterate_settings, look_up, nest_settings
 from baldwinlab.experiment.registry import BUILT_IN
-from baldwinlab.lab import single_page
 from baldwinlab.lab.browser_settings import LABELS, require_browser_settings
 from baldwinlab.lab.export import render_live_page
 from baldwinlab.lab.schema import find_field, make_schema
@@ -31,9 +26,9 @@ from baldwinlab.models.miniworld.backends.wasm_modules import (
 from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 from baldwinlab.simulation.simulate import simulate
+from tests.lab.node import NodeRun, check_bits, run_in_node
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
-VARIABLES = ("food_eaten", "energy", "parents", "genome")
 # Other values of settings that are lists, or that are not set.
 OTHER_VALUES: Mapping[str, Any] = {
     "world.food": [{"x": [90.0, 270.0], "y": [60.0, 240.0], "count": 70, "energy": 0.5}],
@@ -70,19 +65,6 @@ CUSTOM_MODULE_SETTINGS = {
     "evolution.variation",
     "evolution.fitness",
 }
-RUN_SCRIPT = """
-import { readFileSync } from "node:fs";
-import { compileProgram } from "./engine.js";
-import { simulate } from "./simulation.js";
-const results = {};
-for (const { path, plan, experiment, module } of JSON.parse(readFileSync("input.json"))) {
-  const arrays = simulate(await compileProgram(readFileSync(module), plan), experiment, 5, 1);
-  results[path] = Object.fromEntries(
-    Object.entries(arrays).map(([name, array]) => [name, Array.from(array)]),
-  );
-}
-console.log(JSON.stringify(results));
-"""
 
 
 def list_other_values(experiment: Experiment, path: str, value: Any) -> list[Any]:
@@ -139,29 +121,6 @@ def change_each_setting() -> dict[str, Experiment]:
     return experiments
 
 
-def run_in_node(folder: Path, experiments: Mapping[str, Experiment]) -> dict[str, Any]:
-    """Return the results of experiments by name, with the modules of an exported page."""
-    plans = {name: ModuleLayout(program).plan() for name, program in built_in_experiments().items()}
-    script_input = [
-        {
-            "path": path,
-            "plan": plans[module_name(experiment)],
-            "experiment": experiment.to_dict(),
-            "module": str(MODULES_FOLDER / f"{module_name(experiment)}.wasm"),
-        }
-        for path, experiment in experiments.items()
-    ]
-    for name in ("engine.js", "simulation.js"):
-        shutil.copy(single_page.STATIC_FOLDER / name, folder)
-    (folder / "package.json").write_text('{"type": "module"}')
-    (folder / "run.js").write_text(RUN_SCRIPT)
-    (folder / "input.json").write_text(json.dumps(script_input))
-    command = [str(shutil.which("node")), "run.js"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
-    return dict(json.loads(done.stdout))
-
-
-@pytest.mark.skipif(shutil.which("node") is None, reason="Node is not installed")
 def test_each_setting_is_refused_or_has_the_same_effect_as_in_python(tmp_path: Path) -> None:
     changed = change_each_setting()
     accepted = {}
@@ -170,13 +129,14 @@ def test_each_setting_is_refused_or_has_the_same_effect_as_in_python(tmp_path: P
             require_browser_settings(experiment)
             accepted[path] = experiment
     assert set(changed) - set(accepted) == REFUSED_SETTINGS
-    results = run_in_node(tmp_path, accepted)
+    plans = {name: ModuleLayout(program).plan() for name, program in built_in_experiments().items()}
+    runs = {}
     for path, experiment in accepted.items():
-        expected = simulate(experiment, seed=5, run=1)
-        for variable in VARIABLES:
-            values = expected[variable].values
-            actual = np.array(results[path][variable], values.dtype)
-            assert actual.tobytes() == values.tobytes(), (path, variable)
+        name = module_name(experiment)
+        runs[path] = NodeRun(experiment, MODULES_FOLDER / f"{name}.wasm", plans[name])
+    results = run_in_node(tmp_path, runs)
+    for path, experiment in accepted.items():
+        check_bits(results[path], simulate(experiment, seed=5, run=1), path)
 
 
 def test_each_setting_of_miniworld_is_tried() -> None:
@@ -191,12 +151,6 @@ def test_a_page_whose_agents_do_not_eat_all_items_is_refused(setting: str) -> No
         render_live_page([experiment])
     with pytest.raises(RefusedError, match=r"only the engine in Python has state\.population"):
         ModuleLayout(experiment).plan()
-
-
-def test_a_page_with_the_yoked_control_is_refused() -> None:
-    experiment = assign(load("evo+self-taught/A"), ["learning.control=yoked"])
-    with pytest.raises(RefusedError, match=r"cannot run in a browser: learning\.control = "):
-        render_live_page([experiment])
 
 
 @pytest.mark.parametrize("path", sorted({*REFUSED_SETTINGS, "learning.control"}))

@@ -2,37 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
 import baldwinlab as bl
 from tests.lab.client import CLIENT, LabServer
-from tests.lab.conftest import run_server
-from tests.small_studies import make_small_study
-
-
-@pytest.fixture(scope="module")
-def freezer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
-    """Yield a lab with two genome files of the same run."""
-    root = tmp_path_factory.mktemp("competition")
-    make_small_study(root / "small", runs=1)
-    for generation in (0, 2):
-        bl.freeze(f"{root}/small:evo+self-taught/A@{generation}[0]", out=root / f"{generation}.nc")
-    with run_server(root) as server:
-        yield server
 
 
 def compete(server: LabServer, **body: Any) -> dict[str, Any]:
-    files = {"a": "2.nc", "b": "0.nc"}
+    files = {"a": "generation-2.nc", "b": "generation-0.nc"}
     response = CLIENT.post(f"{server.address}/api/compete", json=files | body)
     result: dict[str, Any] = response.json()
     return result
 
 
 def test_a_competition_has_the_numbers_of_python(freezer: LabServer) -> None:
-    expected = bl.compete(freezer.root / "2.nc", freezer.root / "0.nc", lives=4, seed=3)
+    files = [freezer.root / f"generation-{generation}.nc" for generation in (2, 0)]
+    expected = bl.compete(*files, lives=4, seed=3)
     result = compete(freezer, lives=4, seed=3)
     assert result["energy"] == [expected.energy_a, expected.energy_b]
     assert result["outcome"] == "items eaten"

@@ -29,7 +29,7 @@ from baldwinlab.lab import binary_frames, downloads, single_page
 from baldwinlab.simulation.replay import replay
 from baldwinlab.studies.store import StudyStore
 from tests.analysis.statistics.studies import study
-from tests.lab.client import SMALL, LabServer, get_error, get_json, get_response
+from tests.lab.client import SMALL, LabServer, check_errors, get_error, get_json, get_response
 
 MEGABYTE = 1_000_000
 LIFE = urlencode(SMALL)
@@ -206,15 +206,21 @@ def test_a_large_movie_is_rejected_with_the_command(
 
 
 def test_an_invalid_request_is_rejected_with_a_message(lab_server: LabServer) -> None:
-    address = lab_server.address
-    assert get_error(address, "share", 400) == "a is missing from the request"
-    assert (
-        get_error(address, "movie", 400, a=LIFE, format="avi")
-        == "format = 'avi' must be one of mp4, gif"
-    )
-    assert "no run 9" in get_error(address, "share", 404, a=urlencode(SMALL | {"run": 9}))
-    assert "no study 'gone'" in get_error(
-        address, "share", 404, a=LIFE, b=urlencode(SMALL | {"study": "gone"})
+    no_run = {"a": urlencode(SMALL | {"run": 9})}
+    no_study = {"a": LIFE, "b": urlencode(SMALL | {"study": "gone"})}
+    check_errors(
+        lab_server,
+        [
+            ("share", {}, 400, "a is missing from the request"),
+            (
+                "movie",
+                {"a": LIFE, "format": "avi"},
+                400,
+                "format = 'avi' must be one of mp4, gif",
+            ),
+            ("share", no_run, 404, "…no run 9…"),
+            ("share", no_study, 404, "…no study 'gone'…"),
+        ],
     )
 
 

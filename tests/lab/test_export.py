@@ -7,12 +7,10 @@ import json
 import platform
 import re
 import shutil
-import subprocess
 import zlib
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 import baldwinlab as bl
@@ -35,71 +33,38 @@ from baldwinlab.papers.presets import load
 from baldwinlab.parts import load_file
 from baldwinlab.simulation.simulate import simulate
 from tests.commands import Command
+from tests.lab.node import SIMULATE, NodeRun, check_bits, run_in_node
 from tests.small_studies import make_small_study, shorten_preset
 from tests.worlds import make_predation
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "parts"
-RUN_SCRIPT = """
-import { readFileSync } from "node:fs";
-import { compileProgram } from "./engine.js";
-import { simulate } from "./simulation.js";
-const { plan, experiment, module } = JSON.parse(readFileSync("input.json"));
-const arrays = simulate(await compileProgram(readFileSync(module), plan), experiment, 5, 1);
-const entries = Object.entries(arrays).map(([name, array]) => [name, Array.from(array)]);
-console.log(JSON.stringify(Object.fromEntries(entries)));
-"""
-TEACHERS_SCRIPT = """
-import { readFileSync } from "node:fs";
-import { compileProgram } from "./engine.js";
-import { Run } from "./simulation.js";
-const { plan, experiment, module } = JSON.parse(readFileSync("input.json"));
-const run = new Run(await compileProgram(readFileSync(module), plan), experiment, 5, 1);
-const teachers = {};
-for (let generation = 0; generation < run.generations; generation++) {
-  teachers[generation] = run.teachers && Array.from(run.teachers);
-  run.simulateNext();
-}
-console.log(JSON.stringify(teachers));
-"""
+LIST_TEACHERS = """(program, experiment) => {
+  const run = new Run(program, experiment, 5, 1);
+  const teachers = {};
+  for (let generation = 0; generation < run.generations; generation++) {
+    teachers[generation] = run.teachers && Array.from(run.teachers);
+    run.simulateNext();
+  }
+  return teachers;
+}"""
 
-DIVERGED_SCRIPT = """
-import { readFileSync } from "node:fs";
-import { compileProgram } from "./engine.js";
-import { Run } from "./simulation.js";
-const { plan, experiment, module } = JSON.parse(readFileSync("input.json"));
-const run = new Run(await compileProgram(readFileSync(module), plan), experiment, 5, 1);
-const genome = run.startNext();
-// A learning rule that diverges has this result.
-run.engine.array("state.genome").fill(NaN);
-let message = "";
-try {
-  run.finishGeneration(genome);
-} catch (error) {
-  message = error.message;
-}
-console.log(JSON.stringify({ message }));
-"""
+DIVERGE = """(program, experiment) => {
+  const run = new Run(program, experiment, 5, 1);
+  const genome = run.startNext();
+  // A learning rule that diverges has this result.
+  run.engine.array("state.genome").fill(NaN);
+  try {
+    run.finishGeneration(genome);
+  } catch (error) {
+    return error.message;
+  }
+}"""
 
 
-def run_in_node(
-    folder: Path, experiment: Any, module: Path, script: str = RUN_SCRIPT
-) -> dict[str, Any]:
-    """Return the output of a script that uses the modules of the page in Node."""
-    node = shutil.which("node")
-    if node is None:
-        pytest.skip("Node is not installed")
-    for name in ("engine.js", "simulation.js"):
-        shutil.copy(single_page.STATIC_FOLDER / name, folder)
-    (folder / "package.json").write_text('{"type": "module"}')
-    (folder / "run.js").write_text(script)
-    script_input = {
-        "plan": ModuleLayout(experiment).plan(),
-        "experiment": experiment.to_dict(),
-        "module": str(module),
-    }
-    (folder / "input.json").write_text(json.dumps(script_input))
-    done = subprocess.run([node, "run.js"], cwd=folder, capture_output=True, text=True, check=True)
-    return dict(json.loads(done.stdout))
+def evaluate_in_node(folder: Path, experiment: Any, module: Path, function: str = SIMULATE) -> Any:
+    """Return the result of a function of the program and the experiment of a module."""
+    run = NodeRun(experiment, module, ModuleLayout(experiment).plan())
+    return run_in_node(folder, {"": run}, function)[""]
 
 
 @pytest.mark.parametrize(
@@ -108,16 +73,13 @@ def run_in_node(
 def test_a_run_in_node_is_bit_identical_to_python(tmp_path: Path, name: str, elite: int) -> None:
     experiment = shorten_preset(name).replace(evolution={"elite": elite})
     module = MODULES_FOLDER / f"{module_name(experiment)}.wasm"
-    expected = simulate(experiment, seed=5, run=1)
-    actual = run_in_node(tmp_path, experiment, module)
-    for variable in ("food_eaten", "energy", "parents", "genome"):
-        values = expected[variable].values
-        assert np.array(actual[variable], values.dtype).tobytes() == values.tobytes(), variable
+    actual = evaluate_in_node(tmp_path, experiment, module)
+    check_bits(actual, simulate(experiment, seed=5, run=1), name)
 
 
 def test_a_gene_that_is_not_finite_ends_a_run_in_node_with_a_message(tmp_path: Path) -> None:
     module = MODULES_FOLDER / "self-taught-simultaneous.wasm"
-    message = run_in_node(tmp_path, shorten_preset(), module, DIVERGED_SCRIPT)["message"]
+    message = evaluate_in_node(tmp_path, shorten_preset(), module, DIVERGE)
     assert message.startswith(
         "Gene 0 of module 0 of agent 0 in generation 1 is not a finite number: choose a smaller"
         " learning.rate"
@@ -129,7 +91,7 @@ def test_the_teachers_in_node_are_those_in_python(tmp_path: Path, teacher: str) 
     experiment = shorten_preset().replace(learning={"teacher": teacher})
     inheriting = experiment.replace(evolution={"inheritance": "social-heredity"})
     module = MODULES_FOLDER / "self-taught-simultaneous.wasm"
-    teachers = run_in_node(tmp_path, experiment, module, TEACHERS_SCRIPT)
+    teachers = evaluate_in_node(tmp_path, experiment, module, LIST_TEACHERS)
     run = simulate(experiment, seed=5, run=1)
     assert len(teachers) == 3
     assert set(teachers["0"]) == {-1}
@@ -197,7 +159,9 @@ def test_an_invalid_export_is_rejected_with_a_message(command: Command, tmp_path
 
 def test_a_page_of_an_experiment_with_a_control_of_learning_is_refused() -> None:
     experiment = load("evo+self-taught/A").replace(learning={"control": "yoked"})
-    with pytest.raises(RefusedError, match=r"learning\.control = 'yoked' is set, which only"):
+    with pytest.raises(
+        RefusedError, match=r"browser: learning\.control = 'yoked' is set, which only"
+    ):
         render_live_page([experiment], 0)
 
 
@@ -207,6 +171,7 @@ def test_a_page_of_a_study_with_species_is_refused(command: Command, tmp_path: P
     outcome = command("export", "hunt", "--out", "page.html")
     assert "population.species = " in outcome.err
     assert "which only the engine in Python supports" in outcome.err
+    assert "live run in `baldwinlab lab`" in outcome.err
 
 
 def test_a_page_of_an_experiment_with_genes_of_parts_is_refused() -> None:
@@ -264,12 +229,6 @@ def test_custom_parts_are_bit_identical_to_python(tmp_path: Path) -> None:
         program = collect_page_data([experiment])["programs"][0]
         module = tmp_path / f"{rule}.wasm"
         module.write_bytes(zlib.decompress(base64.b64decode(program["module"]), -zlib.MAX_WBITS))
-        actual = run_in_node(tmp_path, experiment, module)
         expected = simulate(experiment, seed=5, run=1)
         assert expected.food_eaten.sum() > 0
-        for variable in ("food_eaten", "energy", "parents", "genome"):
-            values = expected[variable].values
-            assert np.array(actual[variable], values.dtype).tobytes() == values.tobytes(), (
-                rule,
-                variable,
-            )
+        check_bits(evaluate_in_node(tmp_path, experiment, module), expected, rule)

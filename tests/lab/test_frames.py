@@ -14,7 +14,7 @@ from baldwinlab.lab import binary_frames
 from baldwinlab.lab.frames import FrameQuery, Window, make_frames, read_frame_query
 from baldwinlab.lab.world_cursor import WorldCursor
 from baldwinlab.simulation.replay import replay
-from tests.lab.client import SMALL, LabServer, get_arrays, get_error
+from tests.lab.client import SMALL, LabServer, get_arrays
 from tests.lab.conftest import run_server
 from tests.lab.crowds import CROWD_SIZE, make_crowd, make_life
 from tests.small_studies import make_small_study
@@ -168,25 +168,3 @@ def test_the_frames_of_several_species_name_the_species_of_each_agent(tmp_path: 
 def test_the_default_window_is_the_complete_map() -> None:
     window = read_frame_query({}, make_crowd()).window
     assert window == Window(0, 0, 640, 640, columns=1, rows=1, max_shapes=1)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"first": 300}, "first = 300 must be less than 300, the number of steps of a lifetime"),
-        ({"interval": 0}, "interval = 0 must be at least 1 and at most 300"),
-        ({"count": 33}, "count = 33 must be at least 0 and at most 32"),
-        ({"columns": 900, "rows": 900}, "columns x rows = 810,000 must be at most 400,000"),
-        ({"left": "nan"}, "left = 'nan' must be a finite number"),
-        ({"left": "x"}, "left = 'x' must be a finite number"),
-        (
-            {"left": 10, "right": 10},
-            "the window from (10, 0) to (10, 640) is empty: left must be less than right, and top"
-            " less than bottom",
-        ),
-    ],
-)
-def test_an_invalid_request_is_rejected_with_a_message(
-    lab_server: LabServer, change: dict[str, Any], message: str
-) -> None:
-    assert get_error(lab_server.address, "frames", 400, **SMALL, **change) == message

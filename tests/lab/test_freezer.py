@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +18,6 @@ from tests.lab.conftest import run_server
 from tests.small_studies import make_small_study, shorten_preset
 
 LIFE = {"study": "small", "condition": "evo+self-taught/A", "run": 1, "generation": 2}
-
-
-@pytest.fixture(scope="module")
-def freezer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
-    """Yield a lab with a study, whose freezer is filled by the tests."""
-    root = tmp_path_factory.mktemp("freezer")
-    make_small_study(root / "small", runs=2)
-    with run_server(root) as server:
-        yield server
 
 
 def post(server: LabServer, path: str, **body: Any) -> httpx.Response:

@@ -10,7 +10,7 @@ import xarray as xr
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import CLIENT, SMALL, LabServer, get_error, get_json
+from tests.lab.client import CLIENT, SMALL, LabServer, get_json
 from tests.small_studies import shorten_preset
 
 CONDITION = "evo+self-taught/A"
@@ -53,17 +53,6 @@ def test_the_curve_of_a_run_contains_the_food_of_the_best_and_the_average_agent(
     assert np.allclose(response["mean"], eaten.mean(axis=1))
 
 
-def test_an_unknown_run_has_no_curve(lab_server: LabServer) -> None:
-    assert "has no condition 'evo'" in get_error(
-        lab_server.address, "run", 404, **RUN | {"condition": "evo"}
-    )
-    assert "has no run 7" in get_error(lab_server.address, "run", 404, **RUN | {"run": 7})
-    assert (
-        get_error(lab_server.address, "run", 400, study="small")
-        == "condition is missing from the request"
-    )
-
-
 def test_the_ancestors_are_the_fitter_parents_back_to_the_first_generation(
     lab_server: LabServer,
 ) -> None:
@@ -98,8 +87,3 @@ def test_the_ancestors_in_a_preset_and_in_a_live_run_are_those_of_a_simulated_ru
         assert "is not finished" in reply.json()["error"]
         reply = CLIENT.get(f"{lab_server.address}/api/ancestors", params=query)
     assert reply.json() == compute_ancestors(simulate(shorten_preset(), seed=3, run=1), 2, 6)
-
-
-def test_an_unknown_agent_has_no_ancestors(lab_server: LabServer) -> None:
-    message = get_error(lab_server.address, "ancestors", 404, **SMALL, agent=20)
-    assert message == f"{CONDITION} has no agent 20: its agents are 0 to 19"

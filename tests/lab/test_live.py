@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import gc
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ import xarray as xr
 
 from baldwinlab.analysis.statistics import curve_intervals, fitness
 from baldwinlab.experiment import Experiment
-from baldwinlab.lab import MissingError
+from baldwinlab.lab import MissingError, live_run
 from baldwinlab.lab.experiment_form import find_errors
 from baldwinlab.lab.limits import check_size, count_uninterrupted_steps, estimate_memory
 from baldwinlab.lab.live import Live
@@ -28,19 +27,12 @@ from baldwinlab.simulation.simulate import simulate
 from baldwinlab.studies.open import open_runs
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
+from tests.lab.client import wait_until
 from tests.small_studies import make_small_study, read_records, shorten_preset
 
 # With this pace, in seconds per generation, a long run takes minutes. Tests stop it.
 LONG = {"evolution": {"generations": 10_000}, "lifetime": {"steps": 50}}
 PACE = 0.02
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    """Wait until a condition is true. A test that hangs fails after some minutes."""
-    deadline = time.monotonic() + 300
-    while not condition():
-        assert time.monotonic() < deadline, "the condition is not true after 300 s"
-        time.sleep(0.005)
 
 
 @pytest.fixture
@@ -50,24 +42,39 @@ def live() -> Iterator[Live]:
     runs.close()
 
 
+def start(
+    live: Live, experiment: Experiment | None = None, seed: int = 0, n_runs: int = 1
+) -> LiveRun:
+    return live.start(experiment or shorten_preset(), seed=seed, n_runs=n_runs)
+
+
+def start_long(live: Live, experiment: Experiment | None = None, n_runs: int = 1) -> LiveRun:
+    long = experiment or shorten_preset().replace(**LONG)
+    return live.start(long, seed=3, n_runs=n_runs, seconds_per_generation=PACE)
+
+
 def wait_for_end(run: LiveRun) -> LiveRun:
-    """Wait for the end of a run, and return the run."""
     wait_until(lambda: run.has_ended)
     return run
 
 
-def run_and_stop(live: Live, experiment: Experiment, runs: int = 2) -> LiveRun:
-    """Start a live run, stop it after three generations, and return it."""
-    run = live.start(experiment, seed=3, n_runs=runs, seconds_per_generation=PACE)
+def run_and_stop(live: Live, experiment: Experiment) -> LiveRun:
+    """Start two live runs, stop them after three generations, and return them."""
+    run = start_long(live, experiment, n_runs=2)
     wait_until(lambda: run.generations_done >= 3)
     run.stop()
     return wait_for_end(run)
 
 
+@pytest.mark.parametrize("steps_per_block", [None, 7])
 def test_a_saved_live_run_is_identical_to_a_study_of_the_command_line(
-    live: Live, tmp_path: Path
+    live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, steps_per_block: int | None
 ) -> None:
-    run = wait_for_end(live.start(shorten_preset(), seed=5, n_runs=3))
+    if steps_per_block is not None:
+        monkeypatch.setattr(
+            live_run, "count_uninterrupted_steps", lambda experiment, n_runs: steps_per_block
+        )
+    run = wait_for_end(start(live, seed=5, n_runs=3))
     assert run.state == "done"
     live.save(run.id, tmp_path, "saved/study")
     expected = make_small_study(tmp_path / "expected", [shorten_preset()], runs=3, seed=5)
@@ -79,9 +86,8 @@ def test_a_saved_live_run_is_identical_to_a_study_of_the_command_line(
 def test_a_stopped_live_run_is_saved_with_its_finished_generations(
     live: Live, tmp_path: Path, every: int
 ) -> None:
-    run = run_and_stop(
-        live, shorten_preset("evo/A").replace(**LONG, record={"genome_every": every})
-    )
+    experiment = shorten_preset("evo/A").replace(**LONG, record={"genome_every": every})
+    run = run_and_stop(live, experiment)
     assert run.state == "stopped"
     live.save(run.id, tmp_path, "short")
     study = StudyStore(tmp_path / "short")
@@ -97,7 +103,7 @@ def test_a_stopped_live_run_is_saved_with_its_finished_generations(
 def test_the_measures_of_a_live_run_are_those_of_the_analysis(
     live: Live, tmp_path: Path, runs: int, parts: list[str]
 ) -> None:
-    run = wait_for_end(live.start(shorten_preset(), seed=5, n_runs=runs))
+    run = wait_for_end(start(live, seed=5, n_runs=runs))
     live.save(run.id, tmp_path, "saved")
     study = open_runs(tmp_path / "saved").isel(condition=0)
     measures = run.compute_measures(1, 3)
@@ -147,9 +153,7 @@ def endless(live: Live, simulating_threads: list[threading.Thread]) -> LiveRun:
     """Start a run whose first lifetime would take hours, with half a million items."""
     many = {"population": {"size": 1}, "lifetime": {"steps": 100_000_000}}
     food = {"x": [400, 560], "y": [80, 240], "count": 500_000}
-    run = live.start(
-        shorten_preset("evo/A").replace(**many, world={"food": [food]}), seed=0, n_runs=1
-    )
+    run = start(live, shorten_preset("evo/A").replace(**many, world={"food": [food]}))
     wait_until(lambda: len(simulating_threads) > 3)
     return run
 
@@ -173,17 +177,6 @@ def test_a_live_run_pauses_during_a_lifetime(
     wait_until(lambda: len(simulating_threads) > before)
 
 
-def test_a_lifetime_in_blocks_of_steps_is_bit_identical(
-    live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(
-        "baldwinlab.lab.live_run.count_uninterrupted_steps", lambda experiment, n_runs: 7
-    )
-    live.save(wait_for_end(live.start(shorten_preset(), seed=5, n_runs=3)).id, tmp_path, "blocks")
-    expected = make_small_study(tmp_path / "expected", [shorten_preset()], runs=3, seed=5)
-    assert read_records(tmp_path / "blocks") == read_records(expected.directory)
-
-
 def test_a_block_has_fewer_steps_if_a_step_takes_longer() -> None:
     experiments = [
         shorten_preset().replace(population={"size": size}) for size in (20, 200, 200_000)
@@ -196,28 +189,23 @@ def test_a_block_has_fewer_steps_if_a_step_takes_longer() -> None:
 def test_ended_live_runs_use_memory_until_a_new_run_replaces_them(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        "baldwinlab.lab.live.MAX_TOTAL_BYTES", 2 * estimate_memory(shorten_preset(), 1)
-    )
-    first, second = (
-        wait_for_end(live.start(shorten_preset(), seed=seed, n_runs=1)) for seed in range(2)
-    )
+    limit = 2 * estimate_memory(shorten_preset(), 1)
+    monkeypatch.setattr("baldwinlab.lab.live.MAX_TOTAL_BYTES", limit)
+    first, second = (wait_for_end(start(live)) for _ in range(2))
     with (
         live.watch(first.id),
         live.watch(second.id),
         pytest.raises(ValueError, match=r"live runs may use .* bytes of memory in total"),
     ):
-        live.start(shorten_preset(), seed=2, n_runs=1)
+        start(live)
     assert live.list_runs() == [first, second]
     with live.watch(first.id):
-        third = live.start(shorten_preset(), seed=2, n_runs=1)
+        third = start(live)
     assert live.list_runs() == [first, third]
 
 
 def test_a_live_run_pauses_and_resumes(live: Live, waiting_threads: list[threading.Thread]) -> None:
-    run = live.start(
-        shorten_preset().replace(**LONG), seed=1, n_runs=1, seconds_per_generation=PACE
-    )
+    run = start_long(live)
     wait_until(lambda: run.generations_done > 0)
     run.pause()
     assert run.state == "paused"
@@ -254,56 +242,45 @@ def test_the_replay_of_a_generation_of_a_live_run_is_bit_identical(live: Live) -
         run.read_fitness(2, 0)
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("", "is not a valid name of a study"),
-        ("../outside", "is not a valid name of a study"),
-        ("/tmp/outside", "is not a valid name of a study"),
-        ("a\\b", "is not a valid name of a study"),
-        ("study.toml", "is not a valid name of a study"),
-        ("some/runs/here", "no folder called runs"),
-        ("some/Nul", "Windows reserves 'Nul' for a device"),
-        ("a" * 101, "at most 100"),
-        ("link/outside", "leads out of"),
-        ("taken", "exists already"),
-    ],
-)
-def test_a_live_run_is_saved_only_in_a_new_folder_of_the_root(
-    live: Live, tmp_path: Path, name: str, message: str
+def test_a_live_run_is_saved_after_its_end_and_only_in_a_new_folder_of_the_root(
+    live: Live, tmp_path: Path
 ) -> None:
     root = tmp_path / "root"
     (root / "taken").mkdir(parents=True)
     (root / "link").symlink_to(tmp_path)
-    run = wait_for_end(
-        live.start(shorten_preset().replace(evolution={"generations": 1}), seed=0, n_runs=1)
-    )
+    active = start_long(live)
+    ended = wait_for_end(start(live, shorten_preset().replace(evolution={"generations": 1})))
     before = sorted(tmp_path.rglob("*"))
-    with pytest.raises(StudyError, match=message):
-        live.save(run.id, root, name)
-    assert sorted(tmp_path.rglob("*")) == before
-
-
-def test_an_active_live_run_is_not_saved(live: Live, tmp_path: Path) -> None:
-    run = live.start(
-        shorten_preset().replace(**LONG), seed=0, n_runs=1, seconds_per_generation=PACE
-    )
-    with pytest.raises(StudyError, match="only a run that is done or stopped can be saved"):
-        live.save(run.id, tmp_path, "saved")
+    for run, name, message in (
+        (active, "saved", "only a run that is done or stopped can be saved"),
+        (ended, "", "is not a valid name of a study"),
+        (ended, "../outside", "is not a valid name of a study"),
+        (ended, "/tmp/outside", "is not a valid name of a study"),
+        (ended, "a\\b", "is not a valid name of a study"),
+        (ended, "study.toml", "is not a valid name of a study"),
+        (ended, "some/runs/here", "no folder called runs"),
+        (ended, "some/Nul", "Windows reserves 'Nul' for a device"),
+        (ended, "a" * 101, "at most 100"),
+        (ended, "link/outside", "leads out of"),
+        (ended, "taken", "exists already"),
+    ):
+        with pytest.raises(StudyError, match=message):
+            live.save(run.id, root, name)
+        assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_at_most_four_live_runs_are_active(live: Live) -> None:
-    runs = [
-        live.start(shorten_preset().replace(**LONG), seed=0, n_runs=1, seconds_per_generation=PACE)
-        for _ in range(4)
-    ]
-    with pytest.raises(
-        ValueError, match="4 live runs are active, and no more are allowed; stop one of them first"
-    ):
-        live.start(shorten_preset(), seed=0, n_runs=1)
+    runs = [start_long(live) for _ in range(4)]
+    message = "4 live runs are active, and no more are allowed; stop one of them first"
+    with pytest.raises(ValueError, match=message):
+        start(live)
     runs[0].stop()
     wait_for_end(runs[0])
-    live.start(shorten_preset(), seed=0, n_runs=1)
+    start(live)
+
+
+def count_food(count: int) -> dict[str, Any]:
+    return {"food": [{"x": [0, 9], "y": [0, 9], "count": count}]}
 
 
 @pytest.mark.parametrize(
@@ -318,19 +295,8 @@ def test_at_most_four_live_runs_are_active(live: Live) -> None:
         ),
         ({"lifetime": {"steps": 100_000_000}}, 1, "runs x agents x steps x weights"),
         ({"network": {"hidden": [1000, 1000]}}, 1, "runs x agents x steps x weights"),
-        (
-            {"world": {"food": [{"x": [0, 9], "y": [0, 9], "count": 500_001}]}},
-            1,
-            "500,000 food items",
-        ),
-        (
-            {
-                "population": {"size": 9000},
-                "world": {"food": [{"x": [0, 9], "y": [0, 9], "count": 9000}]},
-            },
-            1,
-            "visible items",
-        ),
+        ({"world": count_food(500_001)}, 1, "500,000 food items"),
+        ({"population": {"size": 9000}, "world": count_food(9000)}, 1, "visible items"),
         (
             {"population": {"size": 50_000}, "lifetime": {"steps": 1}},
             1,
@@ -346,9 +312,7 @@ def test_an_experiment_that_is_too_large_for_a_live_run_is_rejected(
 
 
 def test_a_live_run_continues_without_a_page_until_it_is_removed(live: Live) -> None:
-    run = live.start(
-        shorten_preset().replace(**LONG), seed=0, n_runs=1, seconds_per_generation=PACE
-    )
+    run = start_long(live)
     with live.watch(run.id):
         n_done = run.generations_done
     # No page watches the run any more.
@@ -367,19 +331,17 @@ def test_a_new_live_run_replaces_saved_runs_and_then_the_oldest_ones(
     live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("baldwinlab.lab.live.MAX_STORED_RUNS", 3)
-    first, second, third = (
-        wait_for_end(live.start(shorten_preset(), seed=seed, n_runs=1)) for seed in range(3)
-    )
+    first, second, third = (wait_for_end(start(live)) for _ in range(3))
     live.save(second.id, tmp_path, "second")
-    fourth = wait_for_end(live.start(shorten_preset(), seed=3, n_runs=1))
+    fourth = wait_for_end(start(live))
     assert live.list_runs() == [first, third, fourth]
-    fifth = wait_for_end(live.start(shorten_preset(), seed=4, n_runs=1))
+    fifth = wait_for_end(start(live))
     assert live.list_runs() == [third, fourth, fifth]
     with ExitStack() as pages:
         for run in live.list_runs():
             pages.enter_context(live.watch(run.id))
         with pytest.raises(ValueError, match=r"the lab stores at most 3 live runs"):
-            live.start(shorten_preset(), seed=5, n_runs=1)
+            start(live)
 
 
 def test_a_failed_live_run_has_an_error_message(
@@ -389,7 +351,7 @@ def test_a_failed_live_run_has_an_error_message(
         raise MemoryError("out of memory")
 
     monkeypatch.setattr("baldwinlab.lab.live_run.simulate_histories", fail)
-    run = wait_for_end(live.start(shorten_preset(), seed=0, n_runs=1))
+    run = wait_for_end(start(live))
     assert (run.state, run.message) == ("failed", "the live run failed: out of memory")
 
 

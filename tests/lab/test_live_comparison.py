@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import shlex
-import time
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.studies.records import StudyError
 from baldwinlab.studies.store import StudyStore
 from tests.commands import Command
-from tests.lab.client import CLIENT, get_json
+from tests.lab.client import CLIENT, get_json, wait_until
 from tests.lab.conftest import run_server
 from tests.small_studies import read_records, shorten_preset
 
@@ -56,14 +55,6 @@ def comparisons() -> Iterator[Comparisons]:
     live_comparisons.close()
 
 
-def wait_until(condition: Callable[[], bool]) -> None:
-    """Wait until a condition is true. A test that hangs fails after some minutes."""
-    deadline = time.monotonic() + 300
-    while not condition():
-        assert time.monotonic() < deadline, "the condition is not true after 300 s"
-        time.sleep(0.01)
-
-
 def test_a_sweep_is_identical_to_that_of_the_command_line_with_its_file(
     comparisons: Comparisons, tmp_path: Path
 ) -> None:
@@ -76,12 +67,7 @@ def test_a_sweep_is_identical_to_that_of_the_command_line_with_its_file(
     live = comparisons.start(plan, tmp_path, "live/rates")
     wait_until(lambda: live.has_ended)
     summary = live.summarize()
-    assert (summary["state"], summary["stored"], summary["runs"], summary["share"]) == (
-        "done",
-        4,
-        4,
-        1,
-    )
+    assert summary.items() >= {"state": "done", "stored": 4, "runs": 4, "share": 1}.items()
     (tmp_path / "rates.toml").write_text(plan.toml)
     expected = run_sweep(tmp_path / "rates.toml", out=tmp_path / "command", workers=1)
     assert read_records(tmp_path / "live/rates") == read_records(expected.directory)
@@ -89,10 +75,8 @@ def test_a_sweep_is_identical_to_that_of_the_command_line_with_its_file(
     assert (tmp_path / "live/rates/sweep.toml").read_text() == plan.toml
     # The lists of the World tab show the values instead of the names of points.
     conditions = summarize(Lab(tmp_path, Live()), "live/rates")["conditions"]
-    assert [condition["title"] for condition in conditions] == [
-        "learning.rate = 0.01",
-        "learning.rate = 0.1",
-    ]
+    titles = [condition["title"] for condition in conditions]
+    assert titles == ["learning.rate = 0.01", "learning.rate = 0.1"]
 
 
 def test_the_changes_of_the_form_apply_to_all_presets_as_those_of_the_command_line(
@@ -168,12 +152,6 @@ def test_too_few_runs_are_noted_before_the_start(names: list[str], runs: int, no
     assert bool(plan.describe_too_few_runs()) == bool(note)
 
 
-@pytest.mark.parametrize("names", [["evo/A"], ["evo/A", "evo/A"], "evo/A", [1, 2]])
-def test_two_different_presets_are_required(names: object) -> None:
-    with pytest.raises(ValueError, match="presets must be a list of two or more different names"):
-        make_comparison_plan({"presets": names, "runs": 5, "seed": 0})
-
-
 def test_an_unknown_preset_is_rejected() -> None:
     with pytest.raises(MissingError, match="there is no preset 'evo/nowhere'"):
         make_comparison_plan({"presets": ["evo/A", "evo/nowhere"], "runs": 5, "seed": 0})
@@ -185,9 +163,7 @@ def test_at_most_one_comparison_is_active_and_a_stopped_one_preserves_its_folder
     long = shorten_preset().replace(evolution={"generations": 5000}).to_dict()
     live = comparisons.start(make_comparison_plan(make_request(experiment=long)), tmp_path, "long")
     wait_until(lambda: live.agent_steps_done > 0)
-    seconds_left = live.summarize()["seconds_left"]
-    assert seconds_left is not None
-    assert seconds_left > 0
+    assert (live.summarize()["seconds_left"] or 0) > 0
     with pytest.raises(ValueError, match="the comparison long is active; stop it first"):
         comparisons.start(make_comparison_plan(make_request()), tmp_path, "other")
     live.stop()
@@ -212,6 +188,13 @@ def test_a_failed_comparison_has_an_error_message(
 @pytest.mark.parametrize(
     ("request_body", "message"),
     [
+        *(
+            (
+                {"presets": names, "runs": 5, "seed": 0},
+                "presets must be a list of two or more different names",
+            )
+            for names in (["evo/A"], ["evo/A", "evo/A"], "evo/A", [1, 2])
+        ),
         (make_request(fields={}), "fields: name at least one field to sweep"),
         (make_request(fields={"learning.speed": [1]}), "there is no 'speed' here"),
         (make_request(fields={"learning.rate": [11]}), "learning.rate = 11"),
@@ -228,7 +211,7 @@ def test_a_failed_comparison_has_an_error_message(
         ),
     ],
 )
-def test_an_invalid_sweep_is_rejected_with_a_message(
+def test_an_invalid_comparison_is_rejected_with_a_message(
     request_body: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(ValueError, match=message):
@@ -244,9 +227,8 @@ def test_the_file_of_a_sweep_does_not_set_a_swept_field() -> None:
 def test_a_change_that_the_file_of_a_sweep_cannot_contain_is_rejected() -> None:
     settings = shorten_preset().to_dict()
     settings["world"]["food"] = settings["world"]["food"] * 2
-    with pytest.raises(
-        ValueError, match=r"world\.food has a change that the file of a sweep cannot contain"
-    ):
+    message = r"world\.food has a change that the file of a sweep cannot contain"
+    with pytest.raises(ValueError, match=message):
         make_comparison_plan(make_request(experiment=settings))
 
 

@@ -115,18 +115,8 @@ def test_the_address_reopens_the_shown_generation(
 
 @pytest.mark.nightly
 def test_controls_of_a_world_are_hidden(alleles_page: Page) -> None:
-    for control in (
-        "play",
-        "on",
-        "speed",
-        "trails",
-        "sight",
-        "compare",
-        "agents",
-        "fit",
-        "share",
-        "world-a",
-    ):
+    playback = ("play", "on", "speed", "trails", "sight")
+    for control in (*playback, "compare", "agents", "fit", "share", "world-a"):
         expect(alleles_page.get_by_test_id(control)).to_have_count(0)
 
 

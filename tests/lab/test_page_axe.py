@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 from urllib.parse import urlencode
 
-import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Page, expect
 
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.store import StudyStore
@@ -18,16 +16,6 @@ from tests.lab.conftest import run_server
 from tests.lab.test_page_results import CLAIM
 
 LIFE = urlencode(SMALL)
-
-
-@pytest.fixture(params=["light", pytest.param("dark", marks=pytest.mark.nightly)])
-def themed_page(
-    browser: Browser, lab_server: LabServer, request: pytest.FixtureRequest
-) -> Iterator[Page]:
-    """Yield a page with the light or the dark color scheme."""
-    scheme: Literal["light", "dark"] = request.param
-    with lab_server.context(browser, color_scheme=scheme) as context:
-        yield context.new_page()
 
 
 def test_the_world_tab_has_no_barriers_with_guide_comparison_and_agent(

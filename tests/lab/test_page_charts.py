@@ -150,8 +150,7 @@ def test_too_many_runs_for_lines_show_a_message(
 ) -> None:
     monkeypatch.setattr(lab_results, "MAX_CURVE_VALUES", 5)
     shutil.copytree(lab_server.root / "small", tmp_path / "small")
-    with run_server(tmp_path) as server, server.context(browser) as context:
-        page = context.new_page()
+    with run_server(tmp_path) as server, server.open_page(browser) as page:
         open_results(page, "study=small&runs=each&measure=best")
         expect(page.get_by_test_id("curves")).to_contain_text(
             "Curves of single runs are limited to 5 values per condition"
@@ -233,11 +232,9 @@ def test_charts_are_not_wider_than_the_window_and_controls_are_reachable(
 ) -> None:
     size: ViewportSize = {"width": width, "height": height}
     touch = width < 1000
-    with lab_server.context(
+    with lab_server.open_page(
         browser, viewport=size, device_scale_factor=dots, has_touch=touch
-    ) as context:
-        page = context.new_page()
-
+    ) as page:
         open_results(page, "study=small&runs=each&norm=map")
         page.get_by_test_id("finals").locator("summary").first.click()
         page.get_by_test_id("save-final-fitness").locator("summary").click()

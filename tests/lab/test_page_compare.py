@@ -168,8 +168,7 @@ def test_the_dialog_fits_into_a_narrow_window(
     browser: Browser, lab_server: LabServer, width: int
 ) -> None:
     viewport = {"width": width, "height": 640}
-    with lab_server.context(browser, viewport=viewport) as context:
-        page = context.new_page()
+    with lab_server.open_page(browser, viewport=viewport) as page:
         page.goto(f"/#/live?{urlencode({'compare': json.dumps({'presets': PRESETS})})}")
         expect(page.get_by_test_id("compare-start")).to_be_enabled()
         for kind in ("presets", "fields"):

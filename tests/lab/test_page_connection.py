@@ -25,8 +25,7 @@ LIVE = "preset=evo/A&runs=1&pace=0.5&set=%7B%22lifetime.steps%22:100%7D"
 def test_a_server_that_does_not_answer_is_reported_until_it_answers(
     browser: Browser, tmp_path: Path
 ) -> None:
-    with start_lab(tmp_path) as (process, server), server.context(browser) as context:
-        page = context.new_page()
+    with start_lab(tmp_path) as (process, server), server.open_page(browser) as page:
         page.goto(f"{server.entry}#/papers")
         banner = page.get_by_test_id("connection")
         expect(banner).to_be_hidden()

@@ -29,8 +29,8 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
 
 @pytest.fixture
 def page(browser: Browser, server: LabServer) -> Iterator[Page]:
-    with server.context(browser, viewport={"width": 1280, "height": 800}) as context:
-        yield context.new_page()
+    with server.open_page(browser, viewport={"width": 1280, "height": 800}) as page:
+        yield page
 
 
 def test_the_curves_of_an_ensemble_are_the_quantiles_of_its_runs(

@@ -88,8 +88,8 @@ def exported_address(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.fixture
 def touch_page(browser: Browser, lab_server: LabServer) -> Iterator[Page]:
     """Yield a blank page of a first visit, with a touch screen."""
-    with lab_server.context(browser, has_touch=True) as context:
-        yield context.new_page()
+    with lab_server.open_page(browser, has_touch=True) as page:
+        yield page
 
 
 def resize(page: Page, size: tuple[int, int]) -> None:

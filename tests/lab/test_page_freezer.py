@@ -14,28 +14,14 @@ from playwright.sync_api import Browser, Page, expect
 import baldwinlab as bl
 from tests.axe import find_violations
 from tests.lab.client import LabServer
-from tests.lab.conftest import run_server
-from tests.small_studies import make_small_study
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2&step=0"
 
 
-@pytest.fixture(scope="module")
-def freezer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
-    """Yield a lab with a study and with two genome files of the command line."""
-    root = tmp_path_factory.mktemp("freezer")
-    make_small_study(root / "small", runs=2)
-    for generation in (0, 2):
-        reference = f"{root}/small:evo+self-taught/A@{generation}[0]"
-        bl.freeze(reference, out=root / f"generation-{generation}.nc")
-    with run_server(root) as server:
-        yield server
-
-
 @pytest.fixture
 def page(browser: Browser, freezer: LabServer) -> Iterator[Page]:
-    with freezer.context(browser, viewport={"width": 1280, "height": 800}) as context:
-        yield context.new_page()
+    with freezer.open_page(browser, viewport={"width": 1280, "height": 800}) as page:
+        yield page
 
 
 def read_changes(page: Page) -> dict[str, Any]:

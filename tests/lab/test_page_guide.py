@@ -75,10 +75,9 @@ def test_tabs_preserve_the_study_the_lifetime_the_step_and_the_scroll_position(p
 def test_a_phone_shows_the_legend_the_agents_and_the_complete_name(
     browser: Browser, lab_server: LabServer
 ) -> None:
-    with lab_server.context(
+    with lab_server.open_page(
         browser, viewport={"width": 390, "height": 844}, has_touch=True
-    ) as context:
-        page = context.new_page()
+    ) as page:
         page.goto(f"/#/world?{LIFE.replace('evo/A', 'evo%2Bself-taught/A')}&step=0")
         page.get_by_test_id("agents").tap()
         page.get_by_test_id("agent-2").tap()

@@ -72,10 +72,9 @@ def test_the_curve_describes_generations_and_selects_them_by_click_and_drag(
 def test_a_tap_selects_a_generation_and_a_preset_has_no_curve(
     browser: Browser, lab_server: LabServer, tmp_path: Path
 ) -> None:
-    with lab_server.context(
+    with lab_server.open_page(
         browser, viewport={"width": 390, "height": 844}, has_touch=True
-    ) as context:
-        page = context.new_page()
+    ) as page:
         page.goto(f"{lab_server.entry}#/world?{LIFE}")
         expect(page.locator(".run-curve:not(.plain)")).to_have_count(1)
         box = page.locator(".run-curve").bounding_box()

@@ -65,8 +65,7 @@ def test_the_button_of_an_agent_has_a_name_and_the_step_is_not_announced(
 def test_with_reduced_motion_a_lifetime_starts_with_a_click(
     browser: Browser, lab_server: LabServer
 ) -> None:
-    with lab_server.context(browser, reduced_motion="reduce") as context:
-        page = context.new_page()
+    with lab_server.open_page(browser, reduced_motion="reduce") as page:
         page.goto("/")
         expect(page.locator("[data-ready]")).to_have_count(2)
         expect(page.get_by_test_id("play")).to_have_attribute("data-playing", "false")

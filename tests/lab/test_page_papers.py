@@ -169,15 +169,10 @@ def test_cards_fit_in_every_window(
         check_controls(page.evaluate(MEASURE, "/world.js"))
 
 
-@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.nightly)])
-def test_the_tab_has_no_barriers(browser: Browser, papers_server: LabServer, scheme: str) -> None:
-    with papers_server.context(
-        browser, color_scheme="dark" if scheme == "dark" else "light"
-    ) as context:
-        page = context.new_page()
-        page.goto("/#/papers?guide=open")
-        expect(page.locator(".paper-card")).to_have_count(len(papers.built_in()))
-        assert find_violations(page) == []
+def test_the_tab_has_no_barriers(themed_page: Page, papers_server: LabServer) -> None:
+    themed_page.goto(f"{papers_server.entry}#/papers?guide=open")
+    expect(themed_page.locator(".paper-card")).to_have_count(len(papers.built_in()))
+    assert find_violations(themed_page) == []
 
 
 @pytest.mark.nightly

@@ -162,17 +162,12 @@ def test_an_unknown_view_shows_a_message_and_another_view(
     expect(page.get_by_test_id("grid-description")).to_contain_text("environment 1 of 6")
 
 
-@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.nightly)])
-def test_the_views_have_no_barriers(browser: Browser, views_server: LabServer, scheme: str) -> None:
-    with views_server.context(
-        browser, color_scheme="dark" if scheme == "dark" else "light"
-    ) as context:
-        page = context.new_page()
-        for query in (f"{CELLS}&step=9&guide=open", f"{PATH}&look=climb", MATRIX):
-            page.goto(f"/#/world?{query}")
-            expect(page.locator("[data-ready]")).to_have_count(1)
-            expect(page.get_by_test_id("view-heading")).to_contain_text("generation 2")
-            assert find_violations(page) == []
+def test_the_views_have_no_barriers(themed_page: Page, views_server: LabServer) -> None:
+    for query in (f"{CELLS}&step=9&guide=open", f"{PATH}&look=climb", MATRIX):
+        themed_page.goto(f"{views_server.entry}#/world?{query}")
+        expect(themed_page.locator("[data-ready]")).to_have_count(1)
+        expect(themed_page.get_by_test_id("view-heading")).to_contain_text("generation 2")
+        assert find_violations(themed_page) == []
 
 
 @every_window

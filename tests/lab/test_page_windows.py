@@ -7,11 +7,8 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-import baldwinlab as bl
 from tests.axe import find_violations
 from tests.lab.client import LabServer
-from tests.lab.conftest import run_server
-from tests.small_studies import make_small_study
 
 LIFE = "study=small&condition=evo%2Bself-taught/A&run=1&generation=2&step=0"
 pytestmark = pytest.mark.nightly
@@ -26,26 +23,17 @@ SIZES = [
 ]
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LabServer]:
-    root = tmp_path_factory.mktemp("windows")
-    make_small_study(root / "small", runs=2)
-    bl.freeze(f"{root}/small:evo+self-taught/A@2[0]", out=root / "frozen.nc")
-    with run_server(root) as opened:
-        yield opened
-
-
 @pytest.fixture(params=SIZES, ids=str)
-def page(browser: Browser, server: LabServer, request: pytest.FixtureRequest) -> Iterator[Page]:
+def page(browser: Browser, freezer: LabServer, request: pytest.FixtureRequest) -> Iterator[Page]:
     width, height, dots = request.param
-    with server.context(
+    with freezer.open_page(
         browser,
         viewport={"width": width, "height": height},
         device_scale_factor=dots,
         color_scheme="dark",
         reduced_motion="reduce",
-    ) as context:
-        yield context.new_page()
+    ) as page:
+        yield page
 
 
 def check_width(page: Page) -> None:

@@ -291,8 +291,7 @@ def test_a_damaged_record_shows_a_message_and_no_lifetime(browser: Browser, tmp_
     study = make_small_study(tmp_path / "small", runs=2)
     path = study.path("evo/A", 1)
     path.write_bytes(path.read_bytes()[:-9] + b"something")
-    with run_server(tmp_path) as server, server.context(browser) as context:
-        page = context.new_page()
+    with run_server(tmp_path) as server, server.open_page(browser) as page:
         open_world(page, "study=small&condition=evo/A&run=0&generation=1&step=0")
         page.goto("/#/world?study=small&condition=evo/A&run=1&generation=1&step=0")
         expect(find(page, "messages")).to_contain_text(
@@ -326,19 +325,3 @@ def test_memory_does_not_grow_in_a_long_session(page: Page) -> None:
     change_generations(15)
     # Thirty recordings have 3 MB.
     assert used_memory() < before + 1e6
-
-
-def test_the_tab_fits_on_a_phone_and_accepts_taps(browser: Browser, lab_server: LabServer) -> None:
-    context = lab_server.context(browser, viewport={"width": 390, "height": 844}, has_touch=True)
-    page = context.new_page()
-    for state, panels in (
-        (f"{SELF_TAUGHT}&step=0", 1),
-        (f"{SELF_TAUGHT}&step=0&b.condition=evo/A", 2),
-        (f"{SELF_TAUGHT}&step=0&agent=2", 1),
-    ):
-        page.goto("about:blank")
-        open_world(page, state, panels)
-        assert page.evaluate("document.documentElement.scrollWidth") == 390
-        assert page.evaluate("document.documentElement.scrollHeight") == 844
-    page.touchscreen.tap(195, 200)
-    context.close()

@@ -18,7 +18,7 @@ from baldwinlab.papers.presets import load
 from baldwinlab.studies.claims_file import write_claims
 from baldwinlab.studies.creation import create_study
 from baldwinlab.studies.store import StudyStore
-from tests.lab.client import LabServer, get_error, get_json, get_response
+from tests.lab.client import LabServer, check_errors, get_error, get_json, get_response
 from tests.lab.conftest import run_server
 from tests.small_studies import shorten_preset
 
@@ -63,14 +63,9 @@ def test_every_paper_has_a_card_with_a_small_picture(papers_server: LabServer) -
 
 
 def test_a_card_marks_the_study_of_a_changed_model(tmp_path: Path) -> None:
-    create_study(
-        tmp_path / "changed",
-        [shorten_preset("evo/B")],
-        1,
-        paper="le-2019",
-        changes=["lifetime.steps=60"],
-    )
-    create_study(tmp_path / "plain", [shorten_preset("evo/B")], 1, paper="le-2019")
+    for name, changes in (("changed", ["lifetime.steps=60"]), ("plain", [])):
+        experiments = [shorten_preset("evo/B")]
+        create_study(tmp_path / name, experiments, 1, paper="le-2019", changes=changes)
     with run_server(tmp_path) as server:
         cards = {card["name"]: card for card in get_json(server.address, "papers")["papers"]}
     changes = {study["study"]: study["changes"] for study in cards["le-2019"]["studies"]}
@@ -130,15 +125,15 @@ def test_the_preset_of_every_card_is_a_condition_of_its_paper(papers_server: Lab
 
 
 def test_pictures_of_unknown_papers_are_rejected(papers_server: LabServer) -> None:
-    message = get_error(papers_server.address, "papers/picture", 404, paper="mayley-1969")
-    assert message.startswith("there is no paper 'mayley-1969' (did you mean 'mayley-1996'?); ")
     folder = str(papers.load("mayley-1996").folder)
-    assert get_error(papers_server.address, "papers/picture", 404, paper=folder).startswith(
-        "there is no paper '/"
-    )
-    assert (
-        get_error(papers_server.address, "papers/picture", 404, paper="tiny")
-        == "the paper tiny has no picture"
+    similar = "there is no paper 'mayley-1969' (did you mean 'mayley-1996'?); …"
+    check_errors(
+        papers_server,
+        [
+            ("papers/picture", {"paper": "mayley-1969"}, 404, similar),
+            ("papers/picture", {"paper": folder}, 404, "there is no paper '/…"),
+            ("papers/picture", {"paper": "tiny"}, 404, "the paper tiny has no picture"),
+        ],
     )
 
 

@@ -35,19 +35,14 @@ def test_the_curves_of_runs_are_the_values_of_the_measure(
         assert np.array_equal(curve, values.sel(run=int(run)))
 
 
-def test_curves_of_an_unknown_condition_or_of_too_many_runs_are_rejected(
+def test_curves_of_too_many_runs_are_rejected(
     lab_server: LabServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    query = CONDITION | {"measure": "best"}
-    assert "has no condition 'evo'" in get_error(
-        lab_server.address, "results/runs", 404, **query | {"condition": "evo"}
-    )
-    message = get_error(lab_server.address, "results/runs", 400, **query | {"measure": "worst"})
-    assert message == "measure = 'worst' must be one of best, mean, share"
     monkeypatch.setattr(lab_results, "MAX_CURVE_VALUES", 5)
     shutil.copytree(lab_server.root / "small", tmp_path / "small")
+    query = {"study": "small", "condition": "evo/A", "measure": "best"}
     with run_server(tmp_path) as server:
-        message = get_error(server.address, "results/runs", 400, **query | {"condition": "evo/A"})
+        message = get_error(server.address, "results/runs", 400, **query)
     assert message.startswith(
         "evo/A has 2 runs of 3 generations. Curves of single runs are limited to 5 values"
     )
@@ -61,10 +56,8 @@ def test_reaction_norms_are_the_medians_of_the_assay_with_the_evolved_value(
 ) -> None:
     study = make_small_study(tmp_path / "it", [shorten_preset("evo/A")], runs=6)
     with run_server(tmp_path) as server:
-        assert get_json(server.address, "results/reaction", study="it") == {
-            "unit": "",
-            "panels": [],
-        }
+        empty = {"unit": "", "panels": []}
+        assert get_json(server.address, "results/reaction", study="it") == empty
         folder = tmp_path / "it" / "assays" / "reaction" / "evo"
         folder.mkdir(parents=True)
         assay = assign_to_study(reaction("evo/A", 60), study, "evo/A")
@@ -73,11 +66,8 @@ def test_reaction_norms_are_the_medians_of_the_assay_with_the_evolved_value(
         assert response["unit"] == "items eaten"
         panels = {panel["field"]: panel for panel in response["panels"]}
         count = panels["world.food.0.count"]
-        assert (count["map"], count["values"], count["evolved"]) == (
-            "A",
-            ["10", "50", "100"],
-            ["50"],
-        )
+        expected = {"map": "A", "values": ["10", "50", "100"], "evolved": ["50"]}
+        assert expected.items() <= count.items()
         food = assay["energy"].mean("agent")
         settings = [
             (assay["field"] == "world.food.0.count") & (assay["value"] == "10"),

@@ -189,13 +189,6 @@ def test_a_condition_name_that_is_a_path_out_of_the_folder_is_rejected(
         assert "is no name of a condition" in problem
 
 
-def test_an_invalid_file_name_is_not_a_study(lab_server: LabServer) -> None:
-    for name in ("a" * 5000, "\0", "small/study.toml", "small/runs"):
-        assert get_error(lab_server.address, "results", 404, study=name).startswith(
-            "there is no study"
-        )
-
-
 def test_a_record_outside_the_folder_is_rejected_and_other_records_are_served(
     restricted_root: Path,
 ) -> None:

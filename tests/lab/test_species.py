@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baldwinlab.core.errors import RefusedError
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import Experiment
 from baldwinlab.lab import binary_frames, life_query, recording
 from baldwinlab.lab.agent_inspector import inspect_agent
-from baldwinlab.lab.export import render_live_page
 from baldwinlab.lab.life_query import Life, Span, StartData
 from baldwinlab.lab.live_run import LiveRun
 from baldwinlab.lab.model_displays import describe_species
@@ -98,8 +96,3 @@ def test_a_live_run_of_species_is_a_simulation_with_a_curve_for_each_species() -
         start = find_life(experiment, generation).load_start_data()
         assert isinstance(start, StartData)
         assert np.array_equal(genomes, start.genomes)
-
-
-def test_a_page_that_simulates_in_the_browser_refuses_species() -> None:
-    with pytest.raises(RefusedError, match=r"population.species = .*live run in `baldwinlab lab`"):
-        render_live_page([load_predators()])

@@ -182,9 +182,6 @@ def test_the_complete_experiment_of_a_condition_is_served(lab_server: LabServer)
         lab_server.address, "experiment", study="small", condition="evo+self-taught/A"
     )
     assert Experiment.model_validate(settings) == shorten_preset("evo+self-taught/A")
-    assert "has no condition 'evo'" in get_error(
-        lab_server.address, "experiment", 404, study="small", condition="evo"
-    )
 
 
 def test_factors_are_the_settings_that_differ_between_conditions(
