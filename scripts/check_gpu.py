@@ -4,8 +4,8 @@
 
 The script simulates every kind of experiment on both, each kind in a process of its own. Then it
 runs the study of the paper on both, side by side, and compares all record files byte by byte. It
-exits with status 1 if a bit differs. With `--speeds`, it also prints agent-steps per second of complete
-generations, without compilation, for several numbers of worlds.
+exits with status 1 if a bit differs. With `--speeds`, it also prints agent-steps per second of
+complete generations, without compilation, for several numbers of worlds.
 """
 
 from __future__ import annotations
