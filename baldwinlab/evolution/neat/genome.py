@@ -23,6 +23,7 @@ import numpy.typing as npt
 
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import ONE, ZERO
 
 # Entries of the head. All genomes of a run share the numbers of inputs and outputs, and the last
 # innovation and species numbers. The other entries are the species of the genome, and the status of
@@ -47,8 +48,6 @@ GENE_SIZE: Final = 5
 
 # [entry].
 Graph = npt.NDArray[np.float32]
-ZERO = np.float32(0)
-ONE = np.float32(1)
 # Value of a node before its update. The sigmoid never has this value.
 NOT_COMPUTED = np.float32(-1)
 

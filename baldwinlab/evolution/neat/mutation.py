@@ -21,16 +21,15 @@ from typing import Any
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import ONE, ZERO
 from baldwinlab.evolution.neat.genome import (
     ENABLED,
     GENE_SIZE,
     INNOVATION,
     INPUTS,
-    ONE,
     SOURCE,
     TARGET,
     WEIGHT,
-    ZERO,
     Graph,
     count_links,
     count_nodes,

@@ -25,6 +25,7 @@ import numpy as np
 
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import ONE, ZERO
 from baldwinlab.models.erl.world import (
     AGENT,
     AGENT_SIGHT,
@@ -56,8 +57,6 @@ BITS_PER_WEIGHT: Final = 4
 N_BITS: Final = BITS_PER_WEIGHT * N_INPUTS * (1 + N_OUTPUTS)
 # In cells.
 MAX_MATE_DISTANCE: Final = 10
-ONE = np.float32(1)
-ZERO = np.float32(0)
 
 
 @compiled

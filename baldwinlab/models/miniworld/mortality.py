@@ -10,6 +10,8 @@ import numpy as np
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import (
+    ONE,
+    ZERO,
     Lane,
     any_of,
     choose,
@@ -24,9 +26,6 @@ from baldwinlab.models.miniworld.population import FixedPopulation, make_tuple_t
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.births_and_deaths import DEAD_X, find_free_slot
 from baldwinlab.parts.learning_rules import learn
-
-ZERO = np.float32(0)
-ONE = np.float32(1)
 
 
 @compiled

@@ -14,11 +14,11 @@ from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
 from baldwinlab.engine.prefetch import prefetch
 from baldwinlab.engine.reference import as_pointer
-from baldwinlab.engine.simd import WIDTH, Lane, lanes_in_block, simd_block
+from baldwinlab.engine.simd import WIDTH, ZERO, Lane, lanes_in_block, simd_block
 from baldwinlab.models.miniworld.birth import init_agent_state, init_features
 from baldwinlab.models.miniworld.learning.control import init_control
 from baldwinlab.models.miniworld.lookup import fill_table
-from baldwinlab.models.miniworld.map import ZERO, place_newborn
+from baldwinlab.models.miniworld.map import place_newborn
 from baldwinlab.models.miniworld.parallel_items import (
     SharedArrays,
     claim_items,

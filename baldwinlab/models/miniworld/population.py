@@ -15,16 +15,12 @@ from collections import namedtuple
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-import numpy as np
-
 from baldwinlab.engine.phases import Array, hook
-from baldwinlab.engine.simd import Lane
+from baldwinlab.engine.simd import INFINITY, Lane
 from baldwinlab.models.miniworld.map import move_agents
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.births_and_deaths import bear_agent, remove_agent
 from baldwinlab.parts.learning_rules import learn
-
-INFINITY = np.float32(np.inf)
 
 
 @hook

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import for_each_part, hook
 from baldwinlab.engine.reference import as_pointer
-from baldwinlab.engine.simd import Lane, get, lanes_in_block, simd_block
+from baldwinlab.engine.simd import ZERO, Lane, get, lanes_in_block, simd_block
 from baldwinlab.models.miniworld.birth import init_generation
 from baldwinlab.models.miniworld.items import eat_items, resort_stale_cells
 from baldwinlab.models.miniworld.learning.control import (
@@ -25,7 +25,7 @@ from baldwinlab.models.miniworld.learning.control import (
     store_shadow,
 )
 from baldwinlab.models.miniworld.lookup import compute_outputs
-from baldwinlab.models.miniworld.map import ZERO, apply_motor_noise
+from baldwinlab.models.miniworld.map import apply_motor_noise
 from baldwinlab.models.miniworld.population import (
     agent_number,
     count_step,

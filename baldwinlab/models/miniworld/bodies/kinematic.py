@@ -20,8 +20,8 @@ import numpy as np
 from pydantic import Field
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.simd import Lane, Value, choose, get, lookup, put
-from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrap_position
+from baldwinlab.engine.simd import ONE, TWO, ZERO, Lane, Value, choose, get, lookup, put
+from baldwinlab.models.miniworld.map import wrap_position
 from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, MiniWorldModel, State
 from baldwinlab.parts.bodies import Body
 

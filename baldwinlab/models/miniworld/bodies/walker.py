@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from baldwinlab.engine.simd import Lane, choose, get, lookup, put
-from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrap_position
+from baldwinlab.engine.simd import ONE, TWO, ZERO, Lane, choose, get, lookup, put
+from baldwinlab.models.miniworld.map import wrap_position
 from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, MiniWorldModel, State
 from baldwinlab.parts.bodies import Body
 

@@ -31,18 +31,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Final, Literal
 
-import numpy as np
 from pydantic import Field
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
-from baldwinlab.engine.simd import Lane, Value, clamp, get, put
+from baldwinlab.engine.simd import ONE, TWO, Lane, Value, clamp, get, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.synapses import SynapticRule, for_each_synapse
 
-ZERO = np.float32(0)
-ONE = np.float32(1)
-TWO = np.float32(2)
 # Modules of the genome that contain the coefficients.
 COEFFICIENT_MODULES: Final = ("A", "B", "C", "D")
 N_COEFFICIENTS: Final = len(COEFFICIENT_MODULES)

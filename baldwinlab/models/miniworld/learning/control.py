@@ -25,13 +25,10 @@ import numpy as np
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, hook, per_agent
 from baldwinlab.engine.rng import DRIFT, philox
-from baldwinlab.engine.simd import Lane, get, put
+from baldwinlab.engine.simd import ONE, ZERO, Lane, get, put
 from baldwinlab.models.miniworld.population import agent_number, make_tuple_type
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.networks import forward
-
-ZERO = np.float32(0)
-ONE = np.float32(1)
 
 
 @hook

@@ -29,13 +29,10 @@ import numpy as np
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
-from baldwinlab.engine.simd import Lane, Value, choose, get, put
+from baldwinlab.engine.simd import ONE, TWO, ZERO, Lane, Value, choose, get, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.synapses import SynapticRule, compute_change
 
-ZERO = np.float32(0)
-ONE = np.float32(1)
-TWO = np.float32(2)
 FOUR = np.float32(4)
 # Numbers of the rules, for compiled code.
 HEBB = 0

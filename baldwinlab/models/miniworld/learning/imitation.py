@@ -19,23 +19,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Final, Literal
 
-import numpy as np
 from pydantic import Field
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import LIFE, philox, unit
-from baldwinlab.engine.simd import Lane, choose, get, put
+from baldwinlab.engine.simd import HALF, INFINITY, ONE, ZERO, Lane, choose, get, put
 from baldwinlab.models.miniworld.map import shortest_difference
 from baldwinlab.models.miniworld.population import agent_number, is_alive
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import backward, forward
 
-ZERO = np.float32(0)
-HALF = np.float32(0.5)
-ONE = np.float32(1)
-INFINITY = np.float32(np.inf)
 # Number of random words that `philox` returns.
 WORDS_PER_DRAW: Final = 4
 FORAGER_INPUTS: Final = ("left", "front", "right")

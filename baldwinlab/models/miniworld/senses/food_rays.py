@@ -15,6 +15,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from baldwinlab.engine.phases import Array, per_agent
+from baldwinlab.engine.simd import ZERO
 from baldwinlab.models.miniworld.allocation import N_DIGITS
 from baldwinlab.models.miniworld.regions import kind_number
 from baldwinlab.models.miniworld.senses.real_valued import measure_rays
@@ -22,7 +23,6 @@ from baldwinlab.models.miniworld.senses.sight import is_within_sight
 from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
 
-ZERO = np.float32(0)
 # Half the width of the sector in which a drawing shows a ray, in degrees.
 HALF_SECTOR = 2.0
 

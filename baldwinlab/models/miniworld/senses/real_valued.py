@@ -25,16 +25,13 @@ from pydantic import Field
 from baldwinlab.engine.arithmetic import share_of_turn
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
-from baldwinlab.engine.simd import square_root
+from baldwinlab.engine.simd import INFINITY, ONE, ZERO, square_root
 from baldwinlab.models.miniworld.energy import ENERGY_VALUES, energy_in_life
 from baldwinlab.models.miniworld.senses.item_scan import ItemSense, record_items
 from baldwinlab.models.miniworld.senses.sight import select_visible
 from baldwinlab.models.miniworld.state import HEADING_COUNT, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense, count_inputs
 
-ZERO = np.float32(0)
-ONE = np.float32(1)
-INFINITY = np.float32(np.inf)
 N_RAYS = 5
 # Number of headings (of 9 degrees) between two rays.
 HEADINGS_BETWEEN_RAYS = 3
