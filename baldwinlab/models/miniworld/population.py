@@ -118,7 +118,7 @@ class FixedPopulation:
 
 
 def make_tuple_type(holder: type[Any]) -> Any:
-    """Return a named tuple of the values and arrays of a population or a control, for Numba."""
+    """Return the type of a population, a control or a lookup for Numba: its values and arrays."""
     fields = [*holder.values, *holder.arrays]
     tuple_type: Any = namedtuple("Compiled", fields)  # type: ignore[misc]
     tuple_type.__module__ = holder.__module__

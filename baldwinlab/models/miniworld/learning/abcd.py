@@ -154,8 +154,6 @@ class EvolvedModulated(_EvolvedCoefficients, name="evolved-modulated"):
     """
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement", *COEFFICIENT_MODULES)
-    answers: ClassVar[tuple[str, ...]] = ("gate",)
+    answers: ClassVar[tuple[str, ...]] = Modulated.answers
 
-    @staticmethod
-    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        for_each_synapse(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
+    learn = staticmethod(Modulated.learn)

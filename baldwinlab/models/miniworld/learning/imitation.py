@@ -38,6 +38,14 @@ FORAGER_ACTIONS: Final = ("left", "forward", "right")
 
 
 @compiled
+def _learn_targets(part: Any, state: State, lane: Lane) -> None:
+    """Learn by backpropagation toward `part.output_targets`."""
+    rate = get(state.rate, 0, lane)
+    targets = part.output_targets
+    backward(state.network, rate, state.weights, state.activations, state.errors, targets, lane)
+
+
+@compiled
 def _count_eaten(state: State, lane: int) -> int:
     """Return the number of items that an agent has eaten since its birth."""
     eaten = 0
@@ -164,16 +172,7 @@ class Imitation(LearningRule, name="imitation"):
         first_output = state.activations.shape[0] - state.targets.shape[0]
         for k in range(state.targets.shape[0]):
             put(part.output_targets, k, lane, get(part.teacher_activations, first_output + k, lane))
-        rate = get(state.rate, 0, lane)
-        backward(
-            state.network,
-            rate,
-            state.weights,
-            state.activations,
-            state.errors,
-            part.output_targets,
-            lane,
-        )
+        _learn_targets(part, state, lane)
 
 
 class Supervised(LearningRule, name="supervised"):
@@ -203,16 +202,7 @@ class Supervised(LearningRule, name="supervised"):
         put(part.output_targets, 0, lane, left)
         put(part.output_targets, 1, lane, ONE - left - right)
         put(part.output_targets, 2, lane, right)
-        rate = get(state.rate, 0, lane)
-        backward(
-            state.network,
-            rate,
-            state.weights,
-            state.activations,
-            state.errors,
-            part.output_targets,
-            lane,
-        )
+        _learn_targets(part, state, lane)
 
 
 class RandomTargets(LearningRule, name="random-targets"):
@@ -248,13 +238,4 @@ class RandomTargets(LearningRule, name="random-targets"):
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        rate = get(state.rate, 0, lane)
-        backward(
-            state.network,
-            rate,
-            state.weights,
-            state.activations,
-            state.errors,
-            part.output_targets,
-            lane,
-        )
+        _learn_targets(part, state, lane)
