@@ -24,6 +24,7 @@ import numpy.typing as npt
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.simd import ONE, ZERO
+from baldwinlab.parts import Field
 
 # Entries of the head. All genomes of a run share the numbers of inputs and outputs, and the last
 # innovation and species numbers. The other entries are the species of the genome, and the status of
@@ -48,6 +49,13 @@ GENE_SIZE: Final = 5
 
 # [entry].
 Graph = npt.NDArray[np.float32]
+SIGMOID_SLOPE: Any = Field(
+    4.9,
+    gt=0,
+    le=1000,
+    description="Slope of the sigmoid: output = 1 / (1 + exp(-sigmoid_slope * input)).",
+)
+"""Setting of the parts that compute the values of nodes."""
 # Value of a node before its update. The sigmoid never has this value.
 NOT_COMPUTED = np.float32(-1)
 
