@@ -13,9 +13,8 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from baldwinlab.engine.phases import Array, hook, per_agent, per_lane
+from baldwinlab.engine.phases import Array, hook, make_part_type, per_agent, per_lane
 from baldwinlab.engine.simd import Lane, first_lane, get, lanes_of, put
-from baldwinlab.models.miniworld.population import make_tuple_type
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.networks import forward
 
@@ -45,7 +44,6 @@ class DirectEvaluation:
     """Evaluate the action module in every step. There is no reinforcement module."""
 
     arrays: ClassVar[dict[str, Array]] = {}
-    values: ClassVar[tuple[str, ...]] = ()
     Compiled: ClassVar[Any]
     fill_table = staticmethod(fill_table.default)
     look_up_outputs = staticmethod(look_up_outputs.default)
@@ -148,4 +146,4 @@ def choose_lookup(experiment: Any) -> type[DirectEvaluation]:
 
 
 for _lookup_class in (DirectEvaluation, TeacherTable, ActionTable, DirectTeacher):
-    _lookup_class.Compiled = make_tuple_type(_lookup_class)
+    make_part_type(_lookup_class, list(_lookup_class.arrays))

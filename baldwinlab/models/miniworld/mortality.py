@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.phases import Array, per_agent
+from baldwinlab.engine.phases import Array, make_part_type, per_agent
 from baldwinlab.engine.simd import (
     ONE,
     ZERO,
@@ -22,7 +22,7 @@ from baldwinlab.engine.simd import (
 )
 from baldwinlab.models.miniworld.birth import CHILD_ARRAYS, CHILD_VALUES, bear_child
 from baldwinlab.models.miniworld.map import move_agents
-from baldwinlab.models.miniworld.population import FixedPopulation, make_tuple_type
+from baldwinlab.models.miniworld.population import FixedPopulation
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.births_and_deaths import DEAD_X, find_free_slot
 from baldwinlab.parts.learning_rules import learn
@@ -106,7 +106,7 @@ class MortalPopulation(FixedPopulation):
         state.positions[0, lane] = DEAD_X * model.width
 
 
-MortalPopulation.Compiled = make_tuple_type(MortalPopulation)
+make_part_type(MortalPopulation, [*MortalPopulation.values, *MortalPopulation.arrays])
 
 
 @compiled
@@ -158,4 +158,6 @@ class ReproducingPopulation(MortalPopulation):
         return slot
 
 
-ReproducingPopulation.Compiled = make_tuple_type(ReproducingPopulation)
+make_part_type(
+    ReproducingPopulation, [*ReproducingPopulation.values, *ReproducingPopulation.arrays]
+)

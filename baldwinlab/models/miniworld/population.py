@@ -11,11 +11,10 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-from baldwinlab.engine.phases import Array, hook
+from baldwinlab.engine.phases import Array, hook, make_part_type
 from baldwinlab.engine.simd import INFINITY, Lane
 from baldwinlab.models.miniworld.map import move_agents
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
@@ -117,14 +116,4 @@ class FixedPopulation:
     bear_agent = staticmethod(bear_agent.default)
 
 
-def make_tuple_type(holder: type[Any]) -> Any:
-    """Return the type of a population, a control or a lookup for Numba: its values and arrays."""
-    fields = [*holder.values, *holder.arrays]
-    tuple_type: Any = namedtuple("Compiled", fields)  # type: ignore[misc]
-    tuple_type.__module__ = holder.__module__
-    tuple_type.__qualname__ = f"{holder.__name__}.Compiled"
-    setattr(tuple_type, "part", holder)  # noqa: B010
-    return tuple_type
-
-
-FixedPopulation.Compiled = make_tuple_type(FixedPopulation)
+make_part_type(FixedPopulation, [])
