@@ -25,7 +25,7 @@ from baldwinlab.engine import rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import compiled
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
-from baldwinlab.evolution.variation import Crossover, Draws, OneGenome
+from baldwinlab.evolution.variation import Crossover, Draws, OneGenome, mutate_uniformly
 from baldwinlab.parts import Variation
 from baldwinlab.parts.breeding import ITSELF, copy_genome
 
@@ -98,7 +98,7 @@ class OnePointCrossover(Variation, name="one-point-crossover"):
                 draw = module * child.shape[1] + weight
                 uses_fitter = is_from_fitter(draw, cut, draws[0, 0])
                 inherited = fitter[module, weight] if uses_fitter else second[module, weight]
-                child[module, weight] = _mutate(part, inherited, draws, draw, gate)
+                child[module, weight] = mutate_uniformly(part, inherited, draws, draw, gate)
 
 
 class Copy(Variation, name="copy"):
@@ -120,7 +120,7 @@ class Copy(Variation, name="copy"):
             for weight in range(child.shape[1]):
                 inherited = fitter[module, weight] if draws[0, 0] < 0.5 else second[module, weight]
                 draw = module * child.shape[1] + weight
-                child[module, weight] = _mutate(part, inherited, draws, draw, gate)
+                child[module, weight] = mutate_uniformly(part, inherited, draws, draw, gate)
 
 
 class GenePool(Variation, name="gene-pool"):
@@ -169,12 +169,3 @@ class GenePool(Variation, name="gene-pool"):
                 if draws[draw, 1] < part.rate:
                     inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
                 children[child, draw // length, draw % length] = inherited
-
-
-@compiled
-def _mutate(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) -> Any:
-    """Return a weight after the mutation of the operator `crossover`."""
-    weight_gate = gate if part.one_gate else draws[draw, 1]
-    if weight_gate < part.rate:
-        inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
-    return inherited

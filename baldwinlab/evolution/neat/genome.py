@@ -148,16 +148,16 @@ def defines_node(graph: Graph, link: int) -> bool:
 
 
 @compiled
-def has_link(graph: Graph, source: Any, target: Any) -> bool:
-    """Return whether a link from `source` to `target` exists, enabled or disabled."""
-    exists = False
+def link_number(graph: Graph, source: Any, target: Any) -> Any:
+    """Return the number of the link from `source` to `target`, enabled or disabled, or 0."""
+    number = ZERO
     for link in range(count_links(graph)):
-        joins_nodes = (
+        if (
             graph[gene_offset(link) + SOURCE] == source
             and graph[gene_offset(link) + TARGET] == target
-        )
-        exists = exists or joins_nodes
-    return exists
+        ):
+            number = graph[gene_offset(link) + INNOVATION]
+    return number
 
 
 @compiled
