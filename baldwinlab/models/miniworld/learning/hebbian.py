@@ -98,6 +98,17 @@ class _StrengthRule(SynapticRule):
         put(state.weights, synapse, lane, sign * strength)
 
 
+def _change_by(rule: int) -> Any:
+    """Return the hook `compute_change` of a rule."""
+
+    def compute_change(
+        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
+    ) -> Value:
+        return compute_strength_change(rule, weight, x, y)
+
+    return staticmethod(compute_change)
+
+
 class Hebb(_StrengthRule, name="hebb"):
     """Hebbian rule: a strength grows if both units are active.
 
@@ -108,11 +119,7 @@ class Hebb(_StrengthRule, name="hebb"):
     Floreano and Mondada 1998.
     """
 
-    @staticmethod
-    def compute_change(
-        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
-    ) -> Value:
-        return compute_strength_change(HEBB, weight, x, y)
+    compute_change = _change_by(HEBB)
 
 
 class Postsynaptic(_StrengthRule, name="postsynaptic"):
@@ -123,11 +130,7 @@ class Postsynaptic(_StrengthRule, name="postsynaptic"):
     Floreano and Mondada 1998.
     """
 
-    @staticmethod
-    def compute_change(
-        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
-    ) -> Value:
-        return compute_strength_change(POSTSYNAPTIC, weight, x, y)
+    compute_change = _change_by(POSTSYNAPTIC)
 
 
 class Presynaptic(_StrengthRule, name="presynaptic"):
@@ -138,11 +141,7 @@ class Presynaptic(_StrengthRule, name="presynaptic"):
     Floreano and Mondada 1998.
     """
 
-    @staticmethod
-    def compute_change(
-        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
-    ) -> Value:
-        return compute_strength_change(PRESYNAPTIC, weight, x, y)
+    compute_change = _change_by(PRESYNAPTIC)
 
 
 class Covariance(_StrengthRule, name="covariance"):
@@ -153,8 +152,4 @@ class Covariance(_StrengthRule, name="covariance"):
     Floreano and Mondada 1998.
     """
 
-    @staticmethod
-    def compute_change(
-        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
-    ) -> Value:
-        return compute_strength_change(COVARIANCE, weight, x, y)
+    compute_change = _change_by(COVARIANCE)
