@@ -92,12 +92,6 @@ def stack_genomes(experiment: BaseExperiment, genomes: Sequence[Genome]) -> Geno
     return stacked
 
 
-def cut_genomes(member: BaseExperiment, genomes: Genome) -> Genome:
-    """Return the part of stored genomes [..., module, weight] that a species uses."""
-    used = genomes[..., : len(member.modules), : member.genome_length]
-    return np.ascontiguousarray(used)
-
-
 def draw_species(key: GenerationKey, species: SpeciesIndices, parents: Parents) -> SpeciesIndices:
     """Return the species of each child, which is that of one of its parents with equal probability.
 

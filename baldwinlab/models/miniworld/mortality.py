@@ -109,12 +109,6 @@ class MortalPopulation(FixedPopulation):
 make_part_type(MortalPopulation, [*MortalPopulation.values, *MortalPopulation.arrays])
 
 
-@compiled
-def _is_learner(part: Any, model: MiniWorldModel, state: State, lane: int) -> bool:
-    """Return whether an agent is alive and in its first `learning.steps` steps."""
-    return bool(state.alive[0, lane] > ZERO and part.age[0, lane] <= model.learning_steps)
-
-
 class ReproducingPopulation(MortalPopulation):
     """One species, whose agents can be born during the lifetimes of other agents.
 
@@ -136,7 +130,8 @@ class ReproducingPopulation(MortalPopulation):
         else:
             first = first_lane(lane)
             for column in range(first, first + lanes_of(lane)):
-                if _is_learner(part, model, state, column):
+                is_young = part.age[0, column] <= model.learning_steps
+                if state.alive[0, column] > ZERO and is_young:
                     learn(state.rule, model, state, step, column)
                     part.steps_learned[0, column] += 1
 

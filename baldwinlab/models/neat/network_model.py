@@ -114,10 +114,11 @@ def measure_solutions(
         return measure
 
     def measure_record(name: str, meaning: str) -> Measure:
-        return Measure(
-            meaning,
-            measure_first_solution(lambda runs, positions: _values_at(runs[name], positions)),
-        )
+        def read_values(runs: xr.Dataset, positions: npt.NDArray[np.intp]) -> npt.NDArray[Any]:
+            values: npt.NDArray[Any] = _order_by_evaluation(runs[name])
+            return values[np.arange(len(positions)), positions]
+
+        return Measure(meaning, measure_first_solution(read_values))
 
     return {
         "solved": Measure("1 if any network solves the task, else 0", is_solved),
@@ -138,9 +139,3 @@ def measure_solutions(
 def _order_by_evaluation(record: xr.DataArray) -> npt.NDArray[Any]:
     """Return a record as [run, network], ordered by generation, then by agent."""
     return record.transpose("run", "generation", "agent").values.reshape(record.sizes["run"], -1)
-
-
-def _values_at(record: xr.DataArray, positions: npt.NDArray[np.intp]) -> npt.NDArray[Any]:
-    """Return the values of a record for one network of each run, at `positions` [run]."""
-    values: npt.NDArray[Any] = _order_by_evaluation(record)[np.arange(len(positions)), positions]
-    return values

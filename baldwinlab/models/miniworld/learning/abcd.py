@@ -33,7 +33,6 @@ from typing import Any, ClassVar, Final, Literal
 
 from pydantic import Field
 
-from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.simd import ONE, TWO, Lane, Value, clamp, get, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
@@ -42,12 +41,6 @@ from baldwinlab.parts.synapses import SynapticRule, for_each_synapse
 # Modules of the genome that contain the coefficients.
 COEFFICIENT_MODULES: Final = ("A", "B", "C", "D")
 N_COEFFICIENTS: Final = len(COEFFICIENT_MODULES)
-
-
-@compiled
-def _gate_value(state: State, lane: Lane) -> Value:
-    """Return the gate in [-1, 1] from the logistic output y: 2 y - 1, which equals tanh(s / 2)."""
-    return TWO * get(state.targets, 0, lane) - ONE
 
 
 class _FixedCoefficients(SynapticRule):
@@ -91,7 +84,9 @@ class Modulated(_FixedCoefficients, name="modulated"):
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        for_each_synapse(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
+        # The gate is in [-1, 1]. With the logistic output y, 2 y - 1 equals tanh(s / 2).
+        gate = TWO * get(state.targets, 0, lane) - ONE
+        for_each_synapse(part, state, get(state.rate, 0, lane) * gate, lane)
 
 
 class _EvolvedCoefficients(SynapticRule):
