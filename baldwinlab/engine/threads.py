@@ -30,10 +30,7 @@ def available_cores() -> int:
 
 @contextmanager
 def use_threads(count: int) -> Iterator[None]:
-    """Let the work of this context use `count` threads, where it is large enough.
-
-    `count`: number of threads, at least 1.
-    """
+    """Let the work of this context use `count` threads, where it is large enough."""
     token = _THREADS.set(count)
     try:
         yield

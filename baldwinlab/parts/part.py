@@ -149,18 +149,12 @@ class Part(Fields, metaclass=PartMeta):
 
 
 def hook_names(kind: type[Part]) -> list[str]:
-    """Return the names of the hooks of a kind, and of the base classes that add hooks to it.
-
-    Returns names in the order of their definition.
-    """
+    """Return the names of the hooks of a kind and of its bases that add hooks, in their order."""
     return list(_default_hooks(kind))
 
 
 def overridden_hooks(part: type[Part]) -> list[str]:
-    """Return the names of the hooks that a part defines and does not inherit from its kind.
-
-    Returns names in the order of the kind.
-    """
+    """Return the names of the hooks that a part overrides, in the order of its kind."""
     defaults = _default_hooks(part)
     return [name for name, default in defaults.items() if getattr(part, name) is not default]
 

@@ -57,12 +57,7 @@ class CueResults(NamedTuple):
 def simulate_lifetimes(
     settings: LifetimeSettings, runs: Any, genomes: Any, units: Units, results: CueResults
 ) -> None:
-    """Simulate lifetimes and fill their results.
-
-    - `genomes` (runs, agents, genes): their link strengths change in place as agents learn.
-    - `units`: scratch.
-    - `results`: output.
-    """
+    """Simulate lifetimes, fill their results, and change the link strengths of learning agents."""
     for run in range(runs.size):
         for agent in range(genomes.shape[1]):
             genome = genomes[run, agent]

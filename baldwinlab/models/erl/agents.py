@@ -12,7 +12,6 @@ An agent has no child if no cell next to it is empty.
 
 References
 ----------
-Ackley and Littman 1991.
 D. Ackley and M. Littman, "Generalization and scaling in reinforcement learning", NIPS 2 (1990), for
 CRBP.
 """

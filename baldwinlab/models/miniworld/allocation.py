@@ -262,10 +262,7 @@ def make_population(
     allocate: Callable[[Array], npt.NDArray[Any]],
     **further_values: Any,
 ) -> Any:
-    """Return the compiled population of an experiment.
-
-    `allocate` returns the memory of a declared array.
-    """
+    """Return the compiled population of an experiment. `allocate` returns the memory of arrays."""
     arrays = {name: allocate(array) for name, array in population_class.arrays.items()}
     if population_class is FixedPopulation:
         return population_class.Compiled(**arrays)

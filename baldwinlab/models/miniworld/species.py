@@ -38,10 +38,7 @@ class SpeciesSimulator:
         runs: Sequence[int],
         backend: Backend | None = None,
     ) -> None:
-        """Create a simulator. The default backend is the CPU.
-
-        Raises `ValueError` if the backend cannot simulate species.
-        """
+        """Create a simulator. Raise ValueError if the backend cannot simulate species."""
         self._batch_class = require_species_batch(backend or CPU)
         self._experiment = experiment
         self._seed = seed
