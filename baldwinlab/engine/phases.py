@@ -192,12 +192,12 @@ def per_agent(
     return Array("agent", rows or (1,), dtype, fill, unit, help)
 
 
-def per_lane(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:
-    """Declare an array [lane, row], in which the rows of an agent are contiguous in memory.
+def per_lane(*rows: int | str) -> Array:
+    """Declare a float32 array [lane, row], in which the rows of an agent are contiguous in memory.
 
-    It is faster than `per_agent` for lookups by agent. The parameters are those of `per_agent`.
+    It is faster than `per_agent` for lookups by agent.
     """
-    return Array("lane", rows or (1,), dtype, fill)
+    return Array("lane", rows)
 
 
 def per_world(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:

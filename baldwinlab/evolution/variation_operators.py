@@ -49,16 +49,13 @@ def is_from_fitter(gene: int, cut: int, coin: float) -> bool:
     return (gene < cut) == (coin < 0.5)
 
 
-class Gaussian(Variation, name="gaussian"):
+class Gaussian(Crossover, name="gaussian"):
     """Each weight from either parent; mutation adds N(0, `mutation_size`).
 
     References
     ----------
     Schwefel 1981.
     """
-
-    settings: ClassVar[tuple[str, ...]] = Crossover.settings
-    derived: ClassVar[Mapping[str, Any]] = Crossover.derived
 
     @staticmethod
     def vary(
@@ -75,16 +72,13 @@ class Gaussian(Variation, name="gaussian"):
                 child[module, weight] = inherited
 
 
-class OnePointCrossover(Variation, name="one-point-crossover"):
+class OnePointCrossover(Crossover, name="one-point-crossover"):
     """One-point crossover of the weights of all modules in a row; then uniform mutation.
 
     References
     ----------
     Holland 1975.
     """
-
-    settings: ClassVar[tuple[str, ...]] = Crossover.settings
-    derived: ClassVar[Mapping[str, Any]] = Crossover.derived
 
     @staticmethod
     def vary(
