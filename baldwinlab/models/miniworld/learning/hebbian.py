@@ -119,7 +119,7 @@ class Hebb(_StrengthRule, name="hebb"):
     Floreano and Mondada 1998.
     """
 
-    compute_change = _change_by(HEBB)
+    compute_change: ClassVar[Any] = _change_by(HEBB)
 
 
 class Postsynaptic(_StrengthRule, name="postsynaptic"):
@@ -130,7 +130,7 @@ class Postsynaptic(_StrengthRule, name="postsynaptic"):
     Floreano and Mondada 1998.
     """
 
-    compute_change = _change_by(POSTSYNAPTIC)
+    compute_change: ClassVar[Any] = _change_by(POSTSYNAPTIC)
 
 
 class Presynaptic(_StrengthRule, name="presynaptic"):
@@ -141,7 +141,7 @@ class Presynaptic(_StrengthRule, name="presynaptic"):
     Floreano and Mondada 1998.
     """
 
-    compute_change = _change_by(PRESYNAPTIC)
+    compute_change: ClassVar[Any] = _change_by(PRESYNAPTIC)
 
 
 class Covariance(_StrengthRule, name="covariance"):
@@ -152,4 +152,4 @@ class Covariance(_StrengthRule, name="covariance"):
     Floreano and Mondada 1998.
     """
 
-    compute_change = _change_by(COVARIANCE)
+    compute_change: ClassVar[Any] = _change_by(COVARIANCE)
