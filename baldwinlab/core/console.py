@@ -184,10 +184,7 @@ def _display_notebook_bar() -> Callable[[str, float], None]:
 
 
 def reserve_stdout(is_reserved: bool = True) -> None:
-    """Print messages, progress and tables on stderr, because stdout gets data.
-
-    `is_reserved`: False: print on stdout again.
-    """
+    """Print messages, progress and tables on stderr, because stdout gets data."""
     console.stderr = is_reserved
 
 

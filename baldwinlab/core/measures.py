@@ -40,8 +40,6 @@ def measure_runs(function: Callable[[xr.Dataset], xr.DataArray], runs: xr.Datase
 
     A run that stopped early has no data in the later generations of the dataset. A function that
     reads the last generations would return NaN for it.
-
-    `runs`: stored runs (run, generation, agent). Returns one value per run.
     """
     # This module loads NumPy, which commands that only print do not need.
     from baldwinlab.core.variables import GENERATION_COUNT

@@ -68,10 +68,7 @@ def enclosing_study(path: Path) -> Path | None:
 
 
 def has_mark(path: Path, mark: bytes) -> bool:
-    """Return whether a file is empty or has a mark near one of its ends.
-
-    `mark`: bytes that all files of a command contain.
-    """
+    """Return whether a file is empty or has a mark near one of its ends."""
     size = path.stat().st_size
     with path.open("rb") as file:
         start = file.read(_MARK_RANGE)

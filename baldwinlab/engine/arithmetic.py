@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.simd import Value, clamp, square_root
+from baldwinlab.engine.simd import HALF, ONE, ZERO, Value, clamp, square_root
 
 Coefficients = tuple[float, ...]
 """Coefficients of a polynomial, from the highest power."""
@@ -30,10 +30,7 @@ Q1 = np.float32(0.11696771532297134)
 Q2 = np.float32(0.0016379167791455984)
 Q3 = np.float32(5.36017250851728e-06)
 Q4 = np.float32(3.3775202634700463e-09)
-ZERO = np.float32(0.0)
 QUARTER = np.float32(0.25)
-HALF = np.float32(0.5)
-ONE = np.float32(1.0)
 
 # arctan(x) / x on [0, 1], in powers of x^2, within 2e-8. The constant term is 1.
 ARCTAN_1 = np.float32(-0.3333314528)

@@ -8,7 +8,8 @@ indirection. Plain Python and the GPU simulator look the function up instead.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import namedtuple
+from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Any, Final, NamedTuple
 
@@ -19,6 +20,20 @@ from baldwinlab.engine.numba_internals.lowering import named_tuple_class
 def part_class(kind: Any) -> Any:
     """Return the class with the hooks of a part, by Numba's type of the part."""
     return named_tuple_class(kind).part
+
+
+def make_part_type(holder: type[Any], fields: Sequence[str]) -> Any:
+    """Return the NamedTuple of a part in compiled code, with the hooks of `holder`.
+
+    It is the attribute `Compiled` of `holder`, because Numba's cache identifies it by this name.
+    """
+    part_type: Any = namedtuple("Compiled", fields)  # type: ignore[misc]
+    part_type.__module__ = holder.__module__
+    part_type.__qualname__ = f"{holder.__qualname__}.Compiled"
+    # mypy reads the attributes of a NamedTuple, so an assignment would be an error.
+    setattr(part_type, "part", holder)  # noqa: B010
+    holder.Compiled = part_type
+    return part_type
 
 
 def hook(default: Callable[..., Any]) -> Any:
@@ -177,12 +192,12 @@ def per_agent(
     return Array("agent", rows or (1,), dtype, fill, unit, help)
 
 
-def per_lane(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:
-    """Declare an array [lane, row], in which the rows of an agent are contiguous in memory.
+def per_lane(*rows: int | str) -> Array:
+    """Declare a float32 array [lane, row], in which the rows of an agent are contiguous in memory.
 
-    It is faster than `per_agent` for lookups by agent. The parameters are those of `per_agent`.
+    It is faster than `per_agent` for lookups by agent.
     """
-    return Array("lane", rows or (1,), dtype, fill)
+    return Array("lane", rows)
 
 
 def per_world(*rows: int | str, dtype: str = "float32", fill: float | None = None) -> Array:

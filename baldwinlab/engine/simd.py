@@ -50,6 +50,13 @@ Value = Any
 Mask = Any
 """A Boolean, or one for each lane of a SIMD block."""
 
+# Numbers in expressions of float32: with a number of Python, the result would be a float64.
+ZERO = np.float32(0)
+HALF = np.float32(0.5)
+ONE = np.float32(1)
+TWO = np.float32(2)
+INFINITY = np.float32(np.inf)
+
 _VECTOR = ir.VectorType(ir.FloatType(), WIDTH)
 _BIT_VECTOR = ir.VectorType(ir.IntType(1), WIDTH)
 _INT32 = ir.IntType(32)

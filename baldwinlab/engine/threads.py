@@ -30,10 +30,7 @@ def available_cores() -> int:
 
 @contextmanager
 def use_threads(count: int) -> Iterator[None]:
-    """Let the work of this context use `count` threads, where it is large enough.
-
-    `count`: number of threads, at least 1.
-    """
+    """Let the work of this context use `count` threads, where it is large enough."""
     token = _THREADS.set(count)
     try:
         yield
@@ -61,18 +58,16 @@ def defer_interruptions() -> Iterator[None]:
         with ExitStack() as handlers:
             # Only the main thread handles signals.
             if threading.current_thread() is threading.main_thread():
-                for number in filter(_has_handler, _INTERRUPTIONS):
-                    handlers.callback(signal.signal, number, signal.getsignal(number))
-                    signal.signal(number, lambda number, _: arrived.append(number))
+                for number in _INTERRUPTIONS:
+                    handler = signal.getsignal(number)
+                    # Python code handles the signal.
+                    if callable(handler):
+                        handlers.callback(signal.signal, number, handler)
+                        signal.signal(number, lambda number, _: arrived.append(number))
             yield
     finally:
         for number in arrived:
             signal.raise_signal(number)
-
-
-def _has_handler(number: int) -> bool:
-    """Return whether Python code handles a signal."""
-    return callable(signal.getsignal(number))
 
 
 def run_in_threads(function: Callable[[int], None], threads: int) -> None:

@@ -40,10 +40,7 @@ TESTED: Final = {
 
 
 def require_tested_version(package: str, version: str) -> None:
-    """Refuse a version of a package that baldwinlab was not tested with.
-
-    `package`: the name of the package, a key of `TESTED`.
-    """
+    """Refuse a version of a package that baldwinlab was not tested with."""
     tested = TESTED[package]
     installed = tuple(map(int, re.findall(r"\d+", version)[:2]))
     if tested.lowest <= installed <= tested.highest:

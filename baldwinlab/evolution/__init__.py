@@ -16,7 +16,6 @@ from baldwinlab.evolution.fitness import (
 from baldwinlab.evolution.founders import draw_genomes, make_founders, require_founders
 from baldwinlab.evolution.inheritance import (
     apply_inheritance,
-    apply_teacher_control,
     find_teachers,
     has_parent_teachers,
     needs_simulation,
@@ -34,7 +33,6 @@ __all__ = [
     "Parents",
     "Uniforms",
     "apply_inheritance",
-    "apply_teacher_control",
     "breed",
     "compute_learning_cost",
     "draw_genomes",

@@ -12,10 +12,7 @@ from baldwinlab.experiment import BaseExperiment, Experiment
 def require_finite(
     experiment: BaseExperiment, key: GenerationKey, genome: Genome, *paths: str
 ) -> None:
-    """Require that all genes are finite, except those that the network or the model declares.
-
-    `genome`: [agent, module, weight].
-    """
+    """Require that all genes are finite, except those that the network or the model declares."""
     position = find_faulty_gene(experiment, genome)
     if position:
         agent, module, gene = position

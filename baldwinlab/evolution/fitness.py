@@ -40,10 +40,7 @@ class Energy(FitnessPart, name="energy"):
 def fitness(
     experiment: BaseExperiment, lifetimes: Lifetimes, run_arrays: RunArrays | None = None
 ) -> Fitness:
-    """Compute the fitness of agents with the fitness part of the experiment.
-
-    `run_arrays`: the part changes them. Returns fitness, [agent].
-    """
+    """Compute the fitness of agents with the fitness part, which changes `run_arrays`."""
     agent_fitness = np.full(len(lifetimes.energy), np.nan)
     part, code = breeding_part(experiment, "fitness", run_arrays)
     cached_jit(evaluate_agents, code)(part, lifetimes, agent_fitness)

@@ -39,12 +39,7 @@ MIN_FOUNDERS_PER_THREAD: Final = 1_000
 
 
 def make_founders(experiment: BaseExperiment, key: GenerationKey) -> Genome:
-    """Return the genomes of the first generation, from genome files or drawn at random.
-
-    The setting `evolution.founders` names the genome files.
-
-    `key`: the run and generation 0. Returns genomes, [agent, module, weight].
-    """
+    """Return the genomes of the first generation, from genome files or drawn at random."""
     if experiment.population.species:
         members = list_founder_experiments(experiment)
         genomes_of_species = [

@@ -66,22 +66,16 @@ def _make_gene_table(experiment: BaseExperiment, n_changes: int) -> GeneTable:
 
 
 def trim_genomes(genomes: Genome, experiment: BaseExperiment) -> Genome:
-    """Return the modules and genes of genomes that an experiment uses.
+    """Return the modules and genes of genomes that an experiment uses, contiguous in memory.
 
     An experiment without learning has no genes of the learning rule, and no module of teachers.
-
-    `genomes` [..., module, weight]: genomes with at least the modules and genes of the experiment.
-    Returns [..., module, weight]: the first modules and genes, contiguous in memory.
     """
     used = genomes[..., : len(experiment.modules), : experiment.genome_length]
     return np.ascontiguousarray(used)
 
 
 def gene_values(experiment: BaseExperiment, genome: Genome) -> dict[str, npt.NDArray[np.float32]]:
-    """Return the values of the genes of parts by name, each [agent].
-
-    `genome`: [agent, module, weight].
-    """
+    """Return the values of the genes of parts by name, each [agent]."""
     names = experiment.gene_names
     if not names:
         return {}
@@ -98,10 +92,7 @@ def set_initial_genes(experiment: BaseExperiment, genome: Genome) -> None:
 
 
 def require_genes_in_range(experiment: BaseExperiment, genome: Genome, path: str) -> None:
-    """Raise RefusedError if a gene of a founder is outside its range.
-
-    `genome` is [agent, module, weight]. `path` is the genome file, for the message.
-    """
+    """Raise RefusedError if a gene of a founder from the file `path` is outside its range."""
     genes = experiment.genes
     for name, values in gene_values(experiment, genome).items():
         # Genomes are float32, so the bounds are compared as float32.

@@ -72,11 +72,7 @@ def describe_layout(experiment: BaseExperiment) -> dict[str, Any]:
 def encode_genomes(
     genome: npt.NDArray[np.float32], experiment: BaseExperiment, origin: Mapping[str, Any]
 ) -> bytes:
-    """Return the bytes of a genome file.
-
-    `genome`: [run, agent, module, weight]. Returns the content of the file. Equal arguments give
-    equal bytes.
-    """
+    """Return the bytes of a genome file. Equal arguments give equal bytes."""
     attributes = {
         "experiment": to_toml(experiment),
         "layout": json.dumps(describe_layout(experiment)),
@@ -91,10 +87,7 @@ def encode_genomes(
 
 @lru_cache(maxsize=8)
 def read_genomes(file: File) -> StoredGenomes:
-    """Read a genome file.
-
-    Raises `RefusedError` if the file holds no genomes.
-    """
+    """Read a genome file. Raise RefusedError if it holds no genomes."""
     return decode_genomes(file.read(), file.path)
 
 
@@ -157,10 +150,7 @@ def require_fit(stored: StoredGenomes, path: str, experiment: BaseExperiment, ru
 def arrange_genomes(
     stored: StoredGenomes, path: str, experiment: BaseExperiment
 ) -> npt.NDArray[np.float32]:
-    """Return the genomes of a file in the modules of an experiment.
-
-    Returns the shape [run, agent, module, weight].
-    """
+    """Return the genomes of a file in the modules of an experiment."""
     layout = describe_layout(experiment)
     if stored.layout:
         # The names of genes explain a difference better than their number.

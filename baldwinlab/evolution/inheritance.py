@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, ClassVar, Final
 
 import numpy as np
@@ -147,15 +147,12 @@ def apply_teacher_control(experiment: BaseExperiment, genome: Genome, key: Gener
     """Apply the control `learning.teacher` to the reinforcement modules of a new generation."""
     if not isinstance(experiment, Experiment) or "reinforcement" not in experiment.modules:
         return genome
-    return TEACHERS[experiment.learning.teacher](genome, key)
+    if experiment.learning.teacher == "shuffled":
+        return _shuffle_teachers(genome, key)
+    return _draw_teachers(genome, key) if experiment.learning.teacher == "fresh" else genome
 
 
-def inherit_teachers(genome: Genome, key: GenerationKey) -> Genome:
-    """Return the genomes unchanged: each child has its inherited teacher."""
-    return genome
-
-
-def shuffle_teachers(genome: Genome, key: GenerationKey) -> Genome:
+def _shuffle_teachers(genome: Genome, key: GenerationKey) -> Genome:
     """Return genomes whose reinforcement modules are permuted among the children."""
     permuted = poison.empty(genome.shape, genome.dtype)
     permute_teachers(genome, _draw_teacher_order(len(genome), key), permuted)
@@ -171,7 +168,7 @@ def _draw_teacher_order(n_children: int, key: GenerationKey) -> Order:
     return order
 
 
-def draw_teachers(genome: Genome, key: GenerationKey) -> Genome:
+def _draw_teachers(genome: Genome, key: GenerationKey) -> Genome:
     """Return genomes whose reinforcement modules are drawn from N(0, 1)."""
     redrawn = genome.copy()
     draw_module(key, PURPOSE_BY_MODULE["reinforcement"], redrawn, REINFORCEMENT_MODULE)
@@ -205,10 +202,3 @@ def find_teachers(experiment: Experiment, key: GenerationKey, parents: Parents) 
     if experiment.learning.teacher == "shuffled":
         return parents[_draw_teacher_order(len(parents), key)]
     return parents
-
-
-TEACHERS: Final[Mapping[str, Callable[[Genome, GenerationKey], Genome]]] = {
-    "inherited": inherit_teachers,
-    "shuffled": shuffle_teachers,
-    "fresh": draw_teachers,
-}

@@ -22,7 +22,7 @@ from typing import Any
 
 from baldwinlab.evolution.rng_key import Fitness, Parents, Uniforms
 from baldwinlab.evolution.roulette_wheel import draw_index, spin
-from baldwinlab.evolution.sorting import Keys, Order, sort_by
+from baldwinlab.evolution.sorting import Keys, Order, sort_by, sort_from_fittest
 from baldwinlab.parts import Field, Selection
 from baldwinlab.parts.breeding import ITSELF
 
@@ -92,9 +92,7 @@ class Truncation(Selection, name="truncation"):
         parents: Parents,
     ) -> None:
         n_best = max(1, fitness.size // 2)
-        for agent in range(fitness.size):
-            shares[agent] = -fitness[agent]
-        sort_by(shares, uniforms[:, 1, 0], order)
+        sort_from_fittest(fitness, uniforms[:, 1, 0], shares, order)
         for child in range(parents.shape[0]):
             for parent in range(2):
                 parents[child, parent] = order[draw_index(n_best, uniforms[child, 0, parent])]
@@ -135,10 +133,8 @@ class BestCopies(Selection, name="best-copies"):
     ) -> None:
         # The sum with 0.5 is rounded down, so the product is rounded to the nearest integer.
         n_best = max(1, int(part.parent_share * fitness.size + 0.5))
-        for agent in range(fitness.size):
-            shares[agent] = -fitness[agent]
         # Equal agents are in random order.
-        sort_by(shares, uniforms[:, 1, 0], order)
+        sort_from_fittest(fitness, uniforms[:, 1, 0], shares, order)
         for child in range(parents.shape[0]):
             parents[child, 0] = parents[child, 1] = order[child % n_best]
             if uniforms[child, 0, 0] < part.two_parent_share:
@@ -179,10 +175,8 @@ class MuPlusLambda(Selection, name="mu-plus-lambda"):
         # The sum with 0.5 is rounded down, so the product is rounded to the nearest integer.
         n_survivors = min(n_agents - 1, int(part.survivor_share * n_agents + 0.5))
         n_survivors = max(1, n_survivors)
-        for agent in range(fitness.size):
-            shares[agent] = -fitness[agent]
         # `mark_survivors` breaks ties by the same random numbers, so both choose the same agents.
-        sort_by(shares, uniforms[:, 1, 3], order)
+        sort_from_fittest(fitness, uniforms[:, 1, 3], shares, order)
         for child in range(n_agents):
             if child < n_survivors:
                 parents[child, 0] = order[child]

@@ -20,10 +20,7 @@ Parents = npt.NDArray[np.int32]
 
 
 class GenerationKey(NamedTuple):
-    """Seed, run and generation, which determine the random numbers of a generation.
-
-    Compiled functions accept a key.
-    """
+    """Seed, run and generation, which determine the random numbers of a generation."""
 
     seed: int
     run: int

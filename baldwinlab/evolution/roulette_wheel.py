@@ -39,10 +39,7 @@ def sum_shares(shares: Keys) -> Any:
 
 @compiled
 def spin(uniforms: Uniforms, shares: Keys, parents: Parents) -> None:
-    """Fill `parents` with agents drawn with a probability proportional to `shares`.
-
-    `sum_shares` replaces `shares` by cumulative sums.
-    """
+    """Fill `parents` by the probabilities `shares`, which become cumulative sums."""
     total, _ = sum_shares(shares)
     for child in range(parents.shape[0]):
         for parent in range(2):

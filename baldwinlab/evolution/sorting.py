@@ -33,6 +33,14 @@ def sort_by(keys: Keys, ties: Keys, order: Order) -> None:
 
 
 @compiled
+def sort_from_fittest(fitness: Keys, ties: Keys, keys: Keys, order: Order) -> None:
+    """Fill `order` with agents from the fittest on. `keys` [agent] is scratch."""
+    for agent in range(fitness.size):
+        keys[agent] = -fitness[agent]
+    sort_by(keys, ties, order)
+
+
+@compiled
 def _sift_down(keys: Keys, ties: Keys, order: Order, root: Any, end: int) -> None:
     """Move the agent at `root` down the heap until both of its children come before it."""
     # The children of an agent in the heap are at the indices 2 * root + 1 and 2 * root + 2.

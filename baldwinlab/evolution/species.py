@@ -76,10 +76,7 @@ def _with_modules(member: BaseExperiment, longest: BaseExperiment) -> BaseExperi
 
 
 def stack_genomes(experiment: BaseExperiment, genomes: Sequence[Genome]) -> Genome:
-    """Return the genomes of all species as one array, with 0 where a genome has no entry.
-
-    `genomes`: [agent, module, weight].
-    """
+    """Return the genomes of all species as one array, with 0 where a genome has no entry."""
     n_agents = sum(map(len, genomes))
     shape = (n_agents, len(experiment.modules), experiment.genome_length)
     stacked = np.zeros(shape, np.float32)
@@ -92,17 +89,8 @@ def stack_genomes(experiment: BaseExperiment, genomes: Sequence[Genome]) -> Geno
     return stacked
 
 
-def cut_genomes(member: BaseExperiment, genomes: Genome) -> Genome:
-    """Return the part of stored genomes [..., module, weight] that a species uses."""
-    used = genomes[..., : len(member.modules), : member.genome_length]
-    return np.ascontiguousarray(used)
-
-
 def draw_species(key: GenerationKey, species: SpeciesIndices, parents: Parents) -> SpeciesIndices:
-    """Return the species of each child, which is that of one of its parents with equal probability.
-
-    `species` [agent]: species of the parents' generation.
-    """
+    """Return the species of each child: that of one of its parents, with equal probability."""
     draws = key.uniforms(rng.SPECIES_OF_CHILD, (len(parents), 1))[:, 0, 0]
     donors = np.where(draws < 0.5, parents[:, 0], parents[:, 1])
     return species[donors]

@@ -11,12 +11,12 @@ from baldwinlab.engine import rng
 from baldwinlab.evolution.breeding import make_children, make_generation
 from baldwinlab.evolution.finite import require_finite
 from baldwinlab.evolution.fitness import fitness as compute_fitness
+from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.evolution.inheritance import apply_inheritance, apply_teacher_control
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents
 from baldwinlab.evolution.selection import select
 from baldwinlab.evolution.species import (
     SpeciesIndices,
-    cut_genomes,
     derive_key,
     draw_species,
     stack_genomes,
@@ -70,7 +70,7 @@ def compute_species_fitness(
     agent_fitness = np.empty(len(lifetimes.energy))
     for index, member, agents in iterate_members(experiment, lifetimes.species):
         member_lifetimes = select_lifetimes(lifetimes, agents)
-        used_genomes = cut_genomes(member, member_lifetimes.genome)
+        used_genomes = trim_genomes(member_lifetimes.genome, member)
         agent_fitness[agents] = compute_fitness(
             member,
             member_lifetimes._replace(genome=used_genomes),
@@ -96,7 +96,7 @@ def inherit_within_species(
     inherited = genome.copy()
     for index, member, agents in iterate_members(experiment, lifetimes.species):
         learned_weights = np.ascontiguousarray(learned[agents, : member.weight_count])
-        used = cut_genomes(member, genome[agents])
+        used = trim_genomes(genome[agents], member)
         _, n_modules, n_weights = used.shape
         run_arrays = _select_run_arrays(arrays_of_species, index)
         changed = apply_inheritance(member, used, learned_weights, run_arrays)
@@ -126,7 +126,7 @@ def make_offspring(
         children, parents_in_species = make_generation(
             member,
             derive_key(key, index),
-            cut_genomes(member, genome[agents]),
+            trim_genomes(genome[agents], member),
             fitness[agents],
             select_lifetimes(lifetimes, agents),
             _select_run_arrays(arrays_of_species, index),

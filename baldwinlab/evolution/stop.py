@@ -105,10 +105,7 @@ def is_stopped(
     generation: int,
     run_arrays: RunArrays | None = None,
 ) -> bool:
-    """Return whether the stop part of an experiment ends a run after a generation.
-
-    `fitness`: [agent]. `run_arrays`: the part changes them. Returns False without a stop part.
-    """
+    """Return whether the stop part of an experiment ends a run. The part changes `run_arrays`."""
     # Most experiments have no stop part, and need no compiled code for it.
     if experiment.evolution.stop == NoStop.name:
         return False

@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from baldwinlab.engine.jit import compiled
 from baldwinlab.parts.variation import Variation
 
 # [module, weight].
@@ -50,8 +51,13 @@ class Crossover(Variation, name="crossover"):
                 draw = module * child.shape[1] + weight
                 takes_fitter = draws[draw, 0] < 0.5
                 inherited = fitter[module, weight] if takes_fitter else second[module, weight]
-                weight_gate = gate if part.one_gate else draws[draw, 1]
-                if weight_gate < part.rate:
-                    # A mutation is from U(-size, size).
-                    inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
-                child[module, weight] = inherited
+                child[module, weight] = mutate_uniformly(part, inherited, draws, draw, gate)
+
+
+@compiled
+def mutate_uniformly(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) -> Any:
+    """Return a weight after a possible mutation, which adds U(-size, size)."""
+    weight_gate = gate if part.one_gate else draws[draw, 1]
+    if weight_gate < part.rate:
+        inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
+    return inherited

@@ -25,7 +25,7 @@ from baldwinlab.engine import rng
 from baldwinlab.engine.arithmetic import normal_quantile
 from baldwinlab.engine.jit import compiled
 from baldwinlab.evolution.rng_key import Fitness, GenerationKey, Genome, Parents, Uniforms
-from baldwinlab.evolution.variation import Crossover, Draws, OneGenome
+from baldwinlab.evolution.variation import Crossover, Draws, OneGenome, mutate_uniformly
 from baldwinlab.parts import Variation
 from baldwinlab.parts.breeding import ITSELF, copy_genome
 
@@ -49,16 +49,13 @@ def is_from_fitter(gene: int, cut: int, coin: float) -> bool:
     return (gene < cut) == (coin < 0.5)
 
 
-class Gaussian(Variation, name="gaussian"):
+class Gaussian(Crossover, name="gaussian"):
     """Each weight from either parent; mutation adds N(0, `mutation_size`).
 
     References
     ----------
     Schwefel 1981.
     """
-
-    settings: ClassVar[tuple[str, ...]] = Crossover.settings
-    derived: ClassVar[Mapping[str, Any]] = Crossover.derived
 
     @staticmethod
     def vary(
@@ -75,16 +72,13 @@ class Gaussian(Variation, name="gaussian"):
                 child[module, weight] = inherited
 
 
-class OnePointCrossover(Variation, name="one-point-crossover"):
+class OnePointCrossover(Crossover, name="one-point-crossover"):
     """One-point crossover of the weights of all modules in a row; then uniform mutation.
 
     References
     ----------
     Holland 1975.
     """
-
-    settings: ClassVar[tuple[str, ...]] = Crossover.settings
-    derived: ClassVar[Mapping[str, Any]] = Crossover.derived
 
     @staticmethod
     def vary(
@@ -98,7 +92,7 @@ class OnePointCrossover(Variation, name="one-point-crossover"):
                 draw = module * child.shape[1] + weight
                 uses_fitter = is_from_fitter(draw, cut, draws[0, 0])
                 inherited = fitter[module, weight] if uses_fitter else second[module, weight]
-                child[module, weight] = _mutate(part, inherited, draws, draw, gate)
+                child[module, weight] = mutate_uniformly(part, inherited, draws, draw, gate)
 
 
 class Copy(Variation, name="copy"):
@@ -120,7 +114,7 @@ class Copy(Variation, name="copy"):
             for weight in range(child.shape[1]):
                 inherited = fitter[module, weight] if draws[0, 0] < 0.5 else second[module, weight]
                 draw = module * child.shape[1] + weight
-                child[module, weight] = _mutate(part, inherited, draws, draw, gate)
+                child[module, weight] = mutate_uniformly(part, inherited, draws, draw, gate)
 
 
 class GenePool(Variation, name="gene-pool"):
@@ -169,12 +163,3 @@ class GenePool(Variation, name="gene-pool"):
                 if draws[draw, 1] < part.rate:
                     inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
                 children[child, draw // length, draw % length] = inherited
-
-
-@compiled
-def _mutate(part: Any, inherited: Any, draws: Draws, draw: int, gate: float) -> Any:
-    """Return a weight after the mutation of the operator `crossover`."""
-    weight_gate = gate if part.one_gate else draws[draw, 1]
-    if weight_gate < part.rate:
-        inherited += np.float32((2.0 * draws[draw, 2] - 1.0) * part.size)
-    return inherited

@@ -108,15 +108,11 @@ def _with_table(section: type[BaseModel], steps: list[str], part: type[Fields] |
 
 def make_table_field(table: type[BaseModel]) -> Any:
     """Return the field of a table. It is required if a setting of the table has no default."""
-    description = _read_first_line(table)
+    description = (table.__doc__ or "").strip().split("\n")[0]
     is_required = any(info.is_required() for info in table.model_fields.values())
     if is_required:
         return Field(description=description)
     return Field(default_factory=table, description=description)
-
-
-def _read_first_line(table: type[BaseModel]) -> str:
-    return (table.__doc__ or "").strip().split("\n")[0]
 
 
 def replace_defaults(table: type[Fields], values: Mapping[str, Any]) -> type[Fields]:

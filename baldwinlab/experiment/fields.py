@@ -148,7 +148,7 @@ def _format_fault(fault: Any, model: type[BaseModel]) -> str:
     path = shorten(".".join(str(step) for step in fault["loc"]))
     message = str(fault["msg"]).removeprefix("Value error, ")
     if fault["type"] == "extra_forbidden":
-        names = ", ".join(_setting_names(fault["loc"], model))
+        names = ", ".join(_find_table(fault["loc"], model).model_fields)
         return f"{path}: there is no such field; there are: {names}"
     if fault["type"] == "missing":
         return f"{path}: is missing"
@@ -169,11 +169,6 @@ def _format_fault(fault: Any, model: type[BaseModel]) -> str:
     if isinstance(value, float) and not math.isfinite(value):
         value_text = str(value)
     return f"{path} = {value_text}: {message[0].lower()}{message[1:]}"
-
-
-def _setting_names(location: Sequence[str | int], model: Any) -> list[str]:
-    """Return the names of the settings of the table with an unknown setting."""
-    return list(_find_table(location, model).model_fields)
 
 
 def _find_description(location: Sequence[str | int], model: Any) -> str:

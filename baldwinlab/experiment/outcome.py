@@ -72,10 +72,7 @@ def _has_plain_features(experiment: Experiment) -> bool:
 
 
 def name_outcome_of(outcome: str, agent: str) -> str:
-    """Return the outcome of an agent, such as "items eaten by the average agent".
-
-    `agent`: for example "average agent".
-    """
+    """Return the outcome of an agent, such as "items eaten by the average agent"."""
     preposition = "by" if outcome == ITEMS else "of"
     return f"{outcome} {preposition} the {agent}"
 
@@ -119,10 +116,7 @@ def name_experiment_outcome(experiment: BaseExperiment) -> str:
 
 
 def describe_experiment_measures(experiment: BaseExperiment) -> dict[str, dict[str, str]]:
-    """Return the texts of the measures of an experiment, as `describe_measures` does.
-
-    `experiment`: the part of its model must be available.
-    """
+    """Return the texts of the measures of an experiment, as `describe_measures` does."""
     return describe_measures(name_experiment_outcome(experiment))
 
 

@@ -19,8 +19,7 @@ LAST_GENERATIONS: Final = 10
 def average_species(variable: str, species: int, runs: xr.Dataset) -> xr.DataArray:
     """Return the mean of a variable over the agents of a species at the end of runs, [run].
 
-    `variable`: [run, generation, agent] of the runs. Returns mean over the last ten generations.
-    NaN for a run without agents of the species.
+    It is NaN for a run without agents of the species.
     """
     final_values = runs[[variable, "species"]].isel(generation=slice(-LAST_GENERATIONS, None))
     return (

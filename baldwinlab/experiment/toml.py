@@ -61,10 +61,7 @@ def _make_table(part: BaseModel) -> Any:
 
 
 def from_toml(text: str, source: str, lenient: bool = False) -> Experiment:
-    """Return the experiment of a TOML text.
-
-    Raises `ExperimentError` if the text is no valid experiment.
-    """
+    """Return the experiment of a TOML text. Raise ExperimentError if the text is invalid."""
     tree = parse_tree(text, source)
     with name_source_in_errors(source):
         made: Experiment = validate(tree, lenient)

@@ -72,10 +72,7 @@ class _ScheduledSimulator:
 def make_simulator(
     experiment: BaseExperiment, seed: int, runs: Sequence[int], backend: Any = None
 ) -> Simulator:
-    """Return a simulator of runs of an experiment.
-
-    `backend`: the backend; the default is the CPU.
-    """
+    """Return a simulator of runs of an experiment. The default backend is the CPU."""
     if experiment.schedule:
         return _ScheduledSimulator(experiment, seed, runs, backend)
     if experiment.population.species and isinstance(experiment, Experiment):

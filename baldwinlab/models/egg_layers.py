@@ -36,16 +36,11 @@ from baldwinlab.models.slope_climbers import exponentiate
 from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 Numbers = npt.NDArray[np.float64]
-# Limit of a preference in the exponential function, which prevents overflow.
-MAX_PREFERENCE = 300.0
 
 
 def choose_medium(preference: Numbers) -> Numbers:
     """Return the share p(x) = 1 / (1 + exp(-x)) of eggs on the right medium."""
-    values = np.clip(-preference, -MAX_PREFERENCE, MAX_PREFERENCE)
-    # The function changes `values` in place.
-    exponentiate(values.reshape(-1))
-    share: Numbers = 1 / (1 + values)
+    share: Numbers = 1 / (1 + exponentiate(-preference))
     return share
 
 

@@ -30,7 +30,7 @@ import numpy.typing as npt
 from baldwinlab.core.deferred import xr
 from baldwinlab.models.founders import draw_normal_numbers
 from baldwinlab.models.record_means import change_of_mean, mean_at
-from baldwinlab.models.slope_climbers import MAX_LOG_FITNESS, exponentiate
+from baldwinlab.models.slope_climbers import exponentiate
 from baldwinlab.parts import (
     LIFE,
     Field,
@@ -186,9 +186,7 @@ class LinearNorms(Model, name="linear-norms"):
         mismatch = intercept + response - self.optimum_slope * selection
         log_fitness = -((mismatch / self.peak_width) ** 2) / 2
         log_fitness -= self.plasticity_cost * expressed_slope**2 / 2
-        fitness = np.maximum(log_fitness, -MAX_LOG_FITNESS)
-        # The function changes `fitness` in place.
-        exponentiate(fitness.reshape(-1))
+        fitness = exponentiate(log_fitness)
         records = {
             "intercept": intercept.astype(np.float32),
             "slope": slope.astype(np.float32),

@@ -31,7 +31,7 @@ from baldwinlab.core.deferred import xr
 from baldwinlab.core.measures import first_generation
 from baldwinlab.models.founders import draw_normal_numbers
 from baldwinlab.models.record_means import mean_of_second_half
-from baldwinlab.models.slope_climbers import MAX_LOG_FITNESS, exponentiate
+from baldwinlab.models.slope_climbers import exponentiate
 from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
 
@@ -152,8 +152,4 @@ class MovingOptimum(Model, name="moving-optimum"):
 
     def fitness(self, squares: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Return the fitness at squared distances, for an array of any shape."""
-        log_fitness = -squares / (2 * self.width * self.width)
-        values: npt.NDArray[np.float64] = np.maximum(log_fitness, -MAX_LOG_FITNESS)
-        # The function changes `values` in place.
-        exponentiate(values.reshape(-1))
-        return values
+        return exponentiate(-squares / (2 * self.width * self.width))

@@ -34,8 +34,8 @@ from baldwinlab.models.founders import draw_normal_numbers
 from baldwinlab.models.record_means import change_of_mean
 from baldwinlab.parts import Field, LifeResults, Measure, Model, Variable
 
-# Limit of the logarithm of fitness, which prevents overflow.
-MAX_LOG_FITNESS: Final = 300.0
+# Limit of an exponent, which prevents overflow.
+MAX_EXPONENT: Final = 300.0
 # Decimal logarithm of e.
 LOG10_E: Final = 0.43429448190325182765
 
@@ -119,11 +119,7 @@ class SlopeClimbers(Model, name="slope-climbers"):
 
     def fitness(self, x: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Return the fitness f(x) for an array `x` of any shape."""
-        log_fitness = self.slope * x + self.curvature * x * x / 2
-        values: npt.NDArray[np.float64] = np.clip(log_fitness, -MAX_LOG_FITNESS, MAX_LOG_FITNESS)
-        # The function changes `values` in place.
-        exponentiate(values.reshape(-1))
-        return values
+        return exponentiate(self.slope * x + self.curvature * x * x / 2)
 
 
 @compiled
@@ -132,8 +128,15 @@ def exponential(x: float) -> float:
     return power_of_ten(x * LOG10_E)
 
 
+def exponentiate(exponents: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return e to the power of each exponent, limited to [-300, 300], for any shape."""
+    values: npt.NDArray[np.float64] = np.clip(exponents, -MAX_EXPONENT, MAX_EXPONENT)
+    _exponentiate_all(values.reshape(-1))
+    return values
+
+
 @jit_entry_point
-def exponentiate(values: Any) -> None:
+def _exponentiate_all(values: Any) -> None:
     """Replace each value of an array by its exponential."""
     for index in range(values.size):
         values[index] = exponential(values[index])

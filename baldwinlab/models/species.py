@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from baldwinlab.evolution.species import cut_genomes, derive_seed
+from baldwinlab.evolution.genes import trim_genomes
+from baldwinlab.evolution.species import derive_seed
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.parts.model_part import LifeResults
 
@@ -47,7 +48,7 @@ class SpeciesModelSimulator:
                 if size == 0:
                     continue
                 agents = slice(first_agent, first_agent + size)
-                used = cut_genomes(member, genomes[run_indices, agents])
+                used = trim_genomes(genomes[run_indices, agents], member)
                 runs = [self._runs[index] for index in run_indices.tolist()]
                 # A model does not use the genes of other parts.
                 weights = np.ascontiguousarray(used[..., : member.weight_count])

@@ -13,8 +13,8 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
+from baldwinlab.engine.simd import ZERO
 
-ZERO = np.float32(0)
 # x of a dead agent, in widths of the map. No image of the map has agents within sight of it.
 DEAD_X = np.float32(-3)
 

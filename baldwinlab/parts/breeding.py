@@ -26,10 +26,7 @@ ITSELF: Final = -2
 
 @compiled
 def copy_genome(genome: Any, into: Any) -> None:
-    """Copy a genome.
-
-    `genome`: [module, weight]. `into` [module, weight]: output: the copy.
-    """
+    """Copy a genome [module, weight]."""
     for module in range(genome.shape[0]):
         for weight in range(genome.shape[1]):
             into[module, weight] = genome[module, weight]
@@ -70,17 +67,11 @@ def _compile_part(experiment: Any, field: str) -> tuple[Any, tuple[Callable[...,
 
 
 def has_run_arrays(part: Any) -> bool:
-    """Return whether a part has arrays of the run, whose owner is "run".
-
-    Returns True if one of its arrays is made by `per_run`.
-    """
+    """Return whether a part has arrays of the run, whose owner is "run"."""
     return any(array.owner == "run" for array in part.arrays.values())
 
 
 def uses_run_arrays(experiment: Any) -> bool:
-    """Return whether a part of the evolution of an experiment has arrays of the run.
-
-    Returns True if the selection, variation, inheritance, fitness or stop has arrays of the run.
-    """
+    """Return whether a part of the evolution of an experiment has arrays of the run."""
     fields = ("selection", "variation", "inheritance", "fitness", "stop")
     return any(has_run_arrays(experiment.part(f"evolution.{field}")) for field in fields)

@@ -93,10 +93,7 @@ def require_lane_isolation(hooks: Mapping[str, Callable[..., Any]], arrays: Iter
 
 
 def find_definition(function: Callable[..., Any]) -> ast.FunctionDef | None:
-    """Return the syntax tree of a function.
-
-    Returns None if the source is not available.
-    """
+    """Return the syntax tree of a function, or None without its source."""
     line = function.__code__.co_firstlineno
     for node in ast.walk(_syntax_tree(function)):
         if isinstance(node, ast.FunctionDef) and node.name == function.__name__:

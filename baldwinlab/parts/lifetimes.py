@@ -114,10 +114,7 @@ def lifetimes_of_run(
 
 
 def select_lifetimes(lifetimes: Lifetimes, agents: slice) -> Lifetimes:
-    """Return the lifetimes of some agents.
-
-    Returns views of the arrays.
-    """
+    """Return the lifetimes of some agents, as views of the arrays."""
     records = lifetimes.records._make(values[agents] for values in lifetimes.records)
     selected = {
         name: getattr(lifetimes, name)[agents] for name in Lifetimes._fields if name != "records"
@@ -126,10 +123,7 @@ def select_lifetimes(lifetimes: Lifetimes, agents: slice) -> Lifetimes:
 
 
 def empty_lifetimes(experiment: Any, genome: npt.NDArray[np.float32]) -> Lifetimes:
-    """Return lifetimes without energy and with records of 0.
-
-    `genome` [agent, module, weight]: genomes at birth.
-    """
+    """Return lifetimes without energy and with records of 0."""
     records = {
         name: np.zeros(len(genome), dtype) for name, dtype in record_types(experiment).items()
     }

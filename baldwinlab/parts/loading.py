@@ -114,10 +114,7 @@ def load_text(text: str, file: Path) -> ModuleType:
 
 
 def parts_in(module: ModuleType) -> list[Any]:
-    """Return the parts that a module defines.
-
-    Returns classes with a name, in the order of their definition.
-    """
+    """Return the parts that a module defines, in the order of their definition."""
     from baldwinlab.parts.part import Part
 
     classes = [value for value in vars(module).values() if isinstance(value, type)]

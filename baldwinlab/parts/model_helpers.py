@@ -38,8 +38,5 @@ MODEL_HELPERS: Final[Mapping[str, str]] = {
 
 
 def load_model_helper(name: str) -> Any:
-    """Return a helper of the MiniWorld model.
-
-    `name`: name of the helper, a key of `MODEL_HELPERS`.
-    """
+    """Return a helper of the MiniWorld model."""
     return getattr(import_module(MODEL_HELPERS[name]), name)

@@ -22,13 +22,12 @@ The fields of `model` and `state` are described in `MiniWorldModel` and `State` 
 from __future__ import annotations
 
 import inspect
-from collections import namedtuple
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
-from baldwinlab.engine.phases import Array
+from baldwinlab.engine.phases import Array, make_part_type
 from baldwinlab.experiment import registry
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.parts.genes import FIRST_GENE, Gene, add_gene_arrays, require_valid_genes
@@ -123,13 +122,7 @@ class Part(Fields, metaclass=PartMeta):
             gene_fields = []
         first_gene = [FIRST_GENE] if cls.genes else []
         fields = [*numeric_fields(cls), *cls.derived, *first_gene, *cls.arrays, *gene_fields]
-        compiled_class: Any = namedtuple("Compiled", fields)  # type: ignore[misc]
-        # Numba's cache identifies the class by these names.
-        compiled_class.__module__ = cls.__module__
-        compiled_class.__qualname__ = f"{cls.__qualname__}.Compiled"
-        # mypy reads the attributes of a NamedTuple, so an assignment would be an error.
-        setattr(compiled_class, "part", cls)  # noqa: B010
-        cls.Compiled = compiled_class
+        make_part_type(cls, fields)
         if not is_built_in:
             hooks = {hook_name: getattr(cls, hook_name) for hook_name in overridden_hooks(cls)}
             require_lane_isolation(hooks, cls.arrays)
@@ -156,18 +149,12 @@ class Part(Fields, metaclass=PartMeta):
 
 
 def hook_names(kind: type[Part]) -> list[str]:
-    """Return the names of the hooks of a kind, and of the base classes that add hooks to it.
-
-    Returns names in the order of their definition.
-    """
+    """Return the names of the hooks of a kind and of its bases that add hooks, in their order."""
     return list(_default_hooks(kind))
 
 
 def overridden_hooks(part: type[Part]) -> list[str]:
-    """Return the names of the hooks that a part defines and does not inherit from its kind.
-
-    Returns names in the order of the kind.
-    """
+    """Return the names of the hooks that a part overrides, in the order of its kind."""
     defaults = _default_hooks(part)
     return [name for name, default in defaults.items() if getattr(part, name) is not default]
 

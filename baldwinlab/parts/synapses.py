@@ -18,11 +18,9 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
-from baldwinlab.engine.simd import Lane, Value, clamp, get, put
+from baldwinlab.engine.simd import ONE, ZERO, Lane, Value, clamp, get, put
 from baldwinlab.parts.learning_rules import LearningRule
 
-ZERO = np.float32(0)
-ONE = np.float32(1)
 MAX_WEIGHT = np.float32(10)
 """Maximum absolute value of a weight that a `SynapticRule` changes."""
 LAYER_VALUES: Final[Mapping[str, Any]] = {

@@ -7,12 +7,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.phases import hook
-from baldwinlab.engine.simd import Mask, Value
+from baldwinlab.engine.simd import ONE, ZERO, Mask, Value
 from baldwinlab.experiment.fields import Fields
 from baldwinlab.parts.part import Part
-
-ZERO = np.float32(0)
-ONE = np.float32(1)
 
 
 @hook

@@ -181,10 +181,7 @@ def estimate_simulation(experiment: BaseExperiment) -> Need:
 
 
 def estimate_runs(planned: PlannedRuns, workers: int, worlds: int) -> Need:
-    """Estimate the memory and disk space of runs that are simulated in batches and stored.
-
-    Returns memory and disk space in bytes.
-    """
+    """Estimate the memory and disk space of runs that are simulated in batches and stored."""
     total_runs = sum(n_runs for _, n_runs in planned)
     if not total_runs:
         return NO_NEED

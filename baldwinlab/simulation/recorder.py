@@ -69,10 +69,7 @@ class Recorder(Protocol):
 def record_batch(
     batch: SimulatedAgents, recorders: Sequence[Recorder], steps_done: int = 0
 ) -> None:
-    """Simulate a batch up to the last time of its recorders, and call each recorder at its times.
-
-    `recorders`: the recorders, which are called in this order.
-    """
+    """Simulate a batch to the last time of its recorders, and call each recorder at its times."""
     recorders_by_time: dict[int, list[Recorder]] = {}
     for recorder in recorders:
         for time in recorder.times:

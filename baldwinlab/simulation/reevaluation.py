@@ -158,10 +158,7 @@ def _key_of_record(record: xr.Dataset, generation: int) -> GenerationKey:
 
 
 def iterate_genomes(experiment: BaseExperiment, record: xr.Dataset) -> Iterator[Genome]:
-    """Yield the genomes of each generation of a stored run.
-
-    Genomes that are not stored are recomputed from those of the previous generation.
-    """
+    """Yield the genomes of each generation of a stored run. Recompute those that are not stored."""
     record = as_record(record)
     genome = restore_genomes(experiment, record, 0)
     stored_generations = set(record["kept_generation"].values.tolist())

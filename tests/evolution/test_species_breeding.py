@@ -10,9 +10,9 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, fitness, make_founders, make_generation
+from baldwinlab.evolution.genes import trim_genomes
 from baldwinlab.evolution.species import (
     count_agents,
-    cut_genomes,
     derive_key,
     derive_seed,
     list_initial_species,
@@ -59,7 +59,7 @@ def test_a_species_begins_with_the_founders_of_its_experiment() -> None:
     assert founders.shape == (20, 2, 60)
     learners, innate = experiment.species_experiments()
     assert np.array_equal(founders[:8], make_founders(learners, KEY))
-    own_genomes = cut_genomes(innate, founders[8:])
+    own_genomes = trim_genomes(founders[8:], innate)
     assert np.array_equal(own_genomes, make_founders(innate, derive_key(KEY, 1)))
     assert not founders[8:, 1].any()
 
@@ -90,10 +90,10 @@ def test_species_that_compete_within_evolve_as_separate_experiments() -> None:
         genome, parents = make_generation(
             member,
             derive_key(CHILD_KEY, index),
-            cut_genomes(member, founders[agents]),
+            trim_genomes(founders[agents], member),
             energy[agents],
         )
-        assert np.array_equal(cut_genomes(member, offspring.genome[agents]), genome)
+        assert np.array_equal(trim_genomes(offspring.genome[agents], member), genome)
         assert np.array_equal(offspring.parents[agents], parents + agents.start)
 
 

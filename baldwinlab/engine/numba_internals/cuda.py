@@ -8,13 +8,8 @@ from contextlib import contextmanager
 from numba.cuda import cgutils, types
 from numba.cuda.core import config
 from numba.cuda.cudadrv import nvvm
-from numba.cuda.extending import intrinsic, overload
-
-__all__ = [
-    "any_lane",
-    "overload",
-    "without_contraction",
-]
+from numba.cuda.extending import intrinsic
+from numba.cuda.extending import overload as overload
 
 config.CUDA_LOW_OCCUPANCY_WARNINGS = 0  # a study of a few runs has few threads
 

@@ -10,24 +10,9 @@ from typing import Any, Final
 
 from llvmlite import binding as llvm
 from numba.core.compiler import CompileResult
-from numba.core.errors import NumbaError
+from numba.core.errors import NumbaError as NumbaError
 from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
-
-__all__ = [
-    "INLINED",
-    "RANDOM_SYMBOLS",
-    "RUNTIME_SYMBOLS",
-    "UNWRAPPED",
-    "CodeStore",
-    "NumbaError",
-    "compile_to_llvm",
-    "find_argument_types",
-    "find_compiled_function",
-    "hash_signature",
-    "list_bitcode",
-    "set_code_store",
-]
 
 INLINED: Final = {"forceinline": True, "_nrt": False}
 """Inline a function into its callers, and count no references."""

@@ -17,15 +17,6 @@ from llvmlite import binding as llvm
 from numba import config
 from numba.core.codegen import JITCodeLibrary
 
-__all__ = [
-    "UNROLLING",
-    "EntryLibrary",
-    "Library",
-    "LinkedLibrary",
-    "make_pass_builder",
-    "unrolling",
-]
-
 UNROLLING: Final = ContextVar("unrolling", default=True)
 """Whether loops are unrolled in the functions that this thread compiles."""
 

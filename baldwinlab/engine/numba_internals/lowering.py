@@ -11,36 +11,13 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
+from numba.core import cgutils as cgutils
 from numba.core.datamodel import default_manager
-from numba.core.types.containers import BaseNamedTuple, BaseTuple
-from numba.core.typing.templates import AttributeTemplate
-from numba.extending import infer_getattr, lower_getattr_generic
-
-__all__ = [
-    "AttributeTemplate",
-    "BaseNamedTuple",
-    "BaseTuple",
-    "array_data",
-    "call_function",
-    "call_intrinsic",
-    "cast_to_index",
-    "cgutils",
-    "data_type",
-    "define_plain_function",
-    "index_constant",
-    "index_type",
-    "infer_getattr",
-    "item_address",
-    "load_item",
-    "load_value",
-    "lower_getattr_generic",
-    "make_tuple",
-    "named_tuple_class",
-    "none_value",
-    "spill_value",
-    "store_item",
-]
+from numba.core.types.containers import BaseNamedTuple as BaseNamedTuple
+from numba.core.types.containers import BaseTuple as BaseTuple
+from numba.core.typing.templates import AttributeTemplate as AttributeTemplate
+from numba.extending import infer_getattr as infer_getattr
+from numba.extending import lower_getattr_generic as lower_getattr_generic
 
 
 def named_tuple_class(kind: Any) -> Any:

@@ -6,21 +6,13 @@ import copy
 from collections.abc import Iterator
 from typing import Any
 
-from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler import CompileResult as CompileResult
 from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.typed_passes import NativeLowering
 from numba.core.typing import signature
 
 from baldwinlab.engine.numba_internals.libraries import EntryLibrary, Library
-
-__all__ = [
-    "CompileResult",
-    "Compiler",
-    "EntryCompiler",
-    "Lowering",
-    "find_attribute_reads",
-    "find_calls",
-]
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)

@@ -23,6 +23,8 @@ import numpy.typing as npt
 
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import ONE, ZERO
+from baldwinlab.parts import Field
 
 # Entries of the head. All genomes of a run share the numbers of inputs and outputs, and the last
 # innovation and species numbers. The other entries are the species of the genome, and the status of
@@ -47,8 +49,13 @@ GENE_SIZE: Final = 5
 
 # [entry].
 Graph = npt.NDArray[np.float32]
-ZERO = np.float32(0)
-ONE = np.float32(1)
+SIGMOID_SLOPE: Any = Field(
+    4.9,
+    gt=0,
+    le=1000,
+    description="Slope of the sigmoid: output = 1 / (1 + exp(-sigmoid_slope * input)).",
+)
+"""Setting of the parts that compute the values of nodes."""
 # Value of a node before its update. The sigmoid never has this value.
 NOT_COMPUTED = np.float32(-1)
 
@@ -141,16 +148,16 @@ def defines_node(graph: Graph, link: int) -> bool:
 
 
 @compiled
-def has_link(graph: Graph, source: Any, target: Any) -> bool:
-    """Return whether a link from `source` to `target` exists, enabled or disabled."""
-    exists = False
+def link_number(graph: Graph, source: Any, target: Any) -> Any:
+    """Return the number of the link from `source` to `target`, enabled or disabled, or 0."""
+    number = ZERO
     for link in range(count_links(graph)):
-        joins_nodes = (
+        if (
             graph[gene_offset(link) + SOURCE] == source
             and graph[gene_offset(link) + TARGET] == target
-        )
-        exists = exists or joins_nodes
-    return exists
+        ):
+            number = graph[gene_offset(link) + INNOVATION]
+    return number
 
 
 @compiled

@@ -21,24 +21,23 @@ from typing import Any
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import ONE, ZERO
 from baldwinlab.evolution.neat.genome import (
     ENABLED,
     GENE_SIZE,
     INNOVATION,
     INPUTS,
-    ONE,
     SOURCE,
     TARGET,
     WEIGHT,
-    ZERO,
     Graph,
     count_links,
     count_nodes,
     defines_node,
     gene_offset,
-    has_link,
     has_path,
     link_capacity,
+    link_number,
     node_number,
 )
 from baldwinlab.evolution.rng_key import Genome
@@ -179,7 +178,7 @@ def _find_open_pair(graph: Graph, loops: bool, index: int, marks: Any) -> Any:
         for end in range(int(graph[INPUTS]), nodes):
             first = node_number(graph, begin)
             second = node_number(graph, end)
-            if not has_link(graph, first, second):
+            if link_number(graph, first, second) == ZERO:
                 is_allowed = loops or not has_path(graph, second, first, marks)
                 if is_allowed:
                     if count == index:
@@ -202,7 +201,7 @@ def _find_equal_node(children: Genome, number: int, first: int, source: Any, tar
                 and defines_node(child, link)
                 and child[gene_offset(link) + SOURCE] == source
             )
-            if is_split and _link_number(child, node, target) == node + ONE:
+            if is_split and link_number(child, node, target) == node + ONE:
                 equal_node = node
     return equal_node
 
@@ -212,23 +211,10 @@ def _find_equal_link(children: Genome, number: int, first: int, source: Any, tar
     """Return the number of the same new link in an earlier child of this generation, or 0."""
     equal_link = ZERO
     for earlier in range(number):
-        link = _link_number(children[earlier, 0], source, target)
+        link = link_number(children[earlier, 0], source, target)
         if link >= first:
             equal_link = link
     return equal_link
-
-
-@compiled
-def _link_number(graph: Graph, source: Any, target: Any) -> Any:
-    """Return the number of the link from `source` to `target`, or 0 if there is none."""
-    number = ZERO
-    for link in range(count_links(graph)):
-        if (
-            graph[gene_offset(link) + SOURCE] == source
-            and graph[gene_offset(link) + TARGET] == target
-        ):
-            number = graph[gene_offset(link) + INNOVATION]
-    return number
 
 
 @compiled

@@ -23,10 +23,10 @@ import numpy as np
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.rng import Stream
+from baldwinlab.engine.simd import ZERO
 from baldwinlab.evolution.neat.genome import (
     LAST_INNOVATION,
     SPECIES,
-    ZERO,
     init_minimal_graph,
     link_capacity,
 )

@@ -24,6 +24,7 @@ import numpy as np
 
 from baldwinlab.engine import rng
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import ZERO
 from baldwinlab.evolution.neat.genome import (
     BEST,
     INNOVATION,
@@ -33,7 +34,6 @@ from baldwinlab.evolution.neat.genome import (
     SPECIES,
     STALE,
     WEIGHT,
-    ZERO,
     Graph,
     count_links,
     gene_offset,

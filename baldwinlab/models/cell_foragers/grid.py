@@ -8,7 +8,7 @@ import numpy as np
 
 from baldwinlab.engine.arithmetic import share_of_turn
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.simd import square_root
+from baldwinlab.engine.simd import ONE, ZERO, square_root
 from baldwinlab.parts import LIFE, philox, unit
 
 # Number of cells per edge.
@@ -23,8 +23,6 @@ GO_AHEAD: Final = 3
 DRAWS_PER_ENVIRONMENT: Final = 4096
 # Distance between opposite corners, in cells.
 MAX_DISTANCE: Final = np.float32(GRID_SIZE - 1) * np.float32(1.4142135)
-ZERO = np.float32(0)
-ONE = np.float32(1)
 
 
 class Visit(NamedTuple):

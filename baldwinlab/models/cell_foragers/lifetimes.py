@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine.jit import compiled, jit_entry_point
+from baldwinlab.engine.simd import HALF
 from baldwinlab.models.cell_foragers.grid import (
     DRAWS_PER_ENVIRONMENT,
     Visit,
@@ -28,7 +29,6 @@ from baldwinlab.models.cell_foragers.network import (
 )
 from baldwinlab.parts import unit
 
-HALF = np.float32(0.5)
 # Learning targets, see `CellForagers.learning`.
 NO_TARGET: Final = 0
 INHERITED_TEACHER: Final = 1

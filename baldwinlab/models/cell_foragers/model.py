@@ -184,11 +184,7 @@ class CellForagers(Model, name="cell-foragers"):
         environments: int,
         n_recorded: int,
     ) -> ForagingResults:
-        """Simulate environments of the agents from number `first_agent` on.
-
-        `genomes`: (runs, agents, modules, weights). `environments`: number of environments per
-        agent.
-        """
+        """Simulate environments of the agents from number `first_agent` on."""
         n_units = N_INPUTS + self.hidden_units + self.outputs
         target = TARGET_OF_LEARNING[self.learning] if self.learns else NO_TARGET
         settings = ForagingSettings(

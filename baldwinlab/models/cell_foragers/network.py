@@ -9,13 +9,12 @@ import numpy.typing as npt
 
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import ONE, ZERO
 
 # Number of inputs: angle and distance of the nearest food, and the two bits of the next action.
 N_INPUTS: Final = 4
 # Number of outputs for the action: its two bits.
 N_ACTION_OUTPUTS: Final = 2
-ZERO = np.float32(0)
-ONE = np.float32(1)
 
 
 class Layers(NamedTuple):

@@ -7,9 +7,8 @@ from typing import Any, Final
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import HALF, ONE
 
-ONE = np.float32(1)
-HALF = np.float32(0.5)
 # Number of kinds of units.
 N_KINDS: Final = 6
 # Number of strengths of a link: -1, -1/2, 0, 1/2 and 1.

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine.jit import compiled, jit_entry_point
+from baldwinlab.engine.simd import HALF, ONE, ZERO
 from baldwinlab.parts import (
     LIFE,
     philox,
@@ -18,9 +19,6 @@ from baldwinlab.parts import (
 RED, GREEN, SWEET, SOUR, HIDDEN, MOTOR = range(6)
 # Kind of an unused unit.
 NO_KIND: Final = -1
-ONE = np.float32(1)
-HALF = np.float32(0.5)
-ZERO = np.float32(0)
 
 
 class LifetimeSettings(NamedTuple):
@@ -59,12 +57,7 @@ class CueResults(NamedTuple):
 def simulate_lifetimes(
     settings: LifetimeSettings, runs: Any, genomes: Any, units: Units, results: CueResults
 ) -> None:
-    """Simulate lifetimes and fill their results.
-
-    - `genomes` (runs, agents, genes): their link strengths change in place as agents learn.
-    - `units`: scratch.
-    - `results`: output.
-    """
+    """Simulate lifetimes, fill their results, and change the link strengths of learning agents."""
     for run in range(runs.size):
         for agent in range(genomes.shape[1]):
             genome = genomes[run, agent]

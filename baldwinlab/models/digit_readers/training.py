@@ -9,16 +9,13 @@ import numpy.typing as npt
 
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled, jit_entry_point
+from baldwinlab.engine.simd import HALF, ONE, ZERO
 from baldwinlab.models.digit_readers.digits import N_DIGITS, N_PIXELS
 from baldwinlab.parts import (
     LIFE,
     philox,
     unit,
 )
-
-ONE = np.float32(1)
-HALF = np.float32(0.5)
-ZERO = np.float32(0)
 
 
 class TrainingSettings(NamedTuple):

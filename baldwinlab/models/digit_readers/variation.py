@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import HALF, ZERO
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.parts import (
     Field,
@@ -21,8 +22,6 @@ MAX_WEIGHT: Final = np.float32(2)
 # Difference between two successive levels.
 LEVEL_STEP: Final = np.float32(4 / 15)
 MAX_LEVEL: Final = np.float32(N_LEVELS - 1)
-HALF = np.float32(0.5)
-ZERO = np.float32(0)
 
 
 class FourBitWeights(Variation, name="four-bit-weights"):

@@ -12,7 +12,6 @@ An agent has no child if no cell next to it is empty.
 
 References
 ----------
-Ackley and Littman 1991.
 D. Ackley and M. Littman, "Generalization and scaling in reinforcement learning", NIPS 2 (1990), for
 CRBP.
 """
@@ -25,6 +24,7 @@ import numpy as np
 
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import ONE, ZERO
 from baldwinlab.models.erl.world import (
     AGENT,
     AGENT_SIGHT,
@@ -56,8 +56,6 @@ BITS_PER_WEIGHT: Final = 4
 N_BITS: Final = BITS_PER_WEIGHT * N_INPUTS * (1 + N_OUTPUTS)
 # In cells.
 MAX_MATE_DISTANCE: Final = 10
-ONE = np.float32(1)
-ZERO = np.float32(0)
 
 
 @compiled

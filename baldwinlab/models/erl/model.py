@@ -12,10 +12,6 @@ random genome; F does neither, with random genomes; B moves at random. All other
 same for all strategies.
 
 The thresholds, damages and rates are not in the paper. They are settings here.
-
-References
-----------
-Ackley and Littman 1991.
 """
 
 from __future__ import annotations

@@ -1,9 +1,4 @@
-"""Simulation of a population until it is extinct.
-
-References
-----------
-Ackley and Littman 1991.
-"""
+"""Simulation of a population until it is extinct."""
 
 from __future__ import annotations
 

@@ -8,10 +8,6 @@ From memory are the cells, the kinds, the sight of agents and carnivores, one ad
 every 200 steps, and a minimum of 50 plants. Our choices are as follows. Plants grow next to plants.
 A carnivore goes to the nearest agent or corpse in one of the four directions, destroys plants and
 eats corpses. It reproduces at full energy, and starves without food. Walls are only at the edges.
-
-References
-----------
-Ackley and Littman 1991.
 """
 
 from __future__ import annotations

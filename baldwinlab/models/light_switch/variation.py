@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from baldwinlab.engine.simd import ONE
 from baldwinlab.evolution.variation import Draws, OneGenome
 from baldwinlab.evolution.variation_operators import (
     draw_cut,
     is_from_fitter,
 )
-from baldwinlab.models.light_switch.lifetimes import ONE
 from baldwinlab.parts import (
     Variation,
 )

@@ -41,11 +41,6 @@ from baldwinlab.parts.world_features import ItemRegion
 N_DIGITS: Final = 15
 
 
-def _count_blocks(n_lanes: int) -> int:
-    """Return the number of SIMD blocks that contain `n_lanes` lanes."""
-    return math.ceil(n_lanes / WIDTH)
-
-
 def _allocate_array(shape: tuple[int, ...], declared: Array) -> npt.NDArray[Any]:
     """Allocate an array that starts at a cache line, so that no SIMD block spans two lines."""
     array = poison.allocate(shape, np.dtype(declared.dtype))
@@ -188,15 +183,6 @@ def make_model(
     )
 
 
-def count_fixed_weights(experiment: Experiment) -> int:
-    """Return the number of weights in `State.genes`: those of the modules after the action module.
-
-    With a single module, these are the weights of the action module.
-    """
-    fixed_modules = max(1, len(experiment.modules) - 1)
-    return fixed_modules * experiment.weight_count
-
-
 def array_dimensions(experiment: Experiment, grid: GridSettings | None = None) -> dict[str, int]:
     """Return the lengths of the named dimensions of arrays."""
     grid = grid or grid_settings(experiment)
@@ -210,7 +196,8 @@ def array_dimensions(experiment: Experiment, grid: GridSettings | None = None) -
         "agents": experiment.agents_per_world,
         "modules": len(experiment.modules),
         "genome length": experiment.genome_length,
-        "fixed weights": count_fixed_weights(experiment),
+        # Weights of the modules after the action module, or of a single module.
+        "fixed weights": max(1, len(experiment.modules) - 1) * experiment.weight_count,
         "draws": len(experiment.modules) * experiment.genome_length,
         "weights": experiment.weight_count,
         "units": sum(experiment.layer_sizes),
@@ -230,7 +217,8 @@ def _shape_function(
     experiment: Experiment, worlds: int, grid: GridSettings | None = None
 ) -> Callable[[Array], tuple[int, ...]]:
     """Return a function that computes the shape of a declared array in a batch of worlds."""
-    lanes = _count_blocks(worlds * experiment.agents_per_world) * WIDTH
+    # Whole SIMD blocks.
+    lanes = math.ceil(worlds * experiment.agents_per_world / WIDTH) * WIDTH
     sizes = array_dimensions(experiment, grid)
 
     def shape(array: Array) -> tuple[int, ...]:
@@ -274,10 +262,7 @@ def make_population(
     allocate: Callable[[Array], npt.NDArray[Any]],
     **further_values: Any,
 ) -> Any:
-    """Return the compiled population of an experiment.
-
-    `allocate` returns the memory of a declared array.
-    """
+    """Return the compiled population of an experiment. `allocate` returns the memory of arrays."""
     arrays = {name: allocate(array) for name, array in population_class.arrays.items()}
     if population_class is FixedPopulation:
         return population_class.Compiled(**arrays)

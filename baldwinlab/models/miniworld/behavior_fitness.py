@@ -9,15 +9,13 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
-from baldwinlab.engine.simd import square_root
+from baldwinlab.engine.simd import ZERO, square_root
 from baldwinlab.evolution.rng_key import Fitness as Numbers
 from baldwinlab.experiment import BaseExperiment
 from baldwinlab.models.miniworld.energy import ENERGY_VALUES, energy_in_life
 from baldwinlab.models.miniworld.map import shortest_difference
 from baldwinlab.parts import Field, Fitness
 from baldwinlab.parts.lifetimes import Lifetimes
-
-ZERO = np.float32(0)
 
 
 def require_world(experiment: BaseExperiment, fitness: str) -> None:

@@ -10,14 +10,14 @@ import numpy as np
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, for_each_part, per_world
 from baldwinlab.engine.rng import INHERITANCE, MUTATION_GATE, draw_uniforms, philox, uniform
-from baldwinlab.engine.simd import lanes_in_block, simd_block
+from baldwinlab.engine.simd import ONE, ZERO, lanes_in_block, simd_block
 from baldwinlab.evolution.genes import GeneTable, make_gene_table, mix_genes
 from baldwinlab.evolution.rng_key import GenerationKey
 from baldwinlab.models.miniworld.items import place_item, sort_into_cells
 from baldwinlab.models.miniworld.learning.control import init_control
 from baldwinlab.models.miniworld.learning.self_taught import express_rate
 from baldwinlab.models.miniworld.lookup import fill_table
-from baldwinlab.models.miniworld.map import ONE, ZERO, place_newborn
+from baldwinlab.models.miniworld.map import place_newborn
 from baldwinlab.models.miniworld.population import agent_number, newborn_number, start_life
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.breeding import breeding_part, copy_genome

@@ -18,10 +18,10 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
+from baldwinlab.engine.simd import ZERO
 from baldwinlab.models.miniworld.regions import eaten_energies
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
-ZERO = np.float32(0)
 ENERGY_VALUES: Final[Mapping[str, Any]] = {
     "energies": lambda part, experiment: np.array(eaten_energies(experiment), np.float32)
 }

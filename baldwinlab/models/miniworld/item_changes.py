@@ -11,10 +11,10 @@ from __future__ import annotations
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import ZERO
 from baldwinlab.models.miniworld.items import place_item, sort_into_cells
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
-ZERO = np.float32(0)
 # x of an absent item, in widths of the map. No image of the map has agents within sight of it.
 ABSENT_X = np.float32(-3)
 

@@ -16,7 +16,10 @@ import numpy as np
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.rng import FOOD, philox, unit
 from baldwinlab.engine.simd import (
+    HALF,
+    ONE,
     WIDTH,
+    ZERO,
     Lane,
     Mask,
     Value,
@@ -31,9 +34,6 @@ from baldwinlab.models.miniworld.map import is_placement_blocked, wrap_position
 from baldwinlab.models.miniworld.population import eats_region
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 
-ZERO = np.float32(0)
-HALF = np.float32(0.5)
-ONE = np.float32(1)
 # Maximum number of attempts to find an allowed position. The last attempt ignores features.
 MAX_ATTEMPTS = 100_000
 # Upper bound of the distance of contact, in reaches: the diagonal of a square is 1.41 reaches.

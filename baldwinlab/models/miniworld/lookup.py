@@ -9,12 +9,11 @@ The type of the lookup selects the method, and the step is compiled for it.
 
 from __future__ import annotations
 
-from collections import namedtuple
 from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from baldwinlab.engine.phases import Array, hook, per_agent, per_lane
+from baldwinlab.engine.phases import Array, hook, make_part_type, per_agent, per_lane
 from baldwinlab.engine.simd import Lane, first_lane, get, lanes_of, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.networks import forward
@@ -146,14 +145,5 @@ def choose_lookup(experiment: Any) -> type[DirectEvaluation]:
     return ActionTable if fits_table and not experiment.learns else DirectEvaluation
 
 
-def _make_tuple_type(lookup_class: type[DirectEvaluation]) -> Any:
-    """Return a named tuple of the arrays of a lookup, for Numba."""
-    tuple_type: Any = namedtuple("Compiled", list(lookup_class.arrays))  # type: ignore[misc]
-    tuple_type.__module__ = __name__
-    tuple_type.__qualname__ = f"{lookup_class.__name__}.Compiled"
-    setattr(tuple_type, "part", lookup_class)  # noqa: B010
-    return tuple_type
-
-
 for _lookup_class in (DirectEvaluation, TeacherTable, ActionTable, DirectTeacher):
-    _lookup_class.Compiled = _make_tuple_type(_lookup_class)
+    make_part_type(_lookup_class, list(_lookup_class.arrays))

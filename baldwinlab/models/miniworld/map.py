@@ -13,15 +13,11 @@ import numpy as np
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import for_each, select_by_type
 from baldwinlab.engine.rng import BIRTHPLACE, HEADING, MOTOR, philox, unit
-from baldwinlab.engine.simd import Lane, Mask, Value, choose, get, put
+from baldwinlab.engine.simd import HALF, ONE, TWO, ZERO, Lane, Mask, Value, choose, get, put
 from baldwinlab.models.miniworld.state import HEADING_COUNT, MiniWorldModel, State
 from baldwinlab.parts.bodies import move
 from baldwinlab.parts.world_features import blocks_movement, blocks_placement
 
-ZERO = np.float32(0)
-ONE = np.float32(1)
-TWO = np.float32(2)
-HALF = np.float32(0.5)
 N_HEADINGS = np.float32(HEADING_COUNT)
 # Maximum number of attempts to find an allowed birthplace. The last attempt ignores features.
 MAX_ATTEMPTS = 100_000

@@ -8,8 +8,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.phases import Array, per_agent
+from baldwinlab.engine.phases import Array, make_part_type, per_agent
 from baldwinlab.engine.simd import (
+    ONE,
+    ZERO,
     Lane,
     any_of,
     choose,
@@ -20,13 +22,10 @@ from baldwinlab.engine.simd import (
 )
 from baldwinlab.models.miniworld.birth import CHILD_ARRAYS, CHILD_VALUES, bear_child
 from baldwinlab.models.miniworld.map import move_agents
-from baldwinlab.models.miniworld.population import FixedPopulation, make_tuple_type
+from baldwinlab.models.miniworld.population import FixedPopulation
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.births_and_deaths import DEAD_X, find_free_slot
 from baldwinlab.parts.learning_rules import learn
-
-ZERO = np.float32(0)
-ONE = np.float32(1)
 
 
 @compiled
@@ -107,13 +106,7 @@ class MortalPopulation(FixedPopulation):
         state.positions[0, lane] = DEAD_X * model.width
 
 
-MortalPopulation.Compiled = make_tuple_type(MortalPopulation)
-
-
-@compiled
-def _is_learner(part: Any, model: MiniWorldModel, state: State, lane: int) -> bool:
-    """Return whether an agent is alive and in its first `learning.steps` steps."""
-    return bool(state.alive[0, lane] > ZERO and part.age[0, lane] <= model.learning_steps)
+make_part_type(MortalPopulation, [*MortalPopulation.values, *MortalPopulation.arrays])
 
 
 class ReproducingPopulation(MortalPopulation):
@@ -137,7 +130,8 @@ class ReproducingPopulation(MortalPopulation):
         else:
             first = first_lane(lane)
             for column in range(first, first + lanes_of(lane)):
-                if _is_learner(part, model, state, column):
+                is_young = part.age[0, column] <= model.learning_steps
+                if state.alive[0, column] > ZERO and is_young:
                     learn(state.rule, model, state, step, column)
                     part.steps_learned[0, column] += 1
 
@@ -159,4 +153,6 @@ class ReproducingPopulation(MortalPopulation):
         return slot
 
 
-ReproducingPopulation.Compiled = make_tuple_type(ReproducingPopulation)
+make_part_type(
+    ReproducingPopulation, [*ReproducingPopulation.values, *ReproducingPopulation.arrays]
+)

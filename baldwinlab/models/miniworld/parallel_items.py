@@ -14,9 +14,8 @@ import numpy.typing as npt
 from baldwinlab.engine.atomics import Team, atomic_max, share_of_thread, wait_for_team
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.prefetch import prefetch
-from baldwinlab.engine.simd import WIDTH, any_of, get, lanes_in_block, put, simd_block
+from baldwinlab.engine.simd import HALF, WIDTH, any_of, get, lanes_in_block, put, simd_block
 from baldwinlab.models.miniworld.items import (
-    HALF,
     MAX_CONTACT_PER_REACH,
     assign_cells,
     find_cells_within,

@@ -7,20 +7,19 @@ before and after they change items, and around hooks that read other agents.
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from baldwinlab.engine.atomics import wait_for_team
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.phases import hook
+from baldwinlab.engine.phases import hook, make_part_type
 from baldwinlab.engine.prefetch import prefetch
 from baldwinlab.engine.reference import as_pointer
-from baldwinlab.engine.simd import WIDTH, Lane, lanes_in_block, simd_block
+from baldwinlab.engine.simd import WIDTH, ZERO, Lane, lanes_in_block, simd_block
 from baldwinlab.models.miniworld.birth import init_agent_state, init_features
 from baldwinlab.models.miniworld.learning.control import init_control
 from baldwinlab.models.miniworld.lookup import fill_table
-from baldwinlab.models.miniworld.map import ZERO, place_newborn
+from baldwinlab.models.miniworld.map import place_newborn
 from baldwinlab.models.miniworld.parallel_items import (
-    SharedArrays,
     claim_items,
     eat_claimed_items,
     place_items,
@@ -30,6 +29,7 @@ from baldwinlab.models.miniworld.parallel_items import (
 from baldwinlab.models.miniworld.population import agent_number
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.models.miniworld.step import (
+    AGENT_RANGES,
     end_step_of_features,
     observe_others_per_world,
     prepare_all_senses,
@@ -115,34 +115,9 @@ class _DependentAgents(_IndependentAgents):
         wait_for_team(agents.shared.team)
 
 
-class IndependentAgents(NamedTuple):
-    """Agents of a thread, with the hooks `_IndependentAgents`: ranges with exclusive ends."""
-
-    first_lane: int
-    end_lane: int
-    lanes_per_block: int
-    first_world: int
-    end_world: int
-    first_agent: int
-    end_agent: int
-    shared: SharedArrays
-
-
-class DependentAgents(NamedTuple):
-    """Agents of a thread, with the hooks `_DependentAgents`: ranges with exclusive ends."""
-
-    first_lane: int
-    end_lane: int
-    lanes_per_block: int
-    first_world: int
-    end_world: int
-    first_agent: int
-    end_agent: int
-    shared: SharedArrays
-
-
-IndependentAgents.part = _IndependentAgents  # type: ignore[attr-defined]
-DependentAgents.part = _DependentAgents  # type: ignore[attr-defined]
+# `shared` has the type `SharedArrays`.
+IndependentAgents = make_part_type(_IndependentAgents, (*AGENT_RANGES, "shared"))
+DependentAgents = make_part_type(_DependentAgents, (*AGENT_RANGES, "shared"))
 
 
 @compiled

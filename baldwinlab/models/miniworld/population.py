@@ -11,20 +11,15 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-import numpy as np
-
-from baldwinlab.engine.phases import Array, hook
-from baldwinlab.engine.simd import Lane
+from baldwinlab.engine.phases import Array, hook, make_part_type
+from baldwinlab.engine.simd import INFINITY, Lane
 from baldwinlab.models.miniworld.map import move_agents
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.births_and_deaths import bear_agent, remove_agent
 from baldwinlab.parts.learning_rules import learn
-
-INFINITY = np.float32(np.inf)
 
 
 @hook
@@ -121,14 +116,4 @@ class FixedPopulation:
     bear_agent = staticmethod(bear_agent.default)
 
 
-def make_tuple_type(holder: type[Any]) -> Any:
-    """Return a named tuple of the values and arrays of a population or a control, for Numba."""
-    fields = [*holder.values, *holder.arrays]
-    tuple_type: Any = namedtuple("Compiled", fields)  # type: ignore[misc]
-    tuple_type.__module__ = holder.__module__
-    tuple_type.__qualname__ = f"{holder.__name__}.Compiled"
-    setattr(tuple_type, "part", holder)  # noqa: B010
-    return tuple_type
-
-
-FixedPopulation.Compiled = make_tuple_type(FixedPopulation)
+make_part_type(FixedPopulation, [])

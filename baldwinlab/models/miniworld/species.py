@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.evolution.fitness import compute_learning_cost, sum_energy
-from baldwinlab.evolution.species import SpeciesIndices, count_agents, cut_genomes
+from baldwinlab.evolution.genes import trim_genomes
+from baldwinlab.evolution.species import SpeciesIndices, count_agents
 from baldwinlab.experiment import Experiment
 from baldwinlab.models.miniworld.allocation import read_part_records
 from baldwinlab.models.miniworld.backends.choice import CPU, Backend, require_species_batch
@@ -37,10 +38,7 @@ class SpeciesSimulator:
         runs: Sequence[int],
         backend: Backend | None = None,
     ) -> None:
-        """Create a simulator. The default backend is the CPU.
-
-        Raises `ValueError` if the backend cannot simulate species.
-        """
+        """Create a simulator. Raise ValueError if the backend cannot simulate species."""
         self._batch_class = require_species_batch(backend or CPU)
         self._experiment = experiment
         self._seed = seed
@@ -65,16 +63,15 @@ class SpeciesSimulator:
         results: list[Any] = [None] * len(genomes)
         for group_sizes, run_indices in runs_by_sizes.items():
             key = group_sizes, tuple(run_indices)
-            batch = batches.get(key) or self._make_batch(group_sizes, run_indices)
+            runs = [self._runs[run_index] for run_index in run_indices]
+            batch = batches.get(key) or self._batch_class(
+                self._experiment, self._seed, runs, group_sizes
+            )
             self._batches[key] = batch
             group_results = self._simulate_batch(batch, generation, genomes[run_indices])
             for run_index, run_results in zip(run_indices, group_results, strict=True):
                 results[run_index] = run_results
         return _stack_runs(results)
-
-    def _make_batch(self, sizes: Sizes, run_indices: Sequence[int]) -> SpeciesBatch:
-        runs = [self._runs[run_index] for run_index in run_indices]
-        return self._batch_class(self._experiment, self._seed, runs, sizes)
 
     def _simulate_batch(
         self, batch: SpeciesBatch, generation: int, genomes: npt.NDArray[np.float32]
@@ -123,7 +120,7 @@ def split_genomes(
     first_agent = 0
     for member in members:
         end = first_agent + member.population.size
-        genomes_of_species.append(cut_genomes(member, genomes[:, first_agent:end]))
+        genomes_of_species.append(trim_genomes(genomes[:, first_agent:end], member))
         first_agent = end
     return genomes_of_species
 

@@ -12,16 +12,15 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.simd import square_root
+from baldwinlab.engine.phases import make_part_type
+from baldwinlab.engine.simd import INFINITY, ZERO, square_root
 from baldwinlab.models.miniworld.items import eat_items
 from baldwinlab.models.miniworld.map import shortest_difference
 from baldwinlab.models.miniworld.mortality import ReproducingPopulation
-from baldwinlab.models.miniworld.population import INFINITY, make_tuple_type
 from baldwinlab.models.miniworld.senses.sight import test_sectors
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.births_and_deaths import die
 
-ZERO = np.float32(0)
 SHARED_ARRAYS: Final = ("x", "y", "living")
 """Arrays [world, agent of any species]: position, and 1 for agents that are alive."""
 
@@ -93,7 +92,7 @@ class SpeciesPopulation(ReproducingPopulation):
                     values[2, lane] = min(values[2, lane], distance)
 
 
-SpeciesPopulation.Compiled = make_tuple_type(SpeciesPopulation)
+make_part_type(SpeciesPopulation, [*SpeciesPopulation.values, *SpeciesPopulation.arrays])
 
 
 @compiled

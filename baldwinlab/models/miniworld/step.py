@@ -11,12 +11,12 @@ The type of the argument `agents` selects the agents that take a step:
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, Final
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.phases import for_each_part, hook
+from baldwinlab.engine.phases import for_each_part, hook, make_part_type
 from baldwinlab.engine.reference import as_pointer
-from baldwinlab.engine.simd import Lane, get, lanes_in_block, simd_block
+from baldwinlab.engine.simd import ZERO, Lane, get, lanes_in_block, simd_block
 from baldwinlab.models.miniworld.birth import init_generation
 from baldwinlab.models.miniworld.items import eat_items, resort_stale_cells
 from baldwinlab.models.miniworld.learning.control import (
@@ -25,7 +25,7 @@ from baldwinlab.models.miniworld.learning.control import (
     store_shadow,
 )
 from baldwinlab.models.miniworld.lookup import compute_outputs
-from baldwinlab.models.miniworld.map import ZERO, apply_motor_noise
+from baldwinlab.models.miniworld.map import apply_motor_noise
 from baldwinlab.models.miniworld.population import (
     agent_number,
     count_step,
@@ -44,6 +44,17 @@ from baldwinlab.parts.bodies import choose_action
 from baldwinlab.parts.learning_rules import observe_others
 from baldwinlab.parts.senses import prepare_senses
 from baldwinlab.parts.world_features import end_step
+
+# Fields of `agents`: ranges of lanes, worlds and agents, whose ends are exclusive.
+AGENT_RANGES: Final = (
+    "first_lane",
+    "end_lane",
+    "lanes_per_block",
+    "first_world",
+    "end_world",
+    "first_agent",
+    "end_agent",
+)
 
 end_step_of_features = for_each_part(end_step)
 prepare_all_senses = for_each_part(prepare_senses)
@@ -202,36 +213,12 @@ class _SingleAgent:
         resort_stale_cells(model, state, agents.first_world)
 
 
-class AllAgents(NamedTuple):
-    """All agents of a batch: ranges of lanes, worlds and agents, whose ends are exclusive."""
-
-    first_lane: int
-    end_lane: int
-    lanes_per_block: int
-    first_world: int
-    end_world: int
-    first_agent: int
-    end_agent: int
-
-
-class SingleAgent(NamedTuple):
-    """One agent, as ranges of one lane, world and agent. Their ends are exclusive."""
-
-    first_lane: int
-    end_lane: int
-    lanes_per_block: int
-    first_world: int
-    end_world: int
-    first_agent: int
-    end_agent: int
-
-
-AllAgents.part = _AllAgents  # type: ignore[attr-defined]
-SingleAgent.part = _SingleAgent  # type: ignore[attr-defined]
+AllAgents = make_part_type(_AllAgents, AGENT_RANGES)
+SingleAgent = make_part_type(_SingleAgent, AGENT_RANGES)
 
 
 @compiled
-def all_agents(model: MiniWorldModel, state: State) -> AllAgents:
+def all_agents(model: MiniWorldModel, state: State) -> Any:
     """Return the ranges of all agents of a batch."""
     return AllAgents(
         first_lane=0,
@@ -245,7 +232,7 @@ def all_agents(model: MiniWorldModel, state: State) -> AllAgents:
 
 
 @compiled
-def single_agent(model: MiniWorldModel, world: int, agent: int) -> SingleAgent:
+def single_agent(model: MiniWorldModel, world: int, agent: int) -> Any:
     """Return the ranges of one agent."""
     lane = world * model.agents + agent
     return SingleAgent(

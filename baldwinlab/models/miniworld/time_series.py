@@ -33,7 +33,11 @@ def simulate_windows(experiment: Experiment, batch: Batch, n_runs: int) -> Mappi
     totals = {"births": births, "energy_gained": energies}
     series = {name: np.diff(np.stack(values), axis=0, prepend=0) for name, values in totals.items()}
     series["agents_alive"] = np.stack(alive)
-    return {name: _mean_over_repeats(values.T, n_runs) for name, values in series.items()}
+    # The populations of a batch are ordered by repeat, then by run.
+    return {
+        name: np.asarray(values.T.reshape(-1, n_runs, len(values)).mean(axis=0))
+        for name, values in series.items()
+    }
 
 
 def _count_alive(
@@ -56,8 +60,3 @@ def _count_births(
         return np.zeros(n_populations)
     # Each population has one world. A batch on the GPU has further worlds after them.
     return np.asarray(batch.state.birth_count[:n_populations].sum(axis=1), np.float64)
-
-
-def _mean_over_repeats(values: Series, n_runs: int) -> Series:
-    """Return the means [run, window] of values [population, window], ordered by repeat."""
-    return np.asarray(values.reshape(-1, n_runs, values.shape[-1]).mean(axis=0))

@@ -22,11 +22,10 @@ from baldwinlab.models.neat.cart_pole import (
     is_balanced,
     move,
 )
+from baldwinlab.models.neat.network_model import N_OUTPUTS
 
 # Divisors of the state, which give the inputs.
 INPUT_SCALES: Final = (4.8, 2.0, 0.52, 2.0, 0.52, 2.0)
-# The force on the cart.
-N_OUTPUTS: Final = 1
 # Number of final steps of a trial over which the unrest is added up.
 N_UNREST_STEPS: Final = 100
 # A link has three entries: the rows of its source and its target, and its weight.

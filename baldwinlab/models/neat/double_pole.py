@@ -21,21 +21,15 @@ Stanley and Miikkulainen 2002.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Final, Self
+from typing import Any, ClassVar, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import poison
-from baldwinlab.evolution.neat.genome import (
-    INFINITE_GENES,
-    count_entries,
-    make_minimal_graphs,
-    require_neat,
-)
+from baldwinlab.evolution.neat.genome import SIGMOID_SLOPE
 from baldwinlab.models.neat.balancing import (
     LINK_SIZE,
-    N_OUTPUTS,
     N_UNREST_STEPS,
     BalanceResults,
     BalanceScratch,
@@ -43,14 +37,21 @@ from baldwinlab.models.neat.balancing import (
     balance,
 )
 from baldwinlab.models.neat.cart_pole import STATE_SIZE, WORKSPACE_ROWS
-from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, record_networks
-from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.models.neat.network_model import (
+    FOUNDER_WEIGHT_RANGE,
+    N_OUTPUTS,
+    NETWORK_RECORDS,
+    NetworkModel,
+    measure_solutions,
+    record_networks,
+)
+from baldwinlab.parts import Field, LifeResults, Measure, Variable
 
 # Initial state. The angle of the long pole is 0.07 rad.
 INITIAL_STATE: Final = (0.0, 0.0, 0.07, 0.0, 0.0, 0.0)
 
 
-class Poles(Model):
+class Poles(NetworkModel):
     """Base class of the models with and without velocities."""
 
     max_steps: int = Field(
@@ -65,48 +66,17 @@ class Poles(Model):
         le=1000,
         description="Maximum number of links in a genome (our choice).",
     )
-    sigmoid_slope: float = Field(
-        4.9,
-        gt=0,
-        le=1000,
-        description="Slope of the sigmoid: output = 1 / (1 + exp(-sigmoid_slope * input)).",
-    )
-    founder_weight_range: float = Field(
-        1.0,
-        ge=0,
-        le=1000,
-        description="Limit R of the founders' weights, drawn from U(-R, R) (our choice).",
-    )
+    sigmoid_slope: float = SIGMOID_SLOPE
+    founder_weight_range: float = FOUNDER_WEIGHT_RANGE
 
-    has_graph_genomes: ClassVar[bool] = True
-    infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
     # Whether networks may be recurrent.
     has_loops: ClassVar[bool] = False
     # Indices of the entries of a state that the network senses.
     sensed_entries: ClassVar[tuple[int, ...]]
 
-    def without_learning(self) -> Self:
-        return self
-
     @property
     def steps(self) -> int:
         return self.max_steps
-
-    def check(self, experiment: Any) -> None:
-        require_neat(experiment, f"model = {self.name!r}")
-
-    def n_weights(self) -> int:
-        return count_entries(self.max_links)
-
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        # The bias is an input.
-        n_inputs = len(self.sensed_entries) + 1
-        # [agent, input]: the first of four numbers.
-        draws = key.uniforms(FOUNDER, (agents, n_inputs))[:, :, 0]
-        weights = (2 * draws - 1) * self.founder_weight_range
-        graphs = make_minimal_graphs(n_inputs, N_OUTPUTS, self.max_links, weights)
-        # A genome has one module.
-        return graphs[:, None]
 
     def balance_networks(
         self,
@@ -128,7 +98,7 @@ class Poles(Model):
             sigmoid_slope=np.float32(self.sigmoid_slope),
         )
         # A hidden node needs a link, so there are at most `max_links` hidden nodes.
-        n_nodes = len(self.sensed_entries) + self.max_links + N_OUTPUTS
+        n_nodes = self.n_inputs + self.max_links + N_OUTPUTS
         scratch = BalanceScratch(
             values=poison.empty((2, n_nodes), np.float32),
             links=poison.empty((2, self.max_links, LINK_SIZE), np.float32),
@@ -149,6 +119,7 @@ class NeatPoles(Poles, name="neat-poles"):
     """Networks with evolving topology that balance two poles on a cart."""
 
     sensed_entries: ClassVar[tuple[int, ...]] = tuple(range(STATE_SIZE))
+    n_inputs: ClassVar[int] = len(sensed_entries)
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 150},
         "evolution": {"generations": 100, "selection": "species", "variation": "neat"},

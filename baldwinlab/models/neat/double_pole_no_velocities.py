@@ -43,7 +43,7 @@ import numpy.typing as npt
 from baldwinlab.models.neat.balancing import N_UNREST_STEPS
 from baldwinlab.models.neat.cart_pole import CART_POSITION, LONG_ANGLE, SHORT_ANGLE
 from baldwinlab.models.neat.double_pole import INITIAL_STATE, Poles
-from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, record_networks
+from baldwinlab.models.neat.network_model import NETWORK_RECORDS, measure_solutions, record_networks
 from baldwinlab.parts import Field, LifeResults, Measure, Variable
 
 # Number of start states from which a solution must balance.
@@ -86,6 +86,7 @@ class UnseenVelocities(Poles, name="neat-poles-without-velocities"):
     has_loops: ClassVar[bool] = True
     # The position of the cart and both angles.
     sensed_entries: ClassVar[tuple[int, ...]] = (CART_POSITION, LONG_ANGLE, SHORT_ANGLE)
+    n_inputs: ClassVar[int] = len(sensed_entries)
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 1000},
         "evolution": {"generations": 100, "selection": "species", "variation": "neat"},

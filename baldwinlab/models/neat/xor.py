@@ -23,43 +23,31 @@ import numpy.typing as npt
 
 from baldwinlab.engine import poison
 from baldwinlab.engine.jit import jit_entry_point
-from baldwinlab.evolution.neat.genome import (
-    INFINITE_GENES,
-    activate,
-    count_entries,
-    make_minimal_graphs,
-    require_neat,
+from baldwinlab.evolution.neat.genome import SIGMOID_SLOPE, activate
+from baldwinlab.models.neat.network_model import (
+    FOUNDER_WEIGHT_RANGE,
+    N_OUTPUTS,
+    NETWORK_RECORDS,
+    NetworkModel,
+    measure_solutions,
+    record_networks,
 )
-from baldwinlab.models.neat.measures import NETWORK_RECORDS, measure_solutions, record_networks
-from baldwinlab.parts import FOUNDER, Field, LifeResults, Measure, Model, Variable
+from baldwinlab.parts import Field, LifeResults, Measure, Variable
 
 QUESTIONS: Final = ((0, 0), (0, 1), (1, 0), (1, 1))
 CORRECT_ANSWERS: Final = (0, 1, 1, 0)
-N_QUESTION_INPUTS: Final = len(QUESTIONS[0])
-N_OUTPUTS: Final = 1
 
 
-class NeatXor(Model, name="neat-xor"):
+class NeatXor(NetworkModel, name="neat-xor"):
     """Networks with evolving topology that compute the exclusive or."""
 
     max_links: int = Field(
         60, ge=3, le=1000, description="Maximum number of links in a genome (our choice)."
     )
-    sigmoid_slope: float = Field(
-        4.9,
-        gt=0,
-        le=1000,
-        description="Slope of the sigmoid: output = 1 / (1 + exp(-sigmoid_slope * input)).",
-    )
-    founder_weight_range: float = Field(
-        1.0,
-        ge=0,
-        le=1000,
-        description="Limit R of the founders' weights, drawn from U(-R, R) (our choice).",
-    )
+    sigmoid_slope: float = SIGMOID_SLOPE
+    founder_weight_range: float = FOUNDER_WEIGHT_RANGE
 
-    has_graph_genomes: ClassVar[bool] = True
-    infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
+    n_inputs: ClassVar[int] = len(QUESTIONS[0])
     defaults: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "population": {"size": 150},
         "evolution": {"generations": 150, "selection": "species", "variation": "neat"},
@@ -74,32 +62,13 @@ class NeatXor(Model, name="neat-xor"):
         lambda runs: runs["right"] == len(QUESTIONS)
     )
 
-    def without_learning(self) -> NeatXor:
-        return self
-
-    def check(self, experiment: Any) -> None:
-        require_neat(experiment, f"model = {self.name!r}")
-
-    def n_weights(self) -> int:
-        return count_entries(self.max_links)
-
-    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
-        # The bias is an input.
-        n_inputs = N_QUESTION_INPUTS + 1
-        # [agent, input]: the first of four numbers.
-        draws = key.uniforms(FOUNDER, (agents, n_inputs))[:, :, 0]
-        weights = (2 * draws - 1) * self.founder_weight_range
-        graphs = make_minimal_graphs(n_inputs, N_OUTPUTS, self.max_links, weights)
-        # A genome has one module.
-        return graphs[:, None]
-
     def simulate(
         self, seed: int, runs: Sequence[int], generation: int, genomes: npt.NDArray[np.float32]
     ) -> LifeResults:
         graphs = np.ascontiguousarray(genomes[:, :, 0])
         answers = poison.empty((*graphs.shape[:2], len(QUESTIONS)), np.float32)
         # A hidden node needs a link, so there are at most `max_links` hidden nodes.
-        values = poison.empty(N_QUESTION_INPUTS + self.max_links + N_OUTPUTS, np.float32)
+        values = poison.empty(self.n_inputs + self.max_links + N_OUTPUTS, np.float32)
         questions = np.array(QUESTIONS, np.float32)
         answer_questions(graphs, questions, np.float32(self.sigmoid_slope), values, answers)
         errors = np.abs(answers - np.array(CORRECT_ANSWERS, np.float32)).astype(np.float64)

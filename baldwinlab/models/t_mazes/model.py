@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baldwinlab.engine import poison
+from baldwinlab.engine.simd import ONE
 from baldwinlab.models.grid_frames import NOT_REACHED, make_maze_frames
 from baldwinlab.models.t_mazes.trips import (
     CRASHES,
@@ -18,7 +19,6 @@ from baldwinlab.models.t_mazes.trips import (
     MAX_WEIGHT,
     N_INPUTS,
     N_RULE_GENES,
-    ONE,
     STEP,
     TRIP,
     explore,

@@ -30,7 +30,7 @@ from baldwinlab.engine.simd import WIDTH
 from baldwinlab.evolution.breeding import breed_children
 from baldwinlab.evolution.fitness import add_change_cost, sum_region_energy
 from baldwinlab.evolution.founders import draw_normal
-from baldwinlab.evolution.inheritance import permute_teachers, remap_parents
+from baldwinlab.evolution.inheritance import inherit_all, permute_teachers, remap_parents
 from baldwinlab.evolution.rng_key import GenerationKey
 from baldwinlab.evolution.selection import find_invalid_fitness, has_invalid_parent, select_parents
 from baldwinlab.evolution.sorting import sort_by
@@ -51,13 +51,18 @@ from baldwinlab.models.miniworld.grid import compute_alert_radius, compute_grid_
 from baldwinlab.models.miniworld.lookup import MAX_TABLE_INPUTS
 from baldwinlab.models.miniworld.step import simulate_sequential, simulate_simultaneous
 from baldwinlab.parts.fitness import evaluate
-from baldwinlab.parts.inheritance import assign_teachers, inherit
 from baldwinlab.parts.lifetimes import Lifetimes
 from baldwinlab.parts.networks import forward, links
 from baldwinlab.parts.variation import init_founders as init_founder_genomes
 
 # The entry points compile these kernels into their own code.
-for _kernel in (simulate_simultaneous, simulate_sequential, select_parents, breed_children):
+for _kernel in (
+    simulate_simultaneous,
+    simulate_sequential,
+    inherit_all,
+    select_parents,
+    breed_children,
+):
     compiled(_kernel)
 
 
@@ -278,13 +283,13 @@ def breed(population: BrowserPopulation) -> None:
         return
     _copy_genomes(population.genome, population.inherited)
     if population.learns and population.wants_learned:
-        for agent in range(population.genome.shape[0]):
-            innate = population.genome[agent]
-            learned = population.learned[agent]
-            inherit(population.inheritance, innate, learned, population.inherited[agent])
-            if _has_teachers(population):
-                taught = population.inherited[agent, 1]
-                assign_teachers(population.inheritance, innate[0], learned, taught)
+        inherit_all(
+            population.inheritance,
+            _has_teachers(population),
+            population.genome,
+            population.learned,
+            population.inherited,
+        )
     _draw_parents_of_children(population)
     if population.fault[0] == 0:
         key = GenerationKey(population.seed, population.run, population.generation + 1)

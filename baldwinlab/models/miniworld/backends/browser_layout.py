@@ -34,7 +34,6 @@ from baldwinlab.models.miniworld.backends.browser_leaves import (
     POPULATION_SOURCES,
     SETTING_SOURCES,
     array_leaves,
-    constant_sources,
     number_leaves,
     plain_value,
     setting_source,
@@ -210,13 +209,12 @@ class ModuleLayout:
         return {"type": "i8", "values": sizes}
 
     def _model_leaves(self) -> dict[str, Any]:
-        leaves = number_leaves(
-            self.model,
-            {
-                **MODEL_SOURCES,
-                **constant_sources(self.model, ("inputs", "minimum_near", "minimum_alert")),
-            },
-        )
+        # No setting changes these numbers.
+        constants = {
+            name: plain_value(getattr(self.model, name))
+            for name in ("inputs", "minimum_near", "minimum_alert")
+        }
+        leaves = number_leaves(self.model, {**MODEL_SOURCES, **constants})
         for name, shape in MODEL_SHAPES.items():
             leaves[name] = {"type": type_code(getattr(self.model, name)), "shape": shape, "fill": 0}
         leaves["start"] = {

@@ -20,7 +20,7 @@ A source is a number, or one of these:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -151,11 +151,6 @@ def number_leaves(values: Any, sources: Mapping[str, Source]) -> dict[str, Any]:
         name: {"type": type_code(getattr(values, name)), "value": source}
         for name, source in sources.items()
     }
-
-
-def constant_sources(values: Any, names: Iterable[str]) -> dict[str, Any]:
-    """Return the current values of fields as sources, for numbers that no setting changes."""
-    return {name: plain_value(getattr(values, name)) for name in names}
 
 
 def array_leaves(prefix: str, declared: Mapping[str, Array]) -> dict[str, Any]:

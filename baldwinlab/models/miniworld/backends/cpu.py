@@ -113,10 +113,7 @@ class CpuBatch(PopulationView):
             self._function = self._dispatcher
 
     def begin(self, generation: int, genomes: npt.NDArray[np.float32]) -> None:
-        """Initialize a generation.
-
-        `genomes` is [run, agent, module, weight], with `experiment.genome_length` weights.
-        """
+        """Initialize a generation with genomes [run, agent, module, weight]."""
         poison_state(self.state, math.prod(self._shape))
         self.state.generation[0] = generation
         self.state.genome[:] = self._layout.distribute(genomes)

@@ -12,12 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import cuda, int32
 
 from baldwinlab.engine.gpu import any_lane, device, kernel
+from baldwinlab.engine.phases import make_part_type
 from baldwinlab.models.miniworld.birth import init_agent_state, init_features
 from baldwinlab.models.miniworld.items import (
     MAX_CONTACT_PER_REACH,
@@ -36,6 +37,7 @@ from baldwinlab.models.miniworld.population import agent_number, eats_region
 from baldwinlab.models.miniworld.state import ARRAYS, MiniWorldModel, State
 from baldwinlab.models.miniworld.state_arrays import reads_other_agents
 from baldwinlab.models.miniworld.step import (
+    AGENT_RANGES,
     end_step_of_features,
     lane_of,
     observe_others_per_world,
@@ -163,87 +165,44 @@ class _AgentInBlock(_SingleAgentThread):
         cuda.syncthreads()
 
 
-class SingleAgentThread(NamedTuple):
-    """One agent, with the hooks `_SingleAgentThread`."""
-
-    first_lane: int
-    end_lane: int
-    lanes_per_block: int
-    first_world: int
-    end_world: int
-    first_agent: int
-    end_agent: int
-    # Highest claim of each item, [world, item].
-    claims: Any
+# `claims` is the highest claim of each item, [world, item].
+SingleAgentThread = make_part_type(_SingleAgentThread, (*AGENT_RANGES, "claims"))
+AgentInBlock = make_part_type(_AgentInBlock, (*AGENT_RANGES, "claims"))
 
 
-class AgentInBlock(NamedTuple):
-    """One agent, with the hooks `_AgentInBlock`."""
+def _make_simulation(agents_type: Any) -> Any:
+    """Return the function that simulates the steps of an agent, with the hooks of `agents_type`."""
 
-    first_lane: int
-    end_lane: int
-    lanes_per_block: int
-    first_world: int
-    end_world: int
-    first_agent: int
-    end_agent: int
-    claims: Any
+    @device
+    def simulate(
+        model: MiniWorldModel,
+        state: State,
+        claims: Any,
+        world: int,
+        agent: int,
+        first_step: int,
+        last_step: int,
+    ) -> None:
+        lane = world * model.agents + agent
+        for step in range(first_step, last_step):
+            agents = agents_type(
+                first_lane=lane,
+                end_lane=lane + 1,
+                lanes_per_block=1,
+                first_world=world,
+                end_world=world + 1,
+                first_agent=agent,
+                end_agent=agent + 1,
+                claims=claims,
+            )
+            take_step(agents, model, state, step)
 
-
-SingleAgentThread.part = _SingleAgentThread  # type: ignore[attr-defined]
-AgentInBlock.part = _AgentInBlock  # type: ignore[attr-defined]
-
-
-@device
-def _simulate_independent(
-    model: MiniWorldModel,
-    state: State,
-    claims: Any,
-    world: int,
-    agent: int,
-    first_step: int,
-    last_step: int,
-) -> None:
-    """Simulate the steps of an agent, if no part has a per-world hook."""
-    lane = world * model.agents + agent
-    for step in range(first_step, last_step):
-        agents = SingleAgentThread(
-            first_lane=lane,
-            end_lane=lane + 1,
-            lanes_per_block=1,
-            first_world=world,
-            end_world=world + 1,
-            first_agent=agent,
-            end_agent=agent + 1,
-            claims=claims,
-        )
-        take_step(agents, model, state, step)
+    return simulate
 
 
-@device
-def _simulate_in_block(
-    model: MiniWorldModel,
-    state: State,
-    claims: Any,
-    world: int,
-    agent: int,
-    first_step: int,
-    last_step: int,
-) -> None:
-    """Simulate the steps of an agent, with barriers around per-world hooks."""
-    lane = world * model.agents + agent
-    for step in range(first_step, last_step):
-        agents = AgentInBlock(
-            first_lane=lane,
-            end_lane=lane + 1,
-            lanes_per_block=1,
-            first_world=world,
-            end_world=world + 1,
-            first_agent=agent,
-            end_agent=agent + 1,
-            claims=claims,
-        )
-        take_step(agents, model, state, step)
+# If no part has a per-world hook, and otherwise with barriers around such hooks.
+_simulate_independent = _make_simulation(SingleAgentThread)
+_simulate_in_block = _make_simulation(AgentInBlock)
 
 
 @device

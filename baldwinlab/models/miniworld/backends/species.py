@@ -65,10 +65,7 @@ class SpeciesBatch:
         self._runs = len(runs)
 
     def begin(self, generation: int, genomes: Sequence[npt.NDArray[np.float32]]) -> None:
-        """Initialize a generation with the genomes of each species.
-
-        The arrays are [world, agent, module, weight].
-        """
+        """Initialize a generation with genomes [world, agent, module, weight] of each species."""
         for state, member, species_genomes in zip(self.states, self.members, genomes, strict=True):
             poison_state(state, self._runs * member.population.size)
             state.genome[:] = species_genomes

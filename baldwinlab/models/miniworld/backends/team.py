@@ -53,7 +53,7 @@ def team_hooks(state: State) -> tuple[Any, ...]:
     return (*list_hooks(state), agents_class, *hook_functions(agents_class.part))
 
 
-def _agents_class(state: State) -> type[IndependentAgents] | type[DependentAgents]:
+def _agents_class(state: State) -> Any:
     return DependentAgents if reads_other_agents(state) else IndependentAgents
 
 

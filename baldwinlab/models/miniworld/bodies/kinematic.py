@@ -19,37 +19,17 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.simd import Lane, Value, choose, get, lookup, put
-from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrap_position
+from baldwinlab.engine.simd import ONE, TWO, ZERO, Lane, choose, get
+from baldwinlab.models.miniworld.bodies.walker import move_along
 from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, MiniWorldModel, State
 from baldwinlab.parts.bodies import Body
 
 MAX_SPEED = np.float32(STRIDE)
 HEADINGS_PER_QUARTER = np.float32(HEADING_COUNT // 4)
-N_HEADINGS = np.float32(HEADING_COUNT)
-LAST_HEADING = np.float32(HEADING_COUNT - 1)
 # Degrees between two neighboring headings.
 DEGREES_PER_HEADING = np.float32(360 / HEADING_COUNT)
 # Adding and subtracting this constant rounds to the nearest integer, and ties to even.
 ROUNDING = np.float32(1.5 * 2**23)
-
-
-@compiled
-def _move_along(
-    model: MiniWorldModel, state: State, heading: Value, speed: Value, lane: Lane
-) -> None:
-    """Set the heading, and move by `speed` in its direction.
-
-    `heading` is a number of headings. It can be out of range by at most a complete turn.
-    """
-    heading = choose(heading < ZERO, heading + N_HEADINGS, heading)
-    heading = choose(heading > LAST_HEADING, heading - N_HEADINGS, heading)
-    x = get(state.positions, 0, lane) + speed * lookup(model.cosine, heading)
-    y = get(state.positions, 1, lane) + speed * lookup(model.sine, heading)
-    put(state.positions, 0, lane, wrap_position(x, model.width))
-    put(state.positions, 1, lane, wrap_position(y, model.height))
-    put(state.heading, 0, lane, heading)
 
 
 class Stay(Body, name="stay"):
@@ -72,7 +52,7 @@ class Stay(Body, name="stay"):
         is_forward = (action > ZERO) & (action < TWO)
         is_stay = action > TWO
         speed = choose(is_forward, TWO, choose(is_stay, ZERO, ONE))
-        _move_along(model, state, get(state.heading, 0, lane) + turn, speed, lane)
+        move_along(model, state, get(state.heading, 0, lane) + turn, speed, lane)
 
 
 class Grid(Body, name="grid"):
@@ -88,9 +68,7 @@ class Grid(Body, name="grid"):
 
     @staticmethod
     def move(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
-        _move_along(
-            model, state, get(state.action, 0, lane) * HEADINGS_PER_QUARTER, MAX_SPEED, lane
-        )
+        move_along(model, state, get(state.action, 0, lane) * HEADINGS_PER_QUARTER, MAX_SPEED, lane)
 
 
 class Continuous(Body, name="continuous"):
@@ -130,4 +108,4 @@ class Continuous(Body, name="continuous"):
         left = get(state.activations, rows - 2, lane)
         right = get(state.activations, rows - 1, lane)
         turn = ((left - right) * (part.max_turn / DEGREES_PER_HEADING) + ROUNDING) - ROUNDING
-        _move_along(model, state, get(state.heading, 0, lane) + turn, left + right, lane)
+        move_along(model, state, get(state.heading, 0, lane) + turn, left + right, lane)

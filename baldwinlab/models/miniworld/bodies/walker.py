@@ -9,13 +9,31 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from baldwinlab.engine.simd import Lane, choose, get, lookup, put
-from baldwinlab.models.miniworld.map import ONE, TWO, ZERO, wrap_position
+from baldwinlab.engine.jit import compiled
+from baldwinlab.engine.simd import ONE, TWO, ZERO, Lane, Value, choose, get, lookup, put
+from baldwinlab.models.miniworld.map import wrap_position
 from baldwinlab.models.miniworld.state import HEADING_COUNT, STRIDE, MiniWorldModel, State
 from baldwinlab.parts.bodies import Body
 
 N_HEADINGS = np.float32(HEADING_COUNT)
 LAST_HEADING = np.float32(HEADING_COUNT - 1)
+
+
+@compiled
+def move_along(
+    model: MiniWorldModel, state: State, heading: Value, speed: Value, lane: Lane
+) -> None:
+    """Set the heading, and move by `speed` in its direction.
+
+    `heading` is a number of headings. It can be out of range by at most a complete turn.
+    """
+    heading = choose(heading < ZERO, heading + N_HEADINGS, heading)
+    heading = choose(heading > LAST_HEADING, heading - N_HEADINGS, heading)
+    x = get(state.positions, 0, lane) + speed * lookup(model.cosine, heading)
+    y = get(state.positions, 1, lane) + speed * lookup(model.sine, heading)
+    put(state.positions, 0, lane, wrap_position(x, model.width))
+    put(state.positions, 1, lane, wrap_position(y, model.height))
+    put(state.heading, 0, lane, heading)
 
 
 class Walker(Body, name="walker"):
@@ -45,13 +63,7 @@ class Walker(Body, name="walker"):
     def move(part: Any, model: MiniWorldModel, state: State, lane: Lane) -> None:
         """Turn left for action 0 and right for action 2, then move."""
         action = get(state.action, 0, lane)
-        heading = get(state.heading, 0, lane) + (action - ONE)
-        heading = choose(heading < ZERO, heading + N_HEADINGS, heading)
-        heading = choose(heading > LAST_HEADING, heading - N_HEADINGS, heading)
+        turn = action - ONE
         is_forward = (action > ZERO) & (action < TWO)
         speed = choose(is_forward, TWO, ONE)
-        x = get(state.positions, 0, lane) + speed * lookup(model.cosine, heading)
-        y = get(state.positions, 1, lane) + speed * lookup(model.sine, heading)
-        put(state.positions, 0, lane, wrap_position(x, model.width))
-        put(state.positions, 1, lane, wrap_position(y, model.height))
-        put(state.heading, 0, lane, heading)
+        move_along(model, state, get(state.heading, 0, lane) + turn, speed, lane)

@@ -25,8 +25,6 @@ from baldwinlab.models.miniworld.items import place_item, sort_into_cells
 from baldwinlab.models.miniworld.map import is_placement_blocked, wrap_position
 from baldwinlab.parts import Field, ItemRegion, WorldFeature, choose, compiled, per_world
 
-ZERO = np.float32(0)
-ONE = np.float32(1)
 Count = Annotated[int, Field(ge=0, le=1_000_000)]
 Energy = Annotated[float, Field(ge=-1_000_000, le=1_000_000)]
 Patch = tuple[Coordinate, Coordinate, Coordinate, Coordinate, Count, Energy]

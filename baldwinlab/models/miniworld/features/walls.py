@@ -14,11 +14,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from baldwinlab.engine.simd import ONE, ZERO
 from baldwinlab.models.miniworld.features.boxes import Coordinate, Derived, require_on_map
 from baldwinlab.parts import Field, WorldFeature, choose, compiled
 
-ZERO = np.float32(0)
-ONE = np.float32(1)
 Box = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
 
 

@@ -31,27 +31,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Final, Literal
 
-import numpy as np
 from pydantic import Field
 
-from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
-from baldwinlab.engine.simd import Lane, Value, clamp, get, put
+from baldwinlab.engine.simd import ONE, TWO, Lane, Value, clamp, get, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.synapses import SynapticRule, for_each_synapse
 
-ZERO = np.float32(0)
-ONE = np.float32(1)
-TWO = np.float32(2)
 # Modules of the genome that contain the coefficients.
 COEFFICIENT_MODULES: Final = ("A", "B", "C", "D")
 N_COEFFICIENTS: Final = len(COEFFICIENT_MODULES)
-
-
-@compiled
-def _gate_value(state: State, lane: Lane) -> Value:
-    """Return the gate in [-1, 1] from the logistic output y: 2 y - 1, which equals tanh(s / 2)."""
-    return TWO * get(state.targets, 0, lane) - ONE
 
 
 class _FixedCoefficients(SynapticRule):
@@ -95,7 +84,9 @@ class Modulated(_FixedCoefficients, name="modulated"):
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        for_each_synapse(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
+        # The gate is in [-1, 1]. With the logistic output y, 2 y - 1 equals tanh(s / 2).
+        gate = TWO * get(state.targets, 0, lane) - ONE
+        for_each_synapse(part, state, get(state.rate, 0, lane) * gate, lane)
 
 
 class _EvolvedCoefficients(SynapticRule):
@@ -158,8 +149,6 @@ class EvolvedModulated(_EvolvedCoefficients, name="evolved-modulated"):
     """
 
     modules: ClassVar[tuple[str, ...]] = ("action", "reinforcement", *COEFFICIENT_MODULES)
-    answers: ClassVar[tuple[str, ...]] = ("gate",)
+    answers: ClassVar[tuple[str, ...]] = Modulated.answers
 
-    @staticmethod
-    def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        for_each_synapse(part, state, get(state.rate, 0, lane) * _gate_value(state, lane), lane)
+    learn = staticmethod(Modulated.learn)

@@ -23,15 +23,12 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.phases import Array, hook, per_agent
+from baldwinlab.engine.phases import Array, hook, make_part_type, per_agent
 from baldwinlab.engine.rng import DRIFT, philox
-from baldwinlab.engine.simd import Lane, get, put
-from baldwinlab.models.miniworld.population import agent_number, make_tuple_type
+from baldwinlab.engine.simd import ONE, ZERO, Lane, get, put
+from baldwinlab.models.miniworld.population import agent_number
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.networks import forward
-
-ZERO = np.float32(0)
-ONE = np.float32(1)
 
 
 @hook
@@ -178,7 +175,7 @@ def _copy_change(part: Any, state: State, weight: int, lane: int, partner_lane: 
 CONTROLS: Final = {"none": NoControl, "drift": DriftControl, "yoked": YokedControl}
 
 for _control in CONTROLS.values():
-    _control.Compiled = make_tuple_type(_control)
+    make_part_type(_control, [*_control.values, *_control.arrays])
 
 
 def choose_control(experiment: Any) -> type[NoControl]:

@@ -29,13 +29,10 @@ import numpy as np
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
-from baldwinlab.engine.simd import Lane, Value, choose, get, put
+from baldwinlab.engine.simd import ONE, TWO, ZERO, Lane, Value, choose, get, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.synapses import SynapticRule, compute_change
 
-ZERO = np.float32(0)
-ONE = np.float32(1)
-TWO = np.float32(2)
 FOUR = np.float32(4)
 # Numbers of the rules, for compiled code.
 HEBB = 0
@@ -101,6 +98,17 @@ class _StrengthRule(SynapticRule):
         put(state.weights, synapse, lane, sign * strength)
 
 
+def _change_by(rule: int) -> Any:
+    """Return the hook `compute_change` of a rule."""
+
+    def compute_change(
+        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
+    ) -> Value:
+        return compute_strength_change(rule, weight, x, y)
+
+    return staticmethod(compute_change)
+
+
 class Hebb(_StrengthRule, name="hebb"):
     """Hebbian rule: a strength grows if both units are active.
 
@@ -111,11 +119,7 @@ class Hebb(_StrengthRule, name="hebb"):
     Floreano and Mondada 1998.
     """
 
-    @staticmethod
-    def compute_change(
-        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
-    ) -> Value:
-        return compute_strength_change(HEBB, weight, x, y)
+    compute_change: ClassVar[Any] = _change_by(HEBB)
 
 
 class Postsynaptic(_StrengthRule, name="postsynaptic"):
@@ -126,11 +130,7 @@ class Postsynaptic(_StrengthRule, name="postsynaptic"):
     Floreano and Mondada 1998.
     """
 
-    @staticmethod
-    def compute_change(
-        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
-    ) -> Value:
-        return compute_strength_change(POSTSYNAPTIC, weight, x, y)
+    compute_change: ClassVar[Any] = _change_by(POSTSYNAPTIC)
 
 
 class Presynaptic(_StrengthRule, name="presynaptic"):
@@ -141,11 +141,7 @@ class Presynaptic(_StrengthRule, name="presynaptic"):
     Floreano and Mondada 1998.
     """
 
-    @staticmethod
-    def compute_change(
-        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
-    ) -> Value:
-        return compute_strength_change(PRESYNAPTIC, weight, x, y)
+    compute_change: ClassVar[Any] = _change_by(PRESYNAPTIC)
 
 
 class Covariance(_StrengthRule, name="covariance"):
@@ -156,8 +152,4 @@ class Covariance(_StrengthRule, name="covariance"):
     Floreano and Mondada 1998.
     """
 
-    @staticmethod
-    def compute_change(
-        part: Any, state: State, synapse: int, weight: Value, x: Value, y: Value, lane: Lane
-    ) -> Value:
-        return compute_strength_change(COVARIANCE, weight, x, y)
+    compute_change: ClassVar[Any] = _change_by(COVARIANCE)

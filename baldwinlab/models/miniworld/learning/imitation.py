@@ -19,27 +19,30 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Final, Literal
 
-import numpy as np
 from pydantic import Field
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import LIFE, philox, unit
-from baldwinlab.engine.simd import Lane, choose, get, put
+from baldwinlab.engine.simd import HALF, INFINITY, ONE, ZERO, Lane, choose, get, put
 from baldwinlab.models.miniworld.map import shortest_difference
 from baldwinlab.models.miniworld.population import agent_number, is_alive
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
 from baldwinlab.parts.networks import backward, forward
 
-ZERO = np.float32(0)
-HALF = np.float32(0.5)
-ONE = np.float32(1)
-INFINITY = np.float32(np.inf)
 # Number of random words that `philox` returns.
 WORDS_PER_DRAW: Final = 4
 FORAGER_INPUTS: Final = ("left", "front", "right")
 FORAGER_ACTIONS: Final = ("left", "forward", "right")
+
+
+@compiled
+def _learn_targets(part: Any, state: State, lane: Lane) -> None:
+    """Learn by backpropagation toward `part.output_targets`."""
+    rate = get(state.rate, 0, lane)
+    targets = part.output_targets
+    backward(state.network, rate, state.weights, state.activations, state.errors, targets, lane)
 
 
 @compiled
@@ -169,16 +172,7 @@ class Imitation(LearningRule, name="imitation"):
         first_output = state.activations.shape[0] - state.targets.shape[0]
         for k in range(state.targets.shape[0]):
             put(part.output_targets, k, lane, get(part.teacher_activations, first_output + k, lane))
-        rate = get(state.rate, 0, lane)
-        backward(
-            state.network,
-            rate,
-            state.weights,
-            state.activations,
-            state.errors,
-            part.output_targets,
-            lane,
-        )
+        _learn_targets(part, state, lane)
 
 
 class Supervised(LearningRule, name="supervised"):
@@ -208,16 +202,7 @@ class Supervised(LearningRule, name="supervised"):
         put(part.output_targets, 0, lane, left)
         put(part.output_targets, 1, lane, ONE - left - right)
         put(part.output_targets, 2, lane, right)
-        rate = get(state.rate, 0, lane)
-        backward(
-            state.network,
-            rate,
-            state.weights,
-            state.activations,
-            state.errors,
-            part.output_targets,
-            lane,
-        )
+        _learn_targets(part, state, lane)
 
 
 class RandomTargets(LearningRule, name="random-targets"):
@@ -253,13 +238,4 @@ class RandomTargets(LearningRule, name="random-targets"):
 
     @staticmethod
     def learn(part: Any, model: MiniWorldModel, state: State, step: int, lane: Lane) -> None:
-        rate = get(state.rate, 0, lane)
-        backward(
-            state.network,
-            rate,
-            state.weights,
-            state.activations,
-            state.errors,
-            part.output_targets,
-            lane,
-        )
+        _learn_targets(part, state, lane)

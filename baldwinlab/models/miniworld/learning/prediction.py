@@ -37,7 +37,7 @@ from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
 from baldwinlab.engine.rng import LIFE, philox
-from baldwinlab.engine.simd import Lane, Value, get, put
+from baldwinlab.engine.simd import ONE, ZERO, Lane, Value, get, put
 from baldwinlab.models.miniworld.learning.previous_step import (
     PREVIOUS_STEP_ARRAYS,
     PreviousStepRule,
@@ -49,8 +49,6 @@ from baldwinlab.models.miniworld.population import agent_number
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.networks import forward
 
-ZERO = np.float32(0)
-ONE = np.float32(1)
 # A random float32 in [0, 1) has 24 bits, and the oracle takes one bit per target from it.
 MAX_RANDOM_BITS: Final = 24
 # Number of the highest bit of a random word.

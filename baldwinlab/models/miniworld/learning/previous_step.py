@@ -9,16 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Final
 
-import numpy as np
-
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
-from baldwinlab.engine.simd import Lane, Value, get, put
+from baldwinlab.engine.simd import ONE, ZERO, Lane, Value, get, put
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.learning_rules import LearningRule
-
-ZERO = np.float32(0)
-ONE = np.float32(1)
 
 PREVIOUS_STEP_ARRAYS: Final[Mapping[str, Array]] = {
     # 0 from birth until the end of the first step of the agent, then 1.

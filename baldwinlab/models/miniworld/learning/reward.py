@@ -23,7 +23,7 @@ from pydantic import Field
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
-from baldwinlab.engine.simd import Lane, Value, choose, get, put
+from baldwinlab.engine.simd import HALF, ONE, ZERO, Lane, Value, choose, get, put
 from baldwinlab.models.miniworld.energy import ENERGY_VALUES, energy_in_life
 from baldwinlab.models.miniworld.learning.previous_step import (
     PREVIOUS_STEP_ARRAYS,
@@ -34,10 +34,6 @@ from baldwinlab.models.miniworld.learning.previous_step import (
 )
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.networks import backward, forward
-
-ZERO = np.float32(0)
-ONE = np.float32(1)
-HALF = np.float32(0.5)
 
 # Arrays of both rules.
 REINFORCEMENT_ARRAYS: Final[Mapping[str, Array]] = {

@@ -18,12 +18,8 @@ import numpy.typing as npt
 
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.simd import Lane, Value, any_of, fill_lanes, get, put
+from baldwinlab.engine.simd import HALF, ONE, ZERO, Lane, Value, any_of, fill_lanes, get, put
 from baldwinlab.parts.networks import Network
-
-ZERO = np.float32(0.0)
-HALF = np.float32(0.5)
-ONE = np.float32(1.0)
 
 # Number of units of each layer, from the input to the output.
 Sizes = npt.NDArray[np.int64]

@@ -19,12 +19,13 @@ from typing import Any, ClassVar
 from baldwinlab.engine.simd import Lane, first_lane, lanes_of
 from baldwinlab.evolution.neat.genome import (
     INFINITE_GENES,
+    SIGMOID_SLOPE,
     activate,
     count_entries,
     list_links,
     require_neat,
 )
-from baldwinlab.parts import Field, Network
+from baldwinlab.parts import Network
 
 
 def max_links(weights: int, hidden: int) -> int:
@@ -55,12 +56,7 @@ class NeatNetwork(Network, name="neat"):
         "evolution.variation": "neat",
         "evolution.selection": "species",
     }
-    sigmoid_slope: float = Field(
-        4.9,
-        gt=0,
-        le=1000,
-        description="Slope of the sigmoid: output = 1 / (1 + exp(-sigmoid_slope * input)).",
-    )
+    sigmoid_slope: float = SIGMOID_SLOPE
 
     derived: ClassVar[Mapping[str, Any]] = {
         "inputs": lambda part, experiment: len(experiment.inputs),

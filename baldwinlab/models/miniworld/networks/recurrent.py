@@ -17,15 +17,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-import numpy as np
-
 from baldwinlab.engine.arithmetic import sigmoid
 from baldwinlab.engine.jit import compiled
-from baldwinlab.engine.simd import Lane, Value
+from baldwinlab.engine.simd import ONE, Lane, Value
 from baldwinlab.models.miniworld.networks.feed_forward import FeedForward, Rows, feed_forward
 from baldwinlab.parts import Field, Network, get, put
-
-ONE = np.float32(1)
 
 
 class _Recurrent(Network):

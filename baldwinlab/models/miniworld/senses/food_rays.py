@@ -15,14 +15,14 @@ import numpy.typing as npt
 from pydantic import Field
 
 from baldwinlab.engine.phases import Array, per_agent
+from baldwinlab.engine.simd import ZERO
 from baldwinlab.models.miniworld.allocation import N_DIGITS
 from baldwinlab.models.miniworld.regions import kind_number
 from baldwinlab.models.miniworld.senses.real_valued import measure_rays
-from baldwinlab.models.miniworld.senses.sight import is_within_sight
+from baldwinlab.models.miniworld.senses.sight import is_within_sight, rotate_to_heading
 from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
 
-ZERO = np.float32(0)
 # Half the width of the sector in which a drawing shows a ray, in degrees.
 HALF_SECTOR = 2.0
 
@@ -91,8 +91,7 @@ class FoodRays(Sense, name="food-rays"):
         is_visible = is_within_sight(model, state, x, y, dx, dy)
         heading = int(state.heading[0, lane])
         # Coordinates of the item along and across the heading.
-        ahead = dx * model.cosine[heading] + dy * model.sine[heading]
-        right = dy * model.cosine[heading] - dx * model.sine[heading]
+        ahead, right = rotate_to_heading(model, dx, dy, heading)
         for ray in range(part.n_inputs if is_visible else 0):
             # Coordinates of the item along and across the ray.
             u = ahead * part.cosine[ray] + right * part.sine[ray]

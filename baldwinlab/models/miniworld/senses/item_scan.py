@@ -10,7 +10,7 @@ from pydantic import Field
 
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import hook
-from baldwinlab.engine.simd import Lane, Value, any_of, get, lanes_in_block, simd_block
+from baldwinlab.engine.simd import HALF, Lane, Value, any_of, get, lanes_in_block, simd_block
 from baldwinlab.experiment.registry import table_name
 from baldwinlab.models.miniworld.items import (
     find_cells_within,
@@ -20,8 +20,6 @@ from baldwinlab.models.miniworld.items import (
 from baldwinlab.models.miniworld.regions import item_kinds, kind_number
 from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
-
-HALF = np.float32(0.5)
 
 
 @hook

@@ -11,16 +11,12 @@ import numpy as np
 
 from baldwinlab.engine.jit import compiled, register
 from baldwinlab.engine.phases import part_class, select_by_type
-from baldwinlab.engine.simd import Lane, choose, get, put
+from baldwinlab.engine.simd import HALF, ONE, ZERO, Lane, choose, get, put
 from baldwinlab.models.miniworld.items import nearest_image
 from baldwinlab.models.miniworld.lookup import look_up_outputs
 from baldwinlab.models.miniworld.map import shortest_difference
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.senses import count_inputs, measure, sense
-
-ZERO = np.float32(0)
-HALF = np.float32(0.5)
-ONE = np.float32(1)
 
 
 @compiled

@@ -25,16 +25,13 @@ from pydantic import Field
 from baldwinlab.engine.arithmetic import share_of_turn
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import Array, per_agent
-from baldwinlab.engine.simd import square_root
+from baldwinlab.engine.simd import INFINITY, ONE, ZERO, square_root
 from baldwinlab.models.miniworld.energy import ENERGY_VALUES, energy_in_life
 from baldwinlab.models.miniworld.senses.item_scan import ItemSense, record_items
-from baldwinlab.models.miniworld.senses.sight import select_visible
+from baldwinlab.models.miniworld.senses.sight import rotate_to_heading, select_visible
 from baldwinlab.models.miniworld.state import HEADING_COUNT, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense, count_inputs
 
-ZERO = np.float32(0)
-ONE = np.float32(1)
-INFINITY = np.float32(np.inf)
 N_RAYS = 5
 # Number of headings (of 9 degrees) between two rays.
 HEADINGS_BETWEEN_RAYS = 3
@@ -92,8 +89,7 @@ class Nearest(ItemSense, name="nearest"):
         if part.nearest[0, lane] < INFINITY:
             dx = part.nearest[1, lane]
             dy = part.nearest[2, lane]
-            u = dx * model.cosine[heading] + dy * model.sine[heading]
-            v = dy * model.cosine[heading] - dx * model.sine[heading]
+            u, v = rotate_to_heading(model, dx, dy, heading)
             angle = share_of_turn(u, v)
             distance = min(
                 ONE, np.float32(square_root(part.nearest[0, lane])) / model.visual_radius
@@ -152,8 +148,7 @@ class Smell(ItemSense, name="smell"):
         dy: np.float32,
     ) -> None:
         heading = int(state.heading[0, lane])
-        u = dx * model.cosine[heading] + dy * model.sine[heading]
-        v = dy * model.cosine[heading] - dx * model.sine[heading]
+        u, v = rotate_to_heading(model, dx, dy, heading)
         for side in range(2):
             across = v + part.nostril_distance if side == 0 else v - part.nostril_distance
             closeness = ONE - (u * u + across * across) / (part.reach * part.reach)
@@ -265,8 +260,7 @@ class Rays(ItemSense, name="rays"):
             direction = (
                 first_direction + HEADING_COUNT + ray * HEADINGS_BETWEEN_RAYS
             ) % HEADING_COUNT
-            u = dx * model.cosine[direction] + dy * model.sine[direction]
-            v = dy * model.cosine[direction] - dx * model.sine[direction]
+            u, v = rotate_to_heading(model, dx, dy, direction)
             if (
                 abs(v) <= part.item_radius
                 and (u >= ZERO or squared_distance <= squared_radius)

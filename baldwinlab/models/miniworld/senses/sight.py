@@ -18,6 +18,10 @@ import numpy as np
 from baldwinlab.engine.jit import compiled
 from baldwinlab.engine.phases import for_each, select_by_type
 from baldwinlab.engine.simd import (
+    HALF,
+    INFINITY,
+    ONE,
+    ZERO,
     Lane,
     Mask,
     Value,
@@ -42,10 +46,6 @@ from baldwinlab.models.miniworld.state import FOOD, MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
 from baldwinlab.parts.world_features import blocks_sight
 
-ZERO = np.float32(0)
-HALF = np.float32(0.5)
-ONE = np.float32(1)
-INFINITY = np.float32(math.inf)
 TAN_15 = np.float32(math.tan(math.radians(15)))
 # Bits of a scan: an item is in the sector, or near enough to be touched after the next move.
 LEFT_BIT = 1

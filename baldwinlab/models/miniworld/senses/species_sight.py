@@ -11,16 +11,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-import numpy as np
 from pydantic import Field
 
 from baldwinlab.engine.phases import Array, per_agent
-from baldwinlab.models.miniworld.population import INFINITY, see_species
+from baldwinlab.engine.simd import INFINITY, ONE
+from baldwinlab.models.miniworld.population import see_species
 from baldwinlab.models.miniworld.state import MiniWorldModel, State
 from baldwinlab.parts.senses import Sense
 
-ZERO = np.float32(0)
-ONE = np.float32(1)
 N_SECTORS = 3
 
 

@@ -1,4 +1,4 @@
-"""Records and measures of all models in which the topology of networks evolves.
+"""Base class, records and measures of all models in which the topology of networks evolves.
 
 The first solution of a run is the first network that solves the task, in the order of evaluation.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -17,11 +17,15 @@ from baldwinlab.evolution.neat.genome import (
     ENABLED,
     GENE_SIZE,
     HEAD_SIZE,
+    INFINITE_GENES,
     INNOVATION,
     SPECIES,
     TARGET,
+    count_entries,
+    make_minimal_graphs,
+    require_neat,
 )
-from baldwinlab.parts import Measure, Variable
+from baldwinlab.parts import FOUNDER, Field, Measure, Model, Variable
 
 NETWORK_RECORDS: Final[Mapping[str, Variable]] = {
     "hidden": Variable.integer("nodes", "hidden nodes"),
@@ -29,8 +33,49 @@ NETWORK_RECORDS: Final[Mapping[str, Variable]] = {
     "species": Variable.integer("", "number of the species, in the order in which they arose"),
 }
 
+N_OUTPUTS: Final = 1
+FOUNDER_WEIGHT_RANGE: Any = Field(
+    1.0,
+    ge=0,
+    le=1000,
+    description="Limit R of the founders' weights, drawn from U(-R, R) (our choice).",
+)
+
 # Function that returns for each agent of the runs whether it solves the task.
 Solves = Callable[["xr.Dataset"], "xr.DataArray"]
+
+
+class NetworkModel(Model):
+    """Base class of the models in which the topology of networks with one output evolves."""
+
+    if TYPE_CHECKING:
+        # Each model declares its settings, because their order is that of its documentation.
+        max_links: int
+        founder_weight_range: float
+
+    has_graph_genomes: ClassVar[bool] = True
+    infinite_genes: ClassVar[tuple[int, ...]] = INFINITE_GENES
+    # Number of inputs without the bias.
+    n_inputs: ClassVar[int]
+
+    def without_learning(self) -> Self:
+        return self
+
+    def check(self, experiment: Any) -> None:
+        require_neat(experiment, f"model = {self.name!r}")
+
+    def n_weights(self) -> int:
+        return count_entries(self.max_links)
+
+    def founders(self, agents: int, key: Any) -> npt.NDArray[np.float32]:
+        # The bias is an input.
+        n_sources = self.n_inputs + 1
+        # [agent, input]: the first of four numbers.
+        draws = key.uniforms(FOUNDER, (agents, n_sources))[:, :, 0]
+        weights = (2 * draws - 1) * self.founder_weight_range
+        graphs = make_minimal_graphs(n_sources, N_OUTPUTS, self.max_links, weights)
+        # A genome has one module.
+        return graphs[:, None]
 
 
 def record_networks(graphs: npt.NDArray[np.float32]) -> Mapping[str, npt.NDArray[np.int32]]:
@@ -69,10 +114,11 @@ def measure_solutions(
         return measure
 
     def measure_record(name: str, meaning: str) -> Measure:
-        return Measure(
-            meaning,
-            measure_first_solution(lambda runs, positions: _values_at(runs[name], positions)),
-        )
+        def read_values(runs: xr.Dataset, positions: npt.NDArray[np.intp]) -> npt.NDArray[Any]:
+            values: npt.NDArray[Any] = _order_by_evaluation(runs[name])
+            return values[np.arange(len(positions)), positions]
+
+        return Measure(meaning, measure_first_solution(read_values))
 
     return {
         "solved": Measure("1 if any network solves the task, else 0", is_solved),
@@ -93,9 +139,3 @@ def measure_solutions(
 def _order_by_evaluation(record: xr.DataArray) -> npt.NDArray[Any]:
     """Return a record as [run, network], ordered by generation, then by agent."""
     return record.transpose("run", "generation", "agent").values.reshape(record.sizes["run"], -1)
-
-
-def _values_at(record: xr.DataArray, positions: npt.NDArray[np.intp]) -> npt.NDArray[Any]:
-    """Return the values of a record for one network of each run, at `positions` [run]."""
-    values: npt.NDArray[Any] = _order_by_evaluation(record)[np.arange(len(positions)), positions]
-    return values
