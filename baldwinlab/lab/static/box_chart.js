@@ -2,6 +2,7 @@
 
 import { el } from "./common.js";
 import { chooseTicks, computeRange, createSvg, drawGridLine, drawTextLabel } from "./drawing.js";
+import { computeQuantile } from "./quantiles.js";
 
 // CSS pixels.
 const TOP = 10;
@@ -134,20 +135,10 @@ function drawLabel(text, x, y, isSlanted) {
 
 /** Return the median, the quartiles and the farthest values within 1.5 times their distance. */
 export function computeBoxStatistics(values) {
-  const sorted = [...values].sort((a, b) => a - b);
-  const quantile = (share) => {
-    const position = share * (sorted.length - 1);
-    const below = Math.floor(position);
-    return (
-      sorted[below] + (position - below) * ((sorted[below + 1] ?? sorted[below]) - sorted[below])
-    );
-  };
-  const first = quantile(0.25);
-  const median = quantile(0.5);
-  const third = quantile(0.75);
+  const [first, median, third] = [0.25, 0.5, 0.75].map((share) => computeQuantile(values, share));
   const whiskerLength = 1.5 * (third - first);
-  const inliers = sorted.filter(
+  const inliers = values.filter(
     (value) => value >= first - whiskerLength && value <= third + whiskerLength,
   );
-  return { low: inliers[0], first, median, third, high: inliers.at(-1) };
+  return { low: Math.min(...inliers), first, median, third, high: Math.max(...inliers) };
 }

@@ -1,6 +1,6 @@
 /** The dialog of a comparison: presets or values, number of runs, size and name. */
 
-import { el, formatNumber, postJSON } from "./common.js";
+import { createButton, createField, el, formatNumber, openDialog, postJSON } from "./common.js";
 import { ComparedPresets } from "./comparison_presets.js";
 import { ComparedValues } from "./comparison_values.js";
 import { createDownloadButton } from "./downloads.js";
@@ -51,9 +51,7 @@ class CompareDialog {
       event.preventDefault();
       this.start();
     });
-    this.element.addEventListener("close", () => this.close());
-    document.body.append(this.element);
-    this.element.showModal();
+    openDialog(this.element, () => this.close());
     this.showKind();
   }
 
@@ -74,21 +72,16 @@ class CompareDialog {
     this.fault = el("p", { class: "fault", role: "alert", "data-testid": "compare-fault" });
     this.command = el("code", { "data-testid": "compare-command" });
     this.hint = el("p", { class: "soft" }, "The same on another machine: ", this.command);
-    this.startButton = el(
-      "button",
-      { type: "submit", class: "primary", "data-testid": "compare-start" },
-      "Compare",
-    );
+    this.startButton = createButton("Compare", null, {
+      type: "submit",
+      class: "primary",
+      "data-testid": "compare-start",
+    });
     this.saveButton = createDownloadButton("sweep.toml", () => this.toml);
   }
 
   createForm() {
-    const nameField = el(
-      "label",
-      { class: "field" },
-      el("span", {}, "Name of the study in the folder of this lab"),
-      this.name,
-    );
+    const nameField = createField("Name of the study in the folder of this lab", this.name);
     const content = el(
       "div",
       { class: "compare-content" },
@@ -97,7 +90,6 @@ class CompareDialog {
       el("div", { class: "compare-field" }, this.runs, nameField),
     );
     content.addEventListener("input", () => this.check());
-    const close = () => this.element.close();
     return el(
       "form",
       { class: "live-save" },
@@ -113,7 +105,7 @@ class CompareDialog {
         { class: "row" },
         this.saveButton,
         el("span", { class: "spread" }),
-        el("button", { type: "button", class: "quiet", onclick: close }, "Cancel"),
+        createButton("Cancel", () => this.element.close(), { class: "quiet" }),
         this.startButton,
       ),
     );
@@ -210,7 +202,6 @@ class CompareDialog {
     clearTimeout(this.timer);
     // Responses that arrive later are ignored.
     this.latestRequest++;
-    this.element.remove();
     this.changed(null);
   }
 }

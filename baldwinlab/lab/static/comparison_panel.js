@@ -1,6 +1,6 @@
 /** The panel of a comparison: progress, and at the end its result. */
 
-import { el, getJSON, postJSON, showMessage } from "./common.js";
+import { createButton, el, getJSON, postJSON, showMessage } from "./common.js";
 import { formatDuration } from "./comparison_dialog.js";
 import { createComparisonTable, formatAnswer } from "./comparison.js";
 
@@ -34,16 +34,10 @@ export class ComparePanel {
   createElements() {
     this.title = el("h1");
     this.badge = el("span", { "data-testid": "compare-state" });
-    this.stop = el(
-      "button",
-      {
-        type: "button",
-        class: "danger",
-        "data-testid": "compare-stop",
-        onclick: () => this.stopRuns(),
-      },
-      "Stop",
-    );
+    this.stop = createButton("Stop", () => this.stopRuns(), {
+      class: "danger",
+      "data-testid": "compare-stop",
+    });
     this.open = el(
       "a",
       { class: "button primary", "data-testid": "compare-results", hidden: true },

@@ -1,6 +1,6 @@
 /** Downloads of the visible data: tables as CSV, charts as PNG. */
 
-import { el } from "./common.js";
+import { createButton, el } from "./common.js";
 
 const MEDIA_TYPES = { csv: "text/csv", png: "image/png", toml: "application/toml" };
 
@@ -59,21 +59,21 @@ export function createFigureLinks(study, figure, conditions) {
 export function createDownloadButton(name, create, label = `Save as ${name}`, file = name) {
   const save = async () => {
     const type = MEDIA_TYPES[name.split(".").pop()];
-    const url = URL.createObjectURL(new Blob([await create()], { type }));
-    el("a", { href: url, download: file }).click();
-    setTimeout(() => URL.revokeObjectURL(url), 1000);
+    saveFile(new Blob([await create()], { type }), file);
   };
-  return el(
-    "button",
-    {
-      type: "button",
-      class: "quiet",
-      "aria-label": label.endsWith(name) ? null : `${label}: ${name}`,
-      "data-testid": `download-${name}`,
-      onclick: save,
-    },
-    label,
-  );
+  return createButton(label, save, {
+    class: "quiet",
+    "aria-label": label.endsWith(name) ? null : `${label}: ${name}`,
+    "data-testid": `download-${name}`,
+  });
+}
+
+/** Let the browser save a file. */
+export function saveFile(blob, name) {
+  const url = URL.createObjectURL(blob);
+  el("a", { href: url, download: name }).click();
+  // The browser has read the file after a minute.
+  setTimeout(() => URL.revokeObjectURL(url), 60_000);
 }
 
 /** Return rows as CSV. A missing number is an empty cell. */

@@ -1,6 +1,7 @@
 /** A lifetime on a grid of cells: agent, items and path, step by step. */
 
-import { createIcon, el, formatNumber } from "./common.js";
+import { createButton, createIcon, el, formatNumber } from "./common.js";
+import { createLegendEntry } from "./legend.js";
 import { formatColor, palette, resolveColor } from "./palette.js";
 import { chooseSpeed, Player } from "./player.js";
 
@@ -22,11 +23,9 @@ export class GridView {
       "aria-label": "The lifetime, described below",
       "data-testid": "grid",
     });
-    this.toggle = el("button", {
-      type: "button",
+    this.toggle = createButton("", () => this.player.toggle(), {
       class: "primary round",
       "data-testid": "grid-play",
-      onclick: () => this.player.toggle(),
     });
     this.slider = el("input", {
       type: "range",
@@ -73,12 +72,7 @@ export class GridView {
     this.canvas.hidden = false;
     this.canvas.style.aspectRatio = `${columns} / ${rows}`;
     const mark = (name, color, shape = "") =>
-      el(
-        "span",
-        { class: "entry" },
-        el("i", { class: `grid-mark ${shape}`, style: `background: ${color}` }),
-        name,
-      );
+      createLegendEntry(name, { class: `grid-mark ${shape}`, style: `background: ${color}` });
     this.legend.replaceChildren(
       mark("agent", "var(--agent)", "round"),
       ...Object.entries(header.cell_colors).map(([name, color]) => mark(name, formatColor(color))),

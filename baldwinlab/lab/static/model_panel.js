@@ -3,7 +3,7 @@
 import { AlleleBars } from "./allele_bars.js";
 import { GridView } from "./grid_view.js";
 import { createFreezerButton } from "./freezer_button.js";
-import { LifetimeSelector } from "./lifetime_selector.js";
+import { LifetimeSelector, setOptions } from "./lifetime_selector.js";
 import { createQuery, el, getBinary } from "./common.js";
 import { MatrixView } from "./matrix_view.js";
 import { PathView } from "./path_view.js";
@@ -156,11 +156,6 @@ export class ModelPanel extends LifetimeSelector {
   }
 
   showViewLists() {
-    const setOptions = (list, entries) => {
-      if (list.dataset.shown === JSON.stringify(entries)) return;
-      list.dataset.shown = JSON.stringify(entries);
-      list.replaceChildren(...entries.map(([value, text]) => el("option", { value }, text)));
-    };
     setOptions(
       this.viewList,
       this.views.map(({ name }) => [name, name]),
@@ -168,7 +163,7 @@ export class ModelPanel extends LifetimeSelector {
     setOptions(this.agents, [
       ["", "fittest agent"],
       ...Array.from({ length: this.condition.agents }, (_, agent) => [
-        String(agent),
+        agent,
         `agent ${agent}`,
       ]),
     ]);

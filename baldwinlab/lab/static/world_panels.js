@@ -128,6 +128,6 @@ export class WorldPanels {
 
   /** Move by some generations. Negative numbers move back. */
   changeGeneration(offset) {
-    this.panels.forEach((panel) => panel.goTo(panel.source.generation + offset));
+    this.panels.forEach((panel) => panel.move(offset));
   }
 }
