@@ -3,16 +3,10 @@
 import { createButton, el, getJSON, postJSON, showMessage } from "./common.js";
 import { formatDuration } from "./comparison_dialog.js";
 import { createComparisonTable, formatAnswer } from "./comparison.js";
+import { showState } from "./live_feed.js";
 
 // Milliseconds between two requests.
 const POLL_INTERVAL = 500;
-const STATES = {
-  preparing: ["Preparing", ""],
-  running: ["Running", "good"],
-  done: ["Done", "good"],
-  stopped: ["Stopped", ""],
-  failed: ["Failed", "warm"],
-};
 
 export class ComparePanel {
   /**
@@ -99,9 +93,7 @@ export class ComparePanel {
   }
 
   show({ state, message, subject, share, stored, runs, seconds_left: secondsLeft }) {
-    const [word, tone] = STATES[state];
-    this.badge.className = `badge ${tone}`;
-    this.badge.textContent = word;
+    showState(this.badge, state);
     this.fault.textContent = message;
     this.title.textContent = `Comparison of ${subject}`;
     this.progress.value = share;

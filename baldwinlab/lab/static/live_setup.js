@@ -1,6 +1,6 @@
 /** The settings of a live run: preset, changed parameters, number of runs, seed and speed. */
 
-import { el, getJSON, isServerless, postJSON } from "./common.js";
+import { createButton, el, getJSON, isServerless, postJSON } from "./common.js";
 import { openCompareDialog } from "./comparison_dialog.js";
 import { applyChanges, findChanges, parseChanges } from "./experiment_changes.js";
 import { ExperimentFields } from "./experiment_fields.js";
@@ -50,30 +50,26 @@ export class Setup {
       "data-testid": "setup-note",
     });
     // Disabled until the settings are valid.
-    this.start = el(
-      "button",
-      { type: "submit", class: "primary", form: FORM_ID, disabled: true, "data-testid": "start" },
-      "Start",
-    );
-    this.compare = el(
-      "button",
-      {
-        type: "button",
-        "data-testid": "compare-open",
-        hidden: isServerless(),
-        onclick: () => this.openCompareDialog({}),
-      },
-      "Compare …",
-    );
+    this.start = createButton("Start", null, {
+      type: "submit",
+      class: "primary",
+      form: FORM_ID,
+      disabled: true,
+      "data-testid": "start",
+    });
+    this.compare = createButton("Compare …", () => this.openCompareDialog({}), {
+      hidden: isServerless(),
+      "data-testid": "compare-open",
+    });
     // The view places the start button here or on the map.
     this.begin = el("div", { class: "row live-begin" }, this.compare);
     // The view places the list of runs here.
     this.corner = el("span", {});
-    this.reset = el(
-      "button",
-      { type: "button", class: "quiet", hidden: true, "data-testid": "reset" },
-      "Undo all changes",
-    );
+    this.reset = createButton("Undo all changes", () => this.resetToPreset(), {
+      class: "quiet",
+      hidden: true,
+      "data-testid": "reset",
+    });
     this.validationTimer = 0;
     this.latestRequest = 0;
   }
@@ -85,7 +81,6 @@ export class Setup {
     const { preset } = this.state;
     this.preset = new PresetPicker(presets, () => this.resetToPreset());
     this.preset.value = this.preset.has(preset) ? preset : defaultPreset;
-    this.reset.addEventListener("click", () => this.resetToPreset());
     await this.load(parseChanges(this.state.set));
     root.replaceChildren(this.createElement());
     const { compare } = this.state;
@@ -235,16 +230,11 @@ export class Setup {
   showErrors(errors) {
     const [first, ...rest] = errors;
     const restText = rest.length ? ` Further errors: ${rest.length}.` : "";
-    const showButton = el(
-      "button",
-      {
-        type: "button",
-        class: "quiet",
-        "data-testid": "setup-show",
-        onclick: () => this.fields.form.scrollTo(first.path),
-      },
-      "Show the field",
-    );
+    const showField = () => this.fields.form.scrollTo(first.path);
+    const showButton = createButton("Show the field", showField, {
+      class: "quiet",
+      "data-testid": "setup-show",
+    });
     this.fault.replaceChildren(
       ...(first ? [`${first.message}.${restText} `] : []),
       ...(first?.path && !(first.path in this.numbers) ? [showButton] : []),

@@ -1,6 +1,6 @@
 /** The list of agents with the number of eaten items. A click opens the inspector. */
 
-import { el } from "./common.js";
+import { createButton, el } from "./common.js";
 import { drawSpeciesSwatch } from "./species_shapes.js";
 
 // Maximum number of listed agents.
@@ -61,17 +61,18 @@ export class Population {
     this.rows = shown.map((agent) => {
       const bar = el("i", {});
       const number = el("b", { class: "number" });
-      const attributes = {
-        "aria-label": formatAgent(recording, agent, 0),
-        "data-testid": `agent-${agent}`,
-        onclick: () => this.pick(agent),
-      };
-      const line = el(
-        "button",
-        { type: "button", class: "agent-line", ...attributes },
-        el("span", { class: "number" }, ...createMark(recording, agent), agent),
-        el("span", { class: "gauge" }, bar),
-        number,
+      const line = createButton(
+        [
+          el("span", { class: "number" }, ...createMark(recording, agent), agent),
+          el("span", { class: "gauge" }, bar),
+          number,
+        ],
+        () => this.pick(agent),
+        {
+          class: "agent-line",
+          "aria-label": formatAgent(recording, agent, 0),
+          "data-testid": `agent-${agent}`,
+        },
       );
       return { agent, bar, number, line };
     });

@@ -1,6 +1,6 @@
 /** The factors of conditions: filter conditions, and group them into curves. */
 
-import { el } from "./common.js";
+import { createField, createSelect, el } from "./common.js";
 
 // With more curves, conditions are grouped by default.
 const MAX_CURVES = 8;
@@ -88,19 +88,7 @@ export function createFactorLists({ factors }, { by, only }, choose) {
 }
 
 function createList(name, options, selectedValue, change, id) {
-  const entries = options.map(([value, text]) =>
-    el("option", { value, selected: value === selectedValue }, text)
-  );
-  return el(
-    "label",
-    { class: "field" },
-    el("span", {}, name),
-    el(
-      "select",
-      { "data-testid": id, onchange: (event) => change(event.target.value) },
-      ...entries,
-    ),
-  );
+  return createField(name, createSelect(options, selectedValue, change, { "data-testid": id }));
 }
 
 /** Return the state that another study resets. */

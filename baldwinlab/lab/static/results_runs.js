@@ -1,6 +1,6 @@
 /** A sortable table of all runs, with a CSV download. */
 
-import { el, formatNumber } from "./common.js";
+import { createButton, el, formatNumber } from "./common.js";
 import { createDownloadButton, formatCsv } from "./downloads.js";
 import { createFreezerButton } from "./freezer_button.js";
 
@@ -56,20 +56,12 @@ class RunTable {
 
   /** Return the head of a column. A click sorts the table. */
   createHead(column, measure) {
-    return el(
-      "th",
-      { scope: "col" },
-      el(
-        "button",
-        {
-          type: "button",
-          class: "quiet",
-          "data-testid": `sort-${column}`,
-          onclick: () => this.sort(column),
-        },
-        measure ? `${measure.name}, ${measure.axis}` : column,
-      ),
-    );
+    const title = measure ? `${measure.name}, ${measure.axis}` : column;
+    const button = createButton(title, () => this.sort(column), {
+      class: "quiet",
+      "data-testid": `sort-${column}`,
+    });
+    return el("th", { scope: "col" }, button);
   }
 
   /** Sort by a column. Names and runs are ascending at first, measures descending. */

@@ -1,6 +1,6 @@
 /** The time bar of a world: playback, steps, meals and speed, with keyboard control. */
 
-import { createIcon, el, formatNumber } from "./common.js";
+import { createIcon, createIconButton, createSelect, el, formatNumber } from "./common.js";
 import { SPEEDS } from "./player.js";
 import { Timeline } from "./timeline.js";
 
@@ -23,29 +23,19 @@ export class TimeBar {
       action();
     };
     const button = (name, label, path, action, shape = "square") =>
-      el(
-        "button",
-        {
-          type: "button",
-          class: shape,
-          "aria-label": label,
-          "data-testid": `${testid}-${name}`,
-          onclick: userAction(action),
-        },
-        createIcon(path),
-      );
+      createIconButton(label, path, userAction(action), {
+        class: shape,
+        title: null,
+        "data-testid": `${testid}-${name}`,
+      });
     this.toggle = button("play", "Play", PLAY, () => player.toggle(), "primary round");
     this.timeline = new Timeline((step) => userAction(() => player.seek(step))());
     this.step = el("span", { class: "number", "data-testid": `${testid}-step` });
-    const options = SPEEDS.map((speed) => el("option", { value: speed }, `${speed}×`));
-    this.speed = el(
-      "select",
-      {
-        "aria-label": "Speed",
-        "data-testid": `${testid}-speed`,
-        onchange: () => player.setSpeed(this.speed.value),
-      },
-      ...options,
+    this.speed = createSelect(
+      SPEEDS.map((speed) => [speed, `${speed}×`]),
+      player.speed,
+      (speed) => player.setSpeed(speed),
+      { "aria-label": "Speed", "data-testid": `${testid}-speed` },
     );
     const back = button("back", "One step back", BACK, () => player.step(-1));
     const forward = button("on", "One step forward", FORWARD, () => player.step(1));
