@@ -11,23 +11,18 @@ const ESTIMATE_DELAY = 300;
 const MAX_RUNS = 50;
 const TITLES = { presets: "Presets", fields: "Values of a setting" };
 
-/**
- * Open the dialog of a comparison.
- * @param {object} form
- * @param {{preset: string, experiment: object, runs: number, seed: number}} form.order
- * @param {{name: string, paper?: string, description: string}[]} form.presets
- * @param {(path: string) => string[]} form.listOptions returns the options of a choice, or []
- * @param {{presets?: string[], fields?: Object<string, any[]>}} compared from the address
- * @param {(compared: object|null) => void} changed called after a change; null when the dialog
- *   closes
- * @param {(name: string) => void} started called with the name of the study
- * @returns {HTMLDialogElement}
- */
-export function openCompareDialog(form, compared, changed, started) {
-  return new CompareDialog(form, compared, changed, started).element;
-}
-
-class CompareDialog {
+/** The dialog, which opens when it is created. */
+export class CompareDialog {
+  /**
+   * @param {object} form
+   * @param {{preset: string, experiment: object, runs: number, seed: number}} form.order
+   * @param {{name: string, paper?: string, description: string}[]} form.presets
+   * @param {(path: string) => string[]} form.listOptions returns the options of a choice, or []
+   * @param {{presets?: string[], fields?: Object<string, any[]>}} compared from the address
+   * @param {(compared: object|null) => void} changed called after a change; null when the dialog
+   *   closes
+   * @param {(name: string) => void} started called with the name of the study
+   */
   constructor({ order, presets, listOptions }, compared, changed, started) {
     this.order = { ...order };
     this.changed = changed;

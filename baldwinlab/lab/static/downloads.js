@@ -2,6 +2,7 @@
 
 import { createButton, el } from "./common.js";
 
+export const CURVE_COLUMNS = ["curve", "generation", "mean", "low", "high"];
 const MEDIA_TYPES = { csv: "text/csv", png: "image/png", toml: "application/toml" };
 
 /**
@@ -74,6 +75,19 @@ export function saveFile(blob, name) {
   el("a", { href: url, download: name }).click();
   // The browser has read the file after a minute.
   setTimeout(() => URL.revokeObjectURL(url), 60_000);
+}
+
+/** Return one row per generation of each curve. The values have a name, such as "mean". */
+export function listCurveRows(generations, series, name = "mean") {
+  return series.flatMap(({ label, values, low, high }) =>
+    generations.map((generation, index) => ({
+      curve: label,
+      generation,
+      [name]: values[index],
+      low: low?.[index],
+      high: high?.[index],
+    }))
+  );
 }
 
 /** Return rows as CSV. A missing number is an empty cell. */

@@ -1,10 +1,11 @@
 /** The settings of a live run: preset, changed parameters, number of runs, seed and speed. */
 
 import { createButton, el, getJSON, isServerless, postJSON } from "./common.js";
-import { openCompareDialog } from "./comparison_dialog.js";
+import { CompareDialog } from "./comparison_dialog.js";
 import { applyChanges, findChanges, parseChanges } from "./experiment_changes.js";
 import { ExperimentFields } from "./experiment_fields.js";
 import { PresetPicker } from "./preset_picker.js";
+import { parseWholeNumber } from "./run_picker.js";
 import { createNumberField, createSpeedPicker, DEFAULT_SPEED } from "./setup_fields.js";
 
 // Milliseconds after the last change.
@@ -35,8 +36,8 @@ export class Setup {
     this.listener = listener;
     this.signal = signal;
     this.numbers = {
-      runs: parseNumber(state.runs, 5),
-      seed: parseNumber(state.seed, 0),
+      runs: parseWholeNumber(state.runs) ?? 5,
+      seed: parseWholeNumber(state.seed) ?? 0,
       pace: state.pace ?? DEFAULT_SPEED,
     };
     this.fields = new ExperimentFields(() => this.changed(), signal);
@@ -97,13 +98,13 @@ export class Setup {
       );
     const order = { preset: this.preset.value, experiment: this.fields.form.value, runs, seed };
     const remember = (compared) => this.navigate({ compare: compared && JSON.stringify(compared) });
-    const dialog = openCompareDialog(
+    const { element } = new CompareDialog(
       { order, presets, listOptions },
       compared,
       remember,
       (name) => this.listener.compared(name),
     );
-    this.signal.addEventListener("abort", () => dialog.close(), { once: true });
+    this.signal.addEventListener("abort", () => element.close(), { once: true });
   }
 
   /** Load a preset with changes into the form. */
@@ -252,8 +253,4 @@ export class Setup {
       this.start.disabled = false;
     }
   }
-}
-
-function parseNumber(text, fallback) {
-  return /^\d+$/.test(text ?? "") ? Number(text) : fallback;
 }

@@ -1,5 +1,6 @@
 /** The Results tab: curves, boxes and claims of a study, with links to lifetimes. */
 
+import { createClaimList } from "./claims.js";
 import { el, getJSON, showMessage } from "./common.js";
 import { createComparisonTable, formatAnswer } from "./comparison.js";
 import { explainCurves, ResultsCurves } from "./results_curves.js";
@@ -7,12 +8,7 @@ import { clearFactorState, createFactorLists, groupConditions } from "./results_
 import { createHeading, createMeasureSwitch, createStudyPicker } from "./results_header.js";
 import { MEASURES } from "./results_measures.js";
 import { createPanels } from "./results_panels.js";
-import {
-  createClaims,
-  createFactorSection,
-  createFinals,
-  createNorms,
-} from "./results_sections.js";
+import { createFactorSection, createFinals, createNorms } from "./results_sections.js";
 import { findNewest } from "./sources.js";
 import { createSpeciesCards, drawSpeciesCharts } from "./results_species.js";
 
@@ -241,7 +237,7 @@ function draw(page, view, setHidden) {
     createFactorSection(view),
     speciesCards ?? "",
     ...folds.map(({ element }) => element),
-    createClaims(view),
+    createClaimList(view),
   );
   // Charts need the width of their elements on the page.
   const charts = [
