@@ -1,6 +1,6 @@
 /** The claims: verdict, measured effect, the value in the paper, and links to lifetimes. */
 
-import { el, formatNumber } from "./common.js";
+import { createCommandHint, el, formatNumber } from "./common.js";
 import { findLastLifetime } from "./results_measures.js";
 
 // The tone, and the singular and plural forms of the count.
@@ -35,7 +35,8 @@ export function createClaimList(view) {
   }
   if (!claims.length) {
     if (!study.paper) return "";
-    section.append(createReportHint(study));
+    const hint = "The claims of this study have not been evaluated yet.";
+    section.append(createCommandHint(hint, `baldwinlab report ${study.argument}`));
     return section;
   }
   const changes = claims[0].changes ?? [];
@@ -56,16 +57,6 @@ export function createClaimList(view) {
     section.append(createClaimEntry(claim, lifetimes));
   }
   return section;
-}
-
-function createReportHint({ argument }) {
-  return el(
-    "p",
-    { class: "soft" },
-    "The claims of this study have not been evaluated yet. Run ",
-    el("code", {}, `baldwinlab report ${argument}`),
-    ".",
-  );
 }
 
 /** Return whether any claim is from a paper. Custom claims are not. */

@@ -72,6 +72,11 @@ export function createTableHead(titles) {
   return el("thead", {}, el("tr", {}, cells));
 }
 
+/** Create a hint about a command of the terminal. */
+export function createCommandHint(sentence, command) {
+  return el("p", { class: "soft" }, `${sentence} Run `, el("code", {}, command), ".");
+}
+
 /** Open a dialog. It is removed when it closes. */
 export function openDialog(/** @type {HTMLDialogElement} */ dialog, closed = () => {}) {
   dialog.addEventListener("close", () => {

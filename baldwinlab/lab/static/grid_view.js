@@ -1,12 +1,11 @@
 /** A lifetime on a grid of cells: agent, items and path, step by step. */
 
-import { createButton, createIcon, el, formatNumber } from "./common.js";
+import { el, formatNumber } from "./common.js";
 import { createLegendEntry } from "./legend.js";
 import { formatColor, palette, resolveColor } from "./palette.js";
 import { chooseSpeed, Player } from "./player.js";
+import { createPlayButton, showPlaying } from "./player_controls.js";
 
-const PLAY = "M6 4l10 6-10 6z";
-const PAUSE = "M7 4v12M13 4v12";
 // By heading.
 const DIRECTIONS = ["right", "down", "left", "up"];
 
@@ -23,10 +22,7 @@ export class GridView {
       "aria-label": "The lifetime, described below",
       "data-testid": "grid",
     });
-    this.toggle = createButton("", () => this.player.toggle(), {
-      class: "primary round",
-      "data-testid": "grid-play",
-    });
+    this.toggle = createPlayButton("grid-play", () => this.player.toggle());
     this.slider = el("input", {
       type: "range",
       min: 0,
@@ -94,8 +90,7 @@ export class GridView {
   }
 
   changed() {
-    this.toggle.setAttribute("aria-label", this.player.playing ? "Pause" : "Play");
-    this.toggle.replaceChildren(createIcon(this.player.playing ? PAUSE : PLAY));
+    showPlaying(this.toggle, this.player.playing);
     this.onStep();
   }
 

@@ -4,6 +4,7 @@ import { el } from "./common.js";
 import { applyChanges } from "./experiment_changes.js";
 import { Lead } from "./lead.js";
 import { chooseSpeed } from "./player.js";
+import { matchProgram } from "./program_table.js";
 import { Recording } from "./recording.js";
 import { createLifetime } from "./world_figure.js";
 import { WorldGroup } from "./world_group.js";
@@ -32,7 +33,8 @@ export function createContrast(lab, experiment) {
   if (generations < 1 || learning.rule === "none") return null;
   const learners = applyChanges(experiment, { "evolution.generations": generations });
   const controls = applyChanges(learners, NO_LEARNING);
-  const canSimulate = lab.findErrors(controls).length === 0 && lab.hasProgram(controls);
+  const canSimulate = lab.findErrors(controls).length === 0 &&
+    matchProgram(lab.laboratory.programs, controls);
   return canSimulate ? [learners, controls] : null;
 }
 

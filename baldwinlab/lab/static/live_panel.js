@@ -22,15 +22,18 @@ export class LivePanel {
   constructor(root, feed, state, navigate, editRun) {
     this.feed = feed;
     const { experiment, alleles, runs } = feed.summary;
+    const { size, worlds = 1 } = experiment.population;
     const View = selectView(experiment, alleles);
     this.world = View
-      ? new View(feed.id, runs, state, navigate, countAgents(experiment))
+      ? new View(feed.id, runs, state, navigate, Math.floor(size / worlds))
       : createEmptyWorld(experiment.model);
     this.buttons = new RunButtons(feed, editRun);
     const fitness = el("div", { "data-testid": "live-fitness" });
     const share = el("div", { "data-testid": "live-share" });
     const counts = el("div", { "data-testid": "live-counts" });
-    const curves = createCurveColumn(fitness, share, counts);
+    const charts = [fitness, share, counts];
+    const cards = charts.map((chart) => el("section", { class: "card" }, chart));
+    const curves = el("div", { class: "live-curves" }, cards);
     root.replaceChildren(
       this.createHead(),
       el("div", { class: "live-both" }, curves, this.world.element),
@@ -41,7 +44,7 @@ export class LivePanel {
     });
     const drawCurves = (statistic) => {
       this.curves?.close();
-      for (const chart of [fitness, share, counts]) chart.replaceChildren();
+      for (const chart of charts) chart.replaceChildren();
       this.curves = new LiveCurves(
         feed,
         fitness,
@@ -130,24 +133,9 @@ function createStatisticPicker(initial, changed) {
   });
 }
 
-/** Return a column with a card for each chart. */
-function createCurveColumn(...charts) {
-  return el(
-    "div",
-    { class: "live-curves" },
-    ...charts.map((chart) => el("section", { class: "card" }, chart)),
-  );
-}
-
 function selectView(experiment, alleles) {
   if (experiment.world) return LiveWorld;
   return alleles.length ? LiveAlleles : null;
-}
-
-/** Return the number of agents of one world. */
-function countAgents(experiment) {
-  const { size, worlds = 1 } = experiment.population;
-  return Math.floor(size / worlds);
 }
 
 /** Replace the world of a model without a world. */

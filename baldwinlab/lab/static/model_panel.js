@@ -40,16 +40,10 @@ export class ModelPanel extends LifetimeSelector {
       });
       this.callbacks.chosen();
     };
-    this.viewList = el("select", {
-      "aria-label": "View",
-      "data-testid": "view-a",
-      onchange: selectView,
-    });
-    this.agents = el("select", {
-      "aria-label": "Agent",
-      "data-testid": "agent-a",
-      onchange: selectView,
-    });
+    const createList = (label, testid) =>
+      el("select", { "aria-label": label, "data-testid": testid, onchange: selectView });
+    this.viewList = createList("View", "view-a");
+    this.agents = createList("Agent", "agent-a");
     this.lists.run.closest("label").after(this.viewList, this.agents);
     const freezerButton = createFreezerButton(
       "Keep this population",
@@ -162,10 +156,7 @@ export class ModelPanel extends LifetimeSelector {
     );
     setOptions(this.agents, [
       ["", "fittest agent"],
-      ...Array.from({ length: this.condition.agents }, (_, agent) => [
-        agent,
-        `agent ${agent}`,
-      ]),
+      ...Array.from({ length: this.condition.agents }, (_, agent) => [agent, `agent ${agent}`]),
     ]);
     this.viewList.hidden = this.views.length < 2;
     this.agents.hidden = !this.view.has_agent_choice;

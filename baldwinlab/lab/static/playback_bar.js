@@ -3,11 +3,9 @@
 import { createButton, createIcon, createIconButton, createSelect, el } from "./common.js";
 import { createKeyboardDialog } from "./keys.js";
 import { Legend } from "./legend.js";
-import { SPEEDS } from "./player.js";
+import { createPlayButton, createSpeedList, showPlaying } from "./player_controls.js";
 
 const ICONS = {
-  play: "M6 4l10 6-10 6z",
-  pause: "M7 4v12M13 4v12",
   back: "M12 5l-6 5 6 5zM15 5v10",
   on: "M8 5l6 5-6 5zM5 5v10",
   mealBefore: "M8 5l-5 5 5 5M12 10a2.2 2.2 0 1 0 4.4 0a2.2 2.2 0 1 0-4.4 0",
@@ -31,13 +29,10 @@ export class PlaybackBar {
    */
   constructor(player, timeline, callbacks) {
     this.player = player;
-    this.play = createBarButton("play", "Play (space)", () => player.toggle(), "primary round");
-    this.speed = createSelect(
-      SPEEDS.map((speed) => [speed, `${speed}×`]),
-      player.speed,
-      (speed) => player.setSpeed(speed),
-      { "aria-label": "Speed", "data-testid": "speed" },
-    );
+    this.play = createPlayButton("play", () => player.toggle());
+    this.play.title = "Play (space)";
+    showPlaying(this.play, player.playing, " (space)");
+    this.speed = createSpeedList(player, "speed");
     this.clock = el("span", { class: "clock number", "data-testid": "step" });
     this.trails = createSelect(Object.entries(TRAILS), "", (trails) => callbacks.set({ trails }), {
       class: "recorded",
@@ -100,8 +95,7 @@ export class PlaybackBar {
 
   showTime() {
     const { playing, speed } = this.player;
-    this.play.replaceChildren(createIcon(ICONS[playing ? "pause" : "play"]));
-    this.play.setAttribute("aria-label", playing ? "Pause (space)" : "Play (space)");
+    showPlaying(this.play, playing, " (space)");
     this.play.dataset.playing = String(playing);
     this.speed.value = String(speed);
   }

@@ -61,9 +61,10 @@ export class Population {
     this.rows = shown.map((agent) => {
       const bar = el("i", {});
       const number = el("b", { class: "number" });
+      const species = recording.findSpecies(agent);
       const line = createButton(
         [
-          el("span", { class: "number" }, ...createMark(recording, agent), agent),
+          el("span", { class: "number" }, species && drawSpeciesSwatch(species), agent),
           el("span", { class: "gauge" }, bar),
           number,
         ],
@@ -82,12 +83,6 @@ export class Population {
     // Keep the focus on the same agent.
     if (focused) this.rows.find(({ line }) => line.dataset.testid === focused)?.line.focus();
   }
-}
-
-/** Return the shape of the species of an agent, if there are species. */
-function createMark(recording, agent) {
-  const species = recording.findSpecies(agent);
-  return species ? [drawSpeciesSwatch(species)] : [];
 }
 
 /** Return a label such as: agent 3, 12 items eaten. */

@@ -2,7 +2,7 @@
 
 import { selectSeriesStyle } from "./chart_series.js";
 import { LineChart } from "./charts.js";
-import { createField, createSelect, el } from "./common.js";
+import { createCommandHint, createField, createSelect, el } from "./common.js";
 import { createChartDownloads } from "./downloads.js";
 
 const EXPLANATION =
@@ -39,15 +39,8 @@ export function createReactionNorms(section, response, argument, groups, field, 
 }
 
 function showMissing(section, argument) {
-  section.append(
-    el(
-      "p",
-      { class: "soft" },
-      "The reaction norms of this study are not measured yet. Run ",
-      el("code", {}, `baldwinlab assay ${argument} --assays reaction`),
-      ".",
-    ),
-  );
+  const hint = "The reaction norms of this study are not measured yet.";
+  section.append(createCommandHint(hint, `baldwinlab assay ${argument} --assays reaction`));
   return [];
 }
 

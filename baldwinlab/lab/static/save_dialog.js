@@ -27,7 +27,15 @@ export function openSaveDialog(title, label, initialName, save) {
     class: "primary",
     "data-testid": "save-submit",
   });
-  const form = createForm(title, label, name, fault, saveButton, () => dialog.close());
+  const cancelButton = createButton("Cancel", () => dialog.close(), { class: "quiet" });
+  const form = el(
+    "form",
+    { class: "live-save" },
+    el("h2", {}, title),
+    createField(label, name),
+    fault,
+    el("div", { class: "row" }, el("span", { class: "spread" }), cancelButton, saveButton),
+  );
   const dialog = el("dialog", {}, form);
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
@@ -43,21 +51,4 @@ export function openSaveDialog(title, label, initialName, save) {
   });
   openDialog(dialog);
   name.select();
-}
-
-function createForm(title, label, name, fault, saveButton, cancel) {
-  return el(
-    "form",
-    { class: "live-save" },
-    el("h2", {}, title),
-    createField(label, name),
-    fault,
-    el(
-      "div",
-      { class: "row" },
-      el("span", { class: "spread" }),
-      createButton("Cancel", cancel, { class: "quiet" }),
-      saveButton,
-    ),
-  );
 }
