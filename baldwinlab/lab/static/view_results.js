@@ -127,11 +127,28 @@ class ResultsView {
     );
   }
 
-  /** Return the results of a study. Results of the visible study are not requested again. */
-  loadResults(study) {
+  /**
+   * Return the results of a study. Results of the visible study are not requested again. Without
+   * results, the page shows the reason.
+   */
+  async loadResults(study) {
     if (this.shown?.study === study.id) return this.shown.results;
     this.responses.clear();
-    return fetchResults(study, this.page, this.studies, this.choose, this.aborted.signal);
+    const { page, aborted: { signal } } = this;
+    const picker = createStudyPicker(this.studies, study.id, this.choose);
+    if (study.problem) return showEmpty(page, "This study cannot be read", study.problem, picker);
+    const spinner = el("span", { class: "spinner" });
+    page.replaceChildren(
+      el("div", { class: "row" }, picker),
+      el("div", { class: "card results-waiting" }, spinner, " Reading the study …"),
+    );
+    try {
+      return await getJSON(`api/results?${new URLSearchParams({ study: study.id })}`, signal);
+    } catch (error) {
+      if (!signal.aborted)
+        showEmpty(page, "This study has no results to show", error.message, picker);
+      return null;
+    }
   }
 
   /** @returns {ResultsState} */
@@ -180,27 +197,6 @@ function rememberFolds(page) {
     for (const fold of page.querySelectorAll("details"))
       if (open.includes(fold.dataset.testid)) fold.open = true;
   };
-}
-
-/** Load the results of a study. Without results, the page shows the reason. */
-async function fetchResults(study, page, studies, choose, signal) {
-  const pick = createStudyPicker(studies, study.id, choose);
-  if (study.problem) return showEmpty(page, "This study cannot be read", study.problem, pick);
-  page.replaceChildren(
-    el("div", { class: "row" }, pick),
-    el(
-      "div",
-      { class: "card results-waiting" },
-      el("span", { class: "spinner" }),
-      " Reading the study …",
-    ),
-  );
-  try {
-    return await getJSON(`api/results?${new URLSearchParams({ study: study.id })}`, signal);
-  } catch (error) {
-    if (!signal.aborted) showEmpty(page, "This study has no results to show", error.message, pick);
-    return null;
-  }
 }
 
 function showEmpty(page, title, sentence, ...more) {
