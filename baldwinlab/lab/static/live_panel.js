@@ -22,7 +22,7 @@ export class LivePanel {
   constructor(root, feed, state, navigate, editRun) {
     this.feed = feed;
     const { experiment, alleles, runs } = feed.summary;
-    const { size, worlds = 1 } = experiment.population;
+    const { size, worlds = 1 } = experiment.population ?? {};
     const View = selectView(experiment, alleles);
     this.world = View
       ? new View(feed.id, runs, state, navigate, Math.floor(size / worlds))

@@ -122,6 +122,8 @@ function createValueInput(node, value, changed) {
   if (!options) return createNumber(value, changed);
   const pairs = options.map((option) => [option, String(option)]);
   const list = createSelect(pairs, value, () => changed(options[list.selectedIndex]));
+  // An unknown value selects no option.
+  list.value = String(value);
   return list;
 }
 
