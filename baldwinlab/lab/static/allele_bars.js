@@ -3,7 +3,8 @@
  * readers.
  */
 
-import { el, formatNumber } from "./common.js";
+import { createTableHead, el, formatNumber } from "./common.js";
+import { createLegendEntry } from "./legend.js";
 import { Tooltip } from "./tooltip.js";
 
 // The colors of the alleles, in their order.
@@ -76,24 +77,16 @@ export class AlleleBars {
     this.alleles = alleles;
     this.loci = Array.from({ length: count }, (_, locus) => this.createLocus(locus, count));
     this.plot.prepend(...this.loci.map(({ bar }) => bar));
-    const entry = (name, number) =>
-      el(
-        "span",
-        { class: "entry" },
-        el("i", { class: "allele", style: formatColorStyle(number) }),
-        name,
-      );
-    this.legend.replaceChildren("from bottom to top:", ...alleles.map(entry));
+    const entries = alleles.map((name, number) =>
+      createLegendEntry(name, { class: "allele", style: formatColorStyle(number) })
+    );
+    this.legend.replaceChildren("from bottom to top:", ...entries);
     this.caption = el("caption");
-    const head = ["locus", ...alleles].map((name) => el("th", { scope: "col" }, name));
+    const lines = this.loci.map(({ line }) => line);
     this.table.replaceChildren(
       this.caption,
-      el("thead", {}, el("tr", {}, head)),
-      el(
-        "tbody",
-        {},
-        this.loci.map(({ line }) => line),
-      ),
+      createTableHead(["locus", ...alleles]),
+      el("tbody", {}, lines),
     );
   }
 

@@ -1,6 +1,6 @@
 /** The ancestors of an agent as a chart and a table, back to the first generation. */
 
-import { el, formatNumber, getJSON, showMessage } from "./common.js";
+import { createButton, createTableHead, el, formatNumber, getJSON, showMessage } from "./common.js";
 import { createLineageTree } from "./lineage_tree.js";
 import { createLifetimeQuery } from "./sources.js";
 import { createColorKey, LifetimeChart } from "./lifetime_chart.js";
@@ -24,8 +24,7 @@ export class Ancestors {
     );
     this.trace.root.append(createColorKey(["chosen", "this lineage"], ["meal", "average agent"]));
     this.rows = el("tbody");
-    const heads = COLUMNS.map((column) => el("th", { scope: "col" }, column));
-    this.table = el("table", {}, el("thead", {}, el("tr", {}, heads)), this.rows);
+    this.table = el("table", {}, createTableHead(COLUMNS), this.rows);
     this.tree = el("div", { "data-testid": "lineage" });
     this.root = el(
       "div",
@@ -133,13 +132,12 @@ export class Ancestors {
   }
 
   createLink(generation, agent) {
-    const name = `agent ${agent}`;
-    const act = {
-      "aria-label": `${name}, generation ${generation}`,
+    const open = () => this.open({ ...this.source, generation }, agent);
+    return createButton(`agent ${agent}`, open, {
+      class: "chip",
+      "aria-label": `agent ${agent}, generation ${generation}`,
       "data-testid": "ancestor",
-      onclick: () => this.open({ ...this.source, generation }, agent),
-    };
-    return el("button", { type: "button", class: "chip", ...act }, name);
+    });
   }
 
   /** Open the lifetime of the ancestor in a generation. */

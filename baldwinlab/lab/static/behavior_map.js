@@ -1,6 +1,6 @@
 /** The map of behavior: fitness at birth without learning, and with learning in the same life. */
 
-import { el, formatNumber, getJSON } from "./common.js";
+import { createButton, createSelect, el, formatNumber, getJSON, openDialog } from "./common.js";
 import { createChartDownloads } from "./downloads.js";
 import { palette } from "./palette.js";
 import { createScatterChart } from "./scatter_chart.js";
@@ -24,11 +24,10 @@ export function openBehaviorMap(source, open) {
     agents: `Agents of generation ${source.generation}`,
     generations: `Means of generations up to ${source.generation}`,
   };
-  const list = el(
-    "select",
-    { "aria-label": "Points", "data-testid": "behavior-kind", onchange: () => show() },
-    Object.entries(kinds).map(([kind, name]) => el("option", { value: kind }, name)),
-  );
+  const list = createSelect(Object.entries(kinds), "agents", () => show(), {
+    "aria-label": "Points",
+    "data-testid": "behavior-kind",
+  });
   const dialog = el(
     "dialog",
     { class: "behavior", "aria-label": "Map of behavior" },
@@ -37,7 +36,7 @@ export function openBehaviorMap(source, open) {
     plot,
     status,
     el("p", { class: "soft" }, MEASURED),
-    el("button", { type: "button", onclick: () => dialog.close() }, "Close"),
+    createButton("Close", () => dialog.close()),
   );
   const stop = new AbortController();
   const show = async () => {
@@ -58,12 +57,7 @@ export function openBehaviorMap(source, open) {
       if (error.name !== "AbortError") status.textContent = error.message;
     }
   };
-  dialog.addEventListener("close", () => {
-    stop.abort();
-    dialog.remove();
-  });
-  document.body.append(dialog);
-  dialog.showModal();
+  openDialog(dialog, () => stop.abort());
   return show();
 }
 

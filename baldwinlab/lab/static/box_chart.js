@@ -1,7 +1,8 @@
 /** Box plots in SVG, with all values as points. A point can be a link that the keyboard reaches. */
 
 import { el } from "./common.js";
-import { chooseTicks, computeRange, createSvg, drawGridLine, drawTextLabel } from "./drawing.js";
+import { chooseTicks, computeRange, createSvg, drawGridRow, drawTextLabel } from "./drawing.js";
+import { computeQuantile } from "./quantiles.js";
 
 // CSS pixels.
 const TOP = 10;
@@ -64,12 +65,7 @@ function drawPlot(title, groups, width, height) {
     role: "group",
     "aria-label": title,
   });
-  for (const tick of ticks) {
-    drawing.append(
-      drawGridLine(LEFT, y(tick), width, y(tick)),
-      drawTextLabel(String(tick), { x: LEFT - 8, y: y(tick) + 4, "text-anchor": "end" }),
-    );
-  }
+  for (const tick of ticks) drawing.append(...drawGridRow(String(tick), LEFT, width, y(tick)));
   groups.forEach((group, number) => {
     const middle = LEFT + slot * (number + 0.5);
     drawing.append(drawLabel(group.label, middle, height - bottom + 16, isSlanted));
@@ -126,28 +122,17 @@ function drawPoints(group, middle, slot, y) {
 }
 
 function drawLabel(text, x, y, isSlanted) {
-  const position = isSlanted
-    ? { "text-anchor": "end", transform: `translate(${x} ${y - 4}) rotate(-38)` }
-    : { "text-anchor": "middle", x, y };
-  return drawTextLabel(text, position);
+  return isSlanted
+    ? drawTextLabel(text, 0, 0, "end", { transform: `translate(${x} ${y - 4}) rotate(-38)` })
+    : drawTextLabel(text, x, y, "middle");
 }
 
 /** Return the median, the quartiles and the farthest values within 1.5 times their distance. */
 export function computeBoxStatistics(values) {
-  const sorted = [...values].sort((a, b) => a - b);
-  const quantile = (share) => {
-    const position = share * (sorted.length - 1);
-    const below = Math.floor(position);
-    return (
-      sorted[below] + (position - below) * ((sorted[below + 1] ?? sorted[below]) - sorted[below])
-    );
-  };
-  const first = quantile(0.25);
-  const median = quantile(0.5);
-  const third = quantile(0.75);
+  const [first, median, third] = [0.25, 0.5, 0.75].map((share) => computeQuantile(values, share));
   const whiskerLength = 1.5 * (third - first);
-  const inliers = sorted.filter(
+  const inliers = values.filter(
     (value) => value >= first - whiskerLength && value <= third + whiskerLength,
   );
-  return { low: inliers[0], first, median, third, high: inliers.at(-1) };
+  return { low: Math.min(...inliers), first, median, third, high: Math.max(...inliers) };
 }

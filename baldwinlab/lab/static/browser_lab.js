@@ -4,7 +4,7 @@
 
 import { validateTree } from "./validation.js";
 import { BrowserFeed } from "./browser_runs.js";
-import { fillTemplate, findProgram, isTable, matchProgram } from "./program_table.js";
+import { fillTemplate, findProgram, isTable } from "./program_table.js";
 import { WorkerPool } from "./worker_pool.js";
 import { applyChanges, findChanges } from "./experiment_changes.js";
 
@@ -120,11 +120,6 @@ export class BrowserLab {
 
   findErrors(experiment) {
     return validateTree(this.findSchema(experiment), experiment, this.laboratory.rules);
-  }
-
-  /** Return whether the page contains a compiled module for an experiment. */
-  hasProgram(experiment) {
-    return Boolean(matchProgram(this.laboratory.programs, experiment));
   }
 
   /**

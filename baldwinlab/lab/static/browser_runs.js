@@ -2,6 +2,7 @@
 
 import { Feed } from "./live_feed.js";
 import { createRecordingHeader } from "./program_table.js";
+import { computeMean } from "./quantiles.js";
 
 /** The feed of a run of the browser engine, with recordings of its lifetimes. */
 export class BrowserFeed extends Feed {
@@ -103,7 +104,9 @@ export class BrowserFeed extends Feed {
   async loadRecording(source, { run, generation, first, last }) {
     const { experiment, seed } = this.summary;
     const appearance = this.lab.describeAppearance(experiment);
-    const recorded = await this.replay({ run, generation, appearance, first, last });
+    const genome = await this.loadGenome(run, generation);
+    const parameters = { run, generation, genome, appearance, first, last };
+    const recorded = await this.requestReplay("recording", parameters);
     const key = { source, seed, run, generation };
     return {
       header: createRecordingHeader(experiment, appearance, recorded, key),
@@ -114,20 +117,17 @@ export class BrowserFeed extends Feed {
   /** Return the container of frames. */
   async loadFrames(source, { run, generation }) {
     const { experiment, seed } = this.summary;
-    const appearance = this.lab.describeAppearance(experiment);
-    const window = readWindow(source, experiment.world);
-    const read = (name, fallback) => Number(source[name] ?? fallback);
-    const interval = read("interval", 1);
-    const query = { first: read("first", 0), count: read("count", 0), interval, window };
-    const kindSizes = appearance.item_kinds.map(({ number }) => number);
-    const { frames, simulated, arrays } = await this.requestFrames({
-      run,
-      generation,
-      query,
-      kindSizes,
-    });
-    const header = { kind: "frames", source, condition: experiment.name, seed, run, generation };
     const { world, population, lifetime } = experiment;
+    const appearance = this.lab.describeAppearance(experiment);
+    const query = readFrameQuery(source, world);
+    const kindSizes = appearance.item_kinds.map(({ number }) => number);
+    const life = [this.id, run, generation].join("/");
+    const parameters = { life, run, generation, query, kindSizes };
+    const send = (genome) => this.requestReplay("frames", { ...parameters, genome });
+    const { frames, simulated, arrays } = (await send(null)) ??
+      (await send(await this.loadGenome(run, generation)));
+    const header = { kind: "frames", source, condition: experiment.name, seed, run, generation };
+    const { interval, window } = query;
     const size = { steps: lifetime.steps, agents: population.size };
     return {
       header: {
@@ -145,37 +145,18 @@ export class BrowserFeed extends Feed {
     };
   }
 
-  /** Request frames of a lifetime from the worker that replays. */
-  async requestFrames({ run, generation, ...parameters }) {
-    const { experiment, seed } = this.summary;
-    const program = this.lab.findProgram(experiment);
-    const worker = await this.lab.workers.prepareWorker("replay", program);
-    const life = [this.id, run, generation].join("/");
-    const request = { life, program: program.name, experiment, seed, run, generation };
-    const send = (genome) => worker.request("frames", { ...request, ...parameters, genome });
-    return (await send(null)) ?? send(await this.loadGenome(run, generation));
-  }
-
   /** Return the genomes of a generation. */
   loadGenome(run, generation) {
     const worker = this.workers[run % this.lab.workers.maxWorkers];
     return worker.request("genome", { group: this.id, run, generation });
   }
 
-  /** Record a lifetime on a worker. */
-  async replay(parameters) {
-    const { run, generation } = parameters;
-    const { workers } = this.lab;
-    const genome = await this.loadGenome(run, generation);
+  /** Send a request to the worker that replays lifetimes. */
+  async requestReplay(command, parameters) {
     const { experiment, seed } = this.summary;
     const program = this.lab.findProgram(experiment);
-    return (await workers.prepareWorker("replay", program)).request("recording", {
-      program: program.name,
-      experiment,
-      seed,
-      genome,
-      ...parameters,
-    });
+    const worker = await this.lab.workers.prepareWorker("replay", program);
+    return worker.request(command, { program: program.name, experiment, seed, ...parameters });
   }
 
   disconnect() {
@@ -186,16 +167,19 @@ export class BrowserFeed extends Feed {
   }
 }
 
-/** Return the window of a request, by default the complete map. */
-function readWindow(source, { width, height }) {
+/**
+ * Return the steps and the window of a request, by default the complete map.
+ * @returns {Object<string, any>}
+ */
+function readFrameQuery(source, { width, height }) {
+  const steps = { first: 0, count: 0, interval: 1 };
   const completeMap = { left: 0, top: 0, right: width, bottom: height };
   const squares = { columns: 1, rows: 1, max_shapes: 1 };
-  return Object.fromEntries(
-    Object.entries({ ...completeMap, ...squares }).map(([name, value]) => [
-      name,
-      Number(source[name] ?? value),
-    ]),
-  );
+  const read = (defaults) =>
+    Object.fromEntries(
+      Object.entries(defaults).map(([name, value]) => [name, Number(source[name] ?? value)]),
+    );
+  return { ...read(steps), window: read({ ...completeMap, ...squares }) };
 }
 
 /**
@@ -230,8 +214,4 @@ function computeBand(values, quantiles, upperLimit) {
   const half = Math.sqrt(spread / values.length) * quantiles[values.length];
   const low = values.some((value) => value < 0) ? mean - half : Math.max(0, mean - half);
   return { mean: [mean], low: [low], high: [Math.min(upperLimit, mean + half)], runs: [values] };
-}
-
-function computeMean(values) {
-  return values.reduce((sum, value) => sum + value, 0) / values.length;
 }

@@ -1,7 +1,7 @@
 /** The legend of a chart, and the switch that shows each run. */
 
 import { selectSeriesStyle } from "./chart_series.js";
-import { el } from "./common.js";
+import { createButton, el } from "./common.js";
 import { createSvg } from "./drawing.js";
 
 /**
@@ -20,15 +20,11 @@ export function createRunSwitch(checked, changed) {
 
 export function createLegendEntry(line, number, hidden, toggle) {
   const { color, dash } = { ...selectSeriesStyle(number), ...line };
-  const button = el(
-    "button",
-    { type: "button", class: "chart-key", "aria-pressed": String(!hidden.has(line.label)) },
-    drawSwatch(color, dash),
-    el("span", {}, line.label),
-    el("span", { class: "chart-value" }),
+  return createButton(
+    [drawSwatch(color, dash), el("span", {}, line.label), el("span", { class: "chart-value" })],
+    () => toggle(line.label),
+    { class: "chart-key", "aria-pressed": String(!hidden.has(line.label)) },
   );
-  button.addEventListener("click", () => toggle(line.label));
-  return button;
 }
 
 function drawSwatch(color, dash = []) {

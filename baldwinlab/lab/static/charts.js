@@ -20,7 +20,7 @@ import {
   MAX_PLAIN_CURVES,
   selectSeriesStyle,
 } from "./chart_series.js";
-import { el } from "./common.js";
+import { createButton, el } from "./common.js";
 
 /**
  * @typedef {object} Series
@@ -123,11 +123,8 @@ export class LineChart {
   }
 
   showLegend() {
-    const toggleButton = el(
-      "button",
-      { type: "button", class: "chart-all", onclick: () => this.toggleAll() },
-      this.hidden.size ? "Show all" : "Hide all",
-    );
+    const text = this.hidden.size ? "Show all" : "Hide all";
+    const toggleButton = createButton(text, () => this.toggleAll(), { class: "chart-all" });
     this.legend.replaceChildren(
       ...this.series.map((line, number) =>
         createLegendEntry(line, number, this.hidden, (label) => this.toggle(label))

@@ -1,6 +1,7 @@
 /** The claims: verdict, measured effect, the value in the paper, and links to lifetimes. */
 
-import { el, formatNumber } from "./common.js";
+import { createCommandHint, el, formatNumber } from "./common.js";
+import { findLastLifetime } from "./results_measures.js";
 
 // The tone, and the singular and plural forms of the count.
 export const VERDICTS = {
@@ -18,13 +19,11 @@ const MEASURES = {
 
 /**
  * Return the section of the claims, or "" for a study without a paper and without claims.
- * @param {object[]} claims records of claims.json
- * @param {{id: string, argument: string, paper: string}} study
- * @param {(condition: string) => number} findTypicalRun
- * @param {(condition: string) => number} findLastGeneration
- * @param {string | null} problem the error if the claims are not valid
+ * @param {import("./view_results.js").ResultsState} view
  */
-export function createClaimList(claims, study, findTypicalRun, findLastGeneration, problem) {
+export function createClaimList(view) {
+  const { study } = view;
+  const { claims, problem, typical_run: typicalRuns } = view.results;
   const section = el(
     "details",
     { class: "card", open: Boolean(problem), "data-testid": "claims" },
@@ -36,7 +35,8 @@ export function createClaimList(claims, study, findTypicalRun, findLastGeneratio
   }
   if (!claims.length) {
     if (!study.paper) return "";
-    section.append(createReportHint(study));
+    const hint = "The claims of this study have not been evaluated yet.";
+    section.append(createCommandHint(hint, `baldwinlab report ${study.argument}`));
     return section;
   }
   const changes = claims[0].changes ?? [];
@@ -51,28 +51,12 @@ export function createClaimList(claims, study, findTypicalRun, findLastGeneratio
     );
   section.append(el("p", { class: "soft" }, countVerdicts(claims)));
   for (const claim of claims) {
-    const conditions = [claim.condition, claim.comparison].filter(
-      (name) => findTypicalRun(name) !== undefined,
-    );
-    const lifetimes = conditions.map((condition) => ({
-      study: study.id,
-      condition,
-      run: findTypicalRun(condition),
-      generation: findLastGeneration(condition),
-    }));
+    const lifetimes = [claim.condition, claim.comparison]
+      .filter((name) => typicalRuns[name] !== undefined)
+      .map((name) => findLastLifetime(view, name, typicalRuns[name]));
     section.append(createClaimEntry(claim, lifetimes));
   }
   return section;
-}
-
-function createReportHint({ argument }) {
-  return el(
-    "p",
-    { class: "soft" },
-    "The claims of this study have not been evaluated yet. Run ",
-    el("code", {}, `baldwinlab report ${argument}`),
-    ".",
-  );
 }
 
 /** Return whether any claim is from a paper. Custom claims are not. */

@@ -1,5 +1,7 @@
 /** Elements, requests, messages and number formats for all views. */
 
+import { createSvg } from "./drawing.js";
+
 /**
  * Create an element. Attributes that start with "on" are listeners. `null` and `false` are omitted.
  * @template {keyof HTMLElementTagNameMap} Tag
@@ -24,22 +26,65 @@ export function el(tag, attributes = {}, ...children) {
 
 /** Create an icon of 20 x 20 units in the text color. `path` is the data of an SVG path. */
 export function createIcon(path) {
-  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-  svg.setAttribute("viewBox", "0 0 20 20");
-  svg.setAttribute("class", "icon");
-  svg.setAttribute("aria-hidden", "true");
-  const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
-  line.setAttribute("d", path);
-  svg.append(line);
-  return svg;
+  const attributes = { viewBox: "0 0 20 20", class: "icon", "aria-hidden": "true" };
+  return createSvg("svg", attributes, createSvg("path", { d: path }));
 }
 
-/** An error message of the server. */
-export class RequestError extends Error {
-  constructor(text, status) {
-    super(text);
-    this.status = status;
-  }
+/** Create a button with a text or elements. It submits no form. */
+export function createButton(content, onclick, attributes = {}) {
+  return el("button", { type: "button", onclick, ...attributes }, content);
+}
+
+/** Create a button with an icon. The label is its tooltip, and its name for screen readers. */
+export function createIconButton(label, path, onclick, attributes = {}) {
+  const names = { class: "quiet square", title: label, "aria-label": label };
+  return createButton(createIcon(path), onclick, { ...names, ...attributes });
+}
+
+/** Create the options of a list from pairs of a value and a text. */
+export function createOptions(/** @type {any[][]} */ pairs) {
+  return pairs.map(([value, text]) => el("option", { value }, text));
+}
+
+/**
+ * Create a list of pairs of a value and a text.
+ * @param {any[][]} pairs
+ * @param {any} selected a value; if it is not in the list, the first one is selected
+ * @param {(value: string) => void} changed
+ * @param {Object<string, any>} [attributes]
+ */
+export function createSelect(pairs, selected, changed, attributes = {}) {
+  const select = el("select", { ...attributes }, createOptions(pairs));
+  select.addEventListener("change", () => changed(select.value));
+  const index = pairs.findIndex(([value]) => String(value) === String(selected));
+  if (index > 0) select.selectedIndex = index;
+  return select;
+}
+
+/** Create an input with a title. */
+export function createField(title, ...inputs) {
+  return el("label", { class: "field" }, el("span", {}, title), ...inputs);
+}
+
+/** Create the head of a table. */
+export function createTableHead(titles) {
+  const cells = titles.map((title) => el("th", { scope: "col" }, title));
+  return el("thead", {}, el("tr", {}, cells));
+}
+
+/** Create a hint about a command of the terminal. */
+export function createCommandHint(sentence, command) {
+  return el("p", { class: "soft" }, `${sentence} Run `, el("code", {}, command), ".");
+}
+
+/** Open a dialog. It is removed when it closes. */
+export function openDialog(/** @type {HTMLDialogElement} */ dialog, closed = () => {}) {
+  dialog.addEventListener("close", () => {
+    closed();
+    dialog.remove();
+  });
+  document.body.append(dialog);
+  dialog.showModal();
 }
 
 // Replaces the server on exported pages.
@@ -149,7 +194,7 @@ export async function inflate(text) {
 /**
  * Send a request. Without a connection, show a banner and retry.
  *
- * Throw RequestError for an error status.
+ * Throw an Error for an error status.
  */
 export async function request(path, options) {
   for (;;) {
@@ -165,7 +210,7 @@ export async function request(path, options) {
     }
     showConnection(true);
     if (response.ok) return response;
-    const error = new RequestError(await readError(response), response.status);
+    const error = new Error(await readError(response));
     // The banner stays, because the server rejects all further requests.
     if (response.status === 401) showConnection(false, error.message);
     throw error;
@@ -211,14 +256,19 @@ export function showMessage(text, kind = "info") {
     el("p", {}, text),
   );
   note.append(
-    el(
-      "button",
-      { type: "button", class: "quiet", "aria-label": "Dismiss", onclick: () => note.remove() },
-      "×",
-    ),
+    createButton("×", () => note.remove(), { class: "quiet", "aria-label": "Dismiss" }),
   );
   container.append(note);
   setTimeout(() => note.remove(), kind === "error" ? 12000 : 6000);
+}
+
+/** Show the errors of requests that no view handles. */
+export function showUnhandledErrors() {
+  addEventListener("unhandledrejection", (event) => {
+    event.preventDefault();
+    if (event.reason?.name !== "AbortError")
+      showMessage(event.reason?.message ?? String(event.reason), "error");
+  });
 }
 
 const formats = [0, 1, 2, 3].map(

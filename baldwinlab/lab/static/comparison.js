@@ -1,6 +1,6 @@
 /** The comparison of conditions: the sentences, headings and cells that the server writes. */
 
-import { el } from "./common.js";
+import { createTableHead, el } from "./common.js";
 
 const TONES = { higher: "good", lower: "warm" };
 
@@ -41,15 +41,7 @@ export function createComparisonTable(comparison, isOpen) {
     el(
       "table",
       {},
-      el(
-        "thead",
-        {},
-        el(
-          "tr",
-          {},
-          ...Object.values(headings).map((heading) => el("th", { scope: "col" }, heading)),
-        ),
-      ),
+      createTableHead(Object.values(headings)),
       el("tbody", {}, ...rows.map((row) => createComparisonRow(row, Object.keys(headings)))),
     ),
   );

@@ -1,6 +1,6 @@
 /** The dialog of a comparison: presets or values, number of runs, size and name. */
 
-import { el, formatNumber, postJSON } from "./common.js";
+import { createButton, createField, el, formatNumber, openDialog, postJSON } from "./common.js";
 import { ComparedPresets } from "./comparison_presets.js";
 import { ComparedValues } from "./comparison_values.js";
 import { createDownloadButton } from "./downloads.js";
@@ -11,23 +11,18 @@ const ESTIMATE_DELAY = 300;
 const MAX_RUNS = 50;
 const TITLES = { presets: "Presets", fields: "Values of a setting" };
 
-/**
- * Open the dialog of a comparison.
- * @param {object} form
- * @param {{preset: string, experiment: object, runs: number, seed: number}} form.order
- * @param {{name: string, paper?: string, description: string}[]} form.presets
- * @param {(path: string) => string[]} form.listOptions returns the options of a choice, or []
- * @param {{presets?: string[], fields?: Object<string, any[]>}} compared from the address
- * @param {(compared: object|null) => void} changed called after a change; null when the dialog
- *   closes
- * @param {(name: string) => void} started called with the name of the study
- * @returns {HTMLDialogElement}
- */
-export function openCompareDialog(form, compared, changed, started) {
-  return new CompareDialog(form, compared, changed, started).element;
-}
-
-class CompareDialog {
+/** The dialog, which opens when it is created. */
+export class CompareDialog {
+  /**
+   * @param {object} form
+   * @param {{preset: string, experiment: object, runs: number, seed: number}} form.order
+   * @param {{name: string, paper?: string, description: string}[]} form.presets
+   * @param {(path: string) => string[]} form.listOptions returns the options of a choice, or []
+   * @param {{presets?: string[], fields?: Object<string, any[]>}} compared from the address
+   * @param {(compared: object|null) => void} changed called after a change; null when the dialog
+   *   closes
+   * @param {(name: string) => void} started called with the name of the study
+   */
   constructor({ order, presets, listOptions }, compared, changed, started) {
     this.order = { ...order };
     this.changed = changed;
@@ -51,9 +46,7 @@ class CompareDialog {
       event.preventDefault();
       this.start();
     });
-    this.element.addEventListener("close", () => this.close());
-    document.body.append(this.element);
-    this.element.showModal();
+    openDialog(this.element, () => this.close());
     this.showKind();
   }
 
@@ -74,21 +67,16 @@ class CompareDialog {
     this.fault = el("p", { class: "fault", role: "alert", "data-testid": "compare-fault" });
     this.command = el("code", { "data-testid": "compare-command" });
     this.hint = el("p", { class: "soft" }, "The same on another machine: ", this.command);
-    this.startButton = el(
-      "button",
-      { type: "submit", class: "primary", "data-testid": "compare-start" },
-      "Compare",
-    );
+    this.startButton = createButton("Compare", null, {
+      type: "submit",
+      class: "primary",
+      "data-testid": "compare-start",
+    });
     this.saveButton = createDownloadButton("sweep.toml", () => this.toml);
   }
 
   createForm() {
-    const nameField = el(
-      "label",
-      { class: "field" },
-      el("span", {}, "Name of the study in the folder of this lab"),
-      this.name,
-    );
+    const nameField = createField("Name of the study in the folder of this lab", this.name);
     const content = el(
       "div",
       { class: "compare-content" },
@@ -97,7 +85,6 @@ class CompareDialog {
       el("div", { class: "compare-field" }, this.runs, nameField),
     );
     content.addEventListener("input", () => this.check());
-    const close = () => this.element.close();
     return el(
       "form",
       { class: "live-save" },
@@ -113,7 +100,7 @@ class CompareDialog {
         { class: "row" },
         this.saveButton,
         el("span", { class: "spread" }),
-        el("button", { type: "button", class: "quiet", onclick: close }, "Cancel"),
+        createButton("Cancel", () => this.element.close(), { class: "quiet" }),
         this.startButton,
       ),
     );
@@ -210,7 +197,6 @@ class CompareDialog {
     clearTimeout(this.timer);
     // Responses that arrive later are ignored.
     this.latestRequest++;
-    this.element.remove();
     this.changed(null);
   }
 }

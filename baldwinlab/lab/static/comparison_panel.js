@@ -1,18 +1,12 @@
 /** The panel of a comparison: progress, and at the end its result. */
 
-import { el, getJSON, postJSON, showMessage } from "./common.js";
+import { createButton, el, getJSON, postJSON, showMessage } from "./common.js";
 import { formatDuration } from "./comparison_dialog.js";
 import { createComparisonTable, formatAnswer } from "./comparison.js";
+import { showState } from "./live_feed.js";
 
 // Milliseconds between two requests.
 const POLL_INTERVAL = 500;
-const STATES = {
-  preparing: ["Preparing", ""],
-  running: ["Running", "good"],
-  done: ["Done", "good"],
-  stopped: ["Stopped", ""],
-  failed: ["Failed", "warm"],
-};
 
 export class ComparePanel {
   /**
@@ -34,16 +28,10 @@ export class ComparePanel {
   createElements() {
     this.title = el("h1");
     this.badge = el("span", { "data-testid": "compare-state" });
-    this.stop = el(
-      "button",
-      {
-        type: "button",
-        class: "danger",
-        "data-testid": "compare-stop",
-        onclick: () => this.stopRuns(),
-      },
-      "Stop",
-    );
+    this.stop = createButton("Stop", () => this.stopRuns(), {
+      class: "danger",
+      "data-testid": "compare-stop",
+    });
     this.open = el(
       "a",
       { class: "button primary", "data-testid": "compare-results", hidden: true },
@@ -105,9 +93,7 @@ export class ComparePanel {
   }
 
   show({ state, message, subject, share, stored, runs, seconds_left: secondsLeft }) {
-    const [word, tone] = STATES[state];
-    this.badge.className = `badge ${tone}`;
-    this.badge.textContent = word;
+    showState(this.badge, state);
     this.fault.textContent = message;
     this.title.textContent = `Comparison of ${subject}`;
     this.progress.value = share;

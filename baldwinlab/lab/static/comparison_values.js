@@ -1,6 +1,6 @@
 /** The values of one or two settings that a comparison uses. */
 
-import { el } from "./common.js";
+import { createField, createSelect, el } from "./common.js";
 
 const MAX_FIELDS = 2;
 
@@ -46,27 +46,22 @@ export class ComparedValues {
 /** Return the controls of a field and its values. */
 function createFieldRow(fieldValues, number, initial, listOptions) {
   const title = number ? "Second setting (optional)" : "Setting";
-  const field = el(
-    "select",
+  const field = createSelect(
+    [
+      ["", number ? "none" : "choose a setting"],
+      ...[...fieldValues.keys()].map((path) => [path, path]),
+    ],
+    initial?.[0],
+    () => changeField(),
     { "data-testid": `compare-field-${number}` },
-    el("option", { value: "" }, number ? "none" : "choose a setting"),
-    ...[...fieldValues.keys()].map((path) => el("option", { value: path }, path)),
   );
   const values = el("input", {
     spellcheck: "false",
     autocomplete: "off",
     "data-testid": `compare-values-${number}`,
   });
-  if (initial && fieldValues.has(initial[0])) {
-    field.value = initial[0];
-    values.value = formatValues(initial[1]);
-  }
-  const valuesField = el(
-    "label",
-    { class: "field" },
-    el("span", {}, "Values, separated by commas"),
-    values,
-  );
+  if (field.value) values.value = formatValues(initial[1]);
+  const valuesField = createField("Values, separated by commas", values);
   const ticks = el("fieldset", {
     class: "compare-ticks",
     "data-testid": `compare-ticks-${number}`,
@@ -79,18 +74,18 @@ function createFieldRow(fieldValues, number, initial, listOptions) {
     ticks.replaceChildren(...createTicks(options, values));
   };
   showInput();
-  field.addEventListener("change", () => {
+  const changeField = () => {
     values.value = field.value ? formatValues(proposeValues(fieldValues.get(field.value))) : "";
     showInput();
     field.dispatchEvent(new Event("input", { bubbles: true }));
-  });
+  };
   return {
     field,
     values,
     element: el(
       "div",
       { class: "compare-field" },
-      el("label", { class: "field" }, el("span", {}, title), field),
+      createField(title, field),
       valuesField,
       ticks,
     ),

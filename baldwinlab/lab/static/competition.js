@@ -1,6 +1,6 @@
 /** The competition of two files of the freezer. */
 
-import { el, formatNumber, postJSON } from "./common.js";
+import { createButton, createOptions, createSelect, el, formatNumber, postJSON } from "./common.js";
 import { createNumberField } from "./setup_fields.js";
 
 const INITIAL_LIVES = 20;
@@ -13,21 +13,26 @@ const OWN_CONDITION = "";
  */
 export function createCompetition(files) {
   let lives = INITIAL_LIVES;
-  const first = createFileList("First file", "compete-a", files);
-  const second = createFileList("Second file", "compete-b", files);
-  second.value = (files[1] ?? files[0]).name;
+  const names = files.map(({ name }) => [name, name]);
+  const first = createSelect(names, files[0].name, () => listConditions(), {
+    "aria-label": "First file",
+    "data-testid": "compete-a",
+  });
+  const second = createSelect(names, files[1]?.name, () => {}, {
+    "aria-label": "Second file",
+    "data-testid": "compete-b",
+  });
   const condition = el("select", { "aria-label": "Condition", "data-testid": "compete-condition" });
   const listConditions = () => {
     const { conditions } = files.find(({ name }) => name === first.value);
-    condition.replaceChildren(
-      el("option", { value: OWN_CONDITION }, "in the condition of the first file"),
-      ...conditions.map((name) => el("option", { value: name }, `in ${name}`)),
-    );
+    condition.replaceChildren(...createOptions([
+      [OWN_CONDITION, "in the condition of the first file"],
+      ...conditions.map((name) => [name, `in ${name}`]),
+    ]));
   };
-  first.addEventListener("change", listConditions);
   listConditions();
   const result = el("p", { role: "status", "data-testid": "competition" });
-  const button = el("button", { type: "submit", "data-testid": "compete" }, "Compete");
+  const button = createButton("Compete", null, { type: "submit", "data-testid": "compete" });
   const form = el(
     "form",
     { class: "freezer-competition", "aria-label": "Competition" },
@@ -52,14 +57,6 @@ export function createCompetition(files) {
     button.disabled = false;
   });
   return form;
-}
-
-function createFileList(label, testId, files) {
-  return el(
-    "select",
-    { "aria-label": label, "data-testid": testId },
-    files.map(({ name }) => el("option", { value: name }, name)),
-  );
 }
 
 /** Return the result in two sentences. Without an interval, it is only the difference. */

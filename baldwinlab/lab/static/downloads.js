@@ -1,7 +1,8 @@
 /** Downloads of the visible data: tables as CSV, charts as PNG. */
 
-import { el } from "./common.js";
+import { createButton, el } from "./common.js";
 
+export const CURVE_COLUMNS = ["curve", "generation", "mean", "low", "high"];
 const MEDIA_TYPES = { csv: "text/csv", png: "image/png", toml: "application/toml" };
 
 /**
@@ -59,20 +60,33 @@ export function createFigureLinks(study, figure, conditions) {
 export function createDownloadButton(name, create, label = `Save as ${name}`, file = name) {
   const save = async () => {
     const type = MEDIA_TYPES[name.split(".").pop()];
-    const url = URL.createObjectURL(new Blob([await create()], { type }));
-    el("a", { href: url, download: file }).click();
-    setTimeout(() => URL.revokeObjectURL(url), 1000);
+    saveFile(new Blob([await create()], { type }), file);
   };
-  return el(
-    "button",
-    {
-      type: "button",
-      class: "quiet",
-      "aria-label": label.endsWith(name) ? null : `${label}: ${name}`,
-      "data-testid": `download-${name}`,
-      onclick: save,
-    },
-    label,
+  return createButton(label, save, {
+    class: "quiet",
+    "aria-label": label.endsWith(name) ? null : `${label}: ${name}`,
+    "data-testid": `download-${name}`,
+  });
+}
+
+/** Let the browser save a file. */
+export function saveFile(blob, name) {
+  const url = URL.createObjectURL(blob);
+  el("a", { href: url, download: name }).click();
+  // The browser has read the file after a minute.
+  setTimeout(() => URL.revokeObjectURL(url), 60_000);
+}
+
+/** Return one row per generation of each curve. The values have a name, such as "mean". */
+export function listCurveRows(generations, series, name = "mean") {
+  return series.flatMap(({ label, values, low, high }) =>
+    generations.map((generation, index) => ({
+      curve: label,
+      generation,
+      [name]: values[index],
+      low: low?.[index],
+      high: high?.[index],
+    }))
   );
 }
 

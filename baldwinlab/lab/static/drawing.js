@@ -14,13 +14,15 @@ export function drawGridLine(x1, y1, x2, y2) {
   return createSvg("line", { x1, y1, x2, y2, stroke: "currentColor", "stroke-opacity": 0.18 });
 }
 
-/** Return a text label next to a plot. */
-export function drawTextLabel(text, attributes) {
-  return createSvg(
-    "text",
-    { fill: "currentColor", "font-size": 12, opacity: 0.85, ...attributes },
-    text,
-  );
+/** Return a text label next to a plot. `anchor` is start, middle or end. */
+export function drawTextLabel(text, x, y, anchor = "start", attributes = {}) {
+  const style = { fill: "currentColor", "font-size": 12, opacity: 0.85 };
+  return createSvg("text", { x, y, "text-anchor": anchor, ...style, ...attributes }, text);
+}
+
+/** Return a horizontal grid line, and the text at its left end. */
+export function drawGridRow(text, left, right, y) {
+  return [drawGridLine(left, y, right, y), drawTextLabel(text, left - 8, y + 4, "end")];
 }
 
 /**

@@ -141,41 +141,28 @@ function createConstantField(title, value, path) {
 /** Return the element of `holder[key]`, which it updates. A group can have its own title. */
 function createField(form, node, holder, key, path, title) {
   if (form.custom[path]) return createCustomField(form, node, holder, key, path);
-  if (node.const !== undefined) return createConstantField(formatName(key), node.const, path);
-  if (node.type === "object")
-    return createGroup(form, node, holder[key], path, title ?? formatName(key));
-  if (node.type === "boolean")
-    return createLabeledField(form, node, path, formatName(key), [
-      createCheckbox(form, holder, key),
-    ]);
-  if (node.enum)
-    return createLabeledField(form, node, path, formatName(key), [
-      createChoice(form, node, holder, key),
-    ]);
+  const name = formatName(key);
+  if (node.const !== undefined) return createConstantField(name, node.const, path);
+  if (node.type === "object") return createGroup(form, node, holder[key], path, title ?? name);
+  if (!node.enum && !node.prefixItems && node.type === "array" && node.items)
+    return createList(form, node, holder, key, path);
+  const inputs = createInputs(form, node, holder, key, path);
+  return inputs
+    ? createLabeledField(form, node, path, name, inputs)
+    : createConstantField(name, holder[key], path);
+}
+
+/** Return the inputs of a field, or null for an unknown type. */
+function createInputs(form, node, holder, key, path) {
+  if (node.type === "boolean") return [createCheckbox(form, holder, key)];
+  if (node.enum) return [createChoice(form, node, holder, key)];
   if (node.prefixItems)
-    return createLabeledField(
-      form,
-      node,
-      path,
-      formatName(key),
-      createNumberInputs(form, node, holder[key], path, formatName(key)),
-    );
-  if (node.type === "array" && node.items) return createList(form, node, holder, key, path);
-  if (node.type === "string")
-    return createLabeledField(form, node, path, formatName(key), [
-      createTextInput(form, node, holder, key),
-    ]);
-  if (node.type !== "number" && node.type !== "integer")
-    return createConstantField(formatName(key), holder[key], path);
+    return createNumberInputs(form, node, holder[key], path, formatName(key));
+  if (node.type === "string") return [createTextInput(form, node, holder, key)];
+  if (node.type !== "number" && node.type !== "integer") return null;
   const number = createNumberInput(form, node, holder, key);
   const slider = createSlider(form, node, holder, key, number, formatName(key));
-  return createLabeledField(
-    form,
-    node,
-    path,
-    formatName(key),
-    slider ? [slider, number] : [number],
-  );
+  return slider ? [slider, number] : [number];
 }
 
 /** Return a field whose inputs another module creates. */

@@ -1,6 +1,6 @@
 /** The inputs of a form: numbers with sliders, choices and texts. */
 
-import { el } from "./common.js";
+import { createSelect, el } from "./common.js";
 
 /** @returns {HTMLInputElement} */
 export function createNumberInput(form, node, holder, key) {
@@ -54,17 +54,14 @@ export function createCheckbox(form, holder, key) {
 }
 
 export function createChoice(form, node, holder, key) {
-  const input = el(
-    "select",
-    {},
-    ...node.enum.map((option) => el("option", { value: option }, option)),
-  );
-  input.value = holder[key];
-  input.addEventListener("change", () => {
-    holder[key] = input.value;
+  const options = node.enum.map((option) => [option, option]);
+  const input = createSelect(options, holder[key], (value) => {
+    holder[key] = value;
     if (node["x-chooses"]) form.chosen();
     else form.changed();
   });
+  // An unknown value selects no option.
+  input.value = holder[key];
   return input;
 }
 

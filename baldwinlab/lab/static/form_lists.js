@@ -1,6 +1,6 @@
 /** The lists of a form: numbers or choices in a row, or groups. */
 
-import { el } from "./common.js";
+import { createButton, el } from "./common.js";
 import { createEntryInput } from "./form_inputs.js";
 import { chooseNewEntry, formatName, resolve } from "./form_schema.js";
 
@@ -13,10 +13,11 @@ export function createList(form, node, holder, key, path) {
   const title = formatName(key);
   const fault = el("p", { class: "fault", hidden: true });
   const entries = el("div", { class: item.type === "object" ? "form-groups" : "form-row" });
-  const add = el(
-    "button",
-    { type: "button", class: "quiet", "data-testid": `add-${path}` },
+  const add = createButton(
     item.type === "object" ? `Add a ${formatName(item.title)}` : "Add",
+    () => redraw([...listed(), chooseNewEntry(form, item, listed())]),
+    // There can be no options.
+    { class: "quiet", hidden: item.enum?.length === 0, "data-testid": `add-${path}` },
   );
   const draw = () => {
     for (const old of [...form.fields.keys()])
@@ -34,9 +35,6 @@ export function createList(form, node, holder, key, path) {
     if (item["x-chooses"]) form.chosen();
     else form.changed();
   };
-  // There are no options.
-  add.hidden = item.enum?.length === 0;
-  add.addEventListener("click", () => redraw([...listed(), chooseNewEntry(form, item, listed())]));
   form.fields.set(path, { fault, input: null });
   draw();
   return el(
@@ -52,19 +50,14 @@ export function createList(form, node, holder, key, path) {
 
 function createEntry(form, item, holder, key, number, path, title, redraw) {
   const entryLabel = `${title} ${number + 1}`;
-  const remove = el(
-    "button",
+  const remove = createButton(
+    item.type === "object" ? `Remove ${entryLabel}` : "×",
+    () => redraw(holder[key].filter((_, index) => index !== number)),
     {
-      type: "button",
       class: "quiet",
       "aria-label": `Remove ${entryLabel}`,
       "data-testid": `remove-${path}.${number}`,
     },
-    item.type === "object" ? `Remove ${entryLabel}` : "×",
-  );
-  remove.addEventListener(
-    "click",
-    () => redraw(holder[key].filter((_, index) => index !== number)),
   );
   if (item.type === "object") {
     const entryGroup = form.createGroup(

@@ -1,6 +1,6 @@
 /** The founders of a run in the form: files of the freezer, each with a share. */
 
-import { el, showMessage } from "./common.js";
+import { createButton, createSelect, el, showMessage } from "./common.js";
 import { describeOrigin, listFrozenFiles } from "./freezer_panel.js";
 
 /**
@@ -32,16 +32,10 @@ export function createFoundersField(founders, set) {
 }
 
 function createRows(founders, files, change) {
-  const add = el(
-    "button",
-    {
-      type: "button",
-      class: "quiet",
-      disabled: !files.length,
-      "data-testid": "add-founders",
-      onclick: () => change(shareEqually([...founders, { path: files[0].path, share: 1 }])),
-    },
+  const add = createButton(
     files.length ? "Add founders" : "The freezer is empty",
+    () => change(shareEqually([...founders, { path: files[0].path, share: 1 }])),
+    { class: "quiet", disabled: !files.length, "data-testid": "add-founders" },
   );
   return [...founders.map((_, row) => createRow(founders, row, files, change)), add];
 }
@@ -54,21 +48,13 @@ function shareEqually(founders) {
 function createRow(founders, row, files, change) {
   const { path, share } = founders[row];
   const replace = (entry) => change(founders.map((old, index) => (index === row ? entry : old)));
-  const options = files.map((file) =>
-    el("option", { value: file.path }, `${file.name}: ${describeOrigin(file)}`)
-  );
+  const options = files.map((file) => [file.path, `${file.name}: ${describeOrigin(file)}`]);
   // A run can have founders that are not in the freezer.
-  if (!files.some((file) => file.path === path)) options.push(el("option", { value: path }, path));
-  const list = el(
-    "select",
-    {
-      "aria-label": `Founders ${row + 1}`,
-      "data-testid": `founders-${row}`,
-      onchange: () => replace({ path: list.value, share }),
-    },
-    options,
-  );
-  list.value = path;
+  if (!files.some((file) => file.path === path)) options.push([path, path]);
+  const list = createSelect(options, path, (chosen) => replace({ path: chosen, share }), {
+    "aria-label": `Founders ${row + 1}`,
+    "data-testid": `founders-${row}`,
+  });
   const shareInput = el("input", {
     type: "number",
     min: 0,
@@ -79,15 +65,10 @@ function createRow(founders, row, files, change) {
     "data-testid": `share-${row}`,
     onchange: () => replace({ path, share: shareInput.valueAsNumber }),
   });
-  const remove = el(
-    "button",
-    {
-      type: "button",
-      class: "quiet",
-      "aria-label": `Remove founders ${row + 1}`,
-      onclick: () => change(shareEqually(founders.filter((_, index) => index !== row))),
-    },
+  const remove = createButton(
     "×",
+    () => change(shareEqually(founders.filter((_, index) => index !== row))),
+    { class: "quiet", "aria-label": `Remove founders ${row + 1}` },
   );
   return el("div", { class: "form-inputs founders-row" }, list, shareInput, remove);
 }

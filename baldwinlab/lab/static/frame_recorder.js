@@ -122,21 +122,20 @@ function collectAgents(worlds, window) {
 
 /** Return the counts of items, or the visible items if there are few. Kind follows kind. */
 function collectItems(worlds, window, kindSizes) {
-  const ends = kindSizes.map((_, kind) => sum(kindSizes.slice(0, kind + 1)));
+  const ranges = kindSizes.map((size, kind) => {
+    const start = sum(kindSizes.slice(0, kind));
+    return [start, start + size];
+  });
   const visible = worlds.map((world) => findVisible(window, world.item_x, world.item_y));
   if (visible[0].length > window.max_shapes) {
     const countKinds = ({ item_x: x, item_y: y }) =>
-      ends.map((end, kind) => {
-        const start = end - kindSizes[kind];
-        return countBySquare(window, x.subarray(start, end), y.subarray(start, end));
-      });
+      ranges.map(([start, end]) =>
+        countBySquare(window, x.subarray(start, end), y.subarray(start, end))
+      );
     return { item_counts: concatenate(worlds.flatMap(countKinds)) };
   }
   const countVisible = (items) =>
-    ends.map((end, kind) => {
-      const start = end - kindSizes[kind];
-      return items.filter((item) => item >= start && item < end).length;
-    });
+    ranges.map(([start, end]) => items.filter((item) => item >= start && item < end).length);
   const select = (name) =>
     concatenate(worlds.map((world, number) => take(world[name], visible[number])));
   return {

@@ -1,6 +1,6 @@
 /** The button that stores an agent or a population in the freezer. */
 
-import { createIcon, el, isServerless, postJSON, showMessage } from "./common.js";
+import { createIconButton, isServerless, postJSON, showMessage } from "./common.js";
 import { openSaveDialog } from "./save_dialog.js";
 import { createLifetimeQuery } from "./sources.js";
 
@@ -16,18 +16,7 @@ const ICON = "M10 2v16M3 6l14 8M17 6L3 14M8 3.5l2 2 2-2M8 16.5l2-2 2 2";
  */
 export function createFreezerButton(label, testId, getTarget) {
   if (isServerless()) return null;
-  return el(
-    "button",
-    {
-      type: "button",
-      class: "quiet square",
-      title: label,
-      "aria-label": label,
-      "data-testid": testId,
-      onclick: () => storeAgents(getTarget()),
-    },
-    createIcon(ICON),
-  );
+  return createIconButton(label, ICON, () => storeAgents(getTarget()), { "data-testid": testId });
 }
 
 function storeAgents({ source, agent = null }) {

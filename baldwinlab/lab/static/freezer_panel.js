@@ -1,6 +1,14 @@
 /** The freezer: stored agents, which start a run or compete. */
 
-import { el, formatNumber, getJSON, showMessage } from "./common.js";
+import {
+  createButton,
+  createSelect,
+  el,
+  formatNumber,
+  getJSON,
+  openDialog,
+  showMessage,
+} from "./common.js";
 import { createCompetition } from "./competition.js";
 
 /**
@@ -27,16 +35,9 @@ export async function listFrozenFiles(signal = undefined) {
  * @param {AbortSignal} signal closes the freezer
  */
 export function createFreezerButton(useFounders, signal) {
-  return el(
-    "button",
-    {
-      type: "button",
-      "data-testid": "freezer",
-      onclick: () =>
-        openFreezer(useFounders, signal).catch((error) => showMessage(error.message, "error")),
-    },
-    "Freezer …",
-  );
+  const open = () =>
+    openFreezer(useFounders, signal).catch((error) => showMessage(error.message, "error"));
+  return createButton("Freezer …", open, { "data-testid": "freezer" });
 }
 
 async function openFreezer(useFounders, signal) {
@@ -46,7 +47,6 @@ async function openFreezer(useFounders, signal) {
     dialog.close();
     useFounders(preset, file);
   };
-  const close = el("button", { type: "button", onclick: () => dialog.close() }, "Close");
   const dialog = el(
     "dialog",
     { class: "freezer", "aria-label": "Freezer" },
@@ -55,34 +55,25 @@ async function openFreezer(useFounders, signal) {
       ? el("ul", { class: "freezer-files" }, files.map((file) => createEntry(file, choose)))
       : el("p", {}, "No agents are stored. Press the snowflake next to a map to keep its agents."),
     ...(readable.length ? [createCompetition(readable)] : []),
-    close,
+    createButton("Close", () => dialog.close()),
   );
-  dialog.addEventListener("close", () => dialog.remove());
   signal.addEventListener("abort", () => dialog.close(), { once: true });
-  document.body.append(dialog);
-  dialog.showModal();
+  openDialog(dialog);
 }
 
 /** Return a file with its origin, and a control that starts a run with its agents. */
 function createEntry(file, useFounders) {
   if (file.problem) return el("li", {}, el("p", { class: "fault" }, file.problem));
   const conditions = file.conditions.length ? file.conditions : [file.condition];
-  const preset = el(
-    "select",
-    { "aria-label": `Condition for ${file.name}`, "data-testid": "freezer-condition" },
-    conditions.map((name) => el("option", { value: name }, name)),
-  );
-  if (conditions.includes(file.condition)) preset.value = file.condition;
-  const start = el(
-    "button",
-    {
-      type: "button",
-      "aria-label": `Use ${file.name} as founders`,
-      "data-testid": "use-founders",
-      onclick: () => useFounders(preset.value, file),
-    },
-    "Use as founders",
-  );
+  const options = conditions.map((name) => [name, name]);
+  const preset = createSelect(options, file.condition, () => {}, {
+    "aria-label": `Condition for ${file.name}`,
+    "data-testid": "freezer-condition",
+  });
+  const start = createButton("Use as founders", () => useFounders(preset.value, file), {
+    "aria-label": `Use ${file.name} as founders`,
+    "data-testid": "use-founders",
+  });
   return el(
     "li",
     { "data-testid": "frozen-file" },

@@ -40,7 +40,11 @@ function readPosition(event) {
 export function bindGestures(canvas, view, callbacks) {
   bindWheel(canvas, view, callbacks.changed);
   canvas.addEventListener("keydown", (event) => handleMapKey(event, view, callbacks));
-  bindPointers(canvas, new PointerTracker(canvas, view, callbacks));
+  const tracker = new PointerTracker(canvas, view, callbacks);
+  canvas.addEventListener("pointerdown", (event) => tracker.press(event));
+  canvas.addEventListener("pointermove", (event) => tracker.move(event));
+  canvas.addEventListener("pointerup", (event) => tracker.release(event));
+  canvas.addEventListener("pointercancel", (event) => tracker.cancel(event));
   // Two fingers zoom the map instead of scrolling the page.
   canvas.addEventListener(
     "touchmove",
@@ -82,13 +86,6 @@ function stop(event, action) {
   event.preventDefault();
   event.stopPropagation();
   action();
-}
-
-function bindPointers(canvas, tracker) {
-  canvas.addEventListener("pointerdown", (event) => tracker.press(event));
-  canvas.addEventListener("pointermove", (event) => tracker.move(event));
-  canvas.addEventListener("pointerup", (event) => tracker.release(event));
-  canvas.addEventListener("pointercancel", (event) => tracker.cancel(event));
 }
 
 /** The pressed pointers, and the distance that they have moved. */

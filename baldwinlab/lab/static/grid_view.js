@@ -1,11 +1,11 @@
 /** A lifetime on a grid of cells: agent, items and path, step by step. */
 
-import { createIcon, el, formatNumber } from "./common.js";
+import { el, formatNumber } from "./common.js";
+import { createLegendEntry } from "./legend.js";
 import { formatColor, palette, resolveColor } from "./palette.js";
 import { chooseSpeed, Player } from "./player.js";
+import { createPlayButton, showPlaying } from "./player_controls.js";
 
-const PLAY = "M6 4l10 6-10 6z";
-const PAUSE = "M7 4v12M13 4v12";
 // By heading.
 const DIRECTIONS = ["right", "down", "left", "up"];
 
@@ -22,12 +22,7 @@ export class GridView {
       "aria-label": "The lifetime, described below",
       "data-testid": "grid",
     });
-    this.toggle = el("button", {
-      type: "button",
-      class: "primary round",
-      "data-testid": "grid-play",
-      onclick: () => this.player.toggle(),
-    });
+    this.toggle = createPlayButton("grid-play", () => this.player.toggle());
     this.slider = el("input", {
       type: "range",
       min: 0,
@@ -73,12 +68,7 @@ export class GridView {
     this.canvas.hidden = false;
     this.canvas.style.aspectRatio = `${columns} / ${rows}`;
     const mark = (name, color, shape = "") =>
-      el(
-        "span",
-        { class: "entry" },
-        el("i", { class: `grid-mark ${shape}`, style: `background: ${color}` }),
-        name,
-      );
+      createLegendEntry(name, { class: `grid-mark ${shape}`, style: `background: ${color}` });
     this.legend.replaceChildren(
       mark("agent", "var(--agent)", "round"),
       ...Object.entries(header.cell_colors).map(([name, color]) => mark(name, formatColor(color))),
@@ -100,8 +90,7 @@ export class GridView {
   }
 
   changed() {
-    this.toggle.setAttribute("aria-label", this.player.playing ? "Pause" : "Play");
-    this.toggle.replaceChildren(createIcon(this.player.playing ? PAUSE : PLAY));
+    showPlaying(this.toggle, this.player.playing);
     this.onStep();
   }
 

@@ -1,7 +1,7 @@
 /** The guide: "What is this?" in a few sentences, and the definition of the Baldwin effect. */
 
 import { navigate } from "./address.js";
-import { createIcon, el } from "./common.js";
+import { createButton, createIconButton, el } from "./common.js";
 import { BALDWIN_EFFECT } from "./topics.js";
 
 const CLOSE_ICON = "M5 5l10 10M15 5L5 15";
@@ -22,16 +22,11 @@ export class Guide {
     this.topics = [];
     this.title = el("h2");
     this.content = el("div", { class: "guide-words" });
-    const close = el(
-      "button",
-      {
-        type: "button",
-        class: "quiet square spread",
-        "aria-label": "Close",
-        "data-testid": "close-guide",
-      },
-      createIcon(CLOSE_ICON),
-    );
+    const close = createIconButton("Close", CLOSE_ICON, () => this.close(), {
+      class: "quiet square spread",
+      title: null,
+      "data-testid": "close-guide",
+    });
     this.root = el(
       "section",
       {
@@ -45,7 +40,6 @@ export class Guide {
       el("div", { class: "row" }, this.title, close),
       this.content,
     );
-    close.addEventListener("click", () => this.close());
     opener.addEventListener("click", () => this.toggle(VIEW, opener));
     this.root.addEventListener("keydown", (event) => {
       if (event.key !== "Escape") return;
@@ -67,17 +61,12 @@ export class Guide {
   }
 
   /** Return a button that shows the definition of the Baldwin effect. */
-  createDefinitionLink(text = "What is the Baldwin effect?") {
-    const link = el(
-      "button",
-      {
-        type: "button",
-        class: "term",
-        "data-testid": "baldwin-effect",
-        onclick: () => this.toggle(DEFINITION, link),
-      },
-      text,
-    );
+  createDefinitionLink() {
+    const toggle = () => this.toggle(DEFINITION, link);
+    const link = createButton("What is the Baldwin effect?", toggle, {
+      class: "term",
+      "data-testid": "baldwin-effect",
+    });
     return link;
   }
 

@@ -3,7 +3,14 @@
  */
 
 import { Ancestors } from "./ancestors.js";
-import { createIcon, el, formatNumber, getBinary, showMessage } from "./common.js";
+import {
+  createButton,
+  createIconButton,
+  el,
+  formatNumber,
+  getBinary,
+  showMessage,
+} from "./common.js";
 import { createFreezerButton } from "./freezer_button.js";
 import { drawModules } from "./modules_view.js";
 import { findLargestOutput } from "./network.js";
@@ -12,6 +19,7 @@ import { Responses } from "./responses.js";
 import { createLifetimeQuery } from "./sources.js";
 import { createColorKey, LifetimeChart } from "./lifetime_chart.js";
 
+const CLOSE_ICON = "M5 5l10 10M15 5L5 15";
 // Maximum number of weights in the chart.
 const MAX_LINES = 200;
 
@@ -89,31 +97,18 @@ export class Inspector {
       this.showAncestors(!this.showsAncestors);
       this.callbacks.toggled();
     };
-    this.ancestorsButton = el(
-      "button",
-      {
-        type: "button",
-        class: "chip spread",
-        "data-testid": "ancestors-of",
-        onclick: toggleAncestors,
-      },
-      "Ancestors",
-    );
+    this.ancestorsButton = createButton("Ancestors", toggleAncestors, {
+      class: "chip spread",
+      "data-testid": "ancestors-of",
+    });
     const freezerButton = createFreezerButton("Keep this agent", "keep-agent", () => ({
       source: this.source,
       agent: this.agent,
     }));
-    const closeButton = el(
-      "button",
-      {
-        type: "button",
-        class: "quiet square",
-        "aria-label": "Close",
-        "data-testid": "close-agent",
-        onclick: this.callbacks.close,
-      },
-      createIcon("M5 5l10 10M15 5L5 15"),
-    );
+    const closeButton = createIconButton("Close", CLOSE_ICON, this.callbacks.close, {
+      title: null,
+      "data-testid": "close-agent",
+    });
     return el(
       "header",
       { class: "row" },

@@ -62,8 +62,8 @@ export function handleGenerationKey(event, view) {
   };
   handleKey(event, null, {
     ...time,
-    "[": () => view.changeGeneration(-1),
-    "]": () => view.changeGeneration(1),
+    "[": () => view.panel.move(-1),
+    "]": () => view.panel.move(1),
     g: () => view.generationPlayer.toggle(),
   });
 }

@@ -1,6 +1,6 @@
 /** The line above the worlds: a question, and at the end of a lifetime its answer. */
 
-import { el, formatNumber } from "./common.js";
+import { createButton, el, formatNumber } from "./common.js";
 
 // Seconds of playback before the first meal.
 const LEAD_TIME = 0.5;
@@ -57,11 +57,8 @@ export class Lead {
     });
     const { generation } = panels[0].source;
     const next = generation === 0 ? lastGeneration : 0;
-    const button = el(
-      "button",
-      { type: "button", "data-testid": "watch-next", onclick: () => this.watch(next) },
-      `Watch generation ${formatNumber(next)}`,
-    );
+    const text = `Watch generation ${formatNumber(next)}`;
+    const button = createButton(text, () => this.watch(next), { "data-testid": "watch-next" });
     this.note.replaceChildren(results.join(" "), " ", ...(lastGeneration ? [button] : []));
   }
 }

@@ -4,9 +4,12 @@ import { el } from "./common.js";
 import { applyChanges } from "./experiment_changes.js";
 import { Lead } from "./lead.js";
 import { chooseSpeed } from "./player.js";
+import { matchProgram } from "./program_table.js";
 import { Recording } from "./recording.js";
 import { createLifetime } from "./world_figure.js";
-import { LABELS, WorldPair } from "./world_pair.js";
+import { WorldGroup } from "./world_group.js";
+
+const LABELS = ["With learning", "Without learning"];
 
 // The typical one of these runs is shown.
 const RUNS = 3;
@@ -30,7 +33,8 @@ export function createContrast(lab, experiment) {
   if (generations < 1 || learning.rule === "none") return null;
   const learners = applyChanges(experiment, { "evolution.generations": generations });
   const controls = applyChanges(learners, NO_LEARNING);
-  const canSimulate = lab.findErrors(controls).length === 0 && lab.hasProgram(controls);
+  const canSimulate = lab.findErrors(controls).length === 0 &&
+    matchProgram(lab.laboratory.programs, controls);
   return canSimulate ? [learners, controls] : null;
 }
 
@@ -46,7 +50,10 @@ export class LearningContrast {
     this.experiments = experiments;
     this.seed = seed;
     this.feeds = [];
-    this.pair = new WorldPair("contrast");
+    this.group = new WorldGroup(
+      "contrast",
+      LABELS.map((label, index) => [label, `contrast-${"ab"[index]}`]),
+    );
     this.lead = new Lead(guide, () => {});
     // Whether the lifetime plays when it comes in sight.
     this.resumes = true;
@@ -57,13 +64,13 @@ export class LearningContrast {
       "section",
       { class: "card contrast", "data-testid": "contrast" },
       this.lead.root,
-      this.pair.root,
-      this.pair.bar.root,
+      el("div", { class: "contrast-worlds" }, this.group.figures.map(createWorld)),
+      this.group.bar.root,
     );
   }
 
   get panels() {
-    return this.pair.lives.map((life, index) => ({
+    return this.group.lives.map((life, index) => ({
       source: { condition: LABELS[index], generation: life.header.generation },
       life,
     }));
@@ -77,20 +84,24 @@ export class LearningContrast {
     const run = findTypicalRun(feeds[0]);
     const recordings = await Promise.all(feeds.map((feed) => loadLastGeneration(feed, run)));
     if (this.closed) return;
-    const { pair } = this;
-    const { player } = pair;
-    pair.show(recordings.map(createLifetime));
-    player.last = pair.lives[0].steps - 1;
-    player.setSpeed(chooseSpeed(pair.lives[0].steps));
+    const { player } = this.group;
+    const { steps } = recordings[0];
+    this.group.show(recordings.map(createLifetime));
+    player.last = steps - 1;
+    player.setSpeed(chooseSpeed(steps));
     this.lead.ask(this.panels);
     const { generation } = recordings[0].header;
-    this.lead.startBefore(pair.firstMeal, player, `Generation ${generation}, typical run. `);
+    this.lead.startBefore(
+      findFirstMeal(recordings),
+      player,
+      `Generation ${generation}, typical run. `,
+    );
     this.sight.observe(this.element);
   }
 
   /** Pause while out of sight. */
   setInSight(isInSight) {
-    const { player } = this.pair;
+    const { player } = this.group;
     if (isInSight) {
       if (this.resumes) player.autoplay();
       this.resumes = false;
@@ -118,9 +129,20 @@ export class LearningContrast {
   close() {
     this.closed = true;
     this.sight.disconnect();
-    this.pair.close();
+    this.group.close();
     for (const feed of this.feeds) feed.close();
   }
+}
+
+function createWorld({ stage, count }, index) {
+  const caption = el("figcaption", {}, el("strong", {}, LABELS[index]), " · ", count);
+  return el("figure", {}, stage, caption);
+}
+
+/** Return the first step at which an agent eats, or Infinity. */
+function findFirstMeal(recordings) {
+  const steps = recordings.map(({ meals }) => meals.findIndex((count) => count > 0));
+  return Math.min(...steps.map((step) => (step < 0 ? Infinity : step)));
 }
 
 /** Return the run whose mean fitness in the last generation is the median. */

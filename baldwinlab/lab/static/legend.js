@@ -53,6 +53,6 @@ export class Legend {
 }
 
 /** Return a mark with its text. */
-function createLegendEntry(text, mark) {
+export function createLegendEntry(text, mark) {
   return el("span", { class: "entry" }, el("i", mark), text);
 }

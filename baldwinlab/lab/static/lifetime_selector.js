@@ -3,7 +3,7 @@
  * slider.
  */
 
-import { createIcon, el } from "./common.js";
+import { createIconButton, createOptions, el } from "./common.js";
 import { RunCurve } from "./run_curve.js";
 import {
   createLifetimeQuery,
@@ -15,6 +15,7 @@ import {
 
 // The names of studies with a special id.
 const STUDY_NAMES = { [PRESETS]: "built-in presets", ".": "this study" };
+const PLAY_ALL_ICON = "M3 5l6 5-6 5zM10 5l6 5-6 5z";
 const PLAY_ALL = "Play the generations one after another (g)";
 
 export class LifetimeSelector {
@@ -38,10 +39,8 @@ export class LifetimeSelector {
       condition: this.createList("Condition", "condition"),
       run: this.createList("Run", "run"),
     };
-    const options = this.studies.map(({ id }) =>
-      el("option", { value: id }, STUDY_NAMES[id] ?? id)
-    );
-    this.lists.study.append(...options);
+    const names = this.studies.map(({ id }) => [id, STUDY_NAMES[id] ?? id]);
+    this.lists.study.append(...createOptions(names));
     return el(
       "div",
       { class: "pickers" },
@@ -71,12 +70,11 @@ export class LifetimeSelector {
       "data-testid": `generation-${this.name}`,
       onchange: () => this.goTo(Number(this.number.value)),
     });
-    const { invalidate, chosen: settled } = this.callbacks;
+    const { invalidate, chosen: settled, playAllClicked } = this.callbacks;
     this.curve = new RunCurve({ go: (generation) => this.goTo(generation), settled, invalidate });
-    this.playButton = createIconButton(PLAY_ALL, "M3 5l6 5-6 5zM10 5l6 5-6 5z", {
+    this.playButton = createIconButton(PLAY_ALL, PLAY_ALL_ICON, playAllClicked, {
       "data-testid": `play-all-${this.name}`,
       "aria-pressed": "false",
-      onclick: this.callbacks.playAllClicked,
     });
     return el(
       "div",
@@ -85,18 +83,13 @@ export class LifetimeSelector {
       el(
         "span",
         { class: "generation-steps" },
-        this.createStepButton(-1, "M12 5l-5 5 5 5", "Previous generation ( [ )"),
+        createIconButton("Previous generation ( [ )", "M12 5l-5 5 5 5", () => this.move(-1)),
         this.number,
-        this.createStepButton(1, "M8 5l5 5-5 5", "Next generation ( ] )"),
+        createIconButton("Next generation ( ] )", "M8 5l5 5-5 5", () => this.move(1)),
         this.playButton,
       ),
       this.curve.root,
     );
-  }
-
-  createStepButton(offset, path, label) {
-    const onclick = () => this.goTo(this.source.generation + offset);
-    return createIconButton(label, path, { onclick });
   }
 
   get conditions() {
@@ -129,6 +122,11 @@ export class LifetimeSelector {
     if (target === this.source.generation) return this.showSource();
     this.choose({ ...this.source, generation: target });
     this.callbacks.chosen();
+  }
+
+  /** Move by some generations. Negative numbers move back. */
+  move(offset) {
+    this.goTo(this.source.generation + offset);
   }
 
   /**
@@ -172,20 +170,11 @@ export class LifetimeSelector {
 }
 
 /** Set the options of a list, pairs of a value and a text. Equal options are not replaced. */
-function setOptions(list, options) {
+export function setOptions(list, options) {
   const hasSameOptions = list.options.length === options.length &&
     options.every(
       ([value, text], index) =>
         list.options[index].value === String(value) && list.options[index].text === String(text),
     );
-  if (!hasSameOptions)
-    list.replaceChildren(...options.map(([value, text]) => el("option", { value }, text)));
-}
-
-function createIconButton(label, path, attributes) {
-  return el(
-    "button",
-    { type: "button", class: "quiet square", title: label, "aria-label": label, ...attributes },
-    createIcon(path),
-  );
+  if (!hasSameOptions) list.replaceChildren(...createOptions(options));
 }

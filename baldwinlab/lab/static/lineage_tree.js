@@ -40,7 +40,7 @@ export function createLineageTree({ rows, links, omitted }, subject, open) {
     (index) => open(nodes[index].generation, nodes[index].agent),
   );
   const names = rows.map(({ generation }, index) =>
-    drawTextLabel(String(generation), { x: 2, y: MARGIN + index * ROW_HEIGHT + 4 })
+    drawTextLabel(String(generation), 2, MARGIN + index * ROW_HEIGHT + 4)
   );
   const svg = createSvg(
     "svg",

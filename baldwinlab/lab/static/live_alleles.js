@@ -2,7 +2,12 @@
 
 import { AlleleBars } from "./allele_bars.js";
 import { createQuery, el, getBinary, showMessage } from "./common.js";
-import { createRunPicker, parseWholeNumber } from "./run_picker.js";
+import {
+  createNewestButton,
+  createRunPicker,
+  createWorldLink,
+  parseWholeNumber,
+} from "./run_picker.js";
 
 export class LiveAlleles {
   /**
@@ -22,22 +27,8 @@ export class LiveAlleles {
     this.run = Math.min(parseWholeNumber(state.run) ?? 0, runs - 1);
     this.picked = parseWholeNumber(state.generation);
     this.bars = new AlleleBars();
-    this.newest = el(
-      "button",
-      {
-        type: "button",
-        title: "Follow the newest generation",
-        "data-testid": "live-newest",
-        onclick: () => this.pick(null),
-      },
-      "Newest",
-    );
-    // Visible after the run is saved.
-    this.open = el(
-      "a",
-      { class: "button quiet", hidden: true, "data-testid": "live-open-world" },
-      "Open in World",
-    );
+    this.newest = createNewestButton(this.picked === null, () => this.pick(null));
+    this.open = createWorldLink();
     this.picker = createRunPicker(runs, this.run, (run) => this.pick(this.picked, run));
     this.element = el(
       "section",

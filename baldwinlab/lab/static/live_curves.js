@@ -3,7 +3,7 @@
 import { selectSeriesStyle } from "./chart_series.js";
 import { LineChart } from "./charts.js";
 import { el } from "./common.js";
-import { createChartDownloads } from "./downloads.js";
+import { createChartDownloads, listCurveRows } from "./downloads.js";
 import { createQuantileSeries } from "./quantiles.js";
 import { palette, resolveColor } from "./palette.js";
 
@@ -101,7 +101,10 @@ export class LiveCurves {
       },
       series: listSeries(),
     });
-    const rows = () => listSeries().flatMap((line) => this.listRows(line));
+    const rows = () => {
+      const finished = this.x.slice(0, this.feed.generationsDone);
+      return listCurveRows(finished, listSeries(), this.statistic);
+    };
     root.append(
       plot,
       createChartDownloads(
@@ -176,17 +179,6 @@ export class LiveCurves {
       high: pad(high),
       runs: runLines,
     };
-  }
-
-  /** Return one row per finished generation. */
-  listRows({ label, values, low, high }) {
-    return this.x.slice(0, this.feed.generationsDone).map((generation) => ({
-      curve: label,
-      generation,
-      [this.statistic]: values[generation],
-      low: low?.[generation],
-      high: high?.[generation],
-    }));
   }
 
   /** Draw the curves once per frame, independent of the number of messages. */

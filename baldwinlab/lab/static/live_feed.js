@@ -4,6 +4,16 @@ import { request, showConnection } from "./common.js";
 
 // Milliseconds until the next attempt to connect.
 const RETRY_INTERVAL = 1000;
+// The text and the tone of each state of a run.
+const STATES = {
+  preparing: ["Preparing", ""],
+  running: ["Running", "good"],
+  paused: ["Paused", "warm"],
+  done: ["Done", "good"],
+  stopped: ["Stopped", ""],
+  failed: ["Failed", "warm"],
+  removed: ["Removed", "warm"],
+};
 const END_STATES = ["done", "stopped", "failed", "removed"];
 
 /** @type {Map<string, Feed>} */
@@ -22,6 +32,13 @@ export function setFeedFactory(maker) {
 export function openFeed(id) {
   for (const feed of [...feeds.values()]) if (feed.id !== id && feed.ended) feed.close();
   return feeds.get(id) ?? createFeed(id);
+}
+
+/** Show the state of a run or a comparison. */
+export function showState(badge, state) {
+  const [word, tone] = STATES[state];
+  badge.className = `badge ${tone}`;
+  badge.textContent = word;
 }
 
 /**

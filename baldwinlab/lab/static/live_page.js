@@ -3,7 +3,7 @@
  */
 
 import { getCurrentView, navigate, readAddress, setCurrentView } from "./address.js";
-import { showMessage, useLocalServer } from "./common.js";
+import { showUnhandledErrors, useLocalServer } from "./common.js";
 import { Guide } from "./guide.js";
 import { BrowserLab } from "./browser_lab.js";
 import { createContrast, LearningContrast } from "./learning_contrast.js";
@@ -22,11 +22,7 @@ export function openPage(root, laboratory, code) {
   useLocalServer(lab);
   setFeedFactory((id) => lab.openFeed(id));
   Object.assign(globalThis, { baldwinlab: { simulate: (options) => lab.simulate(options) } });
-  addEventListener("unhandledrejection", (event) => {
-    event.preventDefault();
-    if (event.reason?.name !== "AbortError")
-      showMessage(event.reason?.message ?? String(event.reason), "error");
-  });
+  showUnhandledErrors();
   const target = readAddress(["live"], "live");
   setCurrentView({ ...target, state: { seed: laboratory.seed, ...target.state } });
   const guide = new Guide(document.getElementById("about"));

@@ -1,22 +1,13 @@
 /** The panel of a live run: progress, curves, world and controls. */
 
 import { createRunSwitch } from "./chart_legend.js";
-import { el, isServerless, postJSON, showMessage } from "./common.js";
+import { createButton, createSelect, el, isServerless, postJSON, showMessage } from "./common.js";
 import { LiveAlleles } from "./live_alleles.js";
 import { LiveCurves, STATISTICS } from "./live_curves.js";
 import { listEarlierRuns, nameExperiment, rememberRun } from "./earlier_runs.js";
+import { showState } from "./live_feed.js";
 import { LiveWorld } from "./live_world.js";
 import { openSaveDialog } from "./save_dialog.js";
-
-const STATES = {
-  preparing: ["Preparing", ""],
-  running: ["Running", "good"],
-  paused: ["Paused", "warm"],
-  done: ["Done", "good"],
-  stopped: ["Stopped", ""],
-  failed: ["Failed", "warm"],
-  removed: ["Removed", "warm"],
-};
 
 /** The panel of a run that the feed has described. */
 export class LivePanel {
@@ -31,15 +22,18 @@ export class LivePanel {
   constructor(root, feed, state, navigate, editRun) {
     this.feed = feed;
     const { experiment, alleles, runs } = feed.summary;
+    const { size, worlds = 1 } = experiment.population ?? {};
     const View = selectView(experiment, alleles);
     this.world = View
-      ? new View(feed.id, runs, state, navigate, countAgents(experiment))
+      ? new View(feed.id, runs, state, navigate, Math.floor(size / worlds))
       : createEmptyWorld(experiment.model);
     this.buttons = new RunButtons(feed, editRun);
     const fitness = el("div", { "data-testid": "live-fitness" });
     const share = el("div", { "data-testid": "live-share" });
     const counts = el("div", { "data-testid": "live-counts" });
-    const curves = createCurveColumn(fitness, share, counts);
+    const charts = [fitness, share, counts];
+    const cards = charts.map((chart) => el("section", { class: "card" }, chart));
+    const curves = el("div", { class: "live-curves" }, cards);
     root.replaceChildren(
       this.createHead(),
       el("div", { class: "live-both" }, curves, this.world.element),
@@ -50,7 +44,7 @@ export class LivePanel {
     });
     const drawCurves = (statistic) => {
       this.curves?.close();
-      for (const chart of [fitness, share, counts]) chart.replaceChildren();
+      for (const chart of charts) chart.replaceChildren();
       this.curves = new LiveCurves(
         feed,
         fitness,
@@ -108,9 +102,7 @@ export class LivePanel {
   update() {
     const { summary, state, message, generationsDone } = this.feed;
     const { name, evolution } = summary.experiment;
-    const [word, tone] = STATES[state];
-    this.badge.className = `badge ${tone}`;
-    this.badge.textContent = word;
+    showState(this.badge, state);
     this.progress.max = evolution.generations;
     this.progress.value = generationsDone;
     this.count.textContent = `${generationsDone.toLocaleString("en")} of ` +
@@ -134,37 +126,16 @@ export class LivePanel {
 
 /** Return the list of what the curves of several runs show. */
 function createStatisticPicker(initial, changed) {
-  const picker = el(
-    "select",
-    {
-      "aria-label": "Curves of several runs",
-      "data-testid": "statistic",
-      onchange: () => changed(picker.value),
-    },
-    Object.entries(STATISTICS).map(([value, { name }]) => el("option", { value }, name)),
-  );
-  picker.value = initial in STATISTICS ? initial : "mean";
-  return picker;
-}
-
-/** Return a column with a card for each chart. */
-function createCurveColumn(...charts) {
-  return el(
-    "div",
-    { class: "live-curves" },
-    ...charts.map((chart) => el("section", { class: "card" }, chart)),
-  );
+  const options = Object.entries(STATISTICS).map(([value, { name }]) => [value, name]);
+  return createSelect(options, initial, changed, {
+    "aria-label": "Curves of several runs",
+    "data-testid": "statistic",
+  });
 }
 
 function selectView(experiment, alleles) {
   if (experiment.world) return LiveWorld;
   return alleles.length ? LiveAlleles : null;
-}
-
-/** Return the number of agents of one world. */
-function countAgents(experiment) {
-  const { size, worlds = 1 } = experiment.population;
-  return Math.floor(size / worlds);
 }
 
 /** Replace the world of a model without a world. */
@@ -182,22 +153,24 @@ function createEmptyWorld(model) {
 class RunButtons {
   constructor(feed, editRun) {
     this.feed = feed;
-    this.pause = el("button", {
-      type: "button",
-      "data-testid": "pause",
-      onclick: () => feed.send({ command: feed.state === "paused" ? "resume" : "pause" }),
-    });
-    this.step = createButton("Step", "one-more", () => feed.send({ command: "step" }), {
+    const pause = () => feed.send({ command: feed.state === "paused" ? "resume" : "pause" });
+    this.pause = createButton("", pause, { "data-testid": "pause" });
+    this.step = createButton("Step", () => feed.send({ command: "step" }), {
       hidden: true,
       title: "Simulate one more generation",
+      "data-testid": "one-more",
     });
-    this.stop = createButton("Stop", "stop", () => feed.send({ command: "stop" }), {
+    this.stop = createButton("Stop", () => feed.send({ command: "stop" }), {
       class: "danger",
+      "data-testid": "stop",
     });
-    this.change = createButton("Change and run again", "again", () => editRun(feed.summary));
-    this.save = createButton("Save as a study …", "save", () => this.openSaveDialog(), {
+    this.change = createButton("Change and run again", () => editRun(feed.summary), {
+      "data-testid": "again",
+    });
+    this.save = createButton("Save as a study …", () => this.openSaveDialog(), {
       class: "primary",
       hidden: true,
+      "data-testid": "save",
     });
     this.openStudy = el(
       "a",
@@ -240,8 +213,4 @@ class RunButtons {
     this.openStudy.hidden = !study;
     if (study) this.openStudy.href = `#/results?${new URLSearchParams({ study })}`;
   }
-}
-
-function createButton(text, testId, onclick, attributes = {}) {
-  return el("button", { type: "button", "data-testid": testId, onclick, ...attributes }, text);
 }

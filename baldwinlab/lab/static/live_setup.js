@@ -1,10 +1,11 @@
 /** The settings of a live run: preset, changed parameters, number of runs, seed and speed. */
 
-import { el, getJSON, isServerless, postJSON } from "./common.js";
-import { openCompareDialog } from "./comparison_dialog.js";
+import { createButton, el, getJSON, isServerless, postJSON } from "./common.js";
+import { CompareDialog } from "./comparison_dialog.js";
 import { applyChanges, findChanges, parseChanges } from "./experiment_changes.js";
 import { ExperimentFields } from "./experiment_fields.js";
 import { PresetPicker } from "./preset_picker.js";
+import { parseWholeNumber } from "./run_picker.js";
 import { createNumberField, createSpeedPicker, DEFAULT_SPEED } from "./setup_fields.js";
 
 // Milliseconds after the last change.
@@ -35,8 +36,8 @@ export class Setup {
     this.listener = listener;
     this.signal = signal;
     this.numbers = {
-      runs: parseNumber(state.runs, 5),
-      seed: parseNumber(state.seed, 0),
+      runs: parseWholeNumber(state.runs) ?? 5,
+      seed: parseWholeNumber(state.seed) ?? 0,
       pace: state.pace ?? DEFAULT_SPEED,
     };
     this.fields = new ExperimentFields(() => this.changed(), signal);
@@ -50,30 +51,26 @@ export class Setup {
       "data-testid": "setup-note",
     });
     // Disabled until the settings are valid.
-    this.start = el(
-      "button",
-      { type: "submit", class: "primary", form: FORM_ID, disabled: true, "data-testid": "start" },
-      "Start",
-    );
-    this.compare = el(
-      "button",
-      {
-        type: "button",
-        "data-testid": "compare-open",
-        hidden: isServerless(),
-        onclick: () => this.openCompareDialog({}),
-      },
-      "Compare …",
-    );
+    this.start = createButton("Start", null, {
+      type: "submit",
+      class: "primary",
+      form: FORM_ID,
+      disabled: true,
+      "data-testid": "start",
+    });
+    this.compare = createButton("Compare …", () => this.openCompareDialog({}), {
+      hidden: isServerless(),
+      "data-testid": "compare-open",
+    });
     // The view places the start button here or on the map.
     this.begin = el("div", { class: "row live-begin" }, this.compare);
     // The view places the list of runs here.
     this.corner = el("span", {});
-    this.reset = el(
-      "button",
-      { type: "button", class: "quiet", hidden: true, "data-testid": "reset" },
-      "Undo all changes",
-    );
+    this.reset = createButton("Undo all changes", () => this.resetToPreset(), {
+      class: "quiet",
+      hidden: true,
+      "data-testid": "reset",
+    });
     this.validationTimer = 0;
     this.latestRequest = 0;
   }
@@ -85,7 +82,6 @@ export class Setup {
     const { preset } = this.state;
     this.preset = new PresetPicker(presets, () => this.resetToPreset());
     this.preset.value = this.preset.has(preset) ? preset : defaultPreset;
-    this.reset.addEventListener("click", () => this.resetToPreset());
     await this.load(parseChanges(this.state.set));
     root.replaceChildren(this.createElement());
     const { compare } = this.state;
@@ -102,13 +98,13 @@ export class Setup {
       );
     const order = { preset: this.preset.value, experiment: this.fields.form.value, runs, seed };
     const remember = (compared) => this.navigate({ compare: compared && JSON.stringify(compared) });
-    const dialog = openCompareDialog(
+    const { element } = new CompareDialog(
       { order, presets, listOptions },
       compared,
       remember,
       (name) => this.listener.compared(name),
     );
-    this.signal.addEventListener("abort", () => dialog.close(), { once: true });
+    this.signal.addEventListener("abort", () => element.close(), { once: true });
   }
 
   /** Load a preset with changes into the form. */
@@ -235,16 +231,11 @@ export class Setup {
   showErrors(errors) {
     const [first, ...rest] = errors;
     const restText = rest.length ? ` Further errors: ${rest.length}.` : "";
-    const showButton = el(
-      "button",
-      {
-        type: "button",
-        class: "quiet",
-        "data-testid": "setup-show",
-        onclick: () => this.fields.form.scrollTo(first.path),
-      },
-      "Show the field",
-    );
+    const showField = () => this.fields.form.scrollTo(first.path);
+    const showButton = createButton("Show the field", showField, {
+      class: "quiet",
+      "data-testid": "setup-show",
+    });
     this.fault.replaceChildren(
       ...(first ? [`${first.message}.${restText} `] : []),
       ...(first?.path && !(first.path in this.numbers) ? [showButton] : []),
@@ -262,8 +253,4 @@ export class Setup {
       this.start.disabled = false;
     }
   }
-}
-
-function parseNumber(text, fallback) {
-  return /^\d+$/.test(text ?? "") ? Number(text) : fallback;
 }

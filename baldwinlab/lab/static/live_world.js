@@ -5,7 +5,12 @@ import { createFreezerButton } from "./freezer_button.js";
 import { Legend } from "./legend.js";
 import { openLifetime } from "./lifetimes.js";
 import { Player } from "./player.js";
-import { createRunPicker, parseWholeNumber } from "./run_picker.js";
+import {
+  createNewestButton,
+  createRunPicker,
+  createWorldLink,
+  parseWholeNumber,
+} from "./run_picker.js";
 import { mountShare } from "./share.js";
 import { createLifetimeQuery } from "./sources.js";
 import { TimeBar } from "./time_bar.js";
@@ -110,23 +115,8 @@ export class LiveWorld {
       { class: "number", "data-testid": "live-caption" },
       "Simulating the first generation …",
     );
-    this.newest = el(
-      "button",
-      {
-        type: "button",
-        "aria-pressed": this.followsNewest,
-        title: "Follow the newest generation",
-        "data-testid": "live-newest",
-        onclick: () => this.followNewest(),
-      },
-      "Newest",
-    );
-    // Visible after the run is saved.
-    this.open = el(
-      "a",
-      { class: "button quiet", hidden: true, "data-testid": "live-open-world" },
-      "Open in World",
-    );
+    this.newest = createNewestButton(this.followsNewest, () => this.followNewest());
+    this.open = createWorldLink();
     this.keep = createFreezerButton("Keep this population", "keep-live", () => ({
       source: this.source,
     }));

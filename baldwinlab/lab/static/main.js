@@ -1,7 +1,7 @@
 /** The page: select the view from the address. */
 
 import { formatAddress, getCurrentView, navigate, readAddress, setCurrentView } from "./address.js";
-import { el, getJSON, showMessage } from "./common.js";
+import { el, getJSON, showUnhandledErrors } from "./common.js";
 import { Guide } from "./guide.js";
 import { watchServer } from "./heartbeat.js";
 import { PRESETS } from "./sources.js";
@@ -139,10 +139,6 @@ function restoreScroll(top) {
 }
 
 addEventListener("hashchange", show);
-addEventListener("unhandledrejection", (event) => {
-  event.preventDefault();
-  if (event.reason?.name !== "AbortError")
-    showMessage(event.reason?.message ?? String(event.reason), "error");
-});
+showUnhandledErrors();
 show();
 watchServer();

@@ -3,7 +3,7 @@
 import { AlleleBars } from "./allele_bars.js";
 import { GridView } from "./grid_view.js";
 import { createFreezerButton } from "./freezer_button.js";
-import { LifetimeSelector } from "./lifetime_selector.js";
+import { LifetimeSelector, setOptions } from "./lifetime_selector.js";
 import { createQuery, el, getBinary } from "./common.js";
 import { MatrixView } from "./matrix_view.js";
 import { PathView } from "./path_view.js";
@@ -40,16 +40,10 @@ export class ModelPanel extends LifetimeSelector {
       });
       this.callbacks.chosen();
     };
-    this.viewList = el("select", {
-      "aria-label": "View",
-      "data-testid": "view-a",
-      onchange: selectView,
-    });
-    this.agents = el("select", {
-      "aria-label": "Agent",
-      "data-testid": "agent-a",
-      onchange: selectView,
-    });
+    const createList = (label, testid) =>
+      el("select", { "aria-label": label, "data-testid": testid, onchange: selectView });
+    this.viewList = createList("View", "view-a");
+    this.agents = createList("Agent", "agent-a");
     this.lists.run.closest("label").after(this.viewList, this.agents);
     const freezerButton = createFreezerButton(
       "Keep this population",
@@ -156,21 +150,13 @@ export class ModelPanel extends LifetimeSelector {
   }
 
   showViewLists() {
-    const setOptions = (list, entries) => {
-      if (list.dataset.shown === JSON.stringify(entries)) return;
-      list.dataset.shown = JSON.stringify(entries);
-      list.replaceChildren(...entries.map(([value, text]) => el("option", { value }, text)));
-    };
     setOptions(
       this.viewList,
       this.views.map(({ name }) => [name, name]),
     );
     setOptions(this.agents, [
       ["", "fittest agent"],
-      ...Array.from({ length: this.condition.agents }, (_, agent) => [
-        String(agent),
-        `agent ${agent}`,
-      ]),
+      ...Array.from({ length: this.condition.agents }, (_, agent) => [agent, `agent ${agent}`]),
     ]);
     this.viewList.hidden = this.views.length < 2;
     this.agents.hidden = !this.view.has_agent_choice;

@@ -141,11 +141,6 @@ export class ModelTab {
     this.panel.drawer?.player?.invalidate();
   }
 
-  /** Move by some generations. Negative numbers move back. */
-  changeGeneration(offset) {
-    this.panel.goTo(this.panel.source.generation + offset);
-  }
-
   showGeneration(generation) {
     if (generation === this.panel.source.generation) this.scheduleNext();
     else this.panel.goTo(generation);

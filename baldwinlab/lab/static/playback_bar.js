@@ -1,13 +1,11 @@
 /** The bar below the worlds: playback, display options and help. */
 
-import { createIcon, el } from "./common.js";
+import { createButton, createIcon, createIconButton, createSelect, el } from "./common.js";
 import { createKeyboardDialog } from "./keys.js";
 import { Legend } from "./legend.js";
-import { SPEEDS } from "./player.js";
+import { createPlayButton, createSpeedList, showPlaying } from "./player_controls.js";
 
 const ICONS = {
-  play: "M6 4l10 6-10 6z",
-  pause: "M7 4v12M13 4v12",
   back: "M12 5l-6 5 6 5zM15 5v10",
   on: "M8 5l6 5-6 5zM5 5v10",
   mealBefore: "M8 5l-5 5 5 5M12 10a2.2 2.2 0 1 0 4.4 0a2.2 2.2 0 1 0-4.4 0",
@@ -31,41 +29,26 @@ export class PlaybackBar {
    */
   constructor(player, timeline, callbacks) {
     this.player = player;
-    this.play = createButton("play", "Play (space)", () => player.toggle(), "primary round");
-    const setSpeed = () => player.setSpeed(this.speed.value);
-    this.speed = createList(
-      "speed",
-      "Speed",
-      Object.fromEntries(SPEEDS.map((speed) => [speed, `${speed}×`])),
-      setSpeed,
-    );
+    this.play = createPlayButton("play", () => player.toggle());
+    this.play.title = "Play (space)";
+    showPlaying(this.play, player.playing, " (space)");
+    this.speed = createSpeedList(player, "speed");
     this.clock = el("span", { class: "clock number", "data-testid": "step" });
-    this.trails = createList(
-      "trails",
-      "Trails",
-      TRAILS,
-      () => callbacks.set({ trails: this.trails.value }),
-    );
-    this.trails.classList.add("recorded");
+    this.trails = createSelect(Object.entries(TRAILS), "", (trails) => callbacks.set({ trails }), {
+      class: "recorded",
+      "aria-label": "Trails",
+      "data-testid": "trails",
+    });
     const toggleSight = () => callbacks.set({ sight: this.sight.checked });
     this.sight = el("input", { type: "checkbox", "data-testid": "sight", onchange: toggleSight });
-    const compareAttributes = {
-      type: "button",
-      "data-testid": "compare",
-      title: "Compare two lifetimes step by step (c)",
-    };
-    this.compare = el(
-      "button",
-      { ...compareAttributes, onclick: callbacks.toggleComparison },
-      createIcon(ICONS.compare),
-      el("span", { class: "wide" }, "Compare"),
+    this.compare = createButton(
+      [createIcon(ICONS.compare), el("span", { class: "wide" }, "Compare")],
+      callbacks.toggleComparison,
+      { "data-testid": "compare", title: "Compare two lifetimes step by step (c)" },
     );
-    this.agents = createButton(
-      "agents",
-      "All agents (a)",
-      () => callbacks.set({ listing: this.agents.getAttribute("aria-pressed") !== "true" }),
-      "quiet square lister",
-    );
+    const toggleList = () =>
+      callbacks.set({ listing: this.agents.getAttribute("aria-pressed") !== "true" });
+    this.agents = createBarButton("agents", "All agents (a)", toggleList, "quiet square lister");
     this.legend = new Legend();
     this.help = createKeyboardDialog();
     this.root = el(
@@ -79,31 +62,19 @@ export class PlaybackBar {
 
   createControls({ fit, goToMeal, showBehavior }) {
     const { player } = this;
-    const back = createButton(
-      "back",
-      "One step back (←)",
-      () => player.step(-1),
-      "quiet square stepper",
-    );
-    const forward = createButton(
-      "on",
-      "One step forward (→)",
-      () => player.step(1),
-      "quiet square stepper",
-    );
-    const previousMeal = createButton("mealBefore", "Previous meal (p)", () => goToMeal(-1));
-    const nextMeal = createButton("mealAfter", "Next meal (n)", () => goToMeal(1));
+    const createStep = (name, label, offset) =>
+      createBarButton(name, label, () => player.step(offset), "quiet square stepper");
     return el(
       "div",
       { class: "controls" },
       el(
         "div",
         { class: "row time" },
-        previousMeal,
-        back,
+        createBarButton("mealBefore", "Previous meal (p)", () => goToMeal(-1)),
+        createStep("back", "One step back (←)", -1),
         this.play,
-        forward,
-        nextMeal,
+        createStep("on", "One step forward (→)", 1),
+        createBarButton("mealAfter", "Next meal (n)", () => goToMeal(1)),
         this.speed,
         this.clock,
       ),
@@ -115,17 +86,16 @@ export class PlaybackBar {
         el("label", { class: "inline recorded" }, this.sight, "sight"),
         this.compare,
         this.agents,
-        createButton("behavior", "Map of behavior: innate and learned", showBehavior),
-        createButton("fit", "Show the whole map (0)", fit),
-        createButton("keys", "Keyboard shortcuts", () => this.help.showModal()),
+        createBarButton("behavior", "Map of behavior: innate and learned", showBehavior),
+        createBarButton("fit", "Show the whole map (0)", fit),
+        createBarButton("keys", "Keyboard shortcuts", () => this.help.showModal()),
       ),
     );
   }
 
   showTime() {
     const { playing, speed } = this.player;
-    this.play.replaceChildren(createIcon(ICONS[playing ? "pause" : "play"]));
-    this.play.setAttribute("aria-label", playing ? "Pause (space)" : "Play (space)");
+    showPlaying(this.play, playing, " (space)");
     this.play.dataset.playing = String(playing);
     this.speed.value = String(speed);
   }
@@ -143,22 +113,6 @@ export class PlaybackBar {
   }
 }
 
-function createButton(name, label, action, kind = "quiet square") {
-  return el(
-    "button",
-    {
-      type: "button",
-      class: kind,
-      "aria-label": label,
-      title: label,
-      "data-testid": name,
-      onclick: action,
-    },
-    createIcon(ICONS[name]),
-  );
-}
-
-function createList(name, label, options, changed) {
-  const entries = Object.entries(options).map(([value, text]) => el("option", { value }, text));
-  return el("select", { "aria-label": label, "data-testid": name, onchange: changed }, entries);
+function createBarButton(name, label, action, kind = "quiet square") {
+  return createIconButton(label, ICONS[name], action, { class: kind, "data-testid": name });
 }

@@ -1,6 +1,6 @@
 /** The list of agents with the number of eaten items. A click opens the inspector. */
 
-import { el } from "./common.js";
+import { createButton, el } from "./common.js";
 import { drawSpeciesSwatch } from "./species_shapes.js";
 
 // Maximum number of listed agents.
@@ -61,17 +61,19 @@ export class Population {
     this.rows = shown.map((agent) => {
       const bar = el("i", {});
       const number = el("b", { class: "number" });
-      const attributes = {
-        "aria-label": formatAgent(recording, agent, 0),
-        "data-testid": `agent-${agent}`,
-        onclick: () => this.pick(agent),
-      };
-      const line = el(
-        "button",
-        { type: "button", class: "agent-line", ...attributes },
-        el("span", { class: "number" }, ...createMark(recording, agent), agent),
-        el("span", { class: "gauge" }, bar),
-        number,
+      const species = recording.findSpecies(agent);
+      const line = createButton(
+        [
+          el("span", { class: "number" }, species && drawSpeciesSwatch(species), agent),
+          el("span", { class: "gauge" }, bar),
+          number,
+        ],
+        () => this.pick(agent),
+        {
+          class: "agent-line",
+          "aria-label": formatAgent(recording, agent, 0),
+          "data-testid": `agent-${agent}`,
+        },
       );
       return { agent, bar, number, line };
     });
@@ -81,12 +83,6 @@ export class Population {
     // Keep the focus on the same agent.
     if (focused) this.rows.find(({ line }) => line.dataset.testid === focused)?.line.focus();
   }
-}
-
-/** Return the shape of the species of an agent, if there are species. */
-function createMark(recording, agent) {
-  const species = recording.findSpecies(agent);
-  return species ? [drawSpeciesSwatch(species)] : [];
 }
 
 /** Return a label such as: agent 3, 12 items eaten. */

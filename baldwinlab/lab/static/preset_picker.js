@@ -1,6 +1,6 @@
 /** The list of presets with a search and a description. */
 
-import { el } from "./common.js";
+import { createField, el } from "./common.js";
 import { groupPresets, matchesWords } from "./setup_fields.js";
 
 // Fewer presets need no search.
@@ -28,10 +28,7 @@ export class PresetPicker {
 
   get elements() {
     const { list, description, search } = this;
-    return [
-      el("label", { class: "field" }, el("span", {}, "Preset"), list, description),
-      search,
-    ];
+    return [createField("Preset", list, description), search];
   }
 
   has(name) {

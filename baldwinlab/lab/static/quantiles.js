@@ -1,4 +1,8 @@
-/** Quantiles of several runs. */
+/** Statistics of several runs. */
+
+export function computeMean(values) {
+  return values.reduce((sum, value) => sum + value, 0) / values.length;
+}
 
 /**
  * Return a quantile by linear interpolation, as NumPy computes it.

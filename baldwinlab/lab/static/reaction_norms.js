@@ -2,7 +2,7 @@
 
 import { selectSeriesStyle } from "./chart_series.js";
 import { LineChart } from "./charts.js";
-import { el } from "./common.js";
+import { createCommandHint, createField, createSelect, el } from "./common.js";
 import { createChartDownloads } from "./downloads.js";
 
 const EXPLANATION =
@@ -39,15 +39,8 @@ export function createReactionNorms(section, response, argument, groups, field, 
 }
 
 function showMissing(section, argument) {
-  section.append(
-    el(
-      "p",
-      { class: "soft" },
-      "The reaction norms of this study are not measured yet. Run ",
-      el("code", {}, `baldwinlab assay ${argument} --assays reaction`),
-      ".",
-    ),
-  );
+  const hint = "The reaction norms of this study are not measured yet.";
+  section.append(createCommandHint(hint, `baldwinlab assay ${argument} --assays reaction`));
   return [];
 }
 
@@ -64,24 +57,15 @@ function showCharts(section, { unit, panels }, groups, field, choose) {
   }
   const names = new Map(matching.map((panel) => [panel.field, panel.name]));
   const selectedField = names.has(field) ? field : matching[0].field;
-  const options = [...names].map(([value, name]) =>
-    el("option", { value, selected: value === selectedField }, name)
-  );
+  const picker = createSelect([...names], selectedField, (norm) => choose({ norm }), {
+    "data-testid": "norm",
+  });
   const containers = matching
     .filter((panel) => panel.field === selectedField)
     .map((panel) => [panel, el("div")]);
   section.append(
     el("p", { class: "soft" }, EXPLANATION),
-    el(
-      "label",
-      { class: "field norm-field" },
-      el("span", {}, "changed setting"),
-      el(
-        "select",
-        { "data-testid": "norm", onchange: (event) => choose({ norm: event.target.value }) },
-        ...options,
-      ),
-    ),
+    el("div", { class: "norm-field" }, createField("changed setting", picker)),
     el(
       "div",
       { class: containers.length > 1 ? "results-boxes" : "results-boxes wide" },

@@ -67,14 +67,11 @@ export class Recording {
    * real-valued.
    */
   listActiveInputs(step, agent) {
-    const values = this.inputs.map(({ name, isContinuous }, input) => ({
-      name,
-      isContinuous,
-      value: this.readInput(step, agent, input),
-    }));
-    return values
-      .filter(({ value }) => value > 0)
-      .map(({ name, isContinuous, value }) => isContinuous ? `${name} ${value.toFixed(2)}` : name);
+    return this.inputs.flatMap(({ name, isContinuous }, input) => {
+      const value = this.readInput(step, agent, input);
+      if (!(value > 0)) return [];
+      return isContinuous ? `${name} ${value.toFixed(2)}` : name;
+    });
   }
 
   /**

@@ -1,6 +1,6 @@
 /** The relatives of an agent: parents, teachers and children. */
 
-import { el } from "./common.js";
+import { createButton, el } from "./common.js";
 
 /**
  * Return the parents, teachers and children of an agent, with links to their lifetimes.
@@ -9,17 +9,13 @@ import { el } from "./common.js";
  * @param {(source: import("./sources.js").Source, agent: number) => void} open
  */
 export function createRelatives(source, { parents, teachers, children }, open) {
-  const createLink = (agent, offset) =>
-    el(
-      "button",
-      {
-        type: "button",
-        class: "chip",
-        "data-testid": offset < 0 ? "parent" : "child",
-        onclick: () => open({ ...source, generation: source.generation + offset }, agent),
-      },
-      `agent ${agent}`,
-    );
+  const createLink = (agent, offset) => {
+    const generation = source.generation + offset;
+    return createButton(`agent ${agent}`, () => open({ ...source, generation }, agent), {
+      class: "chip",
+      "data-testid": offset < 0 ? "parent" : "child",
+    });
+  };
   const uniqueParents = parents ? [...new Set(parents)] : [];
   const paragraph = teachers &&
     el(

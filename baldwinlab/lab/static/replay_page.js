@@ -2,10 +2,9 @@
 
 import { el, formatNumber, inflate, unpack } from "./common.js";
 import { Legend } from "./legend.js";
-import { Player } from "./player.js";
 import { Recording } from "./recording.js";
-import { TimeBar } from "./time_bar.js";
-import { createLifetime, WorldFigure } from "./world_figure.js";
+import { createLifetime } from "./world_figure.js";
+import { WorldGroup } from "./world_group.js";
 
 /**
  * Fill the page and start the replay.
@@ -19,25 +18,12 @@ export async function play(root, replay) {
       createLifetime(new Recording(unpack(await inflate(recording))))
     ),
   );
-  const player = new Player((time) => {
-    const isComplete = figures.map((figure) => figure.draw(time).ready);
-    bar.draw(
-      Math.floor(time),
-      player.last + 1,
-      figures.map(({ life, agent }) => ({ life, selectedAgent: agent })),
-    );
-    if (isComplete.includes(false)) player.invalidate();
-    return true;
-  });
-  player.last = Math.max(...lives.map((life) => life.findPart(0).last)) - 1;
-  const bar = new TimeBar(player, "replay");
-  player.changed = () => bar.showTime();
-  const figures = replay.panels.map(
-    ({ title }) =>
-      new WorldFigure(`World: ${title}`, "replay-canvas", {
-        invalidate: () => player.invalidate(),
-      }),
+  const group = new WorldGroup(
+    "replay",
+    replay.panels.map(({ title }) => [`World: ${title}`, "replay-canvas"]),
   );
+  const { player, bar, figures } = group;
+  player.last = Math.max(...lives.map((life) => life.findPart(0).last)) - 1;
   const legend = new Legend();
   legend.show(lives.map(({ header }) => header));
   const panels = replay.panels.map((panel, index) =>
@@ -51,7 +37,7 @@ export async function play(root, replay) {
     legend.root,
     createAboutSection(replay),
   );
-  figures.forEach((figure, index) => figure.show(lives[index]));
+  group.show(lives);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => player.invalidate());
   addEventListener("keydown", (event) => handleReplayKey(event, bar, figures));
   player.seek(replay.step);

@@ -1,12 +1,10 @@
 /** The table of responses: the action for each combination of inputs, at birth and now. */
 
-import { el } from "./common.js";
+import { createTableHead, el } from "./common.js";
 
 export class Responses {
   constructor() {
     this.rows = el("tbody", {});
-    const title = (text) => el("th", { scope: "col" }, text);
-    const head = el("thead", {}, el("tr", {}, title("senses"), title("at birth"), title("now")));
     this.root = el(
       "table",
       {
@@ -14,7 +12,7 @@ export class Responses {
         "data-testid": "responses",
         "aria-label": "Action for each combination of inputs",
       },
-      head,
+      createTableHead(["senses", "at birth", "now"]),
       this.rows,
     );
   }

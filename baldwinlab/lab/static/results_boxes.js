@@ -4,7 +4,7 @@ import { drawBoxChart } from "./box_chart.js";
 import { selectSeriesStyle } from "./chart_series.js";
 import { el } from "./common.js";
 import { createChartDownloads } from "./downloads.js";
-import { createGenerationLookup, findRuns, hasWorldView } from "./results_measures.js";
+import { findLastLifetime, findRuns, hasWorldView } from "./results_measures.js";
 import { formatLifetimeAddress } from "./sources.js";
 
 const CSV_COLUMNS = ["box", "condition", "run", "value"];
@@ -56,11 +56,9 @@ function createBox(view, measure, { label, conditions, style }) {
     describe,
   };
   if (!hasWorldView(view, conditions[0])) return box;
-  const findLastGeneration = createGenerationLookup(view.results);
   const href = (index) => {
     const { condition, run } = points[index];
-    const generation = findLastGeneration(condition);
-    return formatLifetimeAddress({ study: view.study.id, condition, run, generation });
+    return formatLifetimeAddress(findLastLifetime(view, condition, run));
   };
   return { ...box, targetText: "Open the last generation.", href };
 }

@@ -7,13 +7,14 @@ import {
   createChartDownloads,
   createDownloadButton,
   createFigureLinks,
+  CURVE_COLUMNS,
   formatCsv,
+  listCurveRows,
 } from "./downloads.js";
 import { combineCurves } from "./results_factors.js";
 import { findRuns, hasWorldView } from "./results_measures.js";
 import { formatLifetimeAddress } from "./sources.js";
 
-const MEAN_COLUMNS = ["curve", "generation", "mean", "low", "high"];
 const RUN_COLUMNS = ["curve", "run", "generation", "value"];
 
 /** Return the meaning of the bands, with the number of runs. */
@@ -31,19 +32,6 @@ function explainBands({ study, groups, hasSingleConditions, by }) {
 export function explainCurves(view) {
   const hint = view.hasSingleConditions ? "" : " Click a curve to see its conditions.";
   return `${explainBands(view)}${hint}`;
-}
-
-/** Return one row per generation of each curve. */
-function listMeanRows(generations, series) {
-  return series.flatMap(({ label, values, low, high }) =>
-    generations.map((generation, index) => ({
-      curve: label,
-      generation,
-      mean: values[index],
-      low: low[index],
-      high: high[index],
-    }))
-  );
 }
 
 function listRunRows(generations, series) {
@@ -85,8 +73,8 @@ export class ResultsCurves {
     return panels.map(({ map }, number) =>
       createChartDownloads(
         map ? `curves-${map}` : "curves",
-        MEAN_COLUMNS,
-        () => listMeanRows(results.generation, this.charts[number].series),
+        CURVE_COLUMNS,
+        () => listCurveRows(results.generation, this.charts[number].series),
         () => this.charts[number].drawPicture(),
       )
     );

@@ -1,6 +1,7 @@
 /** The factors of conditions: filter conditions, and group them into curves. */
 
-import { el } from "./common.js";
+import { createField, createSelect, el } from "./common.js";
+import { computeMean } from "./quantiles.js";
 
 // With more curves, conditions are grouped by default.
 const MAX_CURVES = 8;
@@ -58,7 +59,7 @@ export function combineCurves(curves) {
       return present.length ? aggregate(present) : null;
     });
   return {
-    mean: combine((values) => values.reduce((sum, value) => sum + value, 0) / values.length),
+    mean: combine(computeMean),
     low: combine((values) => Math.min(...values)),
     high: combine((values) => Math.max(...values)),
   };
@@ -88,19 +89,7 @@ export function createFactorLists({ factors }, { by, only }, choose) {
 }
 
 function createList(name, options, selectedValue, change, id) {
-  const entries = options.map(([value, text]) =>
-    el("option", { value, selected: value === selectedValue }, text)
-  );
-  return el(
-    "label",
-    { class: "field" },
-    el("span", {}, name),
-    el(
-      "select",
-      { "data-testid": id, onchange: (event) => change(event.target.value) },
-      ...entries,
-    ),
-  );
+  return createField(name, createSelect(options, selectedValue, change, { "data-testid": id }));
 }
 
 /** Return the state that another study resets. */

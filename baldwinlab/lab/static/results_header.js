@@ -1,6 +1,6 @@
 /** The controls at the top of the Results tab: study, comparison, report and measure. */
 
-import { el } from "./common.js";
+import { createButton, createSelect, el } from "./common.js";
 
 export function createHeading({ study, studies, choose }) {
   const folder = study.id === "."
@@ -40,35 +40,20 @@ function createCompareLink({ conditions }) {
 }
 
 export function createStudyPicker(studies, id, choose) {
-  const options = studies.map((study) =>
-    el(
-      "option",
-      { value: study.id, selected: study.id === id },
-      study.id === "." ? "this study" : study.id,
-    )
-  );
-  const none = id === null ? [el("option", { value: "", selected: true }, "choose a study")] : [];
-  const change = (event) => choose({ study: event.target.value });
-  return el(
-    "select",
-    { "aria-label": "Study", "data-testid": "results-study", onchange: change },
-    ...none,
-    ...options,
-  );
+  const names = studies.map((study) => [study.id, study.id === "." ? "this study" : study.id]);
+  const options = id === null ? [["", "choose a study"], ...names] : names;
+  return createSelect(options, id, (study) => choose({ study }), {
+    "aria-label": "Study",
+    "data-testid": "results-study",
+  });
 }
 
 export function createMeasureSwitch(results, measure, choose) {
   const buttons = Object.entries(results.measures).map(([key, { name }]) =>
-    el(
-      "button",
-      {
-        type: "button",
-        "aria-pressed": String(key === measure),
-        "data-testid": `measure-${key}`,
-        onclick: () => choose({ measure: key }),
-      },
-      name,
-    )
+    createButton(name, () => choose({ measure: key }), {
+      "aria-pressed": String(key === measure),
+      "data-testid": `measure-${key}`,
+    })
   );
   return el("div", { class: "results-switch", role: "group", "aria-label": "Measure" }, ...buttons);
 }

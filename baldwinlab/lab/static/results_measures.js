@@ -16,10 +16,9 @@ export function hasWorldView({ study }, label) {
   );
 }
 
-/** Return a function that returns the last generation of a condition. */
-export function createGenerationLookup(results) {
-  return (condition) => {
-    const mean = results.curves[condition].best.mean;
-    return results.generation[mean.findLastIndex((value) => value !== null)];
-  };
+/** Return the lifetime of the last generation of a run. */
+export function findLastLifetime({ study, results }, condition, run) {
+  const mean = results.curves[condition].best.mean;
+  const generation = results.generation[mean.findLastIndex((value) => value !== null)];
+  return { study: study.id, condition, run, generation };
 }

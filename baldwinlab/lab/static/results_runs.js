@@ -1,22 +1,20 @@
 /** A sortable table of all runs, with a CSV download. */
 
-import { el, formatNumber } from "./common.js";
+import { createButton, el, formatNumber } from "./common.js";
 import { createDownloadButton, formatCsv } from "./downloads.js";
 import { createFreezerButton } from "./freezer_button.js";
+import { findLastLifetime, findRuns, hasWorldView } from "./results_measures.js";
+import { formatLifetimeAddress } from "./sources.js";
 
 const MEASURE_COLUMNS = ["best", "mean", "share"];
 const COLUMNS = ["condition", "run", ...MEASURE_COLUMNS];
 
 /**
- * Return the table of all runs, in a closed section.
- * @param {object} results
- * @param {Object<string, number[]>} runs of each visible condition
- * @param {Object<string, {name: string, axis: string}>} measures labels of best, mean and share
- * @param {(condition: string, run: number) => string|null} formatAddress returns the address of the
- *   last lifetime of a run, or null
+ * Return the table of all runs of the visible conditions, in a closed section.
+ * @param {import("./view_results.js").ResultsState} view
  */
-export function createRunTable(results, runs, measures, formatAddress) {
-  const table = new RunTable(listRunRows(results, runs), measures, formatAddress);
+export function createRunTable(view) {
+  const table = new RunTable(view);
   return el(
     "details",
     { "data-testid": "runs", ontoggle: () => table.showOnce() },
@@ -30,46 +28,37 @@ export function createRunTable(results, runs, measures, formatAddress) {
   );
 }
 
-/** Return one row per run, with the final value of each measure. */
-function listRunRows(results, runs) {
-  return Object.entries(runs).flatMap(([condition, numbers]) =>
-    numbers.map((run, index) => {
-      const finalValues = MEASURE_COLUMNS.map((measure) => [
-        measure,
-        results.final[condition][measure][index],
-      ]);
-      return { condition, run, ...Object.fromEntries(finalValues) };
-    })
-  );
+/** Return one row per run of a condition, with the final value of each measure. */
+function listRunRows({ study, results }, condition) {
+  return findRuns(study, condition).map((run, index) => {
+    const finalValues = MEASURE_COLUMNS.map((measure) => [
+      measure,
+      results.final[condition][measure][index],
+    ]);
+    return { condition, run, ...Object.fromEntries(finalValues) };
+  });
 }
 
 class RunTable {
-  constructor(rows, measures, formatAddress) {
-    this.rows = rows;
-    this.formatAddress = formatAddress;
+  constructor(view) {
+    const conditions = view.groups.flatMap((group) => group.conditions);
+    this.view = view;
+    this.rows = conditions.flatMap((condition) => listRunRows(view, condition));
     this.sortColumn = "mean";
     this.isAscending = false;
     this.body = el("tbody");
-    this.heads = COLUMNS.map((column) => this.createHead(column, measures[column]));
+    this.heads = COLUMNS.map((column) => this.createHead(column, view.results.measures[column]));
     this.element = el("table", {}, el("thead", {}, el("tr", {}, ...this.heads)), this.body);
   }
 
   /** Return the head of a column. A click sorts the table. */
   createHead(column, measure) {
-    return el(
-      "th",
-      { scope: "col" },
-      el(
-        "button",
-        {
-          type: "button",
-          class: "quiet",
-          "data-testid": `sort-${column}`,
-          onclick: () => this.sort(column),
-        },
-        measure ? `${measure.name}, ${measure.axis}` : column,
-      ),
-    );
+    const title = measure ? `${measure.name}, ${measure.axis}` : column;
+    const button = createButton(title, () => this.sort(column), {
+      class: "quiet",
+      "data-testid": `sort-${column}`,
+    });
+    return el("th", { scope: "col" }, button);
   }
 
   /** Sort by a column. Names and runs are ascending at first, measures descending. */
@@ -95,32 +84,29 @@ class RunTable {
     this.heads.forEach((head, number) =>
       head.setAttribute("aria-sort", COLUMNS[number] === sortColumn ? direction : "none")
     );
-    this.body.replaceChildren(
-      ...sorted.map((row) => createRunRow(row, this.formatAddress(row.condition, row.run))),
-    );
+    this.body.replaceChildren(...sorted.map((row) => createRunRow(this.view, row)));
   }
 }
 
-function createRunRow(row, address) {
-  const run = address ? el("a", { href: address }, row.run) : row.run;
+/** Return a row with a link to the last lifetime, if its model has a world. */
+function createRunRow(view, row) {
+  const life = hasWorldView(view, row.condition) &&
+    findLastLifetime(view, row.condition, row.run);
+  const run = life ? el("a", { href: formatLifetimeAddress(life) }, row.run) : row.run;
   return el(
     "tr",
     {},
     el("th", { scope: "row" }, row.condition),
-    el("td", {}, run, address && createRunKeepButton(address)),
+    el("td", {}, run, life && createRunKeepButton(life)),
     ...MEASURE_COLUMNS.map((measure) => el("td", {}, formatNumber(row[measure]))),
   );
 }
 
 /** Return the button that stores the last generation of a run. */
-function createRunKeepButton(address) {
-  const source = Object.fromEntries(new URLSearchParams(address.split("?")[1]));
-  const label = `Keep the last generation of ${source.condition}, run ${source.run}`;
-  return createFreezerButton(
-    label,
-    `keep-run-${source.condition}-${source.run}`,
-    () => ({ source }),
-  );
+function createRunKeepButton(source) {
+  const { condition, run } = source;
+  const label = `Keep the last generation of ${condition}, run ${run}`;
+  return createFreezerButton(label, `keep-run-${condition}-${run}`, () => ({ source }));
 }
 
 function compareValues(first, second) {

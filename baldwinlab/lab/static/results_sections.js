@@ -1,16 +1,13 @@
-/** The folded sections of the Results tab: conditions, final values, reaction norms, claims. */
+/** The folded sections of the Results tab: conditions, final values, reaction norms. */
 
 import { createRunSwitch } from "./chart_legend.js";
-import { createClaimList } from "./claims.js";
 import { el } from "./common.js";
 import { createFigureLinks } from "./downloads.js";
 import { createReactionNorms } from "./reaction_norms.js";
 import { drawBoxes, hasReportBoxes } from "./results_boxes.js";
 import { createFactorLists } from "./results_factors.js";
 import { Fold } from "./results_folds.js";
-import { createGenerationLookup, findRuns, hasWorldView } from "./results_measures.js";
 import { createRunTable } from "./results_runs.js";
-import { formatLifetimeAddress } from "./sources.js";
 
 // More boxes are below each other.
 const MAX_NEIGHBORS = 8;
@@ -31,7 +28,7 @@ export function createFinals(view) {
       const conditions = groups.flatMap((group) => group.conditions);
       root.append(createFigureLinks(study.id, "final-fitness", conditions));
     }
-    root.append(createRuns(view));
+    root.append(createRunTable(view));
     return BOX_MEASURES.map((measure, index) => drawBoxes(boxes[index], view, measure));
   });
 }
@@ -59,36 +56,5 @@ export function createFactorSection({ results, by, only, choose, canShowRuns, ha
     el("summary", {}, el("h2", {}, "Conditions")),
     lists ?? "",
     canShowRuns && runSwitch,
-  );
-}
-
-/** Return the table of all runs, which link to their last lifetimes. */
-function createRuns(view) {
-  const { study, results, groups } = view;
-  const findLastGeneration = createGenerationLookup(results);
-  const conditions = groups.flatMap((group) => group.conditions);
-  const runs = Object.fromEntries(conditions.map((name) => [name, findRuns(study, name)]));
-  const formatAddress = (condition, run) =>
-    hasWorldView(view, condition)
-      ? formatLifetimeAddress({
-        study: study.id,
-        condition,
-        run,
-        generation: findLastGeneration(condition),
-      })
-      : null;
-  return createRunTable(results, runs, results.measures, formatAddress);
-}
-
-/** Return the claims of the study with links to lifetimes, or "". */
-export function createClaims({ study, results }) {
-  const findTypicalRun = (condition) => results.typical_run[condition];
-  const findLastGeneration = createGenerationLookup(results);
-  return createClaimList(
-    results.claims,
-    study,
-    findTypicalRun,
-    findLastGeneration,
-    results.problem,
   );
 }

@@ -3,10 +3,9 @@
 import { selectSeriesStyle } from "./chart_series.js";
 import { LineChart } from "./charts.js";
 import { el } from "./common.js";
-import { createChartDownloads } from "./downloads.js";
+import { createChartDownloads, CURVE_COLUMNS, listCurveRows } from "./downloads.js";
 import { combineCurves } from "./results_factors.js";
 
-const CSV_COLUMNS = ["curve", "generation", "mean", "low", "high"];
 // The charts, by curve: title, and label of the vertical axis.
 const CHARTS = {
   mean: ["Fitness of the average agent of each species", "fitness"],
@@ -46,10 +45,10 @@ export function drawSpeciesCharts(cards, { results, groups }) {
       yLabel,
       series,
     });
-    const rows = () => series.flatMap((line) => listRows(results.generation, line));
+    const rows = () => listCurveRows(results.generation, series);
     card.append(
       plot,
-      createChartDownloads(`species-${name}`, CSV_COLUMNS, rows, () => chart.drawPicture()),
+      createChartDownloads(`species-${name}`, CURVE_COLUMNS, rows, () => chart.drawPicture()),
     );
     return chart;
   });
@@ -90,14 +89,4 @@ function createSeries(curves, group, species) {
       dash: selectSeriesStyle(species.index).dash,
     },
   ];
-}
-
-function listRows(generations, { label, values, low, high }) {
-  return generations.map((generation, index) => ({
-    curve: label,
-    generation,
-    mean: values[index],
-    low: low[index],
-    high: high[index],
-  }));
 }

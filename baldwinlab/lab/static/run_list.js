@@ -1,6 +1,15 @@
 /** The dialog of the live runs of the lab, which continue without a page. */
 
-import { el, formatNumber, getJSON, postJSON, request, showMessage } from "./common.js";
+import {
+  createButton,
+  el,
+  formatNumber,
+  getJSON,
+  openDialog,
+  postJSON,
+  request,
+  showMessage,
+} from "./common.js";
 
 // Milliseconds between two requests of the list.
 const REFRESH_INTERVAL = 1000;
@@ -18,11 +27,7 @@ export function describeRun({ experiment, seed, generations_done: done, state, b
 /** Return the button that opens the list. */
 export function createRunListButton(/** @type {AbortSignal} */ signal) {
   const open = () => new RunList(signal);
-  return el(
-    "button",
-    { type: "button", class: "quiet", "data-testid": "runs-open", onclick: open },
-    "Runs …",
-  );
+  return createButton("Runs …", open, { class: "quiet", "data-testid": "runs-open" });
 }
 
 class RunList {
@@ -40,17 +45,12 @@ class RunList {
         el("h2", {}, "Live runs"),
         this.list,
         this.limits,
-        el("button", { type: "button", onclick: close }, "Close"),
+        createButton("Close", close),
       ),
     );
     this.timer = setInterval(() => this.refresh(), REFRESH_INTERVAL);
-    this.dialog.addEventListener("close", () => {
-      clearInterval(this.timer);
-      this.dialog.remove();
-    });
     signal.addEventListener("abort", close, { once: true });
-    document.body.append(this.dialog);
-    this.dialog.showModal();
+    openDialog(this.dialog, () => clearInterval(this.timer));
     this.refresh();
   }
 
@@ -80,16 +80,16 @@ class RunList {
   add(id) {
     const address = `api/live/${encodeURIComponent(id)}`;
     const link = el("a", { href: `#/live?id=${id}`, onclick: () => this.dialog.close() });
-    const stop = this.createButton("Stop", () => postJSON(`${address}/stop`, {}));
-    const remove = this.createButton("Remove", () => request(address, { method: "DELETE" }));
+    const stop = this.createAction("Stop", () => postJSON(`${address}/stop`, {}));
+    const remove = this.createAction("Remove", () => request(address, { method: "DELETE" }));
     const element = el("li", { class: "row", "data-testid": `run-${id}` }, link, stop, remove);
     this.rows.set(id, { element, link, stop, remove });
     this.list.append(element);
   }
 
-  createButton(label, act) {
+  createAction(label, act) {
     const run = () =>
       act().then(() => this.refresh()).catch((error) => showMessage(error.message, "error"));
-    return el("button", { type: "button", class: "quiet", hidden: true, onclick: run }, label);
+    return createButton(label, run, { class: "quiet", hidden: true });
   }
 }

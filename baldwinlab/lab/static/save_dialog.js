@@ -1,6 +1,6 @@
 /** The dialog that asks for the name of a study or a file. */
 
-import { el } from "./common.js";
+import { createButton, createField, el, openDialog } from "./common.js";
 
 /**
  * Open a dialog that asks for a name until `save` succeeds.
@@ -22,12 +22,20 @@ export function openSaveDialog(title, label, initialName, save) {
     role: "alert",
     "data-testid": "save-fault",
   });
-  const saveButton = el(
-    "button",
-    { type: "submit", class: "primary", "data-testid": "save-submit" },
-    "Save",
+  const saveButton = createButton("Save", null, {
+    type: "submit",
+    class: "primary",
+    "data-testid": "save-submit",
+  });
+  const cancelButton = createButton("Cancel", () => dialog.close(), { class: "quiet" });
+  const form = el(
+    "form",
+    { class: "live-save" },
+    el("h2", {}, title),
+    createField(label, name),
+    fault,
+    el("div", { class: "row" }, el("span", { class: "spread" }), cancelButton, saveButton),
   );
-  const form = createForm(title, label, name, fault, saveButton, () => dialog.close());
   const dialog = el("dialog", {}, form);
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
@@ -41,25 +49,6 @@ export function openSaveDialog(title, label, initialName, save) {
     }
     saveButton.disabled = false;
   });
-  dialog.addEventListener("close", () => dialog.remove());
-  document.body.append(dialog);
-  dialog.showModal();
+  openDialog(dialog);
   name.select();
-}
-
-function createForm(title, label, name, fault, saveButton, cancel) {
-  return el(
-    "form",
-    { class: "live-save" },
-    el("h2", {}, title),
-    el("label", { class: "field" }, el("span", {}, label), name),
-    fault,
-    el(
-      "div",
-      { class: "row" },
-      el("span", { class: "spread" }),
-      el("button", { type: "button", class: "quiet", onclick: cancel }, "Cancel"),
-      saveButton,
-    ),
-  );
 }

@@ -2,7 +2,14 @@
 
 import { el } from "./common.js";
 import { bindButtons } from "./svg_buttons.js";
-import { chooseTicks, computeRange, createSvg, drawGridLine, drawTextLabel } from "./drawing.js";
+import {
+  chooseTicks,
+  computeRange,
+  createSvg,
+  drawGridLine,
+  drawGridRow,
+  drawTextLabel,
+} from "./drawing.js";
 
 // SVG units.
 const SIZE = 420;
@@ -49,10 +56,9 @@ function drawPlot({ title, xLabel, yLabel, points, color }) {
   });
   for (const tick of ticks)
     svg.append(
-      drawGridLine(LEFT, toY(tick), SIZE - MARGIN, toY(tick)),
+      ...drawGridRow(String(tick), LEFT, SIZE - MARGIN, toY(tick)),
       drawGridLine(toX(tick), MARGIN, toX(tick), SIZE - BOTTOM),
-      drawTextLabel(String(tick), { x: LEFT - 8, y: toY(tick) + 4, "text-anchor": "end" }),
-      drawTextLabel(String(tick), { x: toX(tick), y: SIZE - BOTTOM + 18, "text-anchor": "middle" }),
+      drawTextLabel(String(tick), toX(tick), SIZE - BOTTOM + 18, "middle"),
     );
   svg.append(
     createSvg("line", {
@@ -63,13 +69,8 @@ function drawPlot({ title, xLabel, yLabel, points, color }) {
       stroke: "currentColor",
       "stroke-dasharray": "5 5",
     }),
-    drawTextLabel(xLabel, { x: LEFT + length / 2, y: SIZE - 6, "text-anchor": "middle" }),
-    drawTextLabel(yLabel, {
-      x: 12,
-      y: SIZE / 2,
-      "text-anchor": "middle",
-      transform: `rotate(-90 12 ${SIZE / 2})`,
-    }),
+    drawTextLabel(xLabel, LEFT + length / 2, SIZE - 6, "middle"),
+    drawTextLabel(yLabel, 12, SIZE / 2, "middle", { transform: `rotate(-90 12 ${SIZE / 2})` }),
     ...points.map(({ x, y, label, shade }) =>
       createSvg(
         "circle",

@@ -1,6 +1,6 @@
 /** The schedule of a run in the form: rows of a generation, a setting and its new value. */
 
-import { el } from "./common.js";
+import { createButton, createSelect, el } from "./common.js";
 import { resolve } from "./form_schema.js";
 
 /**
@@ -55,32 +55,19 @@ export function createScheduleField(schedule, set, settings) {
     rows.push({ generation, path, value });
     redraw();
   };
-  const createRemove = (index) =>
-    el(
-      "button",
-      {
-        type: "button",
-        class: "quiet",
-        "aria-label": `Remove change ${index + 1}`,
-        onclick: () => {
-          rows.splice(index, 1);
-          redraw();
-        },
-      },
-      "×",
-    );
+  const remove = (index) => {
+    rows.splice(index, 1);
+    redraw();
+  };
   const draw = () =>
     root.replaceChildren(
       ...rows.map((row, index) => {
         const element = createRow(row, index, settings, update, redraw);
-        element.append(createRemove(index));
+        const attributes = { class: "quiet", "aria-label": `Remove change ${index + 1}` };
+        element.append(createButton("×", () => remove(index), attributes));
         return element;
       }),
-      el(
-        "button",
-        { type: "button", class: "quiet", "data-testid": "add-schedule", onclick: add },
-        "Add a change",
-      ),
+      createButton("Add a change", add, { class: "quiet", "data-testid": "add-schedule" }),
     );
   draw();
   return root;
@@ -109,18 +96,11 @@ function createRow(row, index, settings, update, redraw) {
   setNames(generation, "Generation", "generation", index);
   const names = settings.map(({ path }) => path);
   if (!names.includes(row.path)) names.push(row.path);
-  const path = el(
-    "select",
-    {
-      onchange: () => {
-        row.path = path.value;
-        row.value = settings.find((setting) => setting.path === row.path)?.value;
-        redraw();
-      },
-    },
-    names.map((name) => el("option", { value: name }, name)),
-  );
-  path.value = row.path;
+  const path = createSelect(names.map((name) => [name, name]), row.path, (chosen) => {
+    row.path = chosen;
+    row.value = settings.find((setting) => setting.path === chosen)?.value;
+    redraw();
+  });
   setNames(path, "Setting", "path", index);
   const setting = settings.find((setting) => setting.path === row.path);
   const value = createValueInput(setting?.node ?? {}, row.value, (changed) => {
@@ -140,13 +120,10 @@ function setNames(input, label, testId, index) {
 function createValueInput(node, value, changed) {
   const options = node.type === "boolean" ? [true, false] : node.enum;
   if (!options) return createNumber(value, changed);
-  const list = el(
-    "select",
-    {},
-    options.map((option) => el("option", {}, String(option))),
-  );
+  const pairs = options.map((option) => [option, String(option)]);
+  const list = createSelect(pairs, value, () => changed(options[list.selectedIndex]));
+  // An unknown value selects no option.
   list.value = String(value);
-  list.addEventListener("change", () => changed(options[list.selectedIndex]));
   return list;
 }
 

@@ -27,6 +27,15 @@ export function drawSensors(view, recording, step, selectedAgent) {
     pen.beginPath();
     for (const agent of visible) forEachCopy(view, agent, farthest, (x, y) => draw(agent, x, y));
   };
+  const drawSectors = (sectors, isDrawn) =>
+    drawShape((agent, x, y) =>
+      sectors.forEach(
+        (sector) =>
+          recording.hasInput(agent, sector.input) &&
+          isDrawn(agent, sector) &&
+          traceSector(pen, x, y, view.angle[agent], sector),
+      )
+    );
   drawShape((_agent, x, y) => {
     pen.moveTo(x + farthest, y);
     pen.arc(x, y, farthest, 0, 2 * Math.PI);
@@ -35,13 +44,7 @@ export function drawSensors(view, recording, step, selectedAgent) {
   pen.fillStyle = pen.strokeStyle = recording.header.species ? palette.outline : palette.sight;
   pen.globalAlpha = 0.055;
   pen.fill();
-  drawShape((agent, x, y) =>
-    visibleSectors.forEach(
-      (sector) =>
-        recording.hasInput(agent, sector.input) &&
-        traceSector(pen, x, y, view.angle[agent], sector),
-    )
-  );
+  drawSectors(visibleSectors, () => true);
   pen.lineWidth = 1 / scale;
   pen.globalAlpha = 0.17;
   pen.stroke();
@@ -55,14 +58,7 @@ export function drawSensors(view, recording, step, selectedAgent) {
     ) {
       const hasLevel = (agent, { input }) =>
         findBrightness(recording.readInput(step, agent, input)) === level;
-      drawShape((agent, x, y) =>
-        sameColor.forEach(
-          (sector) =>
-            recording.hasInput(agent, sector.input) &&
-            hasLevel(agent, sector) &&
-            traceSector(pen, x, y, view.angle[agent], sector),
-        )
-      );
+      drawSectors(sameColor, hasLevel);
       pen.globalAlpha = (0.42 * level) / BRIGHTNESS_LEVELS;
       pen.fill();
     }

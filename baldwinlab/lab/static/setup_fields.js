@@ -1,6 +1,6 @@
 /** The fields of a live run that are not parameters: preset, runs, seed and speed. */
 
-import { el } from "./common.js";
+import { createField, createSelect, el } from "./common.js";
 
 // Seconds per generation.
 const SPEEDS = [
@@ -19,20 +19,18 @@ export function createNumberField(title, name, value, min, max, changed) {
   const id = `setup-${name}`;
   const input = el("input", { type: "number", min, max, step: 1, value, id, "data-testid": id });
   input.addEventListener("input", () => changed(input.value === "" ? "" : Number(input.value)));
-  return el("label", { class: "field" }, el("span", {}, title), input);
+  return createField(title, input);
 }
 
 /** Return the control for the speed of generations. */
 export function createSpeedPicker(pace, changed) {
-  const picker = el(
-    "select",
-    { "data-testid": "pace" },
-    ...SPEEDS.map(([value, name]) => el("option", { value }, name)),
-  );
-  picker.value = pace;
-  if (!picker.value) picker.value = DEFAULT_SPEED;
-  picker.addEventListener("change", () => changed(picker.value));
-  return el("label", { class: "field", title: "Generations" }, el("span", {}, "Speed"), picker);
+  const isKnown = SPEEDS.some(([seconds]) => seconds === pace);
+  const picker = createSelect(SPEEDS, isKnown ? pace : DEFAULT_SPEED, changed, {
+    "data-testid": "pace",
+  });
+  const field = createField("Speed", picker);
+  field.title = "Generations";
+  return field;
 }
 
 /** Return the options of the presets with captions, grouped by paper. */

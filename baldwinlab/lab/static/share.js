@@ -1,7 +1,16 @@
 /** The share menu: link, replay page, laboratory, picture and movie. */
 
 import { formatAddress } from "./address.js";
-import { createIcon, el, getJSON, isServerless, request, showMessage } from "./common.js";
+import {
+  createButton,
+  createIcon,
+  el,
+  getJSON,
+  isServerless,
+  request,
+  showMessage,
+} from "./common.js";
+import { saveFile } from "./downloads.js";
 
 const SHARE_ICON = "M10 12V3M6.5 6L10 2.5 13.5 6M5 9H4v8h12V9h-1";
 // Milliseconds between two requests for the progress of a movie.
@@ -25,11 +34,10 @@ export function mountShare(root, getState) {
     "aria-label": "Share",
     "data-testid": "share-menu",
   });
-  const button = el(
-    "button",
-    { type: "button", popovertarget: "share-menu", "aria-label": "Share", "data-testid": "share" },
-    createIcon(SHARE_ICON),
-    el("span", { class: "wide" }, "Share"),
+  const button = createButton(
+    [createIcon(SHARE_ICON), el("span", { class: "wide" }, "Share")],
+    null,
+    { popovertarget: "share-menu", "aria-label": "Share", "data-testid": "share" },
   );
   menu.addEventListener(
     "toggle",
@@ -113,11 +121,7 @@ function createLinkRow() {
     "div",
     { class: "share-link" },
     link,
-    el(
-      "button",
-      { type: "button", class: "primary", "data-testid": "share-copy", onclick: copy },
-      "Copy link",
-    ),
+    createButton("Copy link", copy, { class: "primary", "data-testid": "share-copy" }),
   );
 }
 
@@ -131,7 +135,7 @@ function createSaveEntry(title, note, testid, make) {
       const { blob, name } = await make(
         (share) => (hint.textContent = `creating … ${Math.round(100 * share)} %`),
       );
-      download(blob, name);
+      saveFile(blob, name);
       showMessage(`Saved as ${name}.`, "done");
     } catch (error) {
       showMessage(error.message, "error");
@@ -139,12 +143,10 @@ function createSaveEntry(title, note, testid, make) {
     button.disabled = false;
     hint.textContent = note;
   };
-  const button = el(
-    "button",
-    { type: "button", class: "share-entry", "data-testid": testid, onclick: save },
-    el("span", {}, title),
-    hint,
-  );
+  const button = createButton([el("span", {}, title), hint], save, {
+    class: "share-entry",
+    "data-testid": testid,
+  });
   return button;
 }
 
@@ -209,11 +211,4 @@ function formatTitle(source) {
   const query = new URLSearchParams(source);
   const note = query.get("condition") ?? query.get("preset") ?? "live";
   return `${note}, run ${query.get("run") ?? 0}, generation ${query.get("generation")}`;
-}
-
-function download(blob, name) {
-  const address = URL.createObjectURL(blob);
-  el("a", { href: address, download: name }).click();
-  // The browser has read the file after a minute.
-  setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }

@@ -1,11 +1,9 @@
 /** The time bar of a world: playback, steps, meals and speed, with keyboard control. */
 
-import { createIcon, el, formatNumber } from "./common.js";
-import { SPEEDS } from "./player.js";
+import { createIconButton, el, formatNumber } from "./common.js";
+import { createPlayButton, createSpeedList, showPlaying } from "./player_controls.js";
 import { Timeline } from "./timeline.js";
 
-const PLAY = "M6 4l10 6-10 6z";
-const PAUSE = "M7 4v12M13 4v12";
 const BACK = "M12 5l-5 5 5 5";
 const FORWARD = "M8 5l5 5-5 5";
 
@@ -22,31 +20,16 @@ export class TimeBar {
       onUserAction();
       action();
     };
-    const button = (name, label, path, action, shape = "square") =>
-      el(
-        "button",
-        {
-          type: "button",
-          class: shape,
-          "aria-label": label,
-          "data-testid": `${testid}-${name}`,
-          onclick: userAction(action),
-        },
-        createIcon(path),
-      );
-    this.toggle = button("play", "Play", PLAY, () => player.toggle(), "primary round");
+    const button = (name, label, path, action) =>
+      createIconButton(label, path, userAction(action), {
+        class: "square",
+        title: null,
+        "data-testid": `${testid}-${name}`,
+      });
+    this.toggle = createPlayButton(`${testid}-play`, userAction(() => player.toggle()));
     this.timeline = new Timeline((step) => userAction(() => player.seek(step))());
     this.step = el("span", { class: "number", "data-testid": `${testid}-step` });
-    const options = SPEEDS.map((speed) => el("option", { value: speed }, `${speed}×`));
-    this.speed = el(
-      "select",
-      {
-        "aria-label": "Speed",
-        "data-testid": `${testid}-speed`,
-        onchange: () => player.setSpeed(this.speed.value),
-      },
-      ...options,
-    );
+    this.speed = createSpeedList(player, `${testid}-speed`);
     const back = button("back", "One step back", BACK, () => player.step(-1));
     const forward = button("on", "One step forward", FORWARD, () => player.step(1));
     this.root = el(
@@ -64,8 +47,7 @@ export class TimeBar {
 
   showTime() {
     const { playing, speed } = this.player;
-    this.toggle.setAttribute("aria-label", playing ? "Pause" : "Play");
-    this.toggle.replaceChildren(createIcon(playing ? PAUSE : PLAY));
+    showPlaying(this.toggle, playing);
     this.speed.value = String(speed);
   }
 

@@ -2,6 +2,7 @@
 
 import { lookUp } from "./engine.js";
 import { resolve } from "./form_schema.js";
+import { isTable } from "./program_table.js";
 
 /** @type {Object<string, [(value: any, limit: any) => boolean, string]>} */
 const LIMITS = {
@@ -16,10 +17,7 @@ const TYPES = {
   boolean: [(value) => typeof value === "boolean", "true or false"],
   string: [(value) => typeof value === "string", "text"],
   array: [Array.isArray, "a list"],
-  object: [
-    (value) => value !== null && typeof value === "object" && !Array.isArray(value),
-    "a table",
-  ],
+  object: [isTable, "a table"],
 };
 
 /**

@@ -150,8 +150,34 @@ class LiveView {
     this.root.scrollTo({ top: 0 });
   }
 
-  showEmpty(title, content) {
-    return showEmpty(this.stage, title, content, this.aborted.signal);
+  /** Show a message and the active runs if no run is selected. */
+  async showEmpty(title, content) {
+    const { signal } = this.aborted;
+    const activeList = el("ul", { class: "live-active" });
+    const map = el("canvas", {
+      class: "live-preview",
+      hidden: true,
+      role: "img",
+      "aria-label": "Map with the start area and the items",
+    });
+    this.stage.replaceChildren(
+      el(
+        "section",
+        { class: "card empty", "data-testid": "live-empty" },
+        el("h1", {}, title),
+        map,
+        el("p", {}, content),
+        activeList,
+      ),
+    );
+    const [{ runs }, { comparison }] = await Promise.all([
+      getJSON("api/live", signal),
+      getJSON("api/comparison", signal),
+    ]);
+    activeList.replaceChildren(
+      ...(comparison ? [createComparisonLink(comparison)] : []),
+      ...runs.map((run) => createLinkEntry(`#/live?id=${run.id}`, describeRun(run))),
+    );
   }
 
   /** Close the panel of the visible run or comparison. */
@@ -169,35 +195,6 @@ class LiveView {
     this.aborted.abort();
     this.leave();
   }
-}
-
-/** Show a message and the active runs if no run is selected. */
-async function showEmpty(stage, title, content, signal) {
-  const activeList = el("ul", { class: "live-active" });
-  const map = el("canvas", {
-    class: "live-preview",
-    hidden: true,
-    role: "img",
-    "aria-label": "Map with the start area and the items",
-  });
-  stage.replaceChildren(
-    el(
-      "section",
-      { class: "card empty", "data-testid": "live-empty" },
-      el("h1", {}, title),
-      map,
-      el("p", {}, content),
-      activeList,
-    ),
-  );
-  const [{ runs }, { comparison }] = await Promise.all([
-    getJSON("api/live", signal),
-    getJSON("api/comparison", signal),
-  ]);
-  activeList.replaceChildren(
-    ...(comparison ? [createComparisonLink(comparison)] : []),
-    ...runs.map((run) => createLinkEntry(`#/live?id=${run.id}`, describeRun(run))),
-  );
 }
 
 function createComparisonLink({ name, stored, runs, state }) {

@@ -1,7 +1,7 @@
 /** The Papers tab: one card per paper, with its studies and commands. */
 
 import { VERDICTS } from "./claims.js";
-import { createIcon, el, formatNumber, getJSON, showMessage } from "./common.js";
+import { createButton, createIcon, el, formatNumber, getJSON, showMessage } from "./common.js";
 
 const COPY_ICON = "M7 7V3h10v10h-4M3 7h10v10H3z";
 
@@ -203,18 +203,11 @@ function createRunLinks({ name, title, preset, live_runs: runs }) {
   };
   return [
     live ?? "",
-    el(
-      "button",
-      {
-        type: "button",
-        class: "quiet",
-        title: "Copy the command that runs the complete paper",
-        onclick: copy,
-        "data-testid": `copy-${name}`,
-      },
-      createIcon(COPY_ICON),
-      el("code", {}, command),
-    ),
+    createButton([createIcon(COPY_ICON), el("code", {}, command)], copy, {
+      class: "quiet",
+      title: "Copy the command that runs the complete paper",
+      "data-testid": `copy-${name}`,
+    }),
   ];
 }
 

@@ -1,5 +1,6 @@
 /** The Results tab: curves, boxes and claims of a study, with links to lifetimes. */
 
+import { createClaimList } from "./claims.js";
 import { el, getJSON, showMessage } from "./common.js";
 import { createComparisonTable, formatAnswer } from "./comparison.js";
 import { explainCurves, ResultsCurves } from "./results_curves.js";
@@ -7,12 +8,7 @@ import { clearFactorState, createFactorLists, groupConditions } from "./results_
 import { createHeading, createMeasureSwitch, createStudyPicker } from "./results_header.js";
 import { MEASURES } from "./results_measures.js";
 import { createPanels } from "./results_panels.js";
-import {
-  createClaims,
-  createFactorSection,
-  createFinals,
-  createNorms,
-} from "./results_sections.js";
+import { createFactorSection, createFinals, createNorms } from "./results_sections.js";
 import { findNewest } from "./sources.js";
 import { createSpeciesCards, drawSpeciesCharts } from "./results_species.js";
 
@@ -131,11 +127,28 @@ class ResultsView {
     );
   }
 
-  /** Return the results of a study. Results of the visible study are not requested again. */
-  loadResults(study) {
+  /**
+   * Return the results of a study. Results of the visible study are not requested again. Without
+   * results, the page shows the reason.
+   */
+  async loadResults(study) {
     if (this.shown?.study === study.id) return this.shown.results;
     this.responses.clear();
-    return fetchResults(study, this.page, this.studies, this.choose, this.aborted.signal);
+    const { page, aborted: { signal } } = this;
+    const picker = createStudyPicker(this.studies, study.id, this.choose);
+    if (study.problem) return showEmpty(page, "This study cannot be read", study.problem, picker);
+    const spinner = el("span", { class: "spinner" });
+    page.replaceChildren(
+      el("div", { class: "row" }, picker),
+      el("div", { class: "card results-waiting" }, spinner, " Reading the study …"),
+    );
+    try {
+      return await getJSON(`api/results?${new URLSearchParams({ study: study.id })}`, signal);
+    } catch (error) {
+      if (!signal.aborted)
+        showEmpty(page, "This study has no results to show", error.message, picker);
+      return null;
+    }
   }
 
   /** @returns {ResultsState} */
@@ -186,27 +199,6 @@ function rememberFolds(page) {
   };
 }
 
-/** Load the results of a study. Without results, the page shows the reason. */
-async function fetchResults(study, page, studies, choose, signal) {
-  const pick = createStudyPicker(studies, study.id, choose);
-  if (study.problem) return showEmpty(page, "This study cannot be read", study.problem, pick);
-  page.replaceChildren(
-    el("div", { class: "row" }, pick),
-    el(
-      "div",
-      { class: "card results-waiting" },
-      el("span", { class: "spinner" }),
-      " Reading the study …",
-    ),
-  );
-  try {
-    return await getJSON(`api/results?${new URLSearchParams({ study: study.id })}`, signal);
-  } catch (error) {
-    if (!signal.aborted) showEmpty(page, "This study has no results to show", error.message, pick);
-    return null;
-  }
-}
-
 function showEmpty(page, title, sentence, ...more) {
   page.replaceChildren(
     el(
@@ -241,7 +233,7 @@ function draw(page, view, setHidden) {
     createFactorSection(view),
     speciesCards ?? "",
     ...folds.map(({ element }) => element),
-    createClaims(view),
+    createClaimList(view),
   );
   // Charts need the width of their elements on the page.
   const charts = [

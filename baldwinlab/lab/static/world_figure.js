@@ -1,6 +1,6 @@
 /** A world outside the World tab: with zoom, the number of eaten items, and a selected agent. */
 
-import { el } from "./common.js";
+import { createOptions, el } from "./common.js";
 import { FrameView } from "./frame_view.js";
 import { bindGestures } from "./gestures.js";
 import { WorldView } from "./world.js";
@@ -100,11 +100,9 @@ export class WorldFigure {
     const firstPart = life.parts.values().next().value;
     // The species of an agent can change from generation to generation.
     if (this.picker.options.length !== agents + 1 || life.header.species) {
-      const options = Array.from(
-        { length: agents },
-        (_, agent) => el("option", { value: agent }, firstPart.describeAgent(agent)),
-      );
-      this.picker.replaceChildren(el("option", { value: "" }, "all agents"), ...options);
+      const describe = (_, agent) => [agent, firstPart.describeAgent(agent)];
+      const names = Array.from({ length: agents }, describe);
+      this.picker.replaceChildren(...createOptions([["", "all agents"], ...names]));
     }
   }
 

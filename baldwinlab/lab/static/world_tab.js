@@ -5,7 +5,9 @@ import { el, showMessage } from "./common.js";
 import { handleWorldKey } from "./keys.js";
 import { Lead } from "./lead.js";
 import { Legend } from "./legend.js";
-import { chooseSpeed } from "./player.js";
+import { Inspector } from "./inspector.js";
+import { chooseSpeed, Player } from "./player.js";
+import { Population } from "./population.js";
 import { mountShare } from "./share.js";
 import {
   addTypicalRun,
@@ -19,12 +21,13 @@ import { Timeline } from "./timeline.js";
 import { CURVE, WORLD } from "./topics.js";
 import { GenerationPlayer } from "./generation_player.js";
 import { PlaybackBar } from "./playback_bar.js";
-import { readOptions, readSecondLifetime, writeOptions } from "./world_address.js";
-import { WorldPanels } from "./world_panels.js";
+import { readOptions, readSecondLifetime, WHOLE_MAP, writeOptions } from "./world_address.js";
+import { WorldPanel } from "./world_panel.js";
 
-export class WorldTab extends WorldPanels {
+export class WorldTab {
   constructor(root, navigate, guide, /** @type {import("./sources.js").Stored} */ stored) {
-    super(root, stored.studies);
+    this.root = root;
+    this.studies = stored.studies;
     this.navigate = navigate;
     this.guide = guide;
     this.latestRequest = 0;
@@ -32,6 +35,19 @@ export class WorldTab extends WorldPanels {
     this.trails = "recent";
     this.sight = true;
     this.listing = false;
+    this.panels = [];
+    // The selected agent, or null, and the world that it belongs to.
+    this.agent = null;
+    this.side = "a";
+    this.worlds = el("div", { class: "worlds" });
+    this.player = new Player((time) => this.draw(time));
+    this.population = new Population((agent) => this.pick("a", agent));
+    this.inspector = new Inspector({
+      open: (source, agent) => this.openRelative(source, agent),
+      close: () => this.pick(this.side, null),
+      seek: (step) => (step === null ? this.player.invalidate() : this.player.seek(step)),
+      toggled: () => this.remember(),
+    });
     this.player.changed = () => this.showTime();
     this.generationPlayer = new GenerationPlayer({
       now: () => ({
@@ -119,6 +135,93 @@ export class WorldTab extends WorldPanels {
     this.inspect();
   }
 
+  /** Whether no lifetime is loading. */
+  get isLoaded() {
+    return this.panels.every(({ loadingLife }) => !loadingLife);
+  }
+
+  requirePanel(number) {
+    if (this.panels[number]) return this.panels[number];
+    const name = "ab"[number];
+    const panel = new WorldPanel(name, this.studies, {
+      invalidate: () => this.player.invalidate(),
+      chosen: () => this.onSourceChosen(),
+      loaded: () => this.loaded(),
+      failed: (error) => showMessage(error.message, "error"),
+      picked: (agent) => this.pick(name, agent),
+      moved: () => this.setCamera(panel.view.camera),
+      fitted: () => this.fit(),
+      playAllClicked: () => this.generationPlayer.toggle(),
+    });
+    this.panels[number] = panel;
+    this.worlds.append(panel.root);
+    this.root.classList.toggle("comparing", this.panels.length > 1);
+    return panel;
+  }
+
+  removeSecond() {
+    this.panels.splice(1).forEach((panel) => panel.close());
+    this.root.classList.remove("comparing");
+    if (this.side === "b") {
+      this.side = "a";
+      this.agent = null;
+    }
+  }
+
+  onSourceChosen() {
+    this.inspect();
+    this.showOptions();
+    this.remember(false);
+  }
+
+  /** Set the camera of all worlds. */
+  setCamera({ x, y, zoom }) {
+    for (const { view } of this.panels) view.setCamera(x, y, zoom);
+    this.remember();
+    this.player.invalidate();
+  }
+
+  fit() {
+    this.setCamera(WHOLE_MAP);
+  }
+
+  /** Select an agent or none. The focus moves to the inspector, and back. */
+  pick(side, agent) {
+    const wasOpen = this.agent !== null;
+    const isOpen = agent !== null;
+    if (isOpen && !wasOpen) this.opener = document.activeElement;
+    this.side = side;
+    this.agent = agent;
+    this.inspect();
+    if (isOpen) this.inspector.root.focus();
+    else if (wasOpen)
+      (this.opener?.checkVisibility() ? this.opener : this.panels[0].canvas).focus();
+    this.remember();
+    this.player.invalidate();
+  }
+
+  inspect() {
+    const panel = this.panels.find(({ name }) => name === this.side);
+    this.root.classList.toggle("inspecting", this.agent !== null);
+    if (this.agent === null || !panel?.source) this.inspector.hide();
+    else this.inspector.show(panel.source, this.agent);
+  }
+
+  /** Open the lifetime of a parent or a child. */
+  openRelative(source, agent) {
+    this.agent = agent;
+    // The focused link is about to disappear.
+    this.inspector.root.focus();
+    this.panels.find(({ name }) => name === this.side).choose(source);
+    this.player.seek(0);
+    this.onSourceChosen();
+  }
+
+  /** Move by some generations. Negative numbers move back. */
+  changeGeneration(offset) {
+    this.panels.forEach((panel) => panel.move(offset));
+  }
+
   toggleComparison() {
     if (this.panels.length > 1) this.removeSecond();
     else this.requirePanel(1).choose(chooseComparison(this.panels[0]));
@@ -173,10 +276,6 @@ export class WorldTab extends WorldPanels {
     this.startAt = 0;
     this.panels.forEach((panel) => panel.goTo(generation));
     if (this.isLoaded) this.loaded();
-  }
-
-  toggleGenerations() {
-    this.generationPlayer.toggle();
   }
 
   setPlaying(isPlaying) {

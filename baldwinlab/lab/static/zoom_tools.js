@@ -1,6 +1,6 @@
 /** The buttons that zoom a map. */
 
-import { createIcon, el } from "./common.js";
+import { createIconButton } from "./common.js";
 
 const BUTTONS = {
   closer: ["Zoom in (+)", "M10 4v12M4 10h12"],
@@ -25,16 +25,5 @@ export function createZoomButtons({ zoom, fit }) {
 
 function createZoomButton(name, action) {
   const [label, path] = BUTTONS[name];
-  return el(
-    "button",
-    {
-      type: "button",
-      class: "quiet square",
-      "aria-label": label,
-      title: label,
-      "data-testid": `zoom-${name}`,
-      onclick: action,
-    },
-    createIcon(path),
-  );
+  return createIconButton(label, path, action, { "data-testid": `zoom-${name}` });
 }

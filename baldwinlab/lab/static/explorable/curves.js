@@ -2,7 +2,7 @@
 
 import { LineChart } from "../charts.js";
 import { selectSeriesStyle } from "../chart_series.js";
-import { computeMean } from "./source.js";
+import { computeMean } from "../quantiles.js";
 
 const HEIGHT = 280;
 

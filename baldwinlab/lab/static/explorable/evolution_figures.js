@@ -82,9 +82,11 @@ export class EvolutionFigure extends Figure {
   }
 }
 
-/** The curves of several populations that evolve side by side. */
-class CurvesFigure extends Figure {
-  constructor(root, context, names, generations) {
+const NAMES = ["alone", "learning"];
+
+/** The curves of populations that evolve side by side, by default with and without learning. */
+export class CurvesFigure extends Figure {
+  constructor(root, context, names = NAMES, generations = context.data.fork_generation) {
     super(root, context);
     this.names = names;
     this.generations = generations;
@@ -165,25 +167,17 @@ function closeAll(populations) {
   for (const population of Object.values(populations)) population.close();
 }
 
-/** Evolution with and without learning. */
-export class BothFigure extends CurvesFigure {
-  constructor(root, context) {
-    super(root, context, ["alone", "learning"], context.data.fork_generation);
-  }
-}
-
 /** Learning and its controls. */
 export class ControlsFigure extends CurvesFigure {
   constructor(root, context) {
-    const names = ["alone", "learning", "random", "yoked"];
-    super(root, context, names, context.data.fork_generation);
+    super(root, context, ["alone", "learning", "random", "yoked"]);
   }
 }
 
 /** Both populations evolve on without learning. */
 export class ForkFigure extends CurvesFigure {
   constructor(root, context) {
-    super(root, context, ["alone", "learning"], context.data.recordings.curves.alone[0].length);
+    super(root, context, NAMES, context.data.recordings.curves.alone[0].length);
   }
 
   get fork() {

@@ -1,6 +1,6 @@
 /** A picture of the essay: it plays while it is in sight, and its button pauses it. */
 
-import { el } from "../common.js";
+import { createButton, el } from "../common.js";
 
 // Milliseconds after the last change of a dial.
 const DIAL_DELAY = 200;
@@ -36,7 +36,7 @@ export class Figure {
     this.round = 0;
     // Whether a run starts when the figure plays.
     this.isNew = true;
-    this.button = el("button", { type: "button", class: "play", onclick: () => this.toggle() });
+    this.button = createButton("", () => this.toggle(), { class: "play" });
     this.bar = el("div", { class: "picture-bar" }, this.button);
     this.showButton();
     let timer = 0;

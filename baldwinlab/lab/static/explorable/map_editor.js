@@ -1,6 +1,6 @@
 /** The editor of a map: rectangles that the pointer draws, or that number fields describe. */
 
-import { el } from "../common.js";
+import { createButton, el } from "../common.js";
 import { formatText } from "./figure.js";
 import { createShape, KINDS, MAP_SIZE, MAX_SHAPES } from "./map_settings.js";
 
@@ -27,12 +27,8 @@ export class MapEditor {
     const tools = this.tools.map((input) =>
       el("label", { class: `tool ${input.value}` }, input, strings[input.value])
     );
-    const addButton = el("button", { type: "button", onclick: () => this.add(FIRST_SHAPE) });
-    const clearButton = el(
-      "button",
-      { type: "button", onclick: () => this.clear() },
-      strings.clear,
-    );
+    const addButton = createButton("", () => this.add(FIRST_SHAPE));
+    const clearButton = createButton(strings.clear, () => this.clear());
     const showTool =
       () => (addButton.textContent = formatText(strings.add, { tool: strings[this.kind] }));
     for (const input of this.tools) input.addEventListener("change", showTool);
@@ -129,14 +125,12 @@ export class MapEditor {
       this.settings[kind].splice(index, 1);
       this.update();
     };
-    const removeButton = el("button", { type: "button", onclick: remove });
-    removeButton.textContent = formatText(strings.remove, names);
     return el(
       "fieldset",
       {},
       el("legend", {}, formatText(strings.shape, names)),
       ...fields,
-      removeButton,
+      createButton(formatText(strings.remove, names), remove),
     );
   }
 

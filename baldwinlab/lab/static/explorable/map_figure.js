@@ -1,6 +1,6 @@
 /** The reader's own experiment: an editor, settings, a run, a link, and the command. */
 
-import { el } from "../common.js";
+import { createButton, createField, el } from "../common.js";
 import { EvolutionFigure } from "./evolution_figures.js";
 import { fillTemplate, findProgram } from "../program_table.js";
 import { MapEditor } from "./map_editor.js";
@@ -25,9 +25,7 @@ export class MapFigure extends EvolutionFigure {
     this.scene = this.data.scenes.map;
     this.texts = this.data.strings.editor;
     this.settings = createMapSettings(this.scene.experiment, this.data.seed);
-    const linkButton = el("button", { type: "button", onclick: () => this.copyLink() });
-    linkButton.textContent = this.texts.link;
-    this.bar.append(linkButton);
+    this.bar.append(createButton(this.texts.link, () => this.copyLink()));
     this.status = el("p", { role: "status" });
     this.command = el("pre", { tabindex: 0, "aria-label": this.texts.command });
     this.form = el("div", { class: "map-form" });
@@ -70,7 +68,7 @@ export class MapFigure extends EvolutionFigure {
         input.value = String(this.settings[name]);
         changed();
       });
-      return el("label", { class: "field" }, el("span", {}, this.texts[name]), input);
+      return createField(this.texts[name], input);
     });
     const learningLabel = el("label", {}, learning, this.texts.learning);
     const numbers = el("div", { class: "numbers" }, learningLabel, ...fields);

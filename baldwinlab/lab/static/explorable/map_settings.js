@@ -1,6 +1,6 @@
 /** The reader's own map and settings: link, experiment, compiled module and command. */
 
-import { setSetting } from "./source.js";
+import { applyChanges } from "../experiment_changes.js";
 
 export const KINDS = ["food", "wall", "poison"];
 export const MAX_SHAPES = 16;
@@ -104,17 +104,22 @@ function isValid(settings) {
 
 /** Return the experiment of a map: the scene `map` with the settings. */
 export function applyMap(experiment, settings) {
-  const changed = structuredClone(experiment);
+  const changed = applyChanges(experiment, Object.fromEntries(listNumbers(settings)));
   changed.world.food = settings.food.map(([left, right, upper, lower]) => ({
     x: [left, right],
     y: [upper, lower],
     count: FOOD_ITEMS,
     energy: 1,
   }));
-  for (const [name, { path, factor }] of Object.entries(NUMBERS))
-    if (path) setSetting(changed, path, round(settings[name] * factor));
   if (!settings.learning) changed.learning.rule = "none";
   return changed;
+}
+
+/** Return the settings of the numbers: pairs of a path and a value. */
+function listNumbers(settings) {
+  return Object.entries(NUMBERS)
+    .filter(([, { path }]) => path)
+    .map(([name, { path, factor }]) => [path, round(settings[name] * factor)]);
 }
 
 /** Return a compiled module with the walls and the poison of a map in its memory layout. */
@@ -189,9 +194,9 @@ export function formatCommand(settings) {
     features.length && `'world.features=[${features}]'`,
     wall.length && `'world.walls.boxes=${JSON.stringify(wall)}'`,
     poison.length && `'world.patches.patches=${JSON.stringify(patches)}'`,
-    ...Object.entries(NUMBERS)
-      .filter(([name, { path }]) => path && (learning || name !== "rate"))
-      .map(([name, { path, factor }]) => `${path}=${round(settings[name] * factor)}`),
+    ...listNumbers(settings)
+      .filter(([path]) => learning || path !== NUMBERS.rate.path)
+      .map(([path, value]) => `${path}=${value}`),
   ].filter(Boolean);
   return (
     `baldwinlab run ${preset} --runs 30 --seed ${settings.seed} --out my-map ` +

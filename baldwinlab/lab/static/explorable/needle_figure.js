@@ -1,7 +1,7 @@
 /** The needle: recorded points, and the line of the theory, by the period of the changes. */
 
 import { el, formatNumber } from "../common.js";
-import { chooseTicks, createSvg, drawGridLine, drawTextLabel } from "../drawing.js";
+import { chooseTicks, createSvg, drawGridRow, drawTextLabel } from "../drawing.js";
 import { Figure } from "./figure.js";
 import { computeBalance } from "./needle_theory.js";
 
@@ -108,27 +108,15 @@ export class NeedleFigure extends Figure {
   }
 
   drawAxes() {
-    const rows = chooseTicks(0, MAX_SHARE).flatMap((share) => [
-      drawGridLine(MARGIN.left, this.placeY(share), this.right, this.placeY(share)),
-      drawTextLabel(formatShare(share), {
-        x: MARGIN.left - 8,
-        y: this.placeY(share) + 4,
-        "text-anchor": "end",
-      }),
-    ]);
+    const rows = chooseTicks(0, MAX_SHARE).flatMap((share) =>
+      drawGridRow(formatShare(share), MARGIN.left, this.right, this.placeY(share))
+    );
     const columns = this.data.needle.periods.map((period) =>
-      drawTextLabel(formatNumber(period), {
-        x: this.placeX(period),
-        y: this.bottom + 18,
-        "text-anchor": "middle",
-      })
+      drawTextLabel(formatNumber(period), this.placeX(period), this.bottom + 18, "middle")
     );
     const middle = (MARGIN.left + this.right) / 2;
-    const label = drawTextLabel(this.strings.needle_x, {
-      x: middle,
-      y: this.bottom + MARGIN.bottom - 8,
-      "text-anchor": "middle",
-    });
+    const bottom = this.bottom + MARGIN.bottom - 8;
+    const label = drawTextLabel(this.strings.needle_x, middle, bottom, "middle");
     return [...rows, ...columns, label];
   }
 }

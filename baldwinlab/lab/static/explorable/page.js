@@ -2,7 +2,7 @@
 
 import { formatNumber } from "../common.js";
 import { Dials } from "./dials.js";
-import { BothFigure, ControlsFigure, EvolutionFigure, ForkFigure } from "./evolution_figures.js";
+import { ControlsFigure, CurvesFigure, EvolutionFigure, ForkFigure } from "./evolution_figures.js";
 import { AgentFigure, LearningFigure } from "./life_figures.js";
 import { MapFigure } from "./map_figure.js";
 import { NeedleFigure } from "./needle_figure.js";
@@ -12,7 +12,7 @@ const FIGURES = {
   agent: AgentFigure,
   evolution: EvolutionFigure,
   learning: LearningFigure,
-  both: BothFigure,
+  both: CurvesFigure,
   controls: ControlsFigure,
   innate: ForkFigure,
   needle: NeedleFigure,

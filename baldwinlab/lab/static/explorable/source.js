@@ -1,7 +1,9 @@
 /** The simulations of the essay: live runs in one worker, or recorded runs without WebAssembly. */
 
 import { inflate, unpack } from "../common.js";
+import { applyChanges } from "../experiment_changes.js";
 import { createRecordingHeader, fillTemplate, findProgram } from "../program_table.js";
+import { computeMean } from "../quantiles.js";
 import { Recording } from "../recording.js";
 import { WorkerPool } from "../worker_pool.js";
 
@@ -38,13 +40,6 @@ export class LiveSource {
     this.populations = 0;
   }
 
-  /** Return the experiment of a scene with some settings changed, by path. */
-  makeExperiment(scene, changes = {}) {
-    const experiment = structuredClone(this.data.scenes[scene].experiment);
-    for (const [path, value] of Object.entries(changes)) setSetting(experiment, path, value);
-    return experiment;
-  }
-
   /**
    * Start runs of a scene.
    * @param {string} scene
@@ -52,8 +47,8 @@ export class LiveSource {
    * @param {number[]} runs their numbers
    */
   start(scene, changes, runs) {
-    const appearance = this.data.scenes[scene].appearance;
-    return this.startExperiment(this.makeExperiment(scene, changes), appearance, runs);
+    const { experiment, appearance } = this.data.scenes[scene];
+    return this.startExperiment(applyChanges(experiment, changes), appearance, runs);
   }
 
   /** Start runs of an experiment. `program` is chosen by its settings, unless it is given. */
@@ -70,8 +65,8 @@ export class LiveSource {
   }
 
   /** For scripts: simulate a run, bit-identical to `bl.simulate`. */
-  simulate({ scene, changes, run = 0 }) {
-    const experiment = this.makeExperiment(scene, changes);
+  simulate({ scene, changes = {}, run = 0 }) {
+    const experiment = applyChanges(this.data.scenes[scene].experiment, changes);
     const program = findProgram(this.data.programs, experiment);
     return this.pool.simulate(program, experiment, this.data.seed, run);
   }
@@ -106,8 +101,7 @@ class LivePopulation {
 
   /** Continue all runs with changed settings. */
   async fork(changes) {
-    const experiment = structuredClone(this.experiment);
-    for (const [path, value] of Object.entries(changes)) setSetting(experiment, path, value);
+    const experiment = applyChanges(this.experiment, changes);
     const fork = new LivePopulation(this.source, { ...this, experiment });
     fork.generation = this.generation;
     await fork.request("fork", { source: this.group });
@@ -116,8 +110,7 @@ class LivePopulation {
 
   /** Return a recording of a past generation, with some settings changed. */
   async recordLife(run, generation, changes = {}) {
-    const experiment = structuredClone(this.experiment);
-    for (const [path, value] of Object.entries(changes)) setSetting(experiment, path, value);
+    const experiment = applyChanges(this.experiment, changes);
     const appearance = fillTemplate(this.appearance, experiment);
     const genome = await this.request("genome", { run, generation });
     const recorded = await this.request("recording", {
@@ -187,17 +180,6 @@ class RecordedPopulation {
   close() {}
 }
 
-/** Set the value at a dotted path. A number in the path is an index. */
-export function setSetting(tree, path, value) {
-  const steps = path.split(".");
-  const last = steps.pop();
-  steps.reduce((below, step) => below[step], tree)[last] = value;
-}
-
-export function computeMean(values) {
-  return values.reduce((sum, value) => sum + value, 0) / values.length;
-}
-
-export function wait(milliseconds) {
+function wait(milliseconds) {
   return new Promise((resolve) => setTimeout(resolve, milliseconds));
 }
