@@ -68,8 +68,8 @@ def test_a_card_marks_the_study_of_a_changed_model(tmp_path: Path) -> None:
         create_study(tmp_path / name, experiments, 1, paper="le-2019", changes=changes)
     with run_server(tmp_path) as server:
         cards = {card["name"]: card for card in get_json(server.address, "papers")["papers"]}
-    changes = {study["study"]: study["changes"] for study in cards["le-2019"]["studies"]}
-    assert changes == {"changed": ["lifetime.steps=60"], "plain": []}
+    changes_by_study = {study["study"]: study["changes"] for study in cards["le-2019"]["studies"]}
+    assert changes_by_study == {"changed": ["lifetime.steps=60"], "plain": []}
 
 
 def test_a_card_lists_the_verdicts_of_the_studies_of_its_paper(

@@ -61,8 +61,14 @@ def test_full_assimilation_is_both_phases() -> None:
 
 
 def test_learning_without_assimilation_is_phase_1_alone() -> None:
-    lives = {"off": constant(0), "frozen": constant(0), "drift": constant(5)}
-    data = innate(A, on=rising(10, 100), distance=rising(1, 2), **lives)
+    data = innate(
+        A,
+        off=constant(0),
+        frozen=constant(0),
+        drift=constant(5),
+        on=rising(10, 100),
+        distance=rising(1, 2),
+    )
     result = evaluate_condition(data, within_life=within_life(A, 1, 9))
     assert result.eats_only_with_learning
     assert (result.phase_verdict(1), result.phase_verdict(2)) == ("yes", "no")

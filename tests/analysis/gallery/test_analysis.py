@@ -56,8 +56,12 @@ def test_a_system_has_one_estimate_per_question_and_its_control() -> None:
 def test_only_requested_conditions_that_learn_are_systems() -> None:
     study = runs(STEP * 1.0, STEP * 1.0)
     for name, requested in ((CONTROL, []), (LEARNER, ["another"])):
-        lives = {"on": constant(2)} if name == LEARNER else {}
-        stored = {"innate": {name: innate(name, off=constant(1), **lives)}}
+        data = (
+            innate(name, off=constant(1), on=constant(2))
+            if name == LEARNER
+            else innate(name, off=constant(1))
+        )
+        stored = {"innate": {name: data}}
         assert evaluate_systems(study, stored, {name: load(name)}, requested, 10) == []
 
 
