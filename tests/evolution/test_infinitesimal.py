@@ -12,7 +12,6 @@ from scipy.stats import kstest
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.evolution.infinitesimal import Infinitesimal
-from tests.oracles.parts import check_built_in_parts
 from tests.oracles.variation import breed_infinitesimal
 
 
@@ -59,10 +58,3 @@ def test_the_variance_approaches_twice_that_of_segregation() -> None:
 def test_the_children_of_equal_parents_are_normal() -> None:
     children = breed_generations(0.0, 0.5, 1)[-1]
     assert kstest(children.ravel() / 0.5, "norm").pvalue > 0.001
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [
-        finding for finding in check_built_in_parts(Infinitesimal) if finding.holds is False
-    ] == []

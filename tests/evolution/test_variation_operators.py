@@ -21,7 +21,7 @@ from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.experiment.unused_settings import require_effect
 from baldwinlab.papers.presets import load
 from baldwinlab.simulation.simulate import simulate
-from tests.oracles.parts import check_built_in_parts, find_oracle
+from tests.oracles.parts import find_oracle
 from tests.worlds import make_small_experiment
 
 FITNESS = np.array([3.0, 0.0, 5.0, 1.0, 0.5, 7.5, 2.0, 4.0])
@@ -408,34 +408,6 @@ def test_parents_equal_the_oracle_for_any_fitness_and_number_of_agents(name: str
         parents = select(experiment, fitness, uniforms)
         expected = find_oracle(part)(values, fitness.tolist(), uniforms.tolist())
         assert np.sort(parents, axis=1).tolist() == np.sort(expected, axis=1).tolist()
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_the_quick_checks() -> None:
-    parts = [registry.find_class(kind, name) for kind, names in NAMES.items() for name in names]
-    findings = check_built_in_parts(
-        parts, requirements=["fields", "limits", "arithmetic", "oracle"]
-    )
-    assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_compiled_checks() -> None:
-    parts = [registry.find_class(kind, name) for kind, names in NAMES.items() for name in names]
-    findings = bl.check_part(
-        parts,
-        requirements=[
-            "compiles",
-            "repeated",
-            "block",
-            "batch",
-            "resumed",
-            "replayed",
-            "python",
-            "simulator",
-        ],
-    )
-    assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))
 
 
 def test_best_copies_in_a_run_copies_the_agents_with_the_most_energy() -> None:

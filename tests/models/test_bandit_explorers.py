@@ -12,7 +12,6 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.analysis.theory.bandit_exploration import Bandit, compute_payoff
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.models.bandit_explorers import BanditExplorers
@@ -135,8 +134,3 @@ def test_evolution_learns_or_hard_codes() -> None:
         experiment = assign(bl.load(name), ["evolution.generations=21"])
         for history in simulate_histories(experiment, 1, range(2)):
             assert low <= history.recorded_values("explores")[-1].mean() <= high
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(BanditExplorers) if finding.holds is False] == []

@@ -11,7 +11,6 @@ import pytest
 from scipy.stats import chi2
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, apply_inheritance, breed, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.function_climbers import FunctionClimbers, decode_gray, make_blocks, sine
@@ -169,8 +168,3 @@ def test_a_part_of_the_learned_change_cannot_be_inherited() -> None:
         ExperimentError, match=r"evolution\.lamarckian_share = 0\.5 must be 0 or 1 with the model"
     ):
         assign(bl.load("baldwinian/deceptive"), ["evolution.lamarckian_share=0.5"])
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(FunctionClimbers) if finding.holds is False] == []

@@ -16,14 +16,12 @@ import pytest
 import xarray as xr
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError, assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan, OnePointOfAlleles
 from baldwinlab.parts import LIFE, uniforms
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.oracles.models import evaluate_hinton_nowlan
-from tests.oracles.parts import check_built_in_parts
 from tests.oracles.variation import breed_one_point_of_alleles
 
 LOCI = 20
@@ -250,17 +248,6 @@ def test_a_run_that_never_takes_off_has_no_take_off() -> None:
         and np.isnan(measured["unset-at-take-off"])
         and measured["taken-off"] == 0
     )
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    findings = [
-        *check_part(HintonNowlan),
-        *check_built_in_parts(
-            OnePointOfAlleles, requirements=["fields", "limits", "arithmetic", "oracle"]
-        ),
-    ]
-    assert [finding for finding in findings if finding.holds is False] == []
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.linear_norms import LinearNorms
 from baldwinlab.simulation.simulate import simulate_histories
@@ -120,8 +119,3 @@ def test_fitness_is_finite_for_large_mismatches() -> None:
 def test_a_peak_without_width_is_refused() -> None:
     with pytest.raises(ExperimentError, match=r"linear_norms\.peak_width"):
         assign(bl.load("plastic-norms"), ["linear_norms.peak_width=0"])
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(LinearNorms) if finding.holds is False] == []

@@ -9,7 +9,6 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan
 from baldwinlab.models.moving_needle import MovingNeedle
@@ -141,8 +140,3 @@ def test_a_negative_period_is_refused() -> None:
         match=r"^moving_needle\.period = -1: input should be greater than or equal to 0",
     ):
         assign(bl.load("moving-needle"), ["moving_needle.period=-1"])
-
-
-@pytest.mark.nightly
-def test_the_model_passes_all_checks() -> None:
-    assert [finding for finding in check_part(MovingNeedle) if finding.holds is False] == []

@@ -17,7 +17,6 @@ from baldwinlab.analysis.theory.moving_optimum import (
     variance_of_mutations,
     variance_of_segregation,
 )
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.moving_optimum import MovingOptimum
@@ -188,8 +187,3 @@ def test_a_share_above_1_is_refused() -> None:
         match=r"^moving_optimum\.learned_share = 1\.5: input should be less than or equal to 1",
     ):
         make_experiment("moving_optimum.learned_share=1.5")
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(MovingOptimum) if finding.holds is False] == []

@@ -9,13 +9,10 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
-from baldwinlab.evolution.ordinal_selection import LargerTournament
 from baldwinlab.experiment import ExperimentError, assign
-from baldwinlab.models.nk_climbers import BitFlips, NKClimbers, landscape
+from baldwinlab.models.nk_climbers import NKClimbers, landscape
 from baldwinlab.parts import LIFE, PathView, uniforms
-from tests.oracles.parts import check_built_in_parts
 
 BITS = 12
 
@@ -235,14 +232,3 @@ def test_a_k_of_at_least_the_number_of_bits_is_refused() -> None:
         ExperimentError, match=r"nk_climbers\.k = 8 must be less than nk_climbers\.bits = 8"
     ):
         assign(bl.load("climbing/rugged"), ["nk_climbers.bits=8", "nk_climbers.k=8"])
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    only: Any = ["fields", "limits", "arithmetic", "oracle"]
-    findings = [
-        *check_part(NKClimbers),
-        *check_built_in_parts(BitFlips, requirements=only),
-        *check_built_in_parts(LargerTournament, requirements=only),
-    ]
-    assert [finding for finding in findings if finding.holds is False] == []

@@ -12,7 +12,6 @@ import xarray as xr
 from scipy import stats
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.plastic_elements import PlasticElements
@@ -205,8 +204,3 @@ def test_equal_elements_have_no_predicted_order() -> None:
 def test_invalid_elements_are_refused(change: str, message: str) -> None:
     with pytest.raises(ExperimentError, match=message):
         assign(bl.load("equal"), [f"plastic_elements.{change}"])
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(PlasticElements) if finding.holds is False] == []

@@ -14,7 +14,6 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes, select
 from baldwinlab.experiment import ExperimentError, assign
@@ -216,8 +215,3 @@ def test_a_slope_of_0_is_refused() -> None:
         match=r"slope_climbers\.slope and slope_climbers\.curvature are both 0: there is no slope",
     ):
         assign(bl.load("stepping/convex"), ["slope_climbers.curvature=0"])
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(SlopeClimbers) if finding.holds is False] == []

@@ -10,7 +10,6 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.analysis.theory.two_state import cost_threshold, learner_payoff, tracker_payoff
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.two_state_forager import STATE_GENERATION, TwoStateForager
@@ -154,8 +153,3 @@ def test_a_probability_above_1_is_refused() -> None:
         ExperimentError, match=r"^two_state_forager\.within_persistence = 2: input should be less"
     ):
         assign(bl.load("two-state-forager"), ["two_state_forager.within_persistence=2"])
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(TwoStateForager) if finding.holds is False] == []

@@ -12,7 +12,6 @@ import numpy.typing as npt
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.experiment import assign
 from baldwinlab.models.cell_foragers.grid import DRAWS_PER_ENVIRONMENT, GRID_SIZE, N_FOOD_ITEMS
@@ -24,10 +23,8 @@ from baldwinlab.models.cell_foragers.network import (
     backpropagate,
     compute_outputs,
 )
-from baldwinlab.models.cell_foragers.variation import FewMutations
 from baldwinlab.parts import LIFE, GridView, philox, unit
 from baldwinlab.simulation.simulate import simulate_histories
-from tests.oracles.parts import check_built_in_parts
 
 KINDS = ("none", "auto-teaching", "prediction", "random-targets")
 HIDDEN = 3
@@ -335,14 +332,3 @@ def test_auto_teaching_increases_food_within_a_lifetime() -> None:
         histories = simulate_histories(assign(bl.load(name), changes), 0, range(4))
         gains[name] = np.mean([history.recorded_values("gain")[4:].mean() for history in histories])
     assert gains["auto-teaching"] > 0.1 > abs(gains["auto-teaching-rate-0"])
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    findings = [
-        *check_part(CellForagers),
-        *check_built_in_parts(
-            FewMutations, requirements=["fields", "limits", "arithmetic", "oracle"]
-        ),
-    ]
-    assert [finding for finding in findings if finding.holds is False] == []

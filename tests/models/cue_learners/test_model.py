@@ -16,16 +16,13 @@ import pytest
 from scipy.stats import binom
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.engine.rng import words
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.cue_learners.lifetimes import GREEN, HIDDEN, MOTOR, RED, SOUR, SWEET
 from baldwinlab.models.cue_learners.model import CueLearners
-from baldwinlab.models.cue_learners.variation import OnePointOfUnits
 from baldwinlab.parts import LIFE, unit
 from baldwinlab.simulation.simulate import simulate_histories
-from tests.oracles.parts import check_built_in_parts
 
 # Step of learning. Sums of this value have no rounding error in float32.
 STEP = 0.125
@@ -256,15 +253,3 @@ def test_other_models_refuse_the_variation_of_cue_learners() -> None:
         match=r"evolution\.variation = 'one-point-of-units' is only for the model 'cue-learners'",
     ):
         assign(bl.load("guessing"), ["evolution.variation=one-point-of-units"])
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    findings = [
-        *check_part(CueLearners),
-        *check_built_in_parts(
-            [CueLearners, OnePointOfUnits],
-            requirements=["fields", "limits", "arithmetic", "oracle"],
-        ),
-    ]
-    assert [finding for finding in findings if finding.holds is False] == []

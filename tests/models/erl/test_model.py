@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.erl.model import ErlPopulations
@@ -42,11 +41,6 @@ def test_populations_of_the_same_founders_have_different_histories() -> None:
     founders = np.tile(model.founders(1, GenerationKey(4, 0, 0)), (2, 1, 1))
     n_agents = model.simulate(4, [0], 0, founders[None]).records["living"]
     assert n_agents[0, 0] != n_agents[0, 1]
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(ErlPopulations) if finding.holds is False] == []
 
 
 def test_the_settings_for_checks_have_births_and_deaths() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -12,11 +10,8 @@ from baldwinlab.analysis.theory.adaptive_walk import compute_fixation_probabilit
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.lattice_walkers.breeding import (
-    LatticeSteps,
-    MutantFixation,
     fixation_probability,
 )
-from tests.oracles.parts import check_built_in_parts
 
 
 @pytest.mark.parametrize("members", [1, 2, 10])
@@ -51,13 +46,3 @@ def test_mutants_replace_their_population_as_often_as_expected(mutant_fitness: f
 def test_an_elite_is_refused_because_it_mixes_the_pairs() -> None:
     with pytest.raises(ExperimentError, match=r"evolution\.elite = 2"):
         assign(bl.load("fixed-walk/slope"), ["evolution.elite=2"])
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    only: Any = ["fields", "limits", "arithmetic", "oracle"]
-    findings = [
-        *check_built_in_parts(MutantFixation, requirements=only),
-        *check_built_in_parts(LatticeSteps, requirements=only),
-    ]
-    assert [finding for finding in findings if finding.holds is False] == []

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.lattice_walkers.landscape import average_neighborhood, climb
 from baldwinlab.models.lattice_walkers.model import LatticeWalkers
@@ -77,8 +76,3 @@ def test_fitness_must_be_positive() -> None:
         assign(
             bl.load("fixed-walk/slope"), ["lattice_walkers.slope=0", "lattice_walkers.roughness=1"]
         )
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(LatticeWalkers) if finding.holds is False] == []

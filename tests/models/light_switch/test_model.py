@@ -11,14 +11,11 @@ import pytest
 from scipy.stats import chisquare
 
 from baldwinlab import papers
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, breed
 from baldwinlab.models.light_switch.lifetimes import N_INPUTS
 from baldwinlab.models.light_switch.model import CHANGED_WORLDS, STANDARD_WORLD, LightSwitch
-from baldwinlab.models.light_switch.variation import OnePointOfBits
 from baldwinlab.models.miniworld.learning.hebbian import compute_strength_change
 from baldwinlab.parts import LIFE, uniforms
-from tests.oracles.parts import check_built_in_parts
 
 KINDS: dict[str, dict[str, Any]] = {
     "neurons": {},
@@ -254,14 +251,3 @@ def test_without_crossover_a_child_has_all_bits_of_one_parent() -> None:
         for experiment in (without, without.replace(evolution={"variation": "bit-flips"}))
     ]
     assert (flipped[0] == flipped[1]).all()
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    findings = [
-        *check_part(LightSwitch),
-        *check_built_in_parts(
-            OnePointOfBits, requirements=["fields", "limits", "arithmetic", "oracle"]
-        ),
-    ]
-    assert [finding for finding in findings if finding.holds is False] == []

@@ -15,7 +15,6 @@ from scipy.optimize import linprog
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat.genome import HEAD_SIZE, SPECIES, STALE
-from baldwinlab.evolution.neat.operators import Neat, SpeciesSelection
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.experiment.unused_settings import list_changed_unused_settings
@@ -24,7 +23,6 @@ from baldwinlab.simulation.simulate import simulate_histories
 from tests.commands import Command
 from tests.evolution.neat.grown import make_network
 from tests.oracles.neat import compute_xor_fitness
-from tests.oracles.parts import check_built_in_parts
 
 SMALL = ["population.size=30", "evolution.generations=5", "neat_xor.max_links=20"]
 
@@ -234,9 +232,3 @@ def test_a_study_runs_resumes_and_has_a_report(command: Command) -> None:
     assert command(*given, "--runs", "2").code == 0
     assert command("report", "xor").code == 0
     assert bl.open_study("xor").runs("neat-xor") == [0, 1]
-
-
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    findings = check_built_in_parts([NeatXor, Neat, SpeciesSelection])
-    assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))

@@ -12,7 +12,6 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.analysis.report import content
-from baldwinlab.api.checks import check_part
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import ExperimentError, assign
 from baldwinlab.models.plastic_prisoners.matches import compute_payoffs
@@ -311,11 +310,6 @@ def test_the_innate_assay_applies_although_genomes_at_death_are_not_recorded(
 def test_a_population_of_a_single_prisoner_is_refused() -> None:
     with pytest.raises(ExperimentError, match=r"population\.size = 1 must be at least 2"):
         assign(bl.load("meta-pavlov"), ["population.size=1"])
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(PlasticPrisoners) if finding.holds is False] == []
 
 
 def test_the_view_shows_payoffs_between_the_most_frequent_genomes() -> None:

@@ -10,7 +10,6 @@ import pytest
 from scipy.stats import mannwhitneyu
 
 import baldwinlab as bl
-from baldwinlab.api.checks import check_part
 from baldwinlab.experiment import assign
 from baldwinlab.models.t_mazes.model import TMazes
 from baldwinlab.models.t_mazes.trips import END, N_INPUTS, N_RULE_GENES, REWARD, TURNING
@@ -150,11 +149,6 @@ def test_in_the_double_maze_the_published_order_is_reversed() -> None:
         for name in ("modulated", "plain")
     )
     assert mannwhitneyu(modulated, plain).pvalue < 0.05 and np.median(modulated) < np.median(plain)
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    assert [finding for finding in check_part(TMazes) if finding.holds is False] == []
 
 
 def test_the_double_maze_and_homing_are_maps() -> None:

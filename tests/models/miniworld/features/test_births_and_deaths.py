@@ -9,14 +9,12 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-import baldwinlab as bl
 from baldwinlab.api.checks.fixture import group_parts
 from baldwinlab.api.checks.oracles import check_oracle
 from baldwinlab.engine import rng
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
-from baldwinlab.models.miniworld.features.births_and_deaths import BirthsAndDeaths
 from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
 from baldwinlab.models.miniworld.senses.perception import perceive
 from baldwinlab.papers.presets import load
@@ -291,9 +289,3 @@ def test_an_unsupported_variation_or_assay_is_refused_in_a_sentence() -> None:
     reasons = {name: why_not_applicable(name, "births", {"births": experiment}) for name in ASSAYS}
     assert [name for name, reason in reasons.items() if not reason] == ["descent"]
     assert "newborns replace agents" in reasons["innate"]
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    findings = bl.check_part(BirthsAndDeaths)
-    assert [str(finding) for finding in findings if finding.holds is False] == []

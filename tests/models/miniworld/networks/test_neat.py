@@ -20,12 +20,10 @@ from baldwinlab.evolution.neat.genome import (
     defines_node,
 )
 from baldwinlab.experiment import Experiment, ExperimentError
-from baldwinlab.models.miniworld.networks.neat import NeatNetwork
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.simulate import simulate_batch
 from tests.oracles import neat as oracle
-from tests.oracles.parts import check_built_in_parts
 
 ALL_INPUTS = [[float(code >> k & 1) for k in range(3)] for code in range(8)]
 
@@ -88,19 +86,6 @@ def test_evolved_networks_are_larger_and_eat_more_than_founders(run: Any) -> Non
     eaten = run["food_eaten"].mean("agent").values
     assert max(count_nodes(graph) for graph in genome[-1]) > 8
     assert eaten[-10:].mean() > 2 * eaten[0]
-
-
-@pytest.mark.nightly
-def test_the_part_passes_the_main_checks() -> None:
-    requirements = ["oracle", "compiles", "arithmetic", "block", "resumed"]
-    findings = check_built_in_parts(NeatNetwork, requirements=requirements)
-    assert [str(finding) for finding in findings if finding.holds is False] == []
-
-
-@pytest.mark.nightly
-def test_the_part_passes_all_checks() -> None:
-    findings = check_built_in_parts(NeatNetwork)
-    assert [str(finding) for finding in findings if finding.holds is False] == []
 
 
 @pytest.mark.parametrize(

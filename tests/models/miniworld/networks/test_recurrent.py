@@ -13,16 +13,15 @@ import numpy.typing as npt
 import pytest
 from scipy.optimize import brentq
 
-from baldwinlab.api.checks import REQUIREMENTS
 from baldwinlab.api.checks.reference import Naive
-from baldwinlab.experiment import Experiment, ExperimentError, registry
+from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.networks.feed_forward import Rows
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.replay import replay
 from baldwinlab.simulation.simulate import simulate
-from tests.oracles.parts import check_built_in_parts, find_oracle
+from tests.oracles.parts import find_oracle
 from tests.worlds import make_small_experiment
 
 INPUTS = 3
@@ -299,15 +298,6 @@ def test_the_compiled_network_is_bit_identical_to_plain_python_in_a_world_withou
         )
         expected = np.stack([net.step(0, 0, 0) for _ in range(12)])
         assert trace.output.values[:, agent].astype(np.float32).tobytes() == expected.tobytes()
-
-
-# Each network is compiled with a rule, for both updates and for a SIMD block.
-@pytest.mark.nightly
-def test_the_parts_pass_all_checks() -> None:
-    parts = [registry.find_class("network", name) for name in NAMES]
-    requirements = [name for name in REQUIREMENTS if name != "speed"]
-    findings = check_built_in_parts(parts, requirements=requirements)
-    assert all(finding.holds is not False for finding in findings), "\n".join(map(str, findings))
 
 
 @pytest.mark.parametrize("kind", NAMES)

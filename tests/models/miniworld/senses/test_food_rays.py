@@ -13,10 +13,8 @@ import baldwinlab as bl
 from baldwinlab.analysis import figures
 from baldwinlab.experiment import Experiment, ExperimentError
 from baldwinlab.models.miniworld.appearance import describe_appearance
-from baldwinlab.models.miniworld.senses.food_rays import FoodRays
 from baldwinlab.parts import Sense
 from tests.models.miniworld.plain import replay_in_python
-from tests.oracles.parts import check_built_in_parts
 from tests.worlds import make_single_agent_experiment, make_small_experiment
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
@@ -88,15 +86,6 @@ def test_the_sectors_of_the_rays_are_drawn() -> None:
 def test_a_ray_setting_outside_its_limits_is_refused(field: str, value: float) -> None:
     with pytest.raises(ExperimentError, match=f"senses.food_rays.{field}"):
         make_experiment(**{field: value})
-
-
-# The check takes 24 s.
-@pytest.mark.nightly
-def test_the_sense_fulfills_the_contract() -> None:
-    findings = check_built_in_parts(
-        [FoodRays], requirements=("fields", "limits", "bounds", "oracle")
-    )
-    assert [str(finding) for finding in findings if finding.holds is False] == []
 
 
 def test_a_sweep_over_the_number_of_rays_simulates_each_number(tmp_path: Path) -> None:
