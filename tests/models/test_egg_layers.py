@@ -10,7 +10,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.egg_layers import EggLayers
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.oracles.theory.medium_preference import choice_share, predict_preferences
@@ -126,11 +126,6 @@ def test_one_generation_of_a_large_population_has_the_response_of_the_law() -> N
     # The segregation draws are the same; only the rounding of offspring numbers differs.
     assert with_learning - without == pytest.approx(expected, abs=4e-4)
     assert expected > 0.005
-
-
-def test_a_negative_learning_shift_is_refused() -> None:
-    with pytest.raises(ExperimentError, match=r"egg_layers\.learning_shift"):
-        assign(bl.load("learning-flies/orange"), ["egg_layers.learning_shift=-1"])
 
 
 @pytest.mark.parametrize("condition", CONDITIONS)

@@ -17,7 +17,7 @@ import xarray as xr
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
-from baldwinlab.experiment import Experiment, ExperimentError, assign
+from baldwinlab.experiment import Experiment, assign
 from baldwinlab.models.hinton_nowlan import HintonNowlan, OnePointOfAlleles
 from baldwinlab.parts import LIFE, uniforms
 from baldwinlab.simulation.simulate import simulate_histories
@@ -271,18 +271,6 @@ def test_mutations_draw_alleles_by_their_law(law: str, unset: float, expected: l
     children, _ = breed(experiment, make_strings(0, 2000)[0], np.ones(2000), GenerationKey(0, 0, 1))
     shares = [float((children == allele).mean()) for allele in (0, 0.5, 1)]
     assert shares == pytest.approx(expected, abs=4 * 0.5 / np.sqrt(children.size))
-
-
-def test_the_founders_law_needs_a_model_with_alleles() -> None:
-    settings = [
-        "evolution.variation=one-point-alleles",
-        "evolution.one_point_alleles.mutation_law=founders",
-    ]
-    with pytest.raises(
-        ExperimentError,
-        match=r"mutation_law = 'founders' needs a model with .* and not 'miniworld'",
-    ):
-        assign(bl.load("evo/A"), settings)
 
 
 def test_the_founders_law_agrees_with_the_oracle() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.nk_climbers import NKClimbers, landscape
 from baldwinlab.parts import LIFE, PathView, uniforms
 
@@ -225,10 +225,3 @@ def test_the_share_of_winners_in_the_better_half_matches_theory() -> None:
     _, parents = breed(experiment, strings, np.arange(4000.0), GenerationKey(0, 0, 1))
     share = (parents >= 2000).mean()
     assert abs(share - 0.875) < 4 * np.sqrt(0.875 * 0.125 / parents.size)
-
-
-def test_a_k_of_at_least_the_number_of_bits_is_refused() -> None:
-    with pytest.raises(
-        ExperimentError, match=r"nk_climbers\.k = 8 must be less than nk_climbers\.bits = 8"
-    ):
-        assign(bl.load("climbing/rugged"), ["nk_climbers.bits=8", "nk_climbers.k=8"])

@@ -14,8 +14,6 @@ from baldwinlab.evolution.neat.genome import (
     node_number,
     node_row,
 )
-from baldwinlab.experiment import ExperimentError
-from baldwinlab.papers.presets import load
 from tests.evolution.neat.grown import LINK_CAPACITY, evolved, first_network, genes_of, make_network
 from tests.oracles import neat as oracle
 
@@ -103,12 +101,3 @@ def test_grown_networks_have_sorted_genes_and_no_cycles() -> None:
                 node for node in hidden | {3} if {a for a, b in pairs if b == node} <= ordered_nodes
             }
         assert ordered_nodes == {0, 1, 2, 3} | hidden, "the graph has a topological order"
-
-
-@pytest.mark.parametrize("model", ["neat-xor", "neat-poles", "neat-poles-without-velocities"])
-def test_graph_models_refuse_a_variation_that_does_not_make_graphs(model: str) -> None:
-    with pytest.raises(
-        ExperimentError,
-        match=f"model = '{model}' is bred by evolution.variation = 'neat', and not 'bit-flips'",
-    ):
-        load(model).replace(evolution={"variation": "bit-flips"})

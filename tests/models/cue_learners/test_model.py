@@ -18,7 +18,7 @@ from scipy.stats import binom
 import baldwinlab as bl
 from baldwinlab.engine.rng import words
 from baldwinlab.evolution import GenerationKey, breed, draw_genomes
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.cue_learners.lifetimes import GREEN, HIDDEN, MOTOR, RED, SOUR, SWEET
 from baldwinlab.models.cue_learners.model import CueLearners
 from baldwinlab.parts import LIFE, unit
@@ -245,11 +245,3 @@ def test_learning_evolves_if_smell_is_informative_but_not_perfect() -> None:
             for history in simulate_histories(experiment, 0, range(6))
         )
     assert best["smell-65"] > 0 and best["smell-50"] < 0 and best["smell-100"] <= 0
-
-
-def test_other_models_refuse_the_variation_of_cue_learners() -> None:
-    with pytest.raises(
-        ExperimentError,
-        match=r"evolution\.variation = 'one-point-of-units' is only for the model 'cue-learners'",
-    ):
-        assign(bl.load("guessing"), ["evolution.variation=one-point-of-units"])

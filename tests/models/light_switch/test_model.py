@@ -211,16 +211,6 @@ def test_an_agent_without_light_has_no_energy() -> None:
     assert (results.energy == 0).all() and (results.records["changed"] == 0).all()
 
 
-def test_a_run_is_bit_identical_in_a_batch() -> None:
-    model = LightSwitch(encoding="synapses", steps_per_life=200)
-    newborns = np.repeat(draw_random_genomes(model), 2, axis=0)
-    both = model.simulate(7, [0, 5], 3, newborns)
-    single = model.simulate(7, [5], 3, newborns[1:])
-    for name in ("score", "changed"):
-        assert both.records[name][1].tolist() == single.records[name][0].tolist()
-    assert both.energy[0].tolist() != both.energy[1].tolist()
-
-
 def test_a_fifth_of_the_children_have_bits_of_two_parents_with_one_cut() -> None:
     """Founders are all 0 or all 1. Without mutation, children of different parents change once."""
     paper = papers.load("floreano-urzelai-2000").experiment("rules-of-neurons")

@@ -15,7 +15,7 @@ from scipy.optimize import linprog
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
 from baldwinlab.evolution.neat.genome import HEAD_SIZE, SPECIES, STALE
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.experiment.unused_settings import list_changed_unused_settings
 from baldwinlab.models.neat.xor import CORRECT_ANSWERS, QUESTIONS, NeatXor
@@ -101,14 +101,12 @@ def test_founders_have_no_hidden_nodes_and_weights_from_the_range() -> None:
     )
 
 
-def test_a_run_is_bit_identical_in_a_batch_and_begins_like_a_shorter_run() -> None:
-    results = [
-        history.dataset() for history in simulate_histories(make_small_experiment(), 4, [0, 1, 2])
-    ]
-    for run, dataset in enumerate(results):
-        assert dataset.equals(bl.simulate(make_small_experiment(), seed=4, run=run))
-    shorter = bl.simulate(make_small_experiment().replace(evolution={"generations": 3}), seed=4)
-    np.testing.assert_array_equal(shorter.energy, results[0].energy[:3])
+def test_a_run_begins_like_a_shorter_run() -> None:
+    longer, shorter = (
+        bl.simulate(make_small_experiment().replace(evolution={"generations": n}), seed=4)
+        for n in (5, 3)
+    )
+    np.testing.assert_array_equal(shorter.energy, longer.energy[:3])
 
 
 def test_no_champion_of_a_species_above_five_members_is_lost() -> None:
@@ -210,20 +208,6 @@ def test_settings_are_assigned_written_and_validated() -> None:
     )
     assert from_toml(to_toml(changed), source="file") == changed
     assert not list_changed_unused_settings(changed)
-    with pytest.raises(
-        ExperimentError,
-        match=r"^neat_xor\.max_links = 2: input should be greater than or equal to 3",
-    ):
-        assign(make_small_experiment(), ["neat_xor.max_links=2"])
-
-
-@pytest.mark.parametrize("choice", ["selection=species", "variation=neat"])
-def test_genomes_that_are_no_graphs_are_refused(choice: str) -> None:
-    with pytest.raises(
-        ExperimentError,
-        match=r"needs genomes that are graphs: those of network\.kind = 'neat', or",
-    ):
-        assign(bl.load("evo/A"), [f"evolution.{choice}"])
 
 
 def test_a_study_runs_resumes_and_has_a_report(command: Command) -> None:

@@ -13,7 +13,7 @@ import xarray as xr
 import baldwinlab as bl
 from baldwinlab.analysis.report import content
 from baldwinlab.evolution import GenerationKey, draw_genomes
-from baldwinlab.experiment import ExperimentError, assign
+from baldwinlab.experiment import assign
 from baldwinlab.models.plastic_prisoners.matches import compute_payoffs
 from baldwinlab.models.plastic_prisoners.model import PlasticPrisoners
 from baldwinlab.models.plastic_prisoners.strategies import (
@@ -305,11 +305,6 @@ def test_the_innate_assay_applies_although_genomes_at_death_are_not_recorded(
     payoff = {life: values["energy"].sel(life=life) for life in ("on", "off", "frozen")}
     assert (payoff["on"] != payoff["off"]).any() and payoff["off"].notnull().all()
     assert payoff["frozen"].isnull().all() and values["distance"].isnull().all()
-
-
-def test_a_population_of_a_single_prisoner_is_refused() -> None:
-    with pytest.raises(ExperimentError, match=r"population\.size = 1 must be at least 2"):
-        assign(bl.load("meta-pavlov"), ["population.size=1"])
 
 
 def test_the_view_shows_payoffs_between_the_most_frequent_genomes() -> None:

@@ -115,14 +115,6 @@ def test_without_plasticity_trips_are_equal_unless_activations_last_for_a_lifeti
         ) is is_alike
 
 
-def test_a_run_is_bit_identical_in_a_batch() -> None:
-    model = TMazes()
-    newborns = np.repeat(draw_plastic_genomes(model, 30), 2, axis=0)
-    both = model.simulate(7, [0, 5], 3, newborns)
-    single = model.simulate(7, [5], 3, newborns[1:])
-    assert both.energy[1].tolist() == single.energy[0].tolist() != both.energy[0].tolist()
-
-
 # The simulation takes minutes.
 @pytest.mark.nightly
 def test_plasticity_evolves_beyond_what_is_possible_without_memory() -> None:

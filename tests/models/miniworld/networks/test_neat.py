@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.evolution.neat.genome import (
     HEAD_SIZE,
@@ -109,10 +108,3 @@ def test_an_unsupported_combination_is_refused_in_a_sentence(
 ) -> None:
     with pytest.raises(ExperimentError, match=re.escape(sentence)):
         make_experiment(**changes)
-
-
-def test_the_variation_neat_needs_the_network_neat() -> None:
-    with pytest.raises(
-        ExperimentError, match=r"needs genomes that are graphs: those of network\.kind = 'neat'"
-    ):
-        bl.load("evo/A").replace(evolution={"variation": "neat"})
