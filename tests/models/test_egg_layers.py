@@ -13,6 +13,7 @@ from baldwinlab.evolution import GenerationKey, breed, draw_genomes
 from baldwinlab.experiment import assign
 from baldwinlab.models.egg_layers import EggLayers
 from baldwinlab.simulation.simulate import simulate_histories
+from tests.oracles.theory.gain import selection_gain
 from tests.oracles.theory.medium_preference import choice_share, predict_preferences
 
 EXPERIENCES = ("both-media", "wrong-medium", "constant")
@@ -120,9 +121,7 @@ def test_one_generation_of_a_large_population_has_the_response_of_the_law() -> N
         differences.append((genomes, results, children.mean(dtype=np.float64)))
     (genomes, learned, with_learning), (_, innate, without) = differences
     x = genomes[:, 0, 0].astype(np.float64)
-    weight = innate.energy[0] / innate.energy[0].sum()
-    gain = learned.energy[0] / innate.energy[0]
-    expected = float(weight @ ((x - weight @ x) * gain)) / float(weight @ gain)
+    expected = selection_gain(x, innate.energy[0], learned.energy[0])
     # The segregation draws are the same; only the rounding of offspring numbers differs.
     assert with_learning - without == pytest.approx(expected, abs=4e-4)
     assert expected > 0.005
