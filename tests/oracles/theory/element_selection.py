@@ -89,7 +89,7 @@ def advance_shares(shares: Floats, elements: Elements, mutation_rate: float = 0.
     """Return the shares of alleles after one generation of an infinite population.
 
     Shares are [allele, element]. Selection is proportional to fitness, and each allele of a child
-    comes from a separate parent. A mutation draws each of the three alleles with the probability 1/3.
+    comes from a separate parent. A mutation draws each of the three alleles equally often.
     """
     selected = shares * compute_carrier_fitness(shares, elements)
     selected /= selected.sum(axis=0)
