@@ -76,28 +76,6 @@ def test_a_history_contains_only_the_genomes_to_store() -> None:
     assert encode_record(history.record()) == encode_record(history.dataset())
 
 
-def test_energy_comes_from_items_and_determines_the_parents() -> None:
-    food = [
-        {"x": [400, 560], "y": [80, 240], "count": 30, "energy": 2.5},
-        {"x": [380, 560], "y": [60, 260], "count": 20, "energy": 0},
-    ]
-    run = simulate(shorten_preset("evo/A").replace(world={"food": food}), seed=3)
-    assert run.energy.sum() > 0
-    assert (run.energy % 2.5 == 0).all()
-    assert (run.energy <= 2.5 * run.food_eaten).all()
-    fit = run.energy.values[:-1] > 0
-    for generation in range(2):
-        if fit[generation].any():
-            assert fit[generation][run.parents.values[generation + 1]].all()
-
-
-def test_parents_are_recorded_from_the_second_generation() -> None:
-    run = simulate(shorten_preset(), seed=1)
-    assert (run.parents[0] == -1).all()
-    assert ((run.parents[1:] >= 0) & (run.parents[1:] < 20)).all()
-    assert (simulate(shorten_preset("self-taught/A"), seed=1).parents == -1).all()
-
-
 @pytest.mark.parametrize(
     ("seed", "run", "name"),
     [(-1, 0, "seed = -1"), (2**31, 0, "seed = 2147483648"), (0, -5, "run = -5")],

@@ -16,7 +16,6 @@ from baldwinlab.evolution import GenerationKey, draw_genomes
 from baldwinlab.experiment import Experiment, ExperimentError, registry
 from baldwinlab.models.miniworld.backends.cpu import CpuBatch
 from baldwinlab.models.miniworld.lifetimes import MiniWorldSimulator
-from baldwinlab.models.miniworld.senses.perception import perceive
 from baldwinlab.papers.presets import load
 from baldwinlab.parts.part import compiled_values
 from baldwinlab.simulation.replay import replay
@@ -195,24 +194,6 @@ def test_births_continue_with_a_single_agent_and_without_food(changes: dict[str,
     assert (run["born"] > 0).all()
     if "world" in changes:
         assert run["food_eaten"].sum() == 0
-
-
-@pytest.mark.usefixtures("in_plain_python")
-def test_a_newborn_senses_no_energy_of_the_agent_that_it_replaces() -> None:
-    experiment = make_experiment(
-        senses={"kinds": ["food", "energy"]}, fields=FIELDS | {"max_age": 20}
-    )
-    batch = CpuBatch(experiment, SEED, [0])
-    batch.begin(0, draw_genomes(experiment, GenerationKey(SEED, 0, 0))[None])
-    sensed: list[float] = []
-    for step in range(experiment.lifetime.steps):
-        before = batch.state.birth_count[0].copy()
-        batch.simulate(step, step + 1)
-        newborn = (batch.state.birth_count[0] > before) & (batch.eaten_in_life()[0].sum(axis=1) > 0)
-        for agent in np.flatnonzero(newborn).tolist():
-            perceive(batch.model, batch.state, 0, agent)
-            sensed.append(float(batch.state.activations[3, agent]))
-    assert len(sensed) > AGENTS and set(sensed) == {0.0}
 
 
 @pytest.mark.usefixtures("in_plain_python")
