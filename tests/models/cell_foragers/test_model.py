@@ -300,15 +300,6 @@ def test_a_lifetime_at_rate_0_equals_a_lifetime_without_learning(learning: str) 
     )
 
 
-def test_agents_eat_at_most_all_food_and_a_run_is_bit_identical_in_a_batch() -> None:
-    forager_model = make_model("auto-teaching", steps_per_environment=200)
-    newborns = np.repeat(draw_random_genomes(forager_model, 30), 2, axis=0)
-    both = forager_model.simulate(7, [0, 5], 3, newborns)
-    single = forager_model.simulate(7, [5], 3, newborns[1:])
-    assert both.energy.max() <= N_FOOD_ITEMS and both.energy.max() > 1
-    assert both.energy[1].tolist() == single.energy[0].tolist() != both.energy[0].tolist()
-
-
 def test_the_number_of_mutations_does_not_depend_on_the_length_of_the_genome() -> None:
     for learning in ("none", "auto-teaching"):
         experiment = assign(bl.load("cell-foragers"), [f"cell_foragers.learning={learning}"])

@@ -191,18 +191,6 @@ def test_weights_do_not_learn_without_plasticity_or_with_strengths() -> None:
     )
 
 
-def test_weights_at_birth_are_small_and_differ_between_agents() -> None:
-    model = LightSwitch()
-    bits = draw_random_genomes(model)[:, :, 0].astype(int)
-    weights = model._decode_synapses(0, [0], 0, bits).weights
-    assert (
-        weights.min() >= 0
-        and weights.max() <= 0.1
-        and weights.mean() == pytest.approx(0.05, abs=0.002)
-    )
-    assert len(np.unique(weights.reshape(40, -1), axis=0)) == 40
-
-
 def test_an_agent_without_light_has_no_energy() -> None:
     """A robot that does not move never reaches the stripe. An unlit lamp gives no score."""
     model = LightSwitch(encoding="strengths")

@@ -64,10 +64,3 @@ def test_an_item_counts_by_the_share_of_life_that_remains() -> None:
     expected = (trace.eaten.values * remaining[:, None]).sum(axis=0)
     assert expected.max() > 0
     np.testing.assert_allclose(run.energy.values[0], expected, rtol=1e-5, atol=1e-5)
-
-
-def test_of_two_agents_with_the_same_food_the_earlier_one_is_fitter() -> None:
-    run = simulate(make_experiment("early-food"), seed=3)
-    assert (run.early_energy.values <= run.food_eaten.values + 1e-5).all()
-    has_eaten = run.food_eaten.values > 0
-    assert (run.early_energy.values[has_eaten] > 0).all()

@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import xarray as xr
-from scipy.optimize import linprog
 
 import baldwinlab as bl
 from baldwinlab.evolution import GenerationKey
@@ -18,7 +17,7 @@ from baldwinlab.evolution.neat.genome import HEAD_SIZE, SPECIES, STALE
 from baldwinlab.experiment import assign
 from baldwinlab.experiment.toml import from_toml, to_toml
 from baldwinlab.experiment.unused_settings import list_changed_unused_settings
-from baldwinlab.models.neat.xor import CORRECT_ANSWERS, QUESTIONS, NeatXor
+from baldwinlab.models.neat.xor import NeatXor
 from baldwinlab.simulation.simulate import simulate_histories
 from tests.commands import Command
 from tests.evolution.neat.grown import make_network
@@ -33,17 +32,6 @@ def make_small_experiment() -> Any:
 
 def simulate_graph(graph: npt.NDArray[np.float32], **fields: Any) -> Any:
     return NeatXor(max_links=12, **fields).simulate(0, [0], 0, graph[None, None, None])
-
-
-def test_no_network_without_hidden_nodes_can_compute_the_exclusive_or() -> None:
-    """The four answers are linear inequalities in the weights, which have no solution."""
-    signs = np.where(np.array(CORRECT_ANSWERS) == 1, -1.0, 1.0)
-    # The last input is the bias.
-    inputs = np.array([(*question, 1) for question in QUESTIONS])
-    solution = linprog(
-        np.zeros(3), A_ub=signs[:, None] * inputs, b_ub=-np.full(4, 1e-6), bounds=(None, None)
-    )
-    assert solution.status == 2, "infeasible"
 
 
 @pytest.mark.nightly

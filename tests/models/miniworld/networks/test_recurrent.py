@@ -106,28 +106,6 @@ def test_a_network_with_memory_weights_of_0_is_bit_identical_to_a_feed_forward_n
         assert net.step(*inputs).tobytes() == plain.step(*inputs).tobytes()
 
 
-@pytest.mark.parametrize("kind", NAMES)
-def test_outputs_to_the_same_inputs_depend_on_the_memory(kind: str) -> None:
-    net = make_random_net(kind, [4], False)
-    assert (net.step(1, 0, 1) != net.step(1, 0, 1)).all()
-
-
-def test_a_simple_recurrent_network_can_delay_an_input_by_a_step() -> None:
-    """A hidden unit has the input. The other has the previous activation of the first."""
-    net = Net("simple-recurrent", [2], biases=True)
-    strong = 20.0
-    first = net.layer(0)
-    second = net.layer(1)
-    first[0, 0] = strong
-    first[INPUTS, 1] = strong
-    first[-1] = second[-1] = -strong / 2
-    second[1] = strong
-    inputs = draw_inputs(40)
-    for step, values in enumerate(inputs):
-        outputs = net.step(*values).round().astype(int)
-        assert set(outputs) == {inputs[step - 1, 0] if step else 0}
-
-
 def test_a_simple_recurrent_network_can_compute_the_parity_of_past_inputs() -> None:
     """A network without memory cannot compute the parity of the number of inputs.
 
