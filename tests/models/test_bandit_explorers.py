@@ -89,19 +89,6 @@ def test_single_pulls_have_the_mean_payoff_of_the_closed_form() -> None:
     assert abs(payoffs.mean() - model.expected_payoffs[3]) < 4 * error
 
 
-def test_a_hard_coded_agent_has_fitness_1_with_and_without_learning() -> None:
-    for model in (BanditExplorers(), BanditExplorers().without_learning()):
-        assert (model.simulate(0, [0], 0, make_genomes([0.5, -2.0])).energy == 1).all()
-
-
-def test_exploration_without_learning_costs_one_payoff_per_pull() -> None:
-    model = BanditExplorers(bandits=2000).without_learning()
-    results = model.simulate(0, [0], 0, make_genomes([8.0] * 50))
-    error = results.energy.std() / np.sqrt(50)
-    assert abs(results.energy.mean() - (1 - 8 / 100)) < 4 * error
-    assert (results.records["accepted"] == 0).all()
-
-
 def test_founders_explore_uniformly() -> None:
     experiment = assign(bl.load("uncertain"), ["population.size=5000"])
     pulls = draw_genomes(experiment, GenerationKey(0, 0, 0))[:, 0, 0]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
 
 import numpy as np
 import pytest
@@ -37,16 +36,6 @@ def test_a_run_can_be_repeated_from_its_attributes() -> None:
     )
     xr.testing.assert_identical(run, repeated)
     assert {"baldwinlab", "numba", "numpy", "python", "platform"} <= set(run.attrs)
-
-
-def test_different_seeds_and_run_numbers_give_different_runs() -> None:
-    runs = [
-        simulate(shorten_preset(), seed=seed, run=run)
-        for seed, run in ((1, 0), (2, 0), (1, 1), (0, 1))
-    ]
-    for first, second in combinations(runs, 2):
-        assert not np.array_equal(first.genome, second.genome)
-        assert not np.array_equal(first.food_eaten, second.food_eaten)
 
 
 def test_genomes_are_stored_at_the_given_interval_and_at_the_end() -> None:

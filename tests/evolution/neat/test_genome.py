@@ -65,19 +65,6 @@ def test_paths_include_disabled_links() -> None:
     ]
 
 
-def test_a_network_without_hidden_nodes_is_one_logistic_unit() -> None:
-    total = 0.1 * -1 + 0.2 * 0.5 + 0.3
-    assert compute_output(first_network(), [-1, 0.5], 2.0) == pytest.approx(
-        1 / (1 + np.exp(-2 * total)), abs=1e-6
-    )
-
-
-def test_a_disabled_link_does_not_contribute_to_the_output() -> None:
-    hidden = 1 / (1 + np.exp(-4.9))
-    expected = 1 / (1 + np.exp(-4.9 * (0.5 * hidden - 1.0 + 0.25)))
-    assert compute_output(NETWORK, [1, 1]) == pytest.approx(expected, abs=1e-6)
-
-
 def test_the_output_of_grown_networks_equals_the_oracle() -> None:
     for graph in evolved(25)[:, 0]:
         for inputs in ([0.0, 0.0], [1.0, 0.0], [0.3, -0.7]):

@@ -54,17 +54,6 @@ def test_a_region_without_items_has_no_effect_on_other_regions() -> None:
     np.testing.assert_array_equal(actual["genome"], expected["genome"])
 
 
-@pytest.mark.parametrize("condition", CONDITIONS)
-def test_a_single_agent_eats_and_reproduces(condition: str) -> None:
-    result = simulate(
-        make_small_experiment(condition, population={"size": 1}, lifetime={"steps": 300}), seed=1
-    )
-    assert result["food_eaten"].shape == (3, 1)
-    assert result["food_eaten"].sum() > 0
-    expected = -1 if condition == "self-taught" else 0
-    assert (result["parents"][1:] == expected).all()
-
-
 @pytest.mark.parametrize("map_name", ["A", "B"])
 def test_the_conditions_of_a_map_share_newborns_food_and_action_modules(map_name: str) -> None:
     traces = [

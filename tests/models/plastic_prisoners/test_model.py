@@ -98,37 +98,6 @@ def test_with_noise_the_payoff_is_the_mean_over_all_combinations_of_slips() -> N
         assert payoff[genome, opponent] == pytest.approx(np.dot(chances, matches), abs=1e-12)
 
 
-def test_the_mean_of_long_matches_is_the_expected_payoff() -> None:
-    model = PlasticPrisoners()
-    payoff = compute_payoffs(ROUNDS, NOISE, True, "any")
-    generator = np.random.default_rng(8)
-    for genome, opponent in [
-        (list_genomes("x00x")[0], 0),
-        (0b1001, 0b1001),
-        (0b1111_0000, 0b1001_1001),
-    ]:
-        slips = generator.random((400, ROUNDS, 2)) < NOISE
-        first_pairs = generator.integers(0, 4, 400)
-        played = [
-            evaluate_plastic_prisoners(model, bits(genome), bits(opponent), *match)
-            for match in zip(first_pairs, slips.tolist(), strict=True)
-        ]
-        assert abs(np.mean(played) - payoff[genome, opponent]) < 4 * np.std(played) / np.sqrt(
-            len(played)
-        )
-
-
-def test_payoffs_of_strategies_without_conditions_have_a_closed_form() -> None:
-    """Moves are independent. The probability of C is n for defectors and 1 - n for cooperators."""
-    payoff = compute_payoffs(ROUNDS, NOISE, True, "any")
-    chance = {0b0000: NOISE, 0b1111: 1 - NOISE}
-    for genome, opponent in product(chance, repeat=2):
-        c = chance[genome]
-        opponent_c = chance[opponent]
-        expected = (1 - c) * (1 - opponent_c) + 5 * (1 - c) * opponent_c + 3 * c * opponent_c
-        assert payoff[genome, opponent] == pytest.approx(expected, abs=1e-12)
-
-
 def test_payoffs_have_bounds_and_plastic_genes_have_no_effect_without_learning() -> None:
     payoff = compute_payoffs(ROUNDS, NOISE, True, "any")
     fixed = compute_payoffs(ROUNDS, NOISE, False, "any")

@@ -65,29 +65,6 @@ def test_a_controller_built_by_hand_gains_the_best_expected_return() -> None:
     )
 
 
-@pytest.mark.parametrize(("turns", "best"), [(1, 98.8), (2, 97.2)])
-def test_the_gain_of_an_agent_with_perfect_memory_matches_theory(turns: Any, best: float) -> None:
-    """The agent repeats a high reward, and otherwise tries the ends in turn.
-
-    The expected gains are 100 - 0.4 - 0.8 and 100 - 1.2 - 1.6.
-    """
-    model = TMazes(turning_points=turns)
-    rewards = []
-    for run in range(2000):
-        first, moves, after = model.maze(0, run, 0)
-        total = 0.0
-        to_try = list(range(2**turns))
-        for trip in range(model.trips):
-            high = first if trip < moves else after
-            total += 1.0 if to_try[0] == high else 0.2
-            if to_try[0] != high:
-                to_try = to_try[1:] or [end for end in range(2**turns) if end != to_try[0]]
-            elif len(to_try) < 2**turns or trip == 0:
-                to_try = [high, *(end for end in range(2**turns) if end != high)]
-        rewards.append(total)
-    assert abs(np.mean(rewards) - best) < 4 * np.std(rewards) / np.sqrt(len(rewards))
-
-
 @pytest.mark.parametrize(("turns", "mean"), [(1, 60.0), (2, 40.0)])
 def test_an_agent_that_always_goes_to_one_end_gains_its_share_of_trips(
     turns: Any, mean: float
